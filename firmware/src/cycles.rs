@@ -1,11 +1,11 @@
-//! What an update costs on a Cortex-M with a cycle counter.
+//! Cost of an update on a Cortex-M with a cycle counter.
 
 use cortex_m::peripheral::DWT;
 use trueaxis::link::CostUnit;
 
 use crate::device::Clock;
 
-/// The cycle counter of the processor, which must have been enabled.
+/// The cycle counter of the processor, which must be enabled.
 pub struct Cycles;
 
 impl Clock for Cycles {

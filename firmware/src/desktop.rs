@@ -1,7 +1,7 @@
-//! A controller on the desktop: the device over a mock flash, time passing as the caller says.
+//! A controller on the desktop: the device with a mock flash, and time advanced by the caller.
 //!
-//! For tests of the link from both ends. Nothing runs by itself: [`Desktop::turn`] is one turn of
-//! the main loop and so many servo periods.
+//! For tests of both ends of the link. Nothing runs by itself: [`Desktop::turn`] runs one turn of the main loop and a
+//! number of servo periods.
 
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -24,19 +24,19 @@ use crate::slots::Slots;
 /// The servo side with the default capacities.
 pub type Side = ServoSide<Usual>;
 
-/// The servo side behind a lock in place of a masked interrupt.
+/// The servo side behind a lock, which replaces masking the interrupt.
 #[derive(Clone)]
 pub struct Shared(Arc<Mutex<Side>>);
 
 impl Shared {
-    /// One servo period without commands but those of the link.
+    /// One servo period in which only the link commands positions.
     pub fn tick(&self) {
         self.lock(|side| side.tick(&mut LinkOnly, &mut LinkOnly, &NoClock));
     }
 
-    /// Calls `f` while nobody else does.
+    /// Calls `f` with exclusive access.
     pub fn lock<R>(&self, f: impl FnOnce(&mut Side) -> R) -> R {
-        // A test that has failed elsewhere is reported there.
+        // A failure in another test is reported there.
         f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -47,12 +47,12 @@ impl ServoAccess<Usual> for Shared {
     }
 }
 
-/// Whether the machine stands still with its drives off; at first it does.
+/// Whether the machine stands still with its drives off; initially it does.
 #[derive(Clone, Debug)]
 pub struct Standstill(Arc<AtomicBool>);
 
 impl Standstill {
-    /// Begins or ends to move.
+    /// Starts or stops the machine.
     pub fn set(&self, standstill: bool) {
         self.0.store(standstill, Ordering::SeqCst);
     }
@@ -64,12 +64,12 @@ impl Machine for Standstill {
     }
 }
 
-/// Both directions of a serial line as the controller sees it.
+/// Both directions of a serial line, from the controller's point of view.
 #[derive(Debug, Default)]
 pub struct Line {
     /// Bytes that the controller has not read yet.
     pub incoming: VecDeque<u8>,
-    /// Bytes that it has sent.
+    /// Bytes that the controller has sent.
     pub outgoing: Vec<u8>,
 }
 
@@ -104,7 +104,7 @@ impl Write for Line {
     }
 }
 
-/// Counts the starts of this program's desktops.
+/// Counts desktop starts in this program.
 struct Starts;
 
 impl BootNonce for Starts {
@@ -114,34 +114,34 @@ impl BootNonce for Starts {
     }
 }
 
-/// The device over a mock flash.
+/// The device with a mock flash.
 pub type MockDevice<const WRITE: usize, const ERASE: usize> =
     Device<MockFlash<WRITE, ERASE>, Shared, Standstill, Usual>;
 
 /// A controller with default capacities.
 pub struct Desktop<const WRITE: usize = 4, const ERASE: usize = 256> {
-    /// The side of the main loop.
+    /// The main loop's side.
     pub device: MockDevice<WRITE, ERASE>,
-    /// The side of the servo interrupt.
+    /// The servo interrupt's side.
     pub servo: Shared,
     /// The state of the machine.
     pub standstill: Standstill,
     /// The link.
     pub link: Link,
-    /// What it runs over.
+    /// The serial line.
     pub line: Line,
     buffers: &'static DoubleBuffer,
     period: f32,
 }
 
 impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
-    /// Starts with what the flash holds; `period` in s.
+    /// Starts with the content of `flash`; `period` in s.
     #[must_use]
     pub fn start(flash: MockFlash<WRITE, ERASE>, period: f32) -> Self {
         Self::start_watched(flash, period, |_, _| ())
     }
 
-    /// The same; `watch` may give the flash a listener that knows the servo.
+    /// The same; `watch` may attach a listener to the flash that knows the servo.
     #[must_use]
     pub fn start_watched(
         mut flash: MockFlash<WRITE, ERASE>,
@@ -175,7 +175,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         }
     }
 
-    /// One turn of the main loop, then so many servo periods.
+    /// One turn of the main loop, then `ticks` servo periods.
     pub fn turn(&mut self, ticks: u32) {
         match self.link.poll(&mut self.line, &mut self.device) {
             Ok(()) => {}
@@ -186,7 +186,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         }
     }
 
-    /// Power off: only the flash stays, without its listener and with power.
+    /// Switches the power off: returns the flash, without its listener and powered again.
     #[must_use]
     pub fn stop(self) -> MockFlash<WRITE, ERASE> {
         let Self {
@@ -197,10 +197,10 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         } = self;
         let (slots, loader, other) = device.close();
         let mut flash = slots.close();
-        // It may know the servo too.
+        // The listener may hold the servo too.
         flash.set_listener(|_| ());
         drop(other);
-        // Whoever else holds the servo keeps the buffers for ever.
+        // If anything else still holds the servo, its buffers are never reused.
         if let Some(side) = Arc::into_inner(servo.0) {
             let side = side.into_inner().unwrap_or_else(PoisonError::into_inner);
             if buffers.unite(loader, side.into_servo()) {
@@ -211,7 +211,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         flash
     }
 
-    /// Power off and on again.
+    /// Switches the power off and on again.
     #[must_use]
     pub fn restart(self) -> Self {
         let period = self.period;
@@ -219,7 +219,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
     }
 }
 
-/// DoubleBuffer that are not in use: some 40 kB each, and they must live for ever.
+/// Unused double buffers: about 40 kB each, and they must live for ever.
 fn pool() -> MutexGuard<'static, Vec<&'static DoubleBuffer>> {
     static POOL: Mutex<Vec<&'static DoubleBuffer>> = Mutex::new(Vec::new());
     POOL.lock().unwrap_or_else(PoisonError::into_inner)

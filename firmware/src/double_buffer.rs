@@ -1,21 +1,20 @@
 //! Two buffers for compensations: one that the servo reads, one to load into.
 //!
-//! A servo that runs in an interrupt needs a compensation that lives for ever; the next one must be
-//! loaded without stopping it, so there are two, and what was read before is loaded into again. The main
-//! loop reads the one in use too, at the same time as the servo: so the servo cannot own it (then
-//! [`Servo::take_retired`] alone would do, without `unsafe`), and without a heap nobody counts who reads
-//! it. The rules that make this sound are held by the types that come from one [`DoubleBuffer::split`]:
+//! A servo in an interrupt needs a compensation that lives for ever. The next one must be loaded without stopping it,
+//! so there are two buffers, which are loaded alternately. The main loop also reads the compensation in use, at the
+//! same time as the servo, so the servo cannot own it (otherwise [`Servo::take_retired`] alone would be enough, without
+//! `unsafe`), and without a heap there is no reference count. The types returned by one [`DoubleBuffer::split`] enforce
+//! the rules that make this sound:
 //!
-//! 1. [`Loader`] alone writes, with `&mut self`, and only into a buffer that is not held.
-//! 2. The servo of [`BufferedServo`] alone holds buffers, each by a `Held`, which marks its buffer for as
-//!    long as there is one.
-//! 3. A buffer goes from the loader to the servo only as [`Loaded`], which borrows the loader
-//!    mutably: while there is one, nothing is loaded.
-//! 4. Everybody else reads through a borrow of `Loader` or `BufferedServo`, which ends before they write.
+//! 1. Only [`Loader`] writes, with `&mut self`, and only into a buffer that is not held.
+//! 2. Only the servo of [`BufferedServo`] holds buffers, each through a `Held`, which marks its buffer for as long as
+//!    it exists.
+//! 3. A buffer passes from the loader to the servo only as [`Loaded`], which borrows the loader mutably: while it
+//!    exists, nothing is loaded.
+//! 4. Everything else reads through a borrow of `Loader` or `BufferedServo`, which ends before they write.
 //!
-//! So a buffer is written only while no reference to it exists. The samples lie in flash: a buffer keeps
-//! the [`Lease`] of their slot for as long as it keeps the compensation, and [`Loader::vacate`] gives it
-//! back.
+//! So a buffer is written only while no reference to it exists. The samples are in flash: a buffer keeps the [`Lease`]
+//! of their slot for as long as it keeps the compensation, and [`Loader::vacate`] returns it.
 #![allow(unsafe_code)]
 
 #[cfg(test)]
@@ -31,28 +30,28 @@ use trueaxis::{
     Compensation, Correction, Handle, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
 };
 
-/// Two compensations in static memory, empty at first: all zeros, which take no flash.
+/// Two compensations in static memory, initially empty: all zeros, so they take no flash.
 pub struct DoubleBuffer<C: Room = Usual> {
     both: [Buffer<C>; 2],
     taken: AtomicBool,
 }
 
-/// One of the two.
+/// One of the two buffers.
 struct Buffer<C: Room> {
     cell: UnsafeCell<Content<C>>,
-    /// By the servo. Written by `Held` only.
+    /// Held by the servo. Written by `Held` only.
     held: AtomicBool,
 }
 
-/// A compensation, with the lease of the bytes that it reads.
+/// A compensation, with the lease of the bytes it reads.
 struct Content<C: Room> {
     compensation: Compensation<'static, C>,
     lease: Option<Lease>,
 }
 
-// SAFETY: the cell is written only by the one `Loader`, and only while no reference into it
-// exists (the rules at the head of this file); otherwise it is shared for reading, which a
-// `Compensation` allows: it is plain data. The mark is atomic.
+// SAFETY: the cell is written only by the single `Loader`, and only while no reference into it exists (the rules at the
+// head of this file). Otherwise it is shared for reading, which a `Compensation` permits because it is plain data. The
+// mark is atomic.
 unsafe impl<C: Room> Sync for Buffer<C> {}
 
 impl<C: Room> Buffer<C> {
@@ -66,20 +65,19 @@ impl<C: Room> Buffer<C> {
         }
     }
 
-    /// Private: whoever calls it keeps the rules at the head of this file.
+    /// Private: callers must follow the rules at the head of this file.
     fn read(&self) -> &Compensation<'static, C> {
-        // SAFETY: it is called from `Loaded` and `Loader`, whose borrows keep the one writer from
-        // writing; and from `Held`, whose mark keeps the writer off. So no `&mut` exists while the
-        // reference lives.
+        // SAFETY: called by `Loaded` and `Loader`, whose borrows prevent the only writer from writing, and by `Held`,
+        // whose mark keeps the writer away. So no `&mut` exists while the reference lives.
         unsafe { &(*self.cell.get()).compensation }
     }
 }
 
-/// What the servo holds a buffer by.
+/// The servo's handle of a buffer.
 struct Held<C: Room>(&'static Buffer<C>);
 
 impl<C: Room> Held<C> {
-    /// Marks a buffer that is [`Loaded`], or that nobody can have written yet.
+    /// Marks a buffer that is [`Loaded`], or that cannot have been written yet.
     fn new(buffer: &'static Buffer<C>) -> Self {
         buffer.held.store(true, Ordering::Release);
         Self(buffer)
@@ -95,7 +93,7 @@ impl<C: Room> Handle for Held<C> {
     }
 }
 
-/// The servo reads it no more: what it has read comes before this.
+/// The servo no longer reads the buffer; all its reads happen before this store.
 impl<C: Room> Drop for Held<C> {
     fn drop(&mut self) {
         self.0.held.store(false, Ordering::Release);
@@ -105,9 +103,9 @@ impl<C: Room> Drop for Held<C> {
 /// Why no compensation was loaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NotLoaded {
-    /// The servo holds both buffers: a change is under way.
+    /// The servo holds both buffers because a change is in progress.
     Busy,
-    /// The blob is refused.
+    /// The blob was refused.
     Refused(LoadError),
 }
 
@@ -129,7 +127,7 @@ impl<C: Room> Default for DoubleBuffer<C> {
 }
 
 impl<C: Room> DoubleBuffer<C> {
-    /// Both empty; for a `static`.
+    /// Both buffers empty; for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -138,7 +136,7 @@ impl<C: Room> DoubleBuffer<C> {
         }
     }
 
-    /// The two sides, the first time it is called.
+    /// The two sides, on the first call only.
     pub fn split(&'static self) -> Option<(Loader<C>, BufferedServo<C>)> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
@@ -152,11 +150,11 @@ impl<C: Room> DoubleBuffer<C> {
         Some((Loader { buffers: self }, servo))
     }
 
-    /// Takes both sides back, which ends the servo; both buffers are empty, and can be split again. Leases
-    /// are dropped. False if the sides are of other buffers: those stay split for ever.
+    /// Takes both sides back, which ends the servo. Both buffers are then empty and can be split again; leases are
+    /// dropped. Returns false if the sides belong to other buffers, which then stay split for ever.
     pub fn unite(&'static self, mut loader: Loader<C>, servo: BufferedServo<C>) -> bool {
         let ours = core::ptr::eq(self, loader.buffers) && core::ptr::eq(self, servo.buffers);
-        // It holds no buffer any more.
+        // It no longer holds a buffer.
         drop(servo);
         if ours {
             for buffer in &self.both {
@@ -167,7 +165,7 @@ impl<C: Room> DoubleBuffer<C> {
         ours
     }
 
-    /// The buffer beside this one.
+    /// The other buffer.
     fn other(&self, buffer: &Buffer<C>) -> &Buffer<C> {
         let [first, second] = &self.both;
         if core::ptr::eq(first, buffer) {
@@ -178,23 +176,23 @@ impl<C: Room> DoubleBuffer<C> {
     }
 }
 
-/// The side that loads: that of the main loop.
+/// The loading side, for the main loop.
 pub struct Loader<C: Room> {
     buffers: &'static DoubleBuffer<C>,
 }
 
 impl<C: Room> Loader<C> {
-    /// Loads a blob into the vacant buffer, which is to be [vacated](Self::vacate) before: a lease that is
-    /// still there is dropped. Bytes after the blob are ignored.
+    /// Loads a blob into the vacant buffer. [Vacate](Self::vacate) it first, because a lease that is still there is
+    /// dropped. Bytes after the blob are ignored.
     ///
     /// # Errors
-    /// [`NotLoaded`]. The lease of a blob that is refused comes back with the next `vacate`.
+    /// [`NotLoaded`]. The next `vacate` returns the lease of a refused blob.
     pub fn load(&mut self, blob: impl Into<Lease>) -> Result<Loaded<'_, C>, NotLoaded> {
         let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
         let content = self.write(buffer);
         let lease = content.lease.insert(blob.into());
-        // SAFETY: the compensation is emptied, or loaded with another lease, before this one leaves the
-        // buffer; it is seen only with the lifetimes of borrows.
+        // SAFETY: the compensation is emptied, or loaded with another lease, before this one leaves the buffer; it is
+        // visible only with the lifetimes of borrows.
         let bytes = unsafe { lease.kept() };
         let loaded = content.compensation.load_slot(bytes);
         loaded.map_err(NotLoaded::Refused)?;
@@ -205,8 +203,8 @@ impl<C: Room> Loader<C> {
         })
     }
 
-    /// Loads a blob into the vacant buffer, has a look at the compensation in use and at this one, and
-    /// empties the buffer.
+    /// Loads a blob into the vacant buffer, calls `look` with the compensation in use and the new one, and empties the
+    /// buffer.
     ///
     /// # Errors
     /// [`NotLoaded`]
@@ -215,36 +213,36 @@ impl<C: Room> Loader<C> {
         blob: &[u8],
         look: impl FnOnce(&Compensation<'_, C>, &Compensation<'_, C>) -> R,
     ) -> Result<R, NotLoaded> {
-        /// Empties a compensation, whatever happens before.
+        /// Empties a compensation on drop, whatever happens before.
         struct Emptied<'c, C: Room>(&'c mut Compensation<'static, C>);
         impl<C: Room> Drop for Emptied<'_, C> {
             fn drop(&mut self) {
-                // No bytes are no blob: refused, and emptied thereby.
+                // An empty slice is not a blob, so it is refused and leaves the compensation empty.
                 let _ = self.0.load_slot(&[]);
             }
         }
         let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
         let active = self.buffers.other(buffer);
-        // SAFETY: the compensation is emptied before this returns or unwinds, so it does not outlive
-        // `blob`. Nobody else can read the buffer meanwhile: it is not held, and `self` is borrowed. `look`
-        // sees it with a lifetime of its own, and can keep nothing of it.
+        // SAFETY: the compensation is emptied before this returns or unwinds, so it does not outlive `blob`. Nothing
+        // else can read the buffer meanwhile: it is not held, and `self` is borrowed. `look` sees it with its own
+        // lifetime and cannot keep any of it.
         let blob: &'static [u8] = unsafe { &*core::ptr::from_ref(blob) };
         let new = Emptied(&mut self.write(buffer).compensation);
         new.0.load_slot(blob).map_err(NotLoaded::Refused)?;
         Ok(look(active.read(), new.0))
     }
 
-    /// Empties the vacant buffer, so that no buffer refers to any slot but the active one, and returns the
-    /// lease that was there.
+    /// Empties the vacant buffer, so that no buffer refers to any slot except the active one, and returns the lease
+    /// that was there.
     ///
     /// # Errors
-    /// [`NotLoaded::Busy`]: the servo holds both.
+    /// [`NotLoaded::Busy`]: the servo holds both buffers.
     pub fn vacate(&mut self) -> Result<Option<Lease>, NotLoaded> {
         let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
         Ok(self.empty(buffer))
     }
 
-    /// The compensation that the servo uses; during a change the old one or the new one.
+    /// The compensation used by the servo; during a change, the old or the new one.
     #[must_use]
     pub fn current(&self) -> &Compensation<'_, C> {
         let [first, second] = &self.buffers.both;
@@ -252,32 +250,31 @@ impl<C: Room> Loader<C> {
         if held { first.read() } else { second.read() }
     }
 
-    /// A buffer that the servo does not hold. Only [`BufferedServo`] makes it hold one, and only one
-    /// that is `Loaded`, which cannot exist here: this borrows the loader too. So it stays vacant.
+    /// A buffer that the servo does not hold. Only [`BufferedServo`] makes the servo hold a buffer, and only a `Loaded`
+    /// one, which cannot exist here because this borrows the loader as well. So it stays vacant.
     fn vacant(&self) -> Option<&'static Buffer<C>> {
         let held = |buffer: &&Buffer<C>| buffer.held.load(Ordering::Acquire);
         self.buffers.both.iter().find(|buffer| !held(buffer))
     }
 
-    /// Empties a buffer of these that is [`vacant`](Self::vacant).
+    /// Empties one of these buffers, which must be [`vacant`](Self::vacant).
     fn empty(&mut self, buffer: &Buffer<C>) -> Option<Lease> {
         let content = self.write(buffer);
-        // No bytes are no blob: refused, and emptied thereby.
+        // An empty slice is not a blob, so it is refused and leaves the compensation empty.
         let _ = content.compensation.load_slot(&[]);
         content.lease.take()
     }
 
-    /// Write access to a buffer of these that is [`vacant`](Self::vacant).
+    /// Write access to one of these buffers, which must be [`vacant`](Self::vacant).
     fn write<'w>(&'w mut self, buffer: &'w Buffer<C>) -> &'w mut Content<C> {
-        // SAFETY: the buffer is not held, so the servo has no reference to it; those of `Loaded` and
-        // `current` are borrows of `self`, which is borrowed mutably. There is one `Loader` for
-        // these buffers. The acquiring load in `vacant` comes after the servo's last reading, which
-        // the releasing store of `Held` follows.
+        // SAFETY: the buffer is not held, so the servo has no reference to it. References from `Loaded` and `current`
+        // are borrows of `self`, which is borrowed mutably. These buffers have a single `Loader`. The acquiring load in
+        // `vacant` comes after the servo's last read, which precedes the releasing store in `Held`.
         unsafe { &mut *buffer.cell.get() }
     }
 }
 
-/// A compensation that is loaded and can be given to the servo.
+/// A loaded compensation that can be given to the servo.
 pub struct Loaded<'l, C: Room> {
     buffers: &'static DoubleBuffer<C>,
     buffer: &'static Buffer<C>,
@@ -285,20 +282,20 @@ pub struct Loaded<'l, C: Room> {
 }
 
 impl<C: Room> Loaded<'_, C> {
-    /// What is loaded.
+    /// The loaded compensation.
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, C> {
         self.buffer.read()
     }
 
-    /// What the servo uses.
+    /// The compensation in use.
     #[must_use]
     pub fn active(&self) -> &Compensation<'_, C> {
         self.buffers.other(self.buffer).read()
     }
 }
 
-/// The servo with the buffers it reads: the side of the interrupt.
+/// The servo with the buffers it reads, for the interrupt.
 pub struct BufferedServo<C: Room> {
     buffers: &'static DoubleBuffer<C>,
     servo: Servo<Held<C>>,
@@ -316,7 +313,7 @@ impl<C: Room> BufferedServo<C> {
     ) -> Correction<C::Axes<f32>> {
         let correction = self.servo.update(inputs, referenced, dt);
         if self.changing && !self.servo.is_swapping() {
-            // With this the servo holds only `compensation()`, and that is the new one.
+            // After this the servo holds only `compensation()`, which is the new one.
             drop(self.servo.take_retired());
             self.changing = false;
         }
@@ -331,7 +328,7 @@ impl<C: Room> BufferedServo<C> {
         if self.changing || !core::ptr::eq(self.buffers, loaded.buffers) {
             return Err(Refused::Busy);
         }
-        // What comes back is held no more.
+        // The returned handle is no longer held.
         match self.servo.swap(Held::new(loaded.buffer)) {
             Ok(_) => {
                 self.changing = true;
@@ -341,16 +338,16 @@ impl<C: Room> BufferedServo<C> {
         }
     }
 
-    /// Starts a new servo with a compensation that may have other axes: disabled, zero, directions
-    /// of travel unknown. To be called only while all corrections are zero, or they jump there.
+    /// Starts a new servo with a compensation that may have other axes: disabled, zero, directions of travel unknown.
+    /// Call it only while all corrections are zero, because they would jump there.
     ///
     /// # Errors
-    /// [`Refused::Busy`] while a change is under way.
+    /// [`Refused::Busy`] while a change is in progress.
     pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         if self.changing || !core::ptr::eq(self.buffers, loaded.buffers) {
             return Err(Refused::Busy);
         }
-        // The old servo goes, and holds its buffer no more.
+        // The old servo is dropped and releases its buffer.
         self.servo = Servo::new(Held::new(loaded.buffer));
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The controller side of trueaxis.
 //!
-//! A motion controller links this crate beside its own code. It re-exports the
-//! runtime; table slots, the host link, thermal inputs and the main loop of a board join it here.
+//! A motion controller links this crate beside its own code. It re-exports the runtime and adds table slots, the host
+//! link, thermal inputs and the main loop of a board.
 #![no_std]
 #![deny(unsafe_code)]
 

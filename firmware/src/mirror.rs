@@ -1,9 +1,7 @@
-//! Table slots that are read in memory, where a copy of them is kept: for flash that cannot be read in
-//! place at any time. Of two banks the one that is erased or written cannot be read, and holds both
-//! slots; or the flash is behind a bus of its own.
+//! Table slots whose contents are mirrored in memory and read there, for flash that cannot always be read in place: of
+//! two banks, the one being erased or written cannot be read and holds both slots, or the flash is on an external bus.
 //!
-//! With the program elsewhere, a servo that reads its samples here runs on while a slot is erased
-//! and written.
+//! If the program is elsewhere, a servo that reads its samples here keeps running while a slot is erased and written.
 #![allow(unsafe_code)]
 
 #[cfg(test)]
@@ -16,12 +14,12 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 use crate::slots::{Mapped, Slot, TableFlash, WhileBusy};
 
-/// Bytes that are read at once while all is well.
+/// Bytes per read while there are no errors.
 const PIECE: usize = 1024;
-/// Bytes that are read at once where a piece cannot be read: one word with its error-correcting code.
+/// Bytes per read where a piece cannot be read: one word with its error-correcting code.
 const WORD: usize = 32;
 
-/// Room for both slots: a `static mut` of `main`, all zeros, which takes no flash.
+/// Memory for both slots: a `static mut` of `main`, all zeros, so it takes no flash.
 #[repr(C, align(32))]
 pub struct Memory<const SLOT: usize>([UnsafeCell<[u8; SLOT]>; 2]);
 
@@ -44,18 +42,18 @@ impl<const SLOT: usize> Memory<SLOT> {
 
 /// A flash with two slots of `SLOT` bytes, mirrored in memory.
 ///
-/// A word that cannot be read (whose power has gone while it was programmed, where there is an
-/// error-correcting code) is zeros in memory: neither blank nor part of a valid blob.
+/// A word that cannot be read (because the power went while it was being programmed, if there is an error-correcting
+/// code) is zeros in memory: neither blank nor part of a valid blob.
 pub struct Mirrored<F, const SLOT: usize> {
     flash: F,
-    /// First addresses of the slots.
+    /// Start addresses of the slots.
     starts: [u32; 2],
     while_busy: WhileBusy,
     memory: &'static Memory<SLOT>,
 }
 
 impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
-    /// Reads both slots, which begin at `starts` in the addresses of the driver.
+    /// Reads both slots, which begin at `starts` in the address space of the driver.
     pub fn open(
         flash: F,
         starts: [u32; 2],
@@ -74,12 +72,12 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         mirrored
     }
 
-    /// Stops: gives the flash back; the memory is for whoever still reads there.
+    /// Stops and returns the flash; the memory remains for anything that still reads it.
     pub fn close(self) -> F {
         self.flash
     }
 
-    /// Copies from the flash what it holds now.
+    /// Copies the current contents of the flash.
     fn refresh(&mut self, from: u32, length: usize) {
         let mut piece = [0; PIECE];
         for at in (0..length).step_by(PIECE) {
@@ -98,7 +96,7 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         }
     }
 
-    /// Replaces bytes in memory, those of them that are in a slot.
+    /// Updates the bytes in memory that belong to a slot.
     fn put(&mut self, from: u32, bytes: &[u8]) {
         for (cell, start) in self.memory.0.iter().zip(self.starts) {
             let (first, end) = (from.max(start), start + SLOT as u32);
@@ -113,9 +111,9 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
             else {
                 continue;
             };
-            // SAFETY: `at` and the `count` bytes behind it are within the cell: `end` is at most that of the
-            // slot. `bytes`, as many, do not overlap it: they are of the caller. `self` alone has this memory,
-            // and is borrowed mutably: whoever looks at these bytes meanwhile breaks what `Mapped` promises.
+            // SAFETY: `at` and the `count` bytes after it are within the cell: `end` is at most that of the slot.
+            // `bytes`, of the same length, do not overlap it because they belong to the caller. Only `self` has this
+            // memory, and it is borrowed mutably: reading these bytes meanwhile would break the contract of `Mapped`.
             unsafe {
                 let place = cell.get().cast::<u8>().add(at);
                 place.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
@@ -123,7 +121,7 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         }
     }
 
-    /// The first bytes of a slot; none, if there are not so many.
+    /// The first bytes of a slot; empty if there are not that many.
     fn mapped(&self, slot: Slot, length: usize) -> Mapped {
         let [a, b] = &self.memory.0;
         let cell = match slot {
@@ -133,8 +131,8 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         if length > SLOT {
             return Mapped::constant(&[]);
         }
-        // SAFETY: these bytes are within the cell, which is initialised and lives for ever. They are
-        // changed by `put` alone, which `open`, `erase` and `write` call with `self` mutably.
+        // SAFETY: these bytes are within the cell, which is initialised and lives for ever. Only `put` changes them,
+        // called by `open`, `erase` and `write` with `self` borrowed mutably.
         unsafe { Mapped::new(cell.get().cast::<u8>().cast_const(), length) }
     }
 }

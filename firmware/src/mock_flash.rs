@@ -1,4 +1,4 @@
-//! A NOR flash on the desktop that can lose its power, stall its readers and flip its bits.
+//! A NOR flash on the desktop that can lose power, stall its readers and flip its bits.
 
 use std::boxed::Box;
 use std::cell::RefCell;
@@ -16,18 +16,18 @@ use embedded_storage::nor_flash::{
 
 use crate::slots::{Mapped, Slot, Slots, TableFlash, WhileBusy};
 
-/// Why the mock did not do what it was asked.
+/// Why an operation of the mock failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MockError {
-    /// The fuel is used up: everything fails until the power comes back.
+    /// The fuel is used up: everything fails until power returns.
     PowerCut,
     /// A word was written that was not blank.
     NotBlank,
-    /// A word whose error-correcting code does not hold was read.
+    /// A word was read whose error-correcting code reports an error.
     Torn,
     /// A word with a [`Defect`] was programmed.
     Defective,
-    /// The address is not a multiple of the size, or outside.
+    /// The address is out of range or not a multiple of the required size.
     Place(NorFlashErrorKind),
 }
 
@@ -51,33 +51,33 @@ pub enum Busy {
     Program,
 }
 
-/// What an erase that was cut leaves behind.
+/// State left by an interrupted erase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CutErase {
     /// The first bytes are erased.
     Ascending,
     /// The last bytes are erased.
     Descending,
-    /// Any bits are erased; the number decides which.
+    /// Arbitrary bits are erased; the number selects them.
     Scattered(u64),
 }
 
-/// How a word of the flash fails.
+/// Failure mode of a word of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// Programming it is an error until its block is erased: a word that reads blank and is not, as
-    /// cut programming leaves it where there is an error-correcting code.
+    /// Programming it fails until its block is erased: a word that reads blank but is not, as left by interrupted
+    /// programming when there is an error-correcting code.
     UntilErased,
-    /// Programming it is always an error.
+    /// Programming it always fails.
     Refuses,
     /// Some of its bits stay at 1 when it is programmed, without an error.
     Misreads,
-    /// It keeps its bits, whatever is erased or programmed, without an error.
+    /// It keeps its bits when erased or programmed, without an error.
     Stuck,
 }
 
 impl Defect {
-    /// All of them.
+    /// All defects.
     pub const ALL: [Self; 4] = [
         Self::UntilErased,
         Self::Refuses,
@@ -86,12 +86,12 @@ impl Defect {
     ];
 }
 
-/// Of an error-correcting code: the words for which it does not hold.
+/// State of an error-correcting code: the words that it reports as bad.
 #[derive(Default)]
 struct Code {
-    /// Since their programming or erase was cut.
+    /// Words whose programming or erase was interrupted.
     torn: BTreeSet<usize>,
-    /// Since bits of them have flipped.
+    /// Words with flipped bits.
     flipped: BTreeSet<usize>,
 }
 
@@ -101,7 +101,7 @@ type Listener = Box<dyn FnMut(Busy) + Send>;
 pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
     memory: Vec<u8>,
     erases: Vec<u32>,
-    /// Blocks whose erase was cut and that were not erased since.
+    /// Blocks whose erase was interrupted and that have not been erased since.
     weak: Vec<bool>,
     fuel: Option<u64>,
     spent: u64,
@@ -110,14 +110,14 @@ pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
     listener: Option<Listener>,
     programmed_weak: u32,
     refused: u32,
-    /// Words that fail.
+    /// Defective words.
     defects: BTreeMap<usize, Defect>,
     code: Option<Code>,
     in_place: RefCell<[Option<&'static [u8]>; 2]>,
 }
 
 impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
-    /// Two blank slots of `blocks` blocks each, in a flash that a servo in RAM does not notice.
+    /// Two blank slots of `blocks` blocks each, in a flash that does not affect a servo in RAM.
     #[must_use]
     pub fn new(blocks: usize) -> Self {
         Self {
@@ -137,33 +137,33 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         }
     }
 
-    /// Says what keeps the servo running.
+    /// Sets how the servo keeps running.
     #[must_use]
     pub fn with_while_busy(mut self, while_busy: WhileBusy) -> Self {
         self.while_busy = while_busy;
         self
     }
 
-    /// With an error-correcting code for each word: one whose programming or erase was cut, or of which
-    /// bits [flip](Self::flip), can no longer be read; reading it in place is a panic.
+    /// Adds an error-correcting code to each word: a word whose programming or erase was interrupted, or whose bits
+    /// [flip](Self::flip), can no longer be read; reading it in place panics.
     #[must_use]
     pub fn with_code(mut self) -> Self {
         self.code = Some(Code::default());
         self
     }
 
-    /// Called in the midst of every erase and program, where an interrupt would come.
+    /// Sets a function that is called in the middle of every erase and program, where an interrupt would occur.
     pub fn set_listener(&mut self, listener: impl FnMut(Busy) + Send + 'static) {
         self.listener = Some(Box::new(listener));
     }
 
-    /// Cuts the power when this many more bytes have been erased or programmed; the byte at which
-    /// it goes is left between old and new. `None`: power without end.
+    /// Cuts the power after this many more bytes have been erased or programmed; the last byte is left in a state
+    /// between old and new. `None`: unlimited power.
     pub fn set_fuel(&mut self, fuel: Option<u64>) {
         self.fuel = fuel;
     }
 
-    /// What erases leave that the power cuts.
+    /// Sets the state that interrupted erases leave.
     pub fn set_cut_erase(&mut self, cut_erase: CutErase) {
         self.cut_erase = cut_erase;
     }
@@ -181,13 +181,13 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         &self.erases[slot.index() * blocks..][..blocks]
     }
 
-    /// Words that were programmed in a block whose last erase was cut: such cells need not hold.
+    /// Words that were programmed in a block whose last erase was interrupted: such cells are unreliable.
     #[must_use]
     pub fn programmed_weak(&self) -> u32 {
         self.programmed_weak
     }
 
-    /// Operations that were no use of a NOR flash: words written twice, wrong addresses.
+    /// Operations that a NOR flash does not permit: words written twice, wrong addresses.
     #[must_use]
     pub fn refused(&self) -> u32 {
         self.refused
@@ -199,7 +199,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.defects.insert(place / WRITE, defect);
     }
 
-    /// Flips one bit of a slot; with a code, the word can be read no longer, or can be again.
+    /// Flips one bit of a slot. With an error-correcting code, the word becomes unreadable, or readable again.
     pub fn flip(&mut self, slot: Slot, bit: usize) {
         let place = slot.index() * self.memory.len() / 2 + bit / 8;
         match &mut self.code {
@@ -213,7 +213,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.changed(place);
     }
 
-    /// Whether a word of these bytes cannot be read.
+    /// Whether any word of these bytes cannot be read.
     fn is_torn(&self, bytes: Range<usize>) -> bool {
         let words = bytes.start / WRITE..bytes.end.div_ceil(WRITE);
         let among = |set: &BTreeSet<usize>| set.range(words.clone()).next().is_some();
@@ -221,7 +221,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         code.is_some_and(|code| among(&code.torn) || among(&code.flipped))
     }
 
-    /// These words were cut, or are whole from now on.
+    /// Marks these words as interrupted, or as intact.
     fn tear(&mut self, words: Range<usize>, cut: bool) {
         if let Some(code) = &mut self.code {
             for word in words {
@@ -242,7 +242,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         &self.memory[slot.index() * length..][..length]
     }
 
-    /// Both slots, to fill or change at will.
+    /// Both slots, for arbitrary changes.
     pub fn image(&mut self) -> &mut [u8] {
         *self.in_place.get_mut() = [None; 2];
         &mut self.memory
@@ -253,7 +253,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.in_place.get_mut()[slot] = None;
     }
 
-    /// Takes the fuel for one byte; false: it was the last.
+    /// Uses the fuel for one byte; returns false if it was the last.
     fn burn(&mut self) -> bool {
         self.spent += 1;
         match &mut self.fuel {
@@ -304,7 +304,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             }
             if !matches!(self.cut_erase, CutErase::Scattered(_)) {
                 self.memory[place] = 0xFF;
-                // Its other bytes may still be to come: until then it was cut.
+                // Its other bytes may still follow; until then it counts as interrupted.
                 let word = place / WRITE;
                 let whole = self.memory[word * WRITE..][..WRITE]
                     .iter()
@@ -324,7 +324,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         Ok(())
     }
 
-    /// The power goes while `place` is erased.
+    /// The power goes while `place` is being erased.
     fn half_erase(&mut self, place: usize, block: Range<usize>) {
         let CutErase::Scattered(seed) = self.cut_erase else {
             self.memory[place] |= 0x5A;
@@ -440,10 +440,10 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
         start as u32..(start + length) as u32
     }
 
-    /// A copy that stays as it is and is never freed.
+    /// A copy that never changes and is never freed.
     ///
     /// # Panics
-    /// One of these bytes cannot be read: on a target, a fault of the bus.
+    /// If one of these bytes cannot be read; on a target that would be a bus fault.
     fn in_place(&self, slot: Slot, length: u32) -> Mapped {
         let start = slot.index() * self.memory.len() / 2;
         let end = start + length as usize;
@@ -459,14 +459,14 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
 }
 
 impl<const WRITE: usize, const ERASE: usize> Slots<MockFlash<WRITE, ERASE>> {
-    /// Gives the flash back. What is leased is a copy, and stays as it is.
+    /// Returns the flash. Leased bytes are copies and stay unchanged.
     #[must_use]
     pub fn close(self) -> MockFlash<WRITE, ERASE> {
         self.into_flash()
     }
 }
 
-/// What was once read in place: the same bytes share one copy.
+/// Copies of everything read in place; equal bytes share one copy.
 static COPIES: Mutex<BTreeSet<&'static [u8]>> = Mutex::new(BTreeSet::new());
 
 /// A copy at a multiple of 32 bytes, never freed.

@@ -1,53 +1,52 @@
-//! The other end: what a motion side does with corrections, and when they stop.
+//! The other end: how a motion side applies corrections, and what it does when they stop.
 //!
-//! A reference for whoever writes the motion side, in any language. Once per period it makes a
-//! frame of its command, exchanges it, and gives what has come back to [`MotionSide::answer`],
-//! which says what to add to the command. Whatever comes, or does not:
+//! A reference for implementing the motion side in any language. Once per period it makes a frame of its command,
+//! exchanges it, and passes the received bytes to [`MotionSide::answer`], which returns what to add to the command.
+//! Whatever is received, or if nothing is:
 //!
-//! - **never a step**: what is added changes by at most a bound per period, all axes by a common
-//!   part of the way, so that corrections that cancel each other stay together;
-//! - **hold, then ramp**: without news it stays as it is for a while, and then goes to zero;
-//! - **news** is an answer that is whole, within bounds, for one of the last commands, and for
-//!   another one than the answer before. A controller that is dead, while its SPI hardware sends the
-//!   same bytes for ever, gives none.
+//! - **never a step**: the added correction changes by at most a bound per period. All axes cover the same fraction of
+//!   their distance, so corrections that cancel each other stay together;
+//! - **hold, then ramp**: without news it stays unchanged for a while, and then goes to zero;
+//! - **news** is an answer that is complete, within bounds, for one of the last commands, and for a different one than
+//!   the previous answer. A dead controller whose SPI hardware keeps sending the same bytes gives no news.
 //!
-//! What the machine does then is an [alarm](Applied::alarm): hold the feed, stop the program.
+//! The machine must react to an [alarm](Applied::alarm): hold the feed, stop the program.
 
 use crate::device::Command;
 use crate::spi::{Answer, CommandFrame};
 
-/// What a motion side accepts. All of it is about the machine, and independent of the controller.
+/// Limits that a motion side enforces. They depend only on the machine and are independent of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const AXES: usize> {
-    /// Largest correction of each axis, mm or degrees, above zero: an answer beyond it is none.
+    /// Largest correction of each axis, mm or degrees, above zero. An answer that exceeds it is rejected.
     pub value: [f32; AXES],
-    /// Largest change of each axis in one period, mm or degrees, above zero; at least the rate
-    /// bound of the compensation times the period, or corrections lag behind.
+    /// Largest change of each axis in one period, mm or degrees, above zero. Should be at least the rate bound of the
+    /// compensation times the period, or corrections lag.
     pub step: [f32; AXES],
-    /// For so many periods without news the corrections stay as they are.
+    /// Number of periods without news for which the corrections stay unchanged.
     pub hold: u32,
 }
 
-/// What is added to the commands, and why.
+/// How the added correction is determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
-    /// What the controller gives, or on the way to it.
+    /// It follows the controller, or is moving to the value it gave.
     Following,
-    /// No news: the last one stays.
+    /// No news: the last correction is held.
     Holding,
-    /// None for too long: on the way to zero, or there.
+    /// No news for too long: ramping to zero, or at zero.
     Leaving,
 }
 
 /// What to add to the commands of this period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Applied<const AXES: usize> {
-    /// To be added, mm or degrees.
+    /// Correction to add, mm or degrees.
     pub dq: [f32; AXES],
-    /// Why.
+    /// How it was determined.
     pub state: State,
-    /// No news for longer than is tolerated, or the controller says that something is wrong.
+    /// No news for longer than tolerated, or the controller reports a fault.
     pub alarm: bool,
 }
 
@@ -55,32 +54,32 @@ pub struct Applied<const AXES: usize> {
 #[derive(Clone, Copy, Debug)]
 pub struct MotionSide<const AXES: usize> {
     bounds: Bounds<AXES>,
-    /// Count of the last command.
+    /// Counter of the last command.
     count: u8,
-    /// Count in the last sound answer.
+    /// Counter in the last valid answer.
     seen: Option<u8>,
-    /// What is added now.
+    /// The correction being added.
     dq: [f32; AXES],
-    /// The last news.
+    /// Corrections of the last news.
     wanted: [f32; AXES],
     /// Periods without news; more than `hold` after start.
     silent: u32,
-    /// Pieces of news in a row.
+    /// Consecutive news.
     steady: u32,
     healthy: bool,
     refused: u32,
 }
 
 impl<const AXES: usize> MotionSide<AXES> {
-    /// An answer may be for a command so many periods before the last, which is the usual one; and
-    /// so many periods without news are no alarm. The controller tolerates as many
+    /// An answer may be for a command up to this many periods before the last one, which is the normal case; and this
+    /// many periods without news raise no alarm. The controller tolerates the same number
     /// ([`Tolerance::USUAL`](crate::spi::Tolerance::USUAL)).
     pub const LATE: u8 = 4;
-    /// After a loss, so many pieces of news in a row are followed again: more than old frames can
-    /// look like, two of which a dead controller may send in turn.
+    /// Number of consecutive news required to follow again after a loss: more than old frames can imitate, two of which
+    /// a dead controller may send alternately.
     pub const STEADY: u32 = 2 * (Self::LATE as u32 + 1);
 
-    /// Nothing has come yet: no corrections.
+    /// Nothing received yet: no corrections.
     #[must_use]
     pub const fn new(bounds: Bounds<AXES>) -> Self {
         Self {
@@ -107,8 +106,8 @@ impl<const AXES: usize> MotionSide<AXES> {
         CommandFrame { count, command }.put(out)
     }
 
-    /// What has come back while the frame of [`command`](Self::command) went out; nothing, or
-    /// anything. `pin`: level of the fault pin, high while there is no fault.
+    /// Processes the bytes received while the frame of [`command`](Self::command) was sent, which may be empty or
+    /// arbitrary. `pin`: level of the fault pin, high while there is no fault.
     pub fn answer(&mut self, bytes: &[u8], pin: bool) -> Applied<AXES> {
         match self.news(bytes) {
             Some(dq) => {
@@ -142,7 +141,7 @@ impl<const AXES: usize> MotionSide<AXES> {
         }
     }
 
-    /// Answers that were whole but not acceptable: not numbers, or beyond the bounds.
+    /// Number of answers that were complete but unacceptable: NaN, or beyond the bounds.
     #[must_use]
     pub const fn refused(&self) -> u32 {
         self.refused
@@ -157,13 +156,13 @@ impl<const AXES: usize> MotionSide<AXES> {
         let answer = Answer::<[f32; AXES]>::get(bytes).ok()?;
         let count = answer.count?;
         let other = self.seen.replace(count) != Some(count);
-        // 1: the command before the one that goes out now.
+        // 1: the command before the one being sent now.
         let age = self.count.wrapping_sub(count);
         if !other || !(1..=1 + Self::LATE).contains(&age) {
             return None;
         }
         self.healthy = answer.healthy;
-        // False for what is not a number.
+        // False for NaN.
         let within = |(dq, most): (&f32, &f32)| dq.abs() <= *most;
         if !answer.dq.iter().zip(&self.bounds.value).all(within) {
             self.refused = self.refused.wrapping_add(1);
@@ -172,11 +171,12 @@ impl<const AXES: usize> MotionSide<AXES> {
         Some(answer.dq)
     }
 
-    /// Goes to what is wanted, as far as one period allows: all axes the same part of their ways.
+    /// Moves towards the wanted corrections as far as one period permits, all axes by the same fraction of their
+    /// distance.
     fn approach(&mut self) {
         let mut most = 1.0_f32;
         for ((dq, wanted), step) in self.dq.iter().zip(&self.wanted).zip(&self.bounds.step) {
-            // Of an axis without a step there is no way either; what is not a number is left out.
+            // An axis without a permitted change has no distance to cover; NaN is left out.
             most = ((wanted - dq).abs() / step).max(most);
         }
         if most > 1.0 {

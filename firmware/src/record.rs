@@ -1,14 +1,14 @@
-//! Why the program has stopped, in memory that a reset leaves as it is.
+//! The reason for the last stop of the program, in memory that survives a reset.
 //!
-//! A handler for a fault has no time, no stack to rely on and no log: it writes a few words, and
-//! the next start finds them. A board gives them a place that nothing initialises.
+//! A fault handler has no time, no stack to rely on and no log: it writes a few words, and the next start reads them. A
+//! board places them in memory that is never initialised.
 
 use trueaxis::link::{Restart, Tail};
 
-/// Words of a record.
+/// Number of words in a record.
 pub const WORDS: usize = 10;
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-/// The first word, with the version of what follows.
+/// The first word, including the version of the rest.
 const MARK: u32 = 0x7472_7801;
 
 const SOFTWARE: u32 = 1;
@@ -17,13 +17,13 @@ const EXCEPTION: u32 = 3;
 const PANIC: u32 = 4;
 const CLOCK: u32 = 5;
 
-/// What has been written down before a reset.
+/// The record written before a reset.
 pub type Words = [u32; WORDS];
 
-/// Words of which [`read`] makes nothing: to be left behind when they have been read.
+/// Words that [`read`] ignores; write them after reading the record.
 pub const NONE: Words = [0; WORDS];
 
-/// Writes a reason down. Those that no program can know are none.
+/// Encodes a reason. Reasons that a program cannot know give [`NONE`].
 #[must_use]
 pub fn write(reason: &Restart) -> Words {
     let mut words = NONE;
@@ -36,7 +36,7 @@ pub fn write(reason: &Restart) -> Words {
         Restart::Exception { address, status } => (*kind, *a, *b) = (EXCEPTION, address, status),
         Restart::Panic { line, file } => {
             (*kind, *a) = (PANIC, line);
-            // The first bytes of the tail go into `b`, which is free.
+            // The first bytes of the tail go into `b`, which is unused.
             let places = core::iter::once(b).chain(text);
             for (place, bytes) in places.zip(file.0.chunks_exact(4)) {
                 *place = word(bytes);
@@ -49,7 +49,7 @@ pub fn write(reason: &Restart) -> Words {
     words
 }
 
-/// What was written down, if it is whole.
+/// Decodes a record if it is intact.
 #[must_use]
 pub fn read(words: &Words) -> Option<Restart> {
     let [mark, kind, a, b, text @ .., check] = *words;
@@ -79,23 +79,23 @@ pub fn read(words: &Words) -> Option<Restart> {
     })
 }
 
-/// What the hardware says about the last reset: several may hold.
+/// Reset flags of the hardware; several may be set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Flags {
-    /// The supply has come. What is in memory then is chance.
+    /// The supply was switched on. The memory contents are random then.
     pub power_on: bool,
     /// The supply was too low.
     pub brown_out: bool,
     /// The watchdog was not fed.
     pub watchdog: bool,
-    /// The program or a probe wanted it.
+    /// Requested by the program or a probe.
     pub software: bool,
     /// The reset pin was low.
     pub pin: bool,
 }
 
-/// Why the controller has started.
+/// Why the controller started.
 #[must_use]
 pub fn reason(flags: Flags, words: &Words) -> Restart {
     if flags.power_on {
@@ -104,7 +104,7 @@ pub fn reason(flags: Flags, words: &Words) -> Restart {
     if let Some(reason) = read(words) {
         return reason;
     }
-    // A power-on and a watchdog pull the reset pin too, so it comes last.
+    // A power-on and a watchdog also pull the reset pin, so it is checked last.
     match flags {
         Flags { watchdog: true, .. } => Restart::ServoStopped,
         Flags {
@@ -122,7 +122,7 @@ fn word(bytes: &[u8]) -> u32 {
         .map_or(0, |bytes| u32::from_le_bytes(*bytes))
 }
 
-/// Of all words but the last.
+/// Checksum of all words but the last.
 fn checksum(words: &Words) -> u32 {
     let mut digest = CRC.digest();
     for word in words.iter().take(WORDS - 1) {

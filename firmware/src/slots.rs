@@ -1,12 +1,11 @@
 //! Two slots of flash, A and B, of which one always holds a complete compensation.
 //!
-//! A new blob goes to the slot that is not in use, is read back in place, and counts only once the
-//! last word, with a sequence number, has been written behind it. Which of the two a start takes is
-//! stored beside them, and changes only when it is [chosen](Slots::choose). Layout and promises:
-//! `docs/src/slots.md`.
+//! A new blob goes to the slot that is not in use, is read back in place, and counts only once the last word, with a
+//! sequence number, has been written after it. Which of the two slots a start uses is stored with them, and changes
+//! only when it is [chosen](Slots::choose). Layout and guarantees: `docs/src/slots.md`.
 //!
-//! **Panic contract.** Whatever the flash holds, and wherever the power goes: every function
-//! returns, with a [`SlotState`] or a [`SlotError`].
+//! **Panic contract.** Whatever the flash contains, and whenever power is lost, every function returns with a
+//! [`SlotState`] or a [`SlotError`].
 
 mod access;
 mod bad_blocks;
@@ -34,19 +33,16 @@ use upload::Session;
 
 /// Flash with two slots that the processor can read in place.
 ///
-/// `READ_SIZE` and `WRITE_SIZE` divide 32, `ERASE_SIZE` is a multiple of 32, erased bytes read `FF`.
-/// A word whose error-correcting code does not hold, since its programming was cut, is an error of
-/// `read`.
+/// `READ_SIZE` and `WRITE_SIZE` divide 32, `ERASE_SIZE` is a multiple of 32, erased bytes read `FF`. A word whose
+/// error-correcting code reports an error, because its programming was interrupted, makes `read` fail.
 pub trait TableFlash: NorFlash {
-    /// Where a slot lies in the address space of the driver: whole blocks of `ERASE_SIZE`, both
-    /// slots of the same length.
+    /// Address range of a slot in the driver's address space: whole blocks of `ERASE_SIZE`, both slots of equal length.
     fn range(&self, slot: Slot) -> Range<u32>;
 
     /// The first `length` bytes of a slot in place; a slot starts at a multiple of 32 bytes.
     ///
-    /// Called only for bytes that [`read`](embedded_storage::nor_flash::ReadNorFlash::read) has just
-    /// given: with an error-correcting code, one that does not hold is an error of `read`, so that no
-    /// access in place becomes a fault of the bus.
+    /// Called only for bytes that [`read`](embedded_storage::nor_flash::ReadNorFlash::read) has just returned: with an
+    /// error-correcting code, a bad word makes `read` fail, so that no access in place becomes a bus fault.
     fn in_place(&self, slot: Slot, length: u32) -> Mapped;
 
     /// The same, as long as nothing is erased or programmed.
@@ -54,22 +50,22 @@ pub trait TableFlash: NorFlash {
         self.in_place(slot, length).borrowed(self)
     }
 
-    /// What keeps the servo running while this flash erases or programs.
+    /// How the servo keeps running while this flash erases or programs.
     fn while_busy(&self) -> WhileBusy;
 }
 
 /// The two slots of a [`TableFlash`], and the upload into one of them.
 ///
-/// An upload is: [`begin`](Self::begin), [`erase_step`](Self::erase_step) until the progress is
-/// [`Progress::Receiving`], [`write`](Self::write), [`commit`](Self::commit). All but the last may be
-/// repeated; after it a new upload begins.
+/// An upload consists of [`begin`](Self::begin), [`erase_step`](Self::erase_step) until the progress is
+/// [`Progress::Receiving`], [`write`](Self::write) and [`commit`](Self::commit). All but the last may be repeated;
+/// after it a new upload begins.
 #[derive(Debug)]
 pub struct Slots<F> {
     flash: F,
     found: [ScannedSlot; 2],
     choices: [Choices; 2],
     health: [Health; 2],
-    /// Leases of the blob of each slot that are out.
+    /// Number of outstanding leases of the blob of each slot.
     leases: [u8; 2],
     active: Option<Slot>,
     standstill: bool,
@@ -110,25 +106,25 @@ impl<F: TableFlash> Slots<F> {
         slots
     }
 
-    /// The flash, of which nothing may be leased that can change.
+    /// The flash. Nothing that can change may be leased.
     #[cfg(any(test, feature = "mock"))]
     pub(crate) fn into_flash(self) -> F {
         self.flash
     }
 
-    /// The flash, to look at.
+    /// The flash, for reading its state.
     #[must_use]
     pub fn flash(&self) -> &F {
         &self.flash
     }
 
-    /// Bytes of the largest blob that a slot holds.
+    /// Size in bytes of the largest blob that fits into a slot.
     #[must_use]
     pub fn capacity(&self) -> u32 {
         self.length().saturating_sub(NO_BLOB as u32)
     }
 
-    /// What a slot holds, as found at start or at the last change by these functions.
+    /// Content of a slot, as found at start or after the last change by these functions.
     #[must_use]
     pub fn state(&self, slot: Slot) -> SlotState {
         match self.session {
@@ -149,8 +145,8 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Erase cycles of a slot: of its last block, which no other block exceeds. An erase that the
-    /// power cuts is not counted.
+    /// Erase cycles of a slot: those of its last block, which no other block exceeds. An erase interrupted by a power
+    /// loss is not counted.
     #[must_use]
     pub fn wear(&self, slot: Slot) -> u32 {
         self.found[slot.index()].wear
@@ -171,15 +167,15 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Reads a slot again: what has changed since, by itself, is found.
+    /// Reads a slot again to find changes that happened by themselves.
     pub fn rescan(&mut self, slot: Slot) -> SlotState {
         self.scan(slot);
         self.state(slot)
     }
 
-    /// The slot that the servo reads, which no upload touches; an upload into it is aborted.
+    /// Sets the slot that the servo reads, which no upload touches; an upload into it is aborted.
     ///
-    /// While a cross-fade reads both, no upload must begin.
+    /// While a cross-fade reads both slots, no upload may begin.
     pub fn set_active(&mut self, slot: Option<Slot>) {
         self.active = slot;
         if self.session.is_some_and(|s| Some(s.upload.slot) == slot) {
@@ -193,14 +189,13 @@ impl<F: TableFlash> Slots<F> {
         self.active
     }
 
-    /// Tells whether the machine stands still with its drives off and the servo does not run:
-    /// without it, flash that stalls the processor is neither erased nor written. False at start;
-    /// other flash does not ask.
+    /// Sets whether the machine stands still with its drives off and the servo does not run. Otherwise flash that
+    /// stalls the processor is neither erased nor written; other flash ignores this. False at start.
     pub fn set_standstill(&mut self, standstill: bool) {
         self.standstill = standstill;
     }
 
-    /// The upload that has begun.
+    /// The upload in progress.
     #[must_use]
     pub fn upload(&self) -> Option<Upload> {
         self.session.map(|session| session.upload)

@@ -1,15 +1,14 @@
 //! Commands from the motion side, and corrections back to it.
 //!
-//! **The motion side is the master** of the bus and sends one frame per servo period of its own;
-//! the end of the frame is this controller's period, so that there is one clock. While a frame
-//! brings the command of a period, the correction for the command before goes out. The bytes are in
-//! the manual, `docs/src/board.md`, "Frames".
+//! **The motion side is the master** of the bus and sends one frame in each of its servo periods. The end of the frame
+//! starts this controller's period, so that there is a single clock. While a frame brings the command of a period, the
+//! correction for the previous command is sent. The bytes are described in the manual, `docs/src/board.md`, "Frames".
 //!
-//! A frame that is damaged is none; one with the count of the one before is that one once more. How
-//! many may be missing or too many is a [`Tolerance`]. What the motion side does with the answers,
-//! and without them, is [`motion_side`](crate::motion_side).
+//! A damaged frame is ignored; a frame with the same counter as the previous one is a repetition of it. [`Tolerance`]
+//! limits how many may be missing or too many. How the motion side uses the answers, and what it does without them, is
+//! in [`motion_side`](crate::motion_side).
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
 //! | `frame` | the bytes |
 //! | `intake` | from frames to one command per period |

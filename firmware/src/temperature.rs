@@ -1,8 +1,7 @@
-//! Sensors become the temperature inputs of a compensation.
+//! Turns sensor readings into the temperature inputs of a compensation.
 //!
-//! Each sensor is read about once per second and filtered; each input follows with a bounded rate,
-//! as K difference to its reference. Without a reading, the last value is held and the input is
-//! reported as lost.
+//! Each sensor is read about once per second and filtered. Each input follows with a bounded rate, as the difference
+//! from its reference in K. Without a reading, the last value is held and the input is reported as lost.
 //!
 //! ```text
 //! sensor ──median of 3──low-pass──▶ °C ──minus reference──bounded rate──▶ K, input of the tables
@@ -31,7 +30,7 @@ use trueaxis::{AUXILIARIES, Auxiliary, AuxiliaryKind};
 /// assert_eq!(temperatures.sensors().next(), Some(("bed", Some(21.5), false, None)));
 /// ```
 ///
-/// Sensors of different kinds stand in one array as `&mut dyn FnMut() -> Result<Option<f32>, E>`.
+/// Sensors of different kinds fit into one array as `&mut dyn FnMut() -> Result<Option<f32>, E>`.
 pub trait Thermometer {
     /// Why there is no reading.
     type Error: Copy;
@@ -39,7 +38,7 @@ pub trait Thermometer {
     /// The temperature in °C; `None` if there is no new reading.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why the sensor cannot be read.
     fn celsius(&mut self) -> Result<Option<f32>, Self::Error>;
 }
 
@@ -51,7 +50,7 @@ impl<F: FnMut() -> Result<Option<f32>, E>, E: Copy> Thermometer for F {
     }
 }
 
-/// How readings become inputs.
+/// Settings for turning readings into inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
@@ -59,13 +58,12 @@ pub struct Settings {
     pub time_constant: f32,
     /// Largest rate of change of an input, K/s.
     pub rate: f32,
-    /// Time without a reading after which a sensor is lost, s.
+    /// Time without a reading after which a sensor counts as lost, s.
     pub patience: f32,
 }
 
 impl Settings {
-    /// For machine parts, which take minutes to warm: 5 s, 0.1 K/s (2 µm/s where 20 µm depend on
-    /// one kelvin), 5 s.
+    /// For machine parts, which take minutes to warm up: 5 s, 0.1 K/s (2 µm/s at 20 µm per kelvin), 5 s.
     pub const MACHINE: Self = Self {
         time_constant: 5.0,
         rate: 0.1,
@@ -83,18 +81,18 @@ struct Sensor<T: Thermometer> {
 /// A temperature input of the compensation.
 #[derive(Clone, Copy, Debug)]
 struct Input {
-    /// Number of its sensor, if there is one of its name.
+    /// Index of its sensor, if there is one with its name.
     sensor: Option<usize>,
-    /// °C
+    /// Reference, °C.
     reference: f32,
-    /// K difference to the reference.
+    /// Difference from the reference, K.
     value: f32,
 }
 
 /// `N` sensors, and the temperature inputs of a compensation.
 ///
-/// In the main loop: [`poll`](Self::poll) about once per second, [`advance`](Self::advance) as
-/// often as is convenient, then [`values`](Self::values) and [`lost`](Self::lost) to the servo.
+/// In the main loop, call [`poll`](Self::poll) about once per second and [`advance`](Self::advance) as often as is
+/// convenient, then pass [`values`](Self::values) and [`lost`](Self::lost) to the servo.
 pub struct Temperatures<T: Thermometer, const N: usize> {
     sensors: [Sensor<T>; N],
     inputs: [Option<Input>; AUXILIARIES],
@@ -102,7 +100,7 @@ pub struct Temperatures<T: Thermometer, const N: usize> {
 }
 
 impl<T: Thermometer, const N: usize> Temperatures<T, N> {
-    /// These sensors, by the names that compensations call them; no inputs yet.
+    /// These sensors, with the names used in compensations; no inputs yet.
     pub fn new(sensors: [(&'static str, T); N], settings: Settings) -> Self {
         Self {
             sensors: sensors.map(|(name, thermometer)| Sensor {
@@ -115,8 +113,8 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         }
     }
 
-    /// Takes the inputs of a compensation. Those of before keep their values where the sensor is the
-    /// same, and move on to another reference like to another temperature; the others start at 0.
+    /// Adopts the inputs of a compensation. Existing inputs keep their values if the sensor is the same, and move to
+    /// another reference as they would to another temperature; the others start at 0.
     ///
     /// An input whose sensor does not exist stays 0 and is lost.
     pub fn assign(&mut self, auxiliaries: &[Auxiliary]) {
@@ -139,9 +137,9 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         }
     }
 
-    /// Reads every sensor once; `elapsed` seconds after the last time.
+    /// Reads every sensor once, `elapsed` seconds after the last call.
     ///
-    /// As long as the bus driver takes: the main loop calls it, never the servo interrupt.
+    /// Takes as long as the bus driver does, so the main loop calls it, never the servo interrupt.
     pub fn poll(&mut self, elapsed: f32) {
         for sensor in &mut self.sensors {
             let reading = sensor.thermometer.celsius();
@@ -149,9 +147,9 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         }
     }
 
-    /// Moves the inputs towards the filtered temperatures; `elapsed` seconds after the last time.
+    /// Moves the inputs towards the filtered temperatures, `elapsed` seconds after the last call.
     ///
-    /// `free`: corrections are zero, so that an input may jump; otherwise its rate is bounded.
+    /// `free`: corrections are zero, so an input may jump; otherwise its rate is bounded.
     pub fn advance(&mut self, elapsed: f32, free: bool) {
         let step = self.settings.rate * elapsed;
         for input in self.inputs.iter_mut().flatten() {
@@ -173,14 +171,13 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         }
     }
 
-    /// Number of each temperature input among the auxiliaries, and its value: K difference to the
-    /// reference.
+    /// Index of each temperature input among the auxiliaries, and its value: the difference from the reference in K.
     pub fn values(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
         let inputs = self.inputs.iter().enumerate();
         inputs.filter_map(|(number, input)| input.map(|input| (number, input.value)))
     }
 
-    /// The inputs that hold a value because their sensor has none; bit 0 is the first auxiliary.
+    /// The inputs that hold a value because their sensor gives no reading; bit 0 is the first auxiliary.
     #[must_use]
     pub fn lost(&self) -> u8 {
         const { assert!(AUXILIARIES <= 8, "one bit each") };
@@ -195,8 +192,8 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         lost
     }
 
-    /// Each sensor: its name, its filtered temperature in °C, whether it is lost, and the last
-    /// error since its last reading.
+    /// Each sensor: its name, its filtered temperature in °C, whether it is lost, and the last error since its last
+    /// reading.
     pub fn sensors(
         &self,
     ) -> impl Iterator<Item = (&'static str, Option<f32>, bool, Option<T::Error>)> + '_ {

@@ -1,4 +1,5 @@
-//! The servo period of a board that is the slave: the end of a frame, or a timer while none come.
+//! Servo periods for a board that is the SPI slave: clocked by the end of a frame, or by a timer while frames are
+//! missing.
 
 use trueaxis::Room;
 
@@ -6,28 +7,28 @@ use super::servo::Shell;
 use crate::device::{Clock, Regularity};
 use crate::spi::{Exchange, MOST, Tolerance};
 
-/// An SPI slave whose bytes are moved by the hardware while the select line is low.
+/// An SPI slave whose hardware transfers the bytes while the select line is low.
 pub trait Slave {
-    /// Whether a frame has ended since this was asked last.
+    /// Whether a frame has ended since the last call.
     fn has_ended(&mut self) -> bool;
-    /// The bytes of the frame that has ended: fewer than it should have if it was cut off, none if
-    /// nothing was laid out for it.
+    /// The bytes of the frame that has ended: fewer than expected if it was cut off, none if no answer was prepared for
+    /// it.
     fn frame<'b>(&mut self, bytes: &'b mut [u8; MOST]) -> &'b [u8];
-    /// Lays out the answer for the next frame, of which it takes as many bytes as a frame has. False
-    /// if that frame has begun: it is lost.
+    /// Prepares the answer to the next frame, using as many bytes as a frame has. Returns false if that frame has
+    /// already begun: it is lost.
     fn arm(&mut self, answer: &[u8; MOST]) -> bool;
 }
 
-/// A timer that calls when a frame is half a period late, and then once per period.
+/// A timer that fires when a frame is half a period late, and then once per period.
 pub trait Silence {
-    /// A frame has come: from now on the next one is waited for.
+    /// A frame has arrived: start waiting for the next one.
     fn restart(&mut self);
-    /// Whether none has come in time; the next call follows a period later.
+    /// Whether the frame is overdue; the timer fires again one period later.
     fn is_over(&mut self) -> bool;
 }
 
-/// What makes servo periods out of frames: for the servo interrupt, which the end of a frame and the
-/// timer call.
+/// Turns frames into servo periods, for the servo interrupt, which is triggered both by the end of a frame and by the
+/// timer.
 pub struct ByFrames<S, T, const AXES: usize> {
     slave: S,
     silence: T,
@@ -35,12 +36,12 @@ pub struct ByFrames<S, T, const AXES: usize> {
 }
 
 impl<S: Slave, T: Silence, const AXES: usize> ByFrames<S, T, AXES> {
-    /// The first answer is laid out; both interrupts may come.
+    /// Prepares the first answer; from here on both interrupts may occur.
     pub fn start(mut slave: S, silence: T, tolerance: Tolerance) -> Self {
         let exchange = Exchange::new(tolerance);
         let mut answer = [0; MOST];
         exchange.answer(&mut answer);
-        // One that has begun is lost; the next is not.
+        // If a frame has already begun it is lost, but the next one is not.
         let _ = slave.arm(&answer);
         Self {
             slave,
@@ -49,8 +50,8 @@ impl<S: Slave, T: Silence, const AXES: usize> ByFrames<S, T, AXES> {
         }
     }
 
-    /// One servo period, if there is one: what [`Shell::tick`] says. `None` if the other of the two
-    /// interrupts has done it.
+    /// Runs one servo period if one is due and returns the result of [`Shell::tick`]. `None` if the other of the two
+    /// interrupts has already handled it.
     pub fn period<C>(&mut self, shell: &Shell<C>, clock: &impl Clock) -> Option<bool>
     where
         C: Room<Axes<f32> = [f32; AXES]>,
@@ -74,7 +75,7 @@ impl<S: Slave, T: Silence, const AXES: usize> ByFrames<S, T, AXES> {
         Some(healthy)
     }
 
-    /// What has been counted.
+    /// Counts so far.
     #[must_use]
     pub const fn seen(&self) -> Regularity {
         self.exchange.seen()

@@ -1,30 +1,30 @@
-//! A serial line whose bytes are moved by DMA, with no interrupt of its own.
+//! A serial line whose bytes are transferred by DMA, without an interrupt of its own.
 //!
-//! What comes in goes round in a ring. The host sends at most one frame before it has an answer, and
-//! the ring holds three: nothing is lost however long the main loop is away. What goes out is
-//! collected in one buffer while the other is being sent.
+//! Received bytes go into a ring. The host sends at most one frame before it has an answer, and the ring holds three,
+//! so nothing is lost however long the main loop is busy. Outgoing bytes are collected in one buffer while the other is
+//! being sent.
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// Bytes that wait for the main loop, and in each direction out.
+/// Length in bytes of the receive ring and of each send buffer.
 const RING: usize = 4096;
 const BUFFER: usize = 1280;
 
 const _: () = assert!(RING >= 3 * trueaxis::link::MOST_WIRE && BUFFER >= trueaxis::link::MOST_WIRE);
 
-/// What moves the bytes.
+/// The hardware that transfers the bytes.
 pub trait LineDma {
-    /// Bytes that fit into the ring before it begins anew: its length, down to 1. From
-    /// [`Line::start`] on the hardware goes round in [`LineMemory::ring`].
+    /// Bytes left before the ring wraps: from its length down to 1. From [`Line::start`] on the hardware fills
+    /// [`LineMemory::ring`] cyclically.
     fn left(&self) -> usize;
     /// Whether bytes are still being sent.
     fn is_sending(&self) -> bool;
-    /// Sends these, none being sent any more.
+    /// Sends these bytes; no earlier send may still be in progress.
     fn send(&mut self, bytes: &'static [AtomicU8]);
 }
 
-/// The bytes on their way, for a `static` that the DMA reaches.
+/// Buffers of the line, for a `static` that the DMA can reach.
 pub struct LineMemory {
     come: [AtomicU8; RING],
     going: [[AtomicU8; BUFFER]; 2],
@@ -37,7 +37,7 @@ impl Default for LineMemory {
 }
 
 impl LineMemory {
-    /// Nothing has come.
+    /// Empty buffers.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -46,29 +46,29 @@ impl LineMemory {
         }
     }
 
-    /// Where the hardware puts what comes, again and again.
+    /// The buffer that the hardware fills cyclically.
     #[must_use]
     pub const fn ring(&'static self) -> &'static [AtomicU8] {
         &self.come
     }
 }
 
-/// The line as the link sees it.
+/// The line as used by the link.
 pub struct Line<D> {
     dma: D,
     memory: &'static LineMemory,
-    /// Returns after an interrupt.
+    /// Waits for an interrupt.
     wait: fn(),
-    /// Place in the ring of the next byte for the main loop.
+    /// Position in the ring of the next byte for the main loop.
     next: usize,
-    /// Which buffer is being filled, and how far.
+    /// Index of the buffer being filled, and its fill level.
     filling: usize,
     filled: usize,
 }
 
 impl<D: LineDma> Line<D> {
-    /// Takes a line that receives into the ring of `memory` from now on; `wait` returns after an
-    /// interrupt, at the latest that of the next servo period.
+    /// Starts using a line that receives into the ring of `memory`. `wait` returns after an interrupt, no later than
+    /// that of the next servo period.
     pub const fn start(dma: D, memory: &'static LineMemory, wait: fn()) -> Self {
         Self {
             dma,
@@ -80,12 +80,12 @@ impl<D: LineDma> Line<D> {
         }
     }
 
-    /// Place in the ring of the next byte that comes.
+    /// Position in the ring of the next byte to be received.
     fn end(&self) -> usize {
         RING.saturating_sub(self.dma.left()) % RING
     }
 
-    /// Sends what has been collected, once the buffer before it is sent.
+    /// Sends the collected bytes once the previous buffer has been sent.
     fn hand_over(&mut self) {
         if self.filled == 0 {
             return;
@@ -150,7 +150,7 @@ impl<D: LineDma> embedded_io::Write for Line<D> {
         Ok(count)
     }
 
-    /// Returns when all has been given to the hardware, which goes on by itself.
+    /// Returns when everything has been handed to the hardware, which continues by itself.
     fn flush(&mut self) -> Result<(), Infallible> {
         self.hand_over();
         Ok(())

@@ -1,4 +1,4 @@
-//! Whether servo interrupt and main loop both live, and what follows for watchdog and fault pin.
+//! Monitors servo interrupt and main loop, and drives the watchdog and the fault pin accordingly.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -6,25 +6,25 @@ use embedded_hal::digital::{OutputPin, PinState};
 
 /// A watchdog that resets the processor unless it is fed.
 pub trait Watchdog {
-    /// It has to wait as long as before.
+    /// Restarts the timeout.
     fn feed(&mut self);
 }
 
-/// Shared between the two, for a `static`: the main loop says that it lives, and the servo
-/// interrupt looks how long ago that was.
+/// Shared between the two, for a `static`: the main loop reports that it is alive, and the servo interrupt checks how
+/// long ago that was.
 ///
-/// Whoever has been dead once stays so, until the watchdog has started the controller again.
+/// Once either has been found dead, that is final until the watchdog restarts the controller.
 pub struct Liveness {
-    /// So many servo periods the main loop may be silent.
+    /// Number of servo periods for which the main loop may be silent.
     patience: u32,
-    /// Periods since it has said something.
+    /// Servo periods since the last report.
     silent: AtomicU32,
     begun: AtomicBool,
     dead: AtomicBool,
 }
 
 impl Liveness {
-    /// The longest silence of the main loop, in servo periods.
+    /// `patience`: longest permitted silence of the main loop, in servo periods.
     #[must_use]
     pub const fn new(patience: u32) -> Self {
         Self {
@@ -35,13 +35,13 @@ impl Liveness {
         }
     }
 
-    /// The main loop lives: once per turn.
+    /// The main loop is alive; call this once per turn.
     pub fn main_loop(&self) {
         self.begun.store(true, Ordering::Relaxed);
         self.silent.store(0, Ordering::Relaxed);
     }
 
-    /// The servo interrupt lives: once per period. Whether the main loop does too.
+    /// The servo interrupt is alive; call this once per period. Returns whether the main loop is alive too.
     pub fn servo(&self) -> bool {
         let silent = self.silent.load(Ordering::Relaxed);
         if silent >= self.patience {
@@ -52,40 +52,40 @@ impl Liveness {
         !self.dead.load(Ordering::Relaxed)
     }
 
-    /// Whether the main loop has begun.
+    /// Whether the main loop has started.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.begun.load(Ordering::Relaxed)
     }
 }
 
-/// Fault pin and watchdog, which belong to the servo interrupt.
+/// Fault pin and watchdog, both owned by the servo interrupt.
 pub struct Heart<H, W> {
-    /// High while there is no fault: a controller that has lost its power or its program, or is
-    /// being reset, reports one too.
+    /// High while there is no fault. So a controller that has lost its power or its program, or is being reset, signals
+    /// a fault too.
     healthy: H,
     watchdog: W,
 }
 
-/// What [`Heart::beat`] has found.
+/// Result of [`Heart::beat`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Beat {
-    /// Both live.
+    /// Both are alive.
     Alive,
-    /// The main loop does not: the pin is low, and the watchdog will not be fed any more.
+    /// The main loop is dead: the pin is low, and the watchdog is no longer fed.
     Dead,
 }
 
 impl<H: OutputPin, W: Watchdog> Heart<H, W> {
-    /// The pin is low until the main loop has begun.
+    /// The pin stays low until the main loop has started.
     pub fn new(mut healthy: H, watchdog: W) -> Self {
         // Pins of a microcontroller do not fail.
         let _ = healthy.set_low();
         Self { healthy, watchdog }
     }
 
-    /// The end of a servo period: `healthy` as its [tick](super::Shell::tick) says.
+    /// Call this at the end of a servo period; `healthy` is the result of its [tick](super::Shell::tick).
     pub fn beat(&mut self, liveness: &Liveness, healthy: bool) -> Beat {
         let alive = liveness.servo();
         let high = alive && healthy && liveness.has_begun();

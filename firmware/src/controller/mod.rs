@@ -1,14 +1,14 @@
 //! The main loop, which is the same on every board.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
 //! | `servo` | the servo side, shared between the interrupt and the main loop |
 //! | `standstill` | whether the machine stands still with its drives off |
 //! | `signals` | the lamp |
-//! | `liveness` | whether both live: watchdog and fault pin |
-//! | `by_frames` | the servo period of a board whose frames give the clock |
-//! | `line` | a serial line whose bytes are moved by DMA |
-//! | `serial` | the receiving end of one whose bytes come in an interrupt |
+//! | `liveness` | monitoring of both: watchdog and fault pin |
+//! | `by_frames` | servo periods of a board clocked by frames |
+//! | `line` | a serial line whose bytes are transferred by DMA |
+//! | `serial` | the receiving end of a serial line read by an interrupt |
 
 mod by_frames;
 mod line;
@@ -38,14 +38,14 @@ use crate::link::Link;
 use crate::slots::{Slot, SlotState, Slots, TableFlash};
 use crate::temperature::{Temperatures, Thermometer};
 
-/// Between two readings of the sensors, ms.
+/// Time between two readings of the sensors, ms.
 const SENSOR_PERIOD: u32 = 1000;
-/// Between two steps of the temperature inputs, ms.
+/// Time between two steps of the temperature inputs, ms.
 const INPUT_PERIOD: u32 = 20;
 
-/// What a board brings.
+/// The parts that a board provides.
 pub struct Board<F, P, D, L, T: Thermometer, const N: usize> {
-    /// The table slots.
+    /// Flash with the table slots.
     pub flash: F,
     /// The serial line to the host.
     pub port: P,
@@ -53,25 +53,25 @@ pub struct Board<F, P, D, L, T: Thermometer, const N: usize> {
     pub drives_off: D,
     /// Lamp.
     pub lamp: L,
-    /// Sensors.
+    /// Temperature sensors.
     pub temperatures: Temperatures<T, N>,
-    /// Writes to the log.
+    /// Writes an event to the log.
     pub log: fn(Event),
 }
 
-/// What is worth a line in the log.
+/// An event for the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// What a slot holds at start.
+    /// Content of a slot at start.
     Found(Slot, SlotState),
-    /// The active slot is another.
+    /// The active slot has changed.
     Active(Option<Slot>),
-    /// The lamp shows something else.
+    /// The lamp state has changed.
     Shown(Shown),
 }
 
-/// Writes to the log: for [`Board::log`].
+/// Writes an event to the log, for use as [`Board::log`].
 #[cfg(all(feature = "defmt", target_os = "none"))]
 pub fn log(event: Event) {
     match event {
@@ -83,14 +83,14 @@ pub fn log(event: Event) {
     }
 }
 
-/// The main loop between two turns.
+/// State of the main loop.
 pub struct MainLoop<'l, F, P, D, L, T: Thermometer, C: Room, const N: usize> {
     device: Device<F, Access<C>, Standstill<D, C>, C>,
     servo: Access<C>,
     link: &'l mut Link,
     port: P,
     duties: Duties<L, T, N>,
-    /// When the duties were done, ms.
+    /// Time of the last duties, ms.
     last: u32,
 }
 
@@ -102,7 +102,7 @@ where
     L: OutputPin,
     T: Thermometer,
 {
-    /// Starts the device; the servo interrupt may begin before.
+    /// Starts the device; the servo interrupt may already be running.
     #[must_use]
     pub fn start(
         board: Board<F, P, D, L, T, N>,
@@ -133,10 +133,10 @@ where
         }
     }
 
-    /// One turn. False if nothing more is to be done until the next interrupt.
+    /// One turn. Returns false if there is nothing to do until the next interrupt.
     pub fn turn(&mut self) -> bool {
         self.servo.lives();
-        // What cannot be sent is asked for again.
+        // The host repeats a request if its answer could not be sent.
         let _ = self.link.poll(&mut self.port, &mut self.device);
         let now = self.servo.milliseconds();
         if now != self.last {
@@ -148,7 +148,7 @@ where
         self.port.read_ready().unwrap_or(false)
     }
 
-    /// Turns for ever; `wait` returns after an interrupt, at the latest that of the next servo period.
+    /// Runs for ever; `wait` returns after an interrupt, no later than that of the next servo period.
     pub fn run(mut self, mut wait: impl FnMut()) -> ! {
         loop {
             if !self.turn() {
@@ -158,16 +158,16 @@ where
     }
 }
 
-/// What is to be done beside the link, once per millisecond.
+/// The tasks beside the link, run once per millisecond.
 struct Duties<L, T: Thermometer, const N: usize> {
     signals: Signals<L>,
     temperatures: Temperatures<T, N>,
     log: Log,
-    /// For which active slot the sensors have been assigned.
+    /// Active slot for which the sensors were assigned last.
     assigned: Option<Option<Slot>>,
-    /// When the sensors have been read, ms.
+    /// Time of the last sensor reading, ms.
     read: u32,
-    /// When the inputs have been advanced, ms.
+    /// Time of the last input step, ms.
     advanced: u32,
 }
 
@@ -209,7 +209,7 @@ impl<L: OutputPin, T: Thermometer, const N: usize> Duties<L, T, N> {
     }
 }
 
-/// What has been logged last: only changes are.
+/// State logged last, because only changes are logged.
 struct Log {
     write: fn(Event),
     shown: Option<Shown>,

@@ -2,8 +2,8 @@
 
 use heapless::spsc::Consumer;
 
-/// Takes what an interrupt has received; waits for the first byte, as `embedded_io` wants it, with
-/// `wait` again and again, which returns after an interrupt at the latest.
+/// Reads bytes received by an interrupt. Blocks for the first byte, as `embedded_io` requires, by calling `wait`, which
+/// returns after an interrupt.
 pub fn received(bytes: &mut Consumer<'_, u8>, buffer: &mut [u8], mut wait: impl FnMut()) -> usize {
     let mut count = 0;
     while let Some(place) = buffer.get_mut(count) {

@@ -1,9 +1,8 @@
 //! The servo side, shared between the servo interrupt and the main loop.
 //!
-//! It is handed over: whoever works with it has taken it out of where both can reach it. The servo
-//! interrupt takes it, ticks with no interrupt masked, and puts it back; the main loop takes it with
-//! interrupts masked, for as long as a few settings need, so that the servo interrupt never finds
-//! it gone.
+//! It is passed back and forth: whoever uses it first takes it out of the shared place. The servo interrupt takes it,
+//! ticks with interrupts enabled, and puts it back. The main loop takes it with interrupts masked, only for the time
+//! needed to change a few settings, so the servo interrupt always finds it in place.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -14,13 +13,13 @@ use trueaxis::Room;
 use super::liveness::Liveness;
 use crate::device::{Clock, CorrectionSink, PositionSource, ServoAccess, ServoSide};
 
-/// So long the main loop may be silent before it counts as dead, ms: longer than it checks and
-/// loads the largest compensation.
+/// How long the main loop may be silent before it counts as dead, ms: longer than checking and loading the largest
+/// compensation takes.
 const PATIENCE: u32 = 1000;
 
-/// What the servo interrupt updates and counts: for a `static`.
+/// The state that the servo interrupt updates and counts, for a `static`.
 pub struct Shell<C: Room> {
-    /// The servo side, unless somebody has it.
+    /// The servo side, unless it has been taken out.
     side: Mutex<Cell<Option<&'static mut ServoSide<C>>>>,
     liveness: Liveness,
     /// Servo interrupts since the last millisecond, and milliseconds since start.
@@ -44,7 +43,7 @@ impl<C: Room> Clone for Access<C> {
 impl<C: Room> Copy for Access<C> {}
 
 impl<C: Room> Shell<C> {
-    /// For so many servo periods per second: whole ones per millisecond.
+    /// `rate`: servo periods per second, a multiple of 1000.
     #[must_use]
     pub const fn new(rate: u32) -> Self {
         assert!(
@@ -61,7 +60,7 @@ impl<C: Room> Shell<C> {
         }
     }
 
-    /// Gives `side` to the interrupt too.
+    /// Makes `side` available to the interrupt as well.
     pub fn share(&'static self, side: &'static mut ServoSide<C>) -> Access<C> {
         self.put(side);
         Access { shell: self }
@@ -75,7 +74,7 @@ impl<C: Room> Shell<C> {
         critical_section::with(|token| self.side.borrow(token).set(Some(side)));
     }
 
-    /// One servo period: to be called by the servo interrupt. Whether there is no fault, see
+    /// Runs one servo period; call it from the servo interrupt. Returns whether there is no fault, see
     /// [`ServoSide::is_healthy`].
     pub fn tick(
         &self,
@@ -101,20 +100,20 @@ impl<C: Room> Shell<C> {
         healthy
     }
 
-    /// A servo period has begun before the one before was over: to be called by the servo interrupt.
+    /// A servo period has begun before the previous one ended; call this from the servo interrupt.
     pub fn overrun(&self) {
         let count = self.overruns.load(Ordering::Relaxed);
         self.overruns
             .store(count.wrapping_add(1), Ordering::Relaxed);
     }
 
-    /// Whether both live: for [`Heart::beat`](super::Heart::beat).
+    /// Whether both are alive, for [`Heart::beat`](super::Heart::beat).
     #[must_use]
     pub fn liveness(&self) -> &Liveness {
         &self.liveness
     }
 
-    /// Milliseconds since start, as the servo interrupt counts them; wraps at 2³².
+    /// Milliseconds since start, counted by the servo interrupt; wraps at 2³².
     pub fn milliseconds(&self) -> u32 {
         self.milliseconds.load(Ordering::Relaxed)
     }
@@ -127,7 +126,7 @@ impl<C: Room> Access<C> {
         self.shell.milliseconds()
     }
 
-    /// The main loop lives.
+    /// The main loop is alive.
     pub fn lives(&self) {
         self.shell.liveness.main_loop();
     }
@@ -144,7 +143,7 @@ impl<C: Room> ServoAccess<C> for Access<C> {
                 place.set(Some(side));
                 done
             });
-            // With one processor it is always there: the servo interrupt puts it back before it ends.
+            // With one processor it is always present: the servo interrupt puts it back before it ends.
             if let Some(done) = done {
                 return done;
             }

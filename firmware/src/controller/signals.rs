@@ -5,20 +5,20 @@ use trueaxis::Room;
 
 use crate::device::{ServoAccess, ServoSide};
 
-/// What the lamp shows.
+/// State shown by the lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Shown {
     /// Corrections are in: on.
     Correcting,
-    /// None are wanted, or they come or go: 1 s on, 1 s off.
+    /// Corrections are disabled or ramping: 1 s on, 1 s off.
     Idle,
-    /// A fault: five times per second.
+    /// A fault: five flashes per second.
     Fault,
 }
 
 impl Shown {
-    /// What there is to show.
+    /// The state to show.
     pub fn of<C: Room>(side: &ServoSide<C>) -> Self {
         if !side.is_healthy() {
             Self::Fault
@@ -36,12 +36,12 @@ pub struct Signals<L> {
 }
 
 impl<L: OutputPin> Signals<L> {
-    /// Off until something is shown.
+    /// Off until a state is shown.
     pub const fn new(lamp: L) -> Self {
         Self { lamp }
     }
 
-    /// Shows the state at `now`, ms: to be called from the main loop.
+    /// Shows the state at time `now`, ms; call it from the main loop.
     pub fn show<C: Room>(&mut self, servo: &mut impl ServoAccess<C>, now: u32) -> Shown {
         let shown = servo.with(|side| Shown::of(side));
         let on = match shown {

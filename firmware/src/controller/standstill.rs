@@ -7,15 +7,15 @@ use trueaxis::{Room, Row};
 
 use crate::device::Machine;
 
-/// So long the commands must not have changed, ms.
+/// How long the commands must have been unchanged, ms.
 const QUIET: u32 = 200;
 
-/// The state of the drives from a pin, and whether the commands have stopped.
+/// Combines the drive state from a pin with the time since the commands last changed.
 pub struct Standstill<P, C: Room> {
     /// High while the drives are off.
     drives_off: RefCell<P>,
     commands: C::Axes<f32>,
-    /// When they changed last, ms; `None` if not since start.
+    /// Time of the last change, ms; `None` if there was none since start.
     changed: Option<u32>,
     quiet: bool,
 }
@@ -32,7 +32,7 @@ impl<P: InputPin, C: Room> Standstill<P, C> {
         }
     }
 
-    /// Looks at the machine: to be called from the main loop, with the last commands.
+    /// Observes the machine; call it from the main loop with the last commands.
     pub fn observe(&mut self, commands: &C::Axes<f32>, now: u32) {
         if self.commands != *commands {
             self.commands = *commands;
@@ -45,8 +45,8 @@ impl<P: InputPin, C: Room> Standstill<P, C> {
 
 impl<P: InputPin, C: Room> Machine for Standstill<P, C> {
     fn standstill(&self) -> bool {
-        // The pin as it is now, not as it was before an answer was sent. One that cannot be read says
-        // nothing, so the drives may be on.
+        // Reads the pin now, because its state may have changed since the last answer was sent. If it cannot be read,
+        // the drives may be on.
         let pin = self.drives_off.try_borrow_mut();
         self.quiet && pin.is_ok_and(|mut pin| pin.is_high().unwrap_or(false))
     }

@@ -28,10 +28,10 @@ pub(super) fn leak<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }
 
-/// A pin, seen from its other end too.
+/// A pin that the test can access from its other end.
 pub(super) struct Pin {
     pub high: Cell<bool>,
-    /// It can neither be read nor set.
+    /// It can be neither read nor set.
     pub broken: Cell<bool>,
 }
 
@@ -117,7 +117,7 @@ pub(super) fn access(side: ServoSide<Usual>) -> Access<Usual> {
     leak(Shell::new(4000)).share(shared(side))
 }
 
-/// The same at every start.
+/// The same nonce at every start.
 struct Nonce;
 
 impl BootNonce for Nonce {
@@ -126,7 +126,7 @@ impl BootNonce for Nonce {
     }
 }
 
-/// A serial line, seen from its other end too.
+/// A serial line that the test can access from its other end.
 #[derive(Clone, Default)]
 struct Port(Rc<RefCell<Line>>);
 
@@ -156,7 +156,7 @@ impl Write for Port {
     }
 }
 
-/// A sensor that shows what it is told, and counts how often it is asked.
+/// A sensor with a preset reading that counts its readings.
 struct Probe {
     celsius: Rc<Cell<Option<f32>>>,
     asked: Rc<Cell<u32>>,
@@ -179,7 +179,7 @@ fn log(event: Event) {
     LOG.with_borrow_mut(|log| log.push(event));
 }
 
-/// What has been logged since the last look.
+/// Events logged since the last call.
 fn logged() -> Vec<Event> {
     LOG.take()
 }
@@ -198,7 +198,7 @@ impl PositionSource<[f32; 8]> for Here {
 
 type Main = MainLoop<'static, MockFlash, Port, Wire, Wire, Probe, Usual, 1>;
 
-/// Counts how often it is fed.
+/// Counts its feeds.
 pub(super) struct Dog(pub Rc<Cell<u32>>);
 
 impl Watchdog for Dog {
@@ -207,7 +207,7 @@ impl Watchdog for Dog {
     }
 }
 
-/// A board of mocks, and the other ends of its wires.
+/// A board of mocks, with the other ends of its wires.
 struct Bench {
     main: Main,
     shell: &'static Shell<Usual>,
@@ -222,7 +222,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// With a compensation in slot A, or without.
+    /// With or without a compensation in slot A.
     fn start(blob: Option<&[u8]>) -> Self {
         LOG.take();
         let mut slots = Slots::open(MockFlash::new(16));
@@ -280,7 +280,7 @@ impl Bench {
         }
     }
 
-    /// So many milliseconds without commands, with a turn after each servo period.
+    /// Runs without commands, with one turn after each servo period.
     fn run(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
             self.period(&mut LinkOnly);
@@ -294,7 +294,7 @@ impl Bench {
         self.heart.beat(self.shell.liveness(), healthy)
     }
 
-    /// The same while the motion side commands one place.
+    /// The same while the motion side commands a fixed place.
     fn run_there(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
             self.period(&mut Here);
@@ -302,7 +302,7 @@ impl Bench {
         }
     }
 
-    /// Of the first auxiliary input, K, and the mask of those without a sensor.
+    /// Value of the first auxiliary input, K, and the mask of inputs without a sensor.
     fn auxiliary(&mut self) -> (f32, u8) {
         let snapshot = self.main.servo.with(|side| side.snapshot());
         (snapshot.auxiliaries[0], snapshot.sensors_lost)
@@ -376,7 +376,7 @@ fn the_fault_pin_is_set_from_the_servo_interrupt() {
     bench.main.servo.with(|side| side.enable(true));
     bench.run_there(5000);
     assert!(bench.healthy.high.get());
-    // In the period without a command, with no turn of the main loop.
+    // In the period without a command, without a turn of the main loop.
     bench.period(&mut LinkOnly);
     assert!(!bench.healthy.high.get());
     bench.period(&mut Here);
@@ -428,7 +428,7 @@ fn requests_are_answered_and_a_turn_says_whether_more_bytes_wait() {
         sequence: 0,
     };
     let frame = encode(header, &Request::Hello, &mut scratch, &mut out).unwrap();
-    // One frame after the other, one a turn.
+    // One frame after the other, one per turn.
     for _ in 0..2 {
         bench.line.borrow_mut().incoming.extend(frame);
     }
@@ -465,11 +465,11 @@ fn sensors_are_read_once_per_second_and_their_inputs_moved_every_20_ms() {
     assert_eq!(bench.asked.get(), 1);
     bench.run(2000);
     assert_eq!(bench.asked.get(), 3);
-    // At zero it jumps there, with the next step of the inputs.
+    // At zero it jumps there with the next input step.
     bench.run(20);
     assert_eq!(bench.auxiliary(), (3.0, 0));
 
-    // Corrections are in: bounded to 0.1 K/s.
+    // With corrections on: limited to 0.1 K/s.
     bench.main.servo.with(|side| side.enable(true));
     bench.run_there(2000);
     let (before, _) = bench.auxiliary();
@@ -498,7 +498,8 @@ fn filters_are_told_the_time_between_two_readings() {
     bench.run(3020);
     assert_eq!(bench.auxiliary(), (0.0, 0));
     bench.celsius.set(Some(30.0));
-    // The second of three outvotes the others: one second of a time constant of five is a sixth of the way.
+    // With the second new reading the median changes: one second of a time constant of five is one sixth of the
+    // distance.
     bench.run(2000);
     let (value, _) = bench.auxiliary();
     assert!((value - 10.0 / 6.0).abs() < 1e-5, "{value}");
@@ -513,12 +514,12 @@ fn it_waits_only_when_nothing_is_left_to_do_and_goes_on_afterwards() {
         sequence: 0,
     };
     let frame = encode(header, &Request::Hello, &mut scratch, &mut out).unwrap();
-    // Of more than a turn.
+    // Enough for more than one turn.
     let say = |line: &RefCell<Line>| line.borrow_mut().incoming.extend(frame.repeat(30));
     say(&bench.line);
     let (line, mut waits) = (bench.line, 0);
     let main = bench.main;
-    // It never ends by itself.
+    // It never returns.
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         main.run(|| {
             assert!(line.borrow().incoming.is_empty(), "bytes are waiting");

@@ -1,4 +1,4 @@
-//! What each request does.
+//! Executes requests.
 
 use trueaxis::link::{
     EvaluateRow, Hello, MotionResult, Refusal, Reply, Request, TermWeight, motion_rows, positions,
@@ -18,7 +18,7 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// The settings of the servo.
+    /// Changes the settings of the servo.
     fn set(&mut self, request: &Request<'_>) -> Result<(), Refusal> {
         self.servo.with(|side| match *request {
             Request::Enable(on) => {
@@ -43,7 +43,7 @@ where
         })
     }
 
-    /// Axes of the active compensation, at least one.
+    /// Number of axes of the active compensation, at least one.
     fn axes(&self) -> Result<usize, Refusal> {
         match self.loader.current().axes().len() {
             0 => Err(Refusal::NoCompensation),
@@ -51,7 +51,7 @@ where
         }
     }
 
-    /// Evaluates with the weights wanted, outside of the servo.
+    /// Evaluates with the requested weights, independently of the servo.
     fn evaluate<'a>(&mut self, bytes: &[u8], out: &'a mut [u8]) -> Result<&'a [u8], Refusal> {
         let axes = self.axes()?;
         let (swapping, weights) = self.servo.with(|side| {
@@ -59,7 +59,7 @@ where
             (servo.is_swapping(), *servo.wanted_weights())
         });
         if swapping {
-            // The weights are those of the new one already.
+            // The weights already belong to the new compensation.
             return Err(Refusal::Busy);
         }
         let compensation = self.loader.current();
@@ -82,7 +82,7 @@ where
         out.get(..written).ok_or(Refusal::LogicBug)
     }
 
-    /// The adjustable terms, with the weights wanted.
+    /// The adjustable terms, with the requested weights.
     fn weights(&mut self) -> Result<heapless::Vec<TermWeight, ADJUSTABLE>, Refusal> {
         self.axes()?;
         let (swapping, weights) = self.servo.with(|side| {
@@ -90,7 +90,7 @@ where
             (servo.is_swapping(), *servo.wanted_weights())
         });
         if swapping {
-            // The weights are those of the new one already.
+            // The weights already belong to the new compensation.
             return Err(Refusal::Busy);
         }
         let weight = |(term, view): (usize, TermView<'_>)| {
@@ -114,7 +114,7 @@ where
         if rows > most {
             return Err(Refusal::TooManyRows { most: most as u16 });
         }
-        // On the way to zero the servo may be replaced, or stop, in the middle of a batch.
+        // While ramping to zero, the servo may be replaced or stopped in the middle of a batch.
         if matches!(self.stage, Stage::Ramping { .. }) || matches!(self.change, Change::Ramping(_))
         {
             return Err(Refusal::Busy);
@@ -133,7 +133,7 @@ where
         while !rest.is_empty() {
             let (q, after) = positions::<C::Axes<f32>>(rest, axes).ok_or(Refusal::LogicBug)?;
             rest = after;
-            // One by one, so that the interrupt never waits long.
+            // One at a time, so that the interrupt never waits long.
             self.servo.with(|side| side.push(q));
         }
         self.motion = Some(rows);
@@ -172,7 +172,7 @@ where
             Request::AtStart => Ok(Reply::AtStart(self.at_start())),
             Request::EnableAtStart(on) => self.enable_at_start(on).map(Reply::AtStart),
             Request::Weights => self.weights().map(Reply::Weights),
-            // By the link, and above.
+            // Handled by the link, and above.
             Request::Hello | Request::Motion(_) => Err(Refusal::LogicBug),
             Request::Enable(_)
             | Request::DryRun(_)

@@ -1,4 +1,4 @@
-//! What the next start goes by: stored as soon as the flash can be written.
+//! Settings for the next start, stored as soon as the flash can be written.
 
 use trueaxis::Room;
 use trueaxis::link::{AtStart, Refusal, Slot, Storing};
@@ -7,11 +7,11 @@ use super::under_way::{Change, Stage, Wish};
 use super::{Device, Machine, ServoAccess};
 use crate::slots::{Choice, TableFlash};
 
-/// Corrections go to zero for the flash only after the machine has stood still for so long, s.
+/// How long the machine must stand still before corrections are ramped to zero for the flash, s.
 const QUIET: u32 = 2;
 
 impl Choice {
-    /// For the same machine as before, or not: on another one nothing is let in by itself.
+    /// The same choice if the machine is unchanged; on another machine corrections are not enabled automatically.
     pub(super) fn on(self, same_machine: bool) -> Self {
         Self {
             enable: self.enable && same_machine,
@@ -26,7 +26,7 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// What the next start goes by.
+    /// Settings for the next start.
     #[must_use]
     pub fn at_start(&self) -> AtStart {
         AtStart {
@@ -42,7 +42,7 @@ where
         }
     }
 
-    /// Lets the corrections in at start, or not.
+    /// Enables or disables corrections at start.
     pub(super) fn enable_at_start(&mut self, enable: bool) -> Result<AtStart, Refusal> {
         if self.change != Change::None || matches!(self.stage, Stage::Ramping { .. } | Stage::Open)
         {
@@ -51,7 +51,7 @@ where
         let base = match (self.wish, self.slots.in_use(), self.slots.active()) {
             (Wish::Pending(choice) | Wish::Ramping(choice), ..) => choice,
             (_, Some(_), _) => self.slots.choice(),
-            // What is used in its place is what is meant.
+            // The slot in actual use replaces the chosen one.
             (_, None, Some(active)) => self.slots.choosing(active),
             (_, None, None) => return Err(Refusal::NoCompensation),
         };
@@ -66,13 +66,13 @@ where
             }
         }
         self.wish(choice);
-        // Somebody waits for it.
+        // A host is waiting for it.
         self.moved = self.moved.wrapping_sub(QUIET + 1);
         self.poll_wish();
         Ok(self.at_start())
     }
 
-    /// What is to be stored from now on, in place of what was.
+    /// Sets what is to be stored, replacing any earlier request.
     pub(super) fn wish(&mut self, choice: Choice) {
         self.end_ramp();
         self.moved = self.now();
@@ -84,7 +84,7 @@ where
         self.poll_wish();
     }
 
-    /// Lets the corrections in again that were at zero, or on their way, for the flash to be written.
+    /// Ramps the corrections in again after a ramp to zero for the flash, complete or not.
     pub(super) fn end_ramp(&mut self) {
         if let Wish::Ramping(choice) = self.wish {
             self.wish = Wish::Pending(choice);
@@ -93,7 +93,7 @@ where
         }
     }
 
-    /// Stores what is wanted if the flash can be written now, and sees to it that it can.
+    /// Stores the pending settings if the flash can be written now, and otherwise prepares for it.
     pub(super) fn poll_wish(&mut self) {
         let (Wish::Pending(choice) | Wish::Ramping(choice)) = self.wish else {
             return;
@@ -137,10 +137,10 @@ where
         self.wish = self.slots.choose(choice).into();
     }
 
-    /// What is to be stored so that a slot is in use.
+    /// The choice that puts a slot into use.
     pub(super) fn choosing(&self, slot: Slot) -> Choice {
         let choice = self.slots.choosing(slot);
-        // Wanted, if it could not be stored yet.
+        // Includes a requested change that could not be stored yet.
         let enable = match self.wish {
             Wish::Pending(wanted) | Wish::Ramping(wanted) => wanted.enable,
             Wish::None | Wish::Failed(_) => choice.enable,

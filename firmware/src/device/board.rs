@@ -1,36 +1,36 @@
-//! What a board provides.
+//! Interfaces that a board provides.
 
 use trueaxis::Correction;
 use trueaxis::link::{CostUnit, Restart};
 
-/// Whether the motion side wants corrections.
+/// Whether the motion side requests corrections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Enabling {
-    /// It leaves that to the host.
+    /// Not stated; the host decides.
     #[default]
     Host,
-    /// Yes, unless the host has taken them out.
+    /// Corrections on, unless the host has disabled them.
     On,
-    /// No, whatever the host wants.
+    /// Corrections off, whatever the host requests.
     Off,
 }
 
-/// What the motion side commands for one servo period; `A` is `[f32; AXES]`.
+/// The motion side's command for one servo period; `A` is `[f32; AXES]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<A> {
     /// Uncorrected positions in machine coordinates, mm or degrees, in the order of the axes.
     pub axes: A,
-    /// Bit 0 for the first axis: set while it is referenced and not homing.
+    /// Bit 0 is the first axis; set while the axis is referenced and not homing.
     pub referenced: u16,
-    /// Whether corrections are wanted.
+    /// Whether corrections are requested.
     pub enabling: Enabling,
-    /// Tool length, mm: while it is given, that of the host does not count.
+    /// Tool length, mm; overrides that of the host while it is given.
     pub tool_length: Option<f32>,
 }
 
 impl<A> Command<A> {
-    /// Positions and referenced axes; all else is left to the host.
+    /// Positions and referenced axes; everything else is left to the host.
     pub const fn new(axes: A, referenced: u16) -> Self {
         Self {
             axes,
@@ -41,26 +41,26 @@ impl<A> Command<A> {
     }
 }
 
-/// How regularly commands have come: counts since start, with wrap.
+/// Regularity of commands: counts since start, which wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Regularity {
     /// Periods with a new command.
     pub frames: u32,
-    /// Periods without one, of a source that has given commands before.
+    /// Periods without a new command, after the first command of the source.
     pub repeated: u32,
-    /// Commands that no period was there for.
+    /// Commands without a period of their own.
     pub skipped: u32,
-    /// Frames that were none.
+    /// Invalid frames.
     pub damaged: u32,
-    /// How often all this was more than is tolerated.
+    /// How often these irregularities exceeded the tolerance.
     pub faults: u32,
-    /// It is now.
+    /// Whether the tolerance is exceeded now.
     pub fault: bool,
 }
 
 impl Regularity {
-    /// Nothing has come yet.
+    /// Nothing has been received yet.
     pub const NONE: Self = Self {
         frames: 0,
         repeated: 0,
@@ -71,21 +71,21 @@ impl Regularity {
     };
 }
 
-/// Where commands come from, in the servo interrupt: SPI, shared memory, a fieldbus.
+/// Source of commands in the servo interrupt: SPI, shared memory, a fieldbus.
 pub trait PositionSource<A> {
-    /// The command of this period; `None` if none has come.
+    /// The command of this period; `None` if none has arrived.
     fn take(&mut self) -> Option<Command<A>>;
 
-    /// How regularly they have come.
+    /// Counts of the regularity of commands.
     fn regularity(&self) -> Regularity {
         Regularity::NONE
     }
 }
 
-/// Where corrections go, in the servo interrupt.
+/// Destination of corrections in the servo interrupt.
 pub trait CorrectionSink<A> {
-    /// Takes the correction of this period, to be added to its command. `healthy`: there is no
-    /// fault, see [`is_healthy`](super::ServoSide::is_healthy).
+    /// Receives the correction of this period, to be added to its command. `healthy`: there is no fault, see
+    /// [`is_healthy`](super::ServoSide::is_healthy).
     fn give(&mut self, correction: &Correction<A>, healthy: bool);
 }
 
@@ -103,12 +103,12 @@ impl<A> CorrectionSink<A> for LinkOnly {
     fn give(&mut self, _: &Correction<A>, _: bool) {}
 }
 
-/// A counter to see what an update costs. It may wrap.
+/// A counter that measures the cost of an update. It may wrap.
 pub trait Clock {
-    /// What it counts.
+    /// Unit of the counter.
     const UNIT: CostUnit;
 
-    /// The count now, going up.
+    /// Current count, increasing.
     fn now(&self) -> u32;
 }
 
@@ -126,11 +126,11 @@ impl Clock for NoClock {
 
 /// The state of the machine around the controller.
 pub trait Machine {
-    /// Whether all axes stand still with their drives off, and stay so as far as is known.
+    /// Whether all axes stand still with their drives off, and are expected to stay so.
     fn standstill(&self) -> bool;
 }
 
-/// What the controller says about itself.
+/// Identity of the controller.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
     /// Name and version of the firmware.
@@ -139,6 +139,6 @@ pub struct Identity {
     pub board: &'static str,
     /// Nominal servo period, s.
     pub period: f32,
-    /// Why it has started.
+    /// Why the controller started.
     pub restart: Restart,
 }

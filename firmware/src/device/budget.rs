@@ -1,11 +1,11 @@
-//! How often the slots may be erased.
+//! Limits how often the slots may be erased.
 
-/// Most erases of slots within an hour: a program that uploads without end takes two weeks for the
-/// 10 000 that flash bears, not an afternoon.
+/// Maximum number of slot erases within an hour: a program that uploads endlessly then needs two weeks, not an
+/// afternoon, for the 10 000 erases that flash endures.
 pub const ERASES_PER_HOUR: usize = 30;
 const HOUR: u32 = 3600;
 
-/// When the slots were erased last, s since start. It begins anew with every start.
+/// Times of the last slot erases, s since start. Empty after every start.
 #[derive(Clone, Debug)]
 pub(super) struct Budget {
     times: heapless::Deque<u32, ERASES_PER_HOUR>,
@@ -16,13 +16,13 @@ impl Budget {
         times: heapless::Deque::new(),
     };
 
-    /// For how long the next erase must wait, s; 0: not at all.
+    /// How long the next erase must wait, s; 0 if it need not wait.
     pub fn wait(&self, now: u32) -> u32 {
         let oldest = self.times.front().filter(|_| self.times.is_full());
         oldest.map_or(0, |&oldest| HOUR.saturating_sub(now.wrapping_sub(oldest)))
     }
 
-    /// The slots are erased.
+    /// Records an erase of the slots.
     pub fn spend(&mut self, now: u32) {
         if self.times.is_full() {
             self.times.pop_front();
@@ -40,7 +40,7 @@ mod tests {
     fn within_any_hour_there_are_no_more_erases_than_allowed() {
         let mut budget = Budget::NEW;
         let mut times = std::vec::Vec::new();
-        // As fast as possible, with pauses now and then, across the wrap.
+        // As fast as possible, with occasional pauses, across the wrap.
         let mut now = u32::MAX - 5000;
         for number in 0..400_u32 {
             now = now.wrapping_add(number * 37 % 150);
@@ -53,8 +53,7 @@ mod tests {
             let span = window[ERASES_PER_HOUR].wrapping_sub(window[0]);
             assert!(span >= HOUR, "{span} s");
         }
-        // And no fewer: two thirds of an hour for each thirty, so each thirty had to wait once, to the
-        // second.
+        // But no fewer: two thirds of an hour per thirty erases, so each thirty had to wait once, exact to the second.
         let full = |w: &&[u32]| w[ERASES_PER_HOUR].wrapping_sub(w[0]) == HOUR;
         assert!(times.windows(ERASES_PER_HOUR + 1).filter(full).count() >= 10);
     }

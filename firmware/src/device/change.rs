@@ -1,4 +1,4 @@
-//! The change to another compensation: loaded beside the one in use, then swapped in.
+//! Activation of another compensation: loaded beside the one in use, then swapped in.
 
 use trueaxis::link::{Activation, Refusal, Slot};
 use trueaxis::{Refused, Room};
@@ -24,7 +24,7 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// Changes over to a slot, or says how far that has come.
+    /// Switches to a slot, or reports the progress of that.
     pub(super) fn activate(&mut self, slot: Slot, force: bool) -> Result<Activation, Refusal> {
         match self.change {
             Change::Fading(to) | Change::Ramping(to) if to == slot => {
@@ -40,12 +40,12 @@ where
             return Err(Refusal::Suspended);
         }
         if matches!(self.stage, Stage::Ramping { .. }) {
-            // An upload waits for zero, to erase the slot that is not in use: this one.
+            // An upload is waiting for zero corrections in order to erase the inactive slot, which is this one.
             return Err(Refusal::Busy);
         }
         self.end_ramp();
         let choice = self.choosing(slot);
-        // Not valid either while an upload goes there.
+        // Also not valid while an upload into it is in progress.
         self.vacate()?;
         let lease = self.slots.lease(slot).ok_or(Refusal::NotValid)?;
         let loaded = self.loader.load(lease)?;
@@ -55,12 +55,12 @@ where
         }
         let choice = choice.on(same);
         if !self.slots.choosing_stalls(slot) {
-            // Before the servo reads this slot, which may be a bank of its own.
+            // Before the servo reads this slot, which may be in a bank of its own.
             self.wish = self.slots.choose(choice).into();
         }
         let swapped = self.servo.with(|side| {
             if side.counters().updates == 0 {
-                // Nothing is known yet that a new servo would lose.
+                // There is no state yet that a new servo would lose.
                 side.replace(loaded)
             } else {
                 side.swap(loaded)
@@ -82,7 +82,7 @@ where
         Ok(self.activation())
     }
 
-    /// What was in use stays so.
+    /// The compensation in use stays in use.
     fn still_in_use(&mut self) {
         if let Some(active) = self.slots.active() {
             self.wish(self.choosing(active));
@@ -116,7 +116,7 @@ where
         self.change = Change::None;
         self.fault = None;
         self.slots.set_active(Some(slot));
-        // What was in use before may be written over from now on.
+        // The slot previously in use may be overwritten from now on.
         let _ = self.vacate();
         self.wish(self.chosen);
     }

@@ -1,10 +1,9 @@
-//! The controller around the servo: slots, buffers, settings, and what a host asks of them.
+//! The controller around the servo: slots, buffers, settings, and the execution of host requests.
 //!
-//! Two sides. [`ServoSide`] belongs to the servo interrupt, one [`tick`](ServoSide::tick) per
-//! period. [`Device`] belongs to the main loop, which calls
-//! [`Link::poll`](crate::link::Link::poll) with it. It reaches the servo side through a
-//! [`ServoAccess`], which masks the interrupt for as long as a few settings or one pointer take to
-//! be exchanged; loading, checking, erasing and evaluating run outside of it.
+//! There are two sides. [`ServoSide`] belongs to the servo interrupt, with one [`tick`](ServoSide::tick) per period.
+//! [`Device`] belongs to the main loop, which calls [`Link::poll`](crate::link::Link::poll) with it. It reaches the
+//! servo side through a [`ServoAccess`], which masks the interrupt only while a few settings or one pointer are
+//! exchanged; loading, checking, erasing and evaluating run outside of it.
 
 mod answer;
 mod at_start;
@@ -34,7 +33,7 @@ pub use budget::ERASES_PER_HOUR;
 pub use servo_side::{Counters, FAULTS, ServoAccess, ServoSide, Snapshot};
 pub use upload::GIVEN_UP;
 
-/// The side of the main loop.
+/// The main loop's side.
 pub struct Device<F, S, M, C: Room> {
     slots: Slots<F>,
     loader: Loader<C>,
@@ -44,16 +43,16 @@ pub struct Device<F, S, M, C: Room> {
     fault: Option<Fault>,
     stage: Stage,
     change: Change,
-    /// What is to be stored when the change has come to its end.
+    /// What to store when the change is complete.
     chosen: Choice,
-    /// What is to be stored for the next start.
+    /// What to store for the next start.
     wish: Wish,
     budget: Budget,
-    /// When the machine was last not at standstill while something was to be stored, s since start.
+    /// Last time the machine was not at standstill while there was something to store, s since start.
     moved: u32,
-    /// When somebody last asked for the upload, s since start.
+    /// Last request for the upload, s since start.
     heard: u32,
-    /// Rows of the motion whose answer is due.
+    /// Number of rows in the motion that still awaits its answer.
     motion: Option<usize>,
 }
 
@@ -63,12 +62,12 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// Starts: the slot that is to be in use becomes active, or the one before it if this firmware
-    /// cannot use that; with none the corrections are zero, and [`fault`](Self::fault) says why. The
-    /// corrections are let in if that is stored and there is no fault.
+    /// Starts. The slot selected for use becomes active, or the previous one if this firmware cannot use it. If there
+    /// is neither, the corrections are zero, and [`fault`](Self::fault) returns the reason. Corrections are enabled if
+    /// that is stored and there is no fault.
     ///
-    /// `loader` and the [`BufferedServo`](crate::double_buffer::BufferedServo) behind `servo` come from the same
-    /// [`DoubleBuffer`](crate::double_buffer::DoubleBuffer), and the corrections are still zero.
+    /// `loader` and the [`BufferedServo`](crate::double_buffer::BufferedServo) behind `servo` must come from the same
+    /// [`DoubleBuffer`](crate::double_buffer::DoubleBuffer), and the corrections must still be zero.
     #[must_use]
     pub fn start(
         slots: Slots<F>,
@@ -98,7 +97,7 @@ where
         for slot in candidates.into_iter().flatten() {
             match device.take(slot) {
                 Ok(()) => break,
-                // That of the first counts: it is the one that should be active.
+                // Report the first fault, since that slot should be active.
                 Err(fault) => device.fault = device.fault.or(Some(fault)),
             }
         }
@@ -112,13 +111,13 @@ where
             device.servo.with(|side| side.enable(true));
         }
         if device.slots.is_choice_halved() {
-            // The power went while it was stored.
+            // Power was lost while it was being stored.
             device.wish = Wish::Pending(choice);
         }
         device
     }
 
-    /// Loads a slot and gives it to the servo at once; at start only.
+    /// Loads a slot and gives it to the servo immediately; at start only.
     fn take(&mut self, slot: Slot) -> Result<(), Fault> {
         self.replace(slot).map_err(|error| match error {
             Refusal::Load(error) => Fault::Load(slot, error),
@@ -128,7 +127,7 @@ where
         Ok(())
     }
 
-    /// Loads a slot and gives it to the servo at once, while all corrections are zero.
+    /// Loads a slot and gives it to the servo immediately, while all corrections are zero.
     fn replace(&mut self, slot: Slot) -> Result<(), Refusal> {
         self.vacate()?;
         let lease = self.slots.lease(slot).ok_or(Refusal::NotValid)?;
@@ -136,7 +135,7 @@ where
         Ok(self.servo.with(|side| side.replace(loaded))?)
     }
 
-    /// Empties the buffer that the servo does not read, so that its slot can be written.
+    /// Empties the buffer not read by the servo, so that its slot can be written.
     fn vacate(&mut self) -> Result<(), NotLoaded> {
         if let Some(lease) = self.loader.vacate()? {
             self.slots.take_back(lease);
@@ -144,21 +143,21 @@ where
         Ok(())
     }
 
-    /// One step of what takes time: an erase of at most one block, the end of a ramp or fade.
-    /// [`Link::poll`](crate::link::Link::poll) does it, from the main loop.
+    /// One step of a lengthy operation: an erase of at most one block, the end of a ramp or fade. Called by
+    /// [`Link::poll`](crate::link::Link::poll) from the main loop.
     pub fn step(&mut self) {
         self.poll_upload();
         self.poll_change();
         self.poll_wish();
     }
 
-    /// Why the corrections are zero, or not those of the slot that is to be in use.
+    /// Why the corrections are zero, or do not come from the slot selected for use.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
-    /// Active slot, or how far a change has come.
+    /// Active slot, or progress of an activation.
     #[must_use]
     pub fn activation(&self) -> Activation {
         match self.change {
@@ -168,7 +167,7 @@ where
         }
     }
 
-    /// How far the upload has come.
+    /// Progress of the upload.
     #[must_use]
     pub fn upload(&self) -> Upload {
         self.upload_state()
@@ -180,7 +179,7 @@ where
         &self.slots
     }
 
-    /// The compensation that the servo uses; during a change the old one or the new one.
+    /// The compensation used by the servo; during a change, the old or the new one.
     #[must_use]
     pub fn compensation(&self) -> &trueaxis::Compensation<'_, C> {
         self.loader.current()
@@ -196,7 +195,7 @@ where
         &mut self.machine
     }
 
-    /// Stops: gives back what it was started with, as it is.
+    /// Stops and returns the parts it was started with, as they are.
     pub fn close(self) -> (Slots<F>, Loader<C>, S) {
         (self.slots, self.loader, self.servo)
     }

@@ -1,4 +1,4 @@
-//! What hello and status tell.
+//! Answers to hello and status.
 
 use trueaxis::Room;
 use trueaxis::link::{Capacities, Health, Hello, Report, Slot, SlotReport, short_name};
@@ -6,12 +6,12 @@ use trueaxis::link::{Capacities, Health, Hello, Report, Slot, SlotReport, short_
 use super::{Device, Machine, ServoAccess};
 use crate::slots::TableFlash;
 
-/// A number of the type in which it is told; the largest of those if it does not fit.
+/// Converts a number to a report field; saturates at `largest`.
 pub(super) fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
     T::try_from(number).unwrap_or(largest)
 }
 
-/// As many as there is room for: all that a compensation can have.
+/// Collects as many values as fit, which is the maximum for any compensation.
 pub(super) fn held<T, const N: usize>(values: impl Iterator<Item = T>) -> heapless::Vec<T, N> {
     let mut held = heapless::Vec::new();
     for value in values {
@@ -21,7 +21,7 @@ pub(super) fn held<T, const N: usize>(values: impl Iterator<Item = T>) -> heaple
     held
 }
 
-/// So many of some values.
+/// The first `count` values.
 fn first_of<T: Copy, const N: usize>(values: &[T], count: usize) -> heapless::Vec<T, N> {
     held(values.iter().take(count).copied())
 }
@@ -69,7 +69,7 @@ where
         }
     }
 
-    /// How well the controller is.
+    /// State of the controller itself.
     pub fn health(&mut self) -> Health {
         let restart = self.identity.restart;
         self.servo.with(|side| {
@@ -84,13 +84,13 @@ where
                 damaged: seen.damaged,
                 faults: seen.faults,
                 overruns: counters.overruns,
-                // The link knows.
+                // Filled in by the link.
                 garbled: 0,
             }
         })
     }
 
-    /// How things are.
+    /// Current status.
     pub fn report(&mut self) -> Report {
         let now = self.servo.with(|side| side.snapshot());
         let compensation = self.loader.current();

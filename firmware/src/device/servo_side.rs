@@ -1,4 +1,4 @@
-//! The side of the servo interrupt: one [`tick`](ServoSide::tick) per servo period.
+//! The servo interrupt's side: one [`tick`](ServoSide::tick) per servo period.
 
 use trueaxis::link::{CostUnit, MOST_ROWS, Rails};
 use trueaxis::{
@@ -9,34 +9,34 @@ use trueaxis::{
 use super::board::{Clock, Command, CorrectionSink, Enabling, PositionSource, Regularity};
 use crate::double_buffer::{BufferedServo, Loaded};
 
-/// Conditions that are a fault: the corrections are not what they should be.
+/// Conditions that are faults: the corrections are wrong.
 pub const FAULTS: Conditions = Conditions(
     Conditions::BAD_INPUT.0 | Conditions::BAD_PERIOD.0 | Conditions::HELD.0 | Conditions::FROZEN.0,
 );
 
-/// What has been counted since start.
+/// Counts since start.
 #[derive(Clone, Copy, Debug)]
 pub struct Counters<C: Room> {
-    /// Servo updates.
+    /// Number of servo updates.
     pub updates: u32,
-    /// Periods without a command, of a source that has given commands before: nothing new has come
-    /// for longer than is tolerated.
+    /// Periods without a command, after the first command of the source: nothing new has arrived for longer than the
+    /// tolerance.
     pub missed: u32,
-    /// How regularly the source of the board gives commands.
+    /// Regularity of commands from the board's source.
     pub regularity: Regularity,
-    /// Periods that the one before had not left time for.
+    /// Periods for which the previous one left no time.
     pub overruns: u32,
-    /// In how many periods the guard rails of each axis have acted.
+    /// Number of periods in which each guard rail of each axis acted.
     pub rails: C::Axes<Rails>,
     /// Cost of the last update.
     pub cost: u32,
     /// Cost of the most expensive update.
     pub worst_cost: u32,
-    /// Unit of both.
+    /// Unit of both costs.
     pub cost_unit: CostUnit,
 }
 
-/// How things are after a period.
+/// State after a period.
 #[derive(Clone, Copy, Debug)]
 pub struct Snapshot<C: Room> {
     /// The correction.
@@ -45,13 +45,13 @@ pub struct Snapshot<C: Room> {
     pub positions: C::Axes<f32>,
     /// Auxiliary inputs, mm and K.
     pub auxiliaries: [f32; AUXILIARIES],
-    /// Auxiliaries that have lost their sensor, bit 0 for the first.
+    /// Auxiliaries whose sensor has failed, bit 0 for the first.
     pub sensors_lost: u8,
-    /// Weights that are wanted.
+    /// Requested weights.
     pub weights: Weights,
-    /// Corrections are wanted.
+    /// Corrections are requested.
     pub enabled: bool,
-    /// A dry run is wanted.
+    /// A dry run is requested.
     pub dry_run: bool,
     /// Updates are stopped.
     pub suspended: bool,
@@ -59,11 +59,11 @@ pub struct Snapshot<C: Room> {
     pub referenced: u16,
     /// Common factor, 0…1.
     pub factor: f32,
-    /// What has been counted since start.
+    /// Counts since start.
     pub counters: Counters<C>,
 }
 
-/// Commanded positions from the link, and what the servo gave for them.
+/// Commanded positions from the link, and the servo's results for them.
 struct Batch<C: Room> {
     commands: [C::Axes<f32>; MOST_ROWS],
     results: [Correction<C::Axes<f32>>; MOST_ROWS],
@@ -72,13 +72,13 @@ struct Batch<C: Room> {
 }
 
 impl<C: Room> Batch<C> {
-    /// The next command that waits.
+    /// The next pending command.
     fn next(&self) -> Option<C::Axes<f32>> {
         let waits = self.done < self.given;
         self.commands.get(self.done).filter(|_| waits).copied()
     }
 
-    /// What the servo gave for it.
+    /// Stores the servo's result for it.
     fn put(&mut self, correction: Correction<C::Axes<f32>>) {
         if let Some(result) = self.results.get_mut(self.done) {
             *result = correction;
@@ -87,34 +87,34 @@ impl<C: Room> Batch<C> {
     }
 }
 
-/// The servo, its inputs, and what it reports. In an interrupt, shared with the main loop through
+/// The servo, its inputs, and its reports. Runs in an interrupt, and is shared with the main loop through
 /// [`ServoAccess`].
 pub struct ServoSide<C: Room> {
     servo: BufferedServo<C>,
     /// Nominal period, s.
     period: f32,
-    /// What the host wants; `None` if it has said nothing since start.
+    /// The host's request; `None` if there was none since start.
     host: Option<bool>,
-    /// What the motion side wants, as it has said last.
+    /// The motion side's latest request.
     enabling: Enabling,
-    /// What follows from both.
+    /// The combination of both.
     enabled: bool,
-    /// The main loop has found a fault.
+    /// The main loop has reported a fault.
     faulty: bool,
     dry_run: bool,
-    /// The corrections are to be zero whatever is enabled.
+    /// Corrections must be zero, whatever is enabled.
     to_zero: bool,
     /// No updates: the flash is or may become busy.
     suspended: bool,
     referenced: u16,
     auxiliaries: [f32; AUXILIARIES],
     sensors_lost: u8,
-    /// Of the host, and of the motion side.
+    /// Tool lengths of the host and of the motion side.
     tool_length: Option<f32>,
     given_length: Option<f32>,
     last: Correction<C::Axes<f32>>,
     positions: C::Axes<f32>,
-    /// For how long the source of the board has been silent, s; `None` before its first command.
+    /// How long the board's source has been silent, s; `None` before its first command.
     silent: Option<f32>,
     batch: Batch<C>,
     counters: Counters<C>,
@@ -127,8 +127,7 @@ pub struct ServoSide<C: Room> {
 
 /// Access to the servo side from the main loop, with the servo interrupt masked.
 pub trait ServoAccess<C: Room> {
-    /// Calls `f` while no tick can run. What `f` does here is short: nothing in it depends on the
-    /// size of a table.
+    /// Calls `f` while no tick can run. `f` must be short: its duration must not depend on the size of a table.
     fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide<C>) -> R) -> R;
 }
 
@@ -146,7 +145,7 @@ fn zero<A: Row<f32>>(conditions: Conditions) -> Correction<A> {
 }
 
 impl<C: Room> ServoSide<C> {
-    /// Disabled, no axis referenced. `period`: the nominal servo period, s.
+    /// Disabled, with no axis referenced. `period`: the nominal servo period, s.
     #[must_use]
     pub fn new(servo: BufferedServo<C>, period: f32) -> Self {
         let rest = zero(Conditions::DISABLED);
@@ -186,23 +185,22 @@ impl<C: Room> ServoSide<C> {
             },
             seconds: 0,
             periods: 0,
-            // At least one, also of a period that is none.
+            // At least one, even if the period is invalid.
             rate: ((1.0 / period) as u32).max(1),
         }
     }
 
-    /// Stops: gives back what it was made with.
+    /// Stops and returns the servo it was made with.
     #[must_use]
     pub fn into_servo(self) -> BufferedServo<C> {
         self.servo
     }
 
-    /// One servo period: takes a command, updates the servo, gives the correction.
+    /// One servo period: takes a command, updates the servo, outputs the correction.
     ///
-    /// Commands of `source` come before those of the link. A source that has given commands and
-    /// then gives none is a fault: the correction is held, and after
-    /// [`PATIENCE`] ramped to zero. Before its first command, and with the
-    /// link alone, a period without a command does not count: the one who commands is the clock.
+    /// Commands of `source` take precedence over those of the link. If a source has given commands and then stops, that
+    /// is a fault: the correction is held, and ramped to zero after [`PATIENCE`]. Before its first command, and with
+    /// the link alone, a period without a command does not count, because the commands set the pace.
     pub fn tick<K: Clock>(
         &mut self,
         source: &mut impl PositionSource<C::Axes<f32>>,
@@ -221,7 +219,7 @@ impl<C: Room> ServoSide<C> {
             self.heed(command);
         }
         if self.suspended {
-            // Nothing is computed, but where the machine is remains known.
+            // Nothing is computed, but the position of the machine is still recorded.
             if let Some(Command { axes, .. }) = command
                 && axes.as_ref().iter().all(|q| q.is_finite())
             {
@@ -238,10 +236,10 @@ impl<C: Room> ServoSide<C> {
         } else if let Some(silent) = &mut self.silent {
             *silent += self.period;
             self.counters.missed = self.counters.missed.wrapping_add(1);
-            // Not a number: the servo holds, and ramps to zero if that lasts.
+            // NaN: the servo holds, and ramps to zero if this lasts.
             self.update(C::Axes::<f32>::all(f32::NAN), clock);
         } else if self.wants_zero() {
-            // Nobody commands, so nobody minds that time goes on where the machine is.
+            // There is no source of commands, so time may advance at the current position.
             self.update(self.positions, clock);
         } else {
             return;
@@ -249,13 +247,13 @@ impl<C: Room> ServoSide<C> {
         sink.give(&self.last, self.is_healthy());
     }
 
-    // Inlined it becomes a move that might overlap: 1.5 kB of `memmove` that nothing else calls.
+    // When inlined it becomes a possibly overlapping move, which adds 1.5 kB of otherwise unused `memmove`.
     #[inline(never)]
     fn note(&mut self, regularity: &Regularity) {
         self.counters.regularity = *regularity;
     }
 
-    /// What a command says beside the positions.
+    /// Applies the parts of a command other than its positions.
     fn heed(&mut self, command: &Command<C::Axes<f32>>) {
         self.referenced = command.referenced;
         if self.enabling != command.enabling {
@@ -269,7 +267,7 @@ impl<C: Room> ServoSide<C> {
         }
     }
 
-    /// Neither host nor motion side lets corrections in that the other has taken out.
+    /// Corrections are enabled only if neither host nor motion side has disabled them.
     fn settle_enabled(&mut self) {
         self.enabled = match self.enabling {
             Enabling::Host => self.host == Some(true),
@@ -279,26 +277,26 @@ impl<C: Room> ServoSide<C> {
         self.servo.enable(self.enabled && !self.to_zero);
     }
 
-    /// There is no fault: commands come regularly, the corrections that are wanted are what they
-    /// should be, and the main loop has not reported one. This is what the fault pin shows.
+    /// No fault: commands arrive regularly, enabled corrections are as they should be, and the main loop has not
+    /// reported a fault. The fault pin shows this.
     #[must_use]
     pub fn is_healthy(&self) -> bool {
         let wrong = self.last.status.conditions.0 & FAULTS.0 != 0;
-        // While none are wanted nothing is held that matters.
+        // While corrections are disabled, a hold has no effect.
         !(self.faulty || self.counters.regularity.fault || self.enabled && wrong)
     }
 
-    /// Reports how many periods the one before had not left time for.
+    /// Sets the number of periods for which the previous one left no time.
     pub fn set_overruns(&mut self, count: u32) {
         self.counters.overruns = count;
     }
 
-    /// Reports what only the main loop knows: a fault of the slots.
+    /// Reports a fault of the slots, which only the main loop knows.
     pub fn set_faulty(&mut self, on: bool) {
         self.faulty = on;
     }
 
-    /// Something waits for corrections that are zero, or for nothing but an update at zero.
+    /// An operation waits for corrections to be zero, or for an update at zero.
     fn wants_zero(&self) -> bool {
         let at_zero = self.is_at_zero();
         (self.to_zero && !at_zero) || (self.servo.is_swapping() && at_zero)
@@ -334,8 +332,8 @@ impl<C: Room> ServoSide<C> {
         }
     }
 
-    /// What the host wants: lets the corrections in or takes them out. Where the motion side says
-    /// something too, they are in only if neither has taken them out ([`Enabling`]).
+    /// Enables or disables corrections on behalf of the host. If the motion side has a request too, corrections are on
+    /// only if neither has disabled them ([`Enabling`]).
     pub fn enable(&mut self, on: bool) {
         self.host = Some(on);
         self.settle_enabled();
@@ -347,26 +345,26 @@ impl<C: Room> ServoSide<C> {
         self.servo.dry_run(on);
     }
 
-    /// Sets the mask of referenced axes; commands of the board's source bring their own.
+    /// Sets the mask of referenced axes; commands of the board's source have their own.
     pub fn set_referenced(&mut self, mask: u16) {
         self.referenced = mask;
     }
 
-    /// Sets the tool length of the host, mm: it counts while the motion side gives none. Without
-    /// either it is not a number: where tables depend on it, a fault.
+    /// Sets the host's tool length, mm, which applies while the motion side gives none. Without either it is NaN, which
+    /// is a fault if tables depend on it.
     pub fn set_tool_length(&mut self, length: f32) {
         self.tool_length = Some(length);
         self.place_tool_length();
     }
 
-    /// Sets an auxiliary input: a temperature as K difference to its reference.
+    /// Sets an auxiliary input; temperatures as differences from their reference in K.
     pub fn set_auxiliary(&mut self, index: usize, value: f32) {
         if let Some(auxiliary) = self.auxiliaries.get_mut(index) {
             *auxiliary = value;
         }
     }
 
-    /// Reports which auxiliaries have lost their sensor, bit 0 for the first.
+    /// Reports which auxiliaries have a failed sensor, bit 0 for the first.
     pub fn set_sensors_lost(&mut self, mask: u8) {
         self.sensors_lost = mask;
     }
@@ -397,11 +395,11 @@ impl<C: Room> ServoSide<C> {
         self.servo.swap(loaded)
     }
 
-    /// Takes a compensation with other axes or auxiliaries, at zero. Settings stay; auxiliaries
-    /// are not numbers until they are set again, but for the tool length; no axis is referenced.
+    /// Adopts a compensation with other axes or auxiliaries, at zero. Settings are kept. Auxiliaries other than the
+    /// tool length are NaN until they are set again, and no axis is referenced.
     ///
     /// # Errors
-    /// [`Refused::Busy`] while a correction is not zero or a change is under way.
+    /// [`Refused::Busy`] while a correction is not zero or a change is in progress.
     pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         if !self.is_at_zero() {
             return Err(Refused::Busy);
@@ -417,39 +415,39 @@ impl<C: Room> ServoSide<C> {
         Ok(())
     }
 
-    /// Takes the corrections to zero and keeps them there (`true`), whatever is enabled.
+    /// Ramps the corrections to zero and keeps them there (`true`), whatever is enabled.
     pub fn keep_at_zero(&mut self, on: bool) {
         self.to_zero = on;
         self.servo.enable(self.enabled && !on);
     }
 
-    /// Stops the updates (`true`), only at zero; nothing is read from the slots any more.
+    /// Stops the updates (`true`), only at zero; after that nothing is read from the slots.
     pub fn suspend(&mut self, on: bool) {
         self.suspended = on;
     }
 
-    /// All corrections are zero, and the common factor rests at zero: nothing that happens to the
-    /// compensation is felt.
+    /// All corrections are zero, and the common factor rests at zero, so changes of the compensation have no effect on
+    /// the output.
     #[must_use]
     pub fn is_at_zero(&self) -> bool {
         let ramping = self.last.status.is(Conditions::RAMPING);
         self.servo.factor() == 0.0 && !ramping && self.last.dq.as_ref().iter().all(|dq| *dq == 0.0)
     }
 
-    /// Begins a batch of commands from the link; what was left of the one before is dropped.
+    /// Begins a batch of commands from the link and drops what is left of the previous one.
     ///
-    /// False while the source of the board commands.
+    /// Returns false while the board's source commands.
     pub fn begin_batch(&mut self) -> bool {
         self.end_batch();
         self.silent.is_none_or(|silent| silent > PATIENCE)
     }
 
-    /// Drops what is left of the batch.
+    /// Drops the rest of the batch.
     pub fn end_batch(&mut self) {
         (self.batch.given, self.batch.done) = (0, 0);
     }
 
-    /// Appends a command to the batch: one servo period will take it. False if it is full.
+    /// Appends a command to the batch, for one servo period. Returns false if the batch is full.
     pub fn push(&mut self, axes: C::Axes<f32>) -> bool {
         match self.batch.commands.get_mut(self.batch.given) {
             Some(place) => {
@@ -461,7 +459,7 @@ impl<C: Room> ServoSide<C> {
         }
     }
 
-    /// What the servo gave for a command of the batch, once its period has come.
+    /// The servo's result for a command of the batch, once its period has passed.
     #[must_use]
     pub fn result(&self, row: usize) -> Option<Correction<C::Axes<f32>>> {
         let done = row < self.batch.done;
@@ -474,13 +472,13 @@ impl<C: Room> ServoSide<C> {
         &self.servo
     }
 
-    /// Seconds since start, of nominal periods; periods that a busy flash swallows are not counted.
+    /// Seconds since start, counted in nominal periods; periods lost while the flash is busy are not counted.
     #[must_use]
     pub fn seconds(&self) -> u32 {
         self.seconds
     }
 
-    /// What has been counted since start.
+    /// Counts since start.
     #[must_use]
     pub fn counters(&self) -> &Counters<C> {
         &self.counters
@@ -498,7 +496,7 @@ impl<C: Room> ServoSide<C> {
         &self.positions
     }
 
-    /// Whether corrections are wanted.
+    /// Whether corrections are requested.
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.enabled
@@ -510,7 +508,7 @@ impl<C: Room> ServoSide<C> {
         self.suspended
     }
 
-    /// How things are after the last period: a copy, so that the interrupt waits only for that.
+    /// State after the last period, as a copy, so that the interrupt waits only for copying.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot<C> {
         Snapshot {

@@ -30,7 +30,7 @@ pub(crate) fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
     draft(machine, axes, scale).encode().unwrap()
 }
 
-/// What [`blob`] encodes.
+/// The draft encoded by [`blob`].
 pub(crate) fn draft(machine: &str, axes: &[u8], scale: f32) -> Draft {
     let axis = |&name: &u8| Axis {
         name,
@@ -105,12 +105,12 @@ fn announced(blob: &[u8]) -> (u32, u32) {
     (word(8), word(12))
 }
 
-/// Uploads until it is committed; ticks go on meanwhile.
+/// Uploads and commits; ticks continue meanwhile.
 fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
     upload_with(desktop, blob, &Request::Commit { force })
 }
 
-/// The same with another request at its end.
+/// The same with another request at the end.
 fn upload_with(desktop: &mut Desktop, blob: &[u8], last: &Request<'_>) -> Reply<'static> {
     let (length, crc) = announced(blob);
     let mut next = loop {
@@ -138,7 +138,7 @@ fn upload_with(desktop: &mut Desktop, blob: &[u8], last: &Request<'_>) -> Reply<
     ask(desktop, last)
 }
 
-/// Ends with a slot being active.
+/// Ends with an active slot.
 pub(crate) fn flashed(desktop: &mut Desktop, blob: &[u8]) -> Slot {
     let Reply::Upload(Upload::Committed { slot, .. }) = upload(desktop, blob, false) else {
         panic!("not committed")
@@ -175,7 +175,7 @@ fn moved(desktop: &mut Desktop, rows: &[[f32; 2]]) -> Vec<Correction<[f32; 8]>> 
     results
 }
 
-/// Moves at one place until the corrections have come.
+/// Stays at one place until the corrections are fully in.
 fn settle(desktop: &mut Desktop) {
     for _ in 0..100 {
         moved(desktop, &[[0.0, -50.0]; 8]);
@@ -207,7 +207,7 @@ fn at_start_what_was_in_use_is_active_and_otherwise_what_was_before_it() {
         Activation::Active(Some(Slot::B))
     );
     assert_eq!(desktop.device.fault(), None);
-    // It is damaged.
+    // Now it is damaged.
     let mut flash = desktop.stop();
     flash.flip(Slot::B, 8 * 100);
     let desktop = Desktop::start(flash, PERIOD);
@@ -230,7 +230,7 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
     slots.begin(length, crc).unwrap();
     while let Ok(crate::slots::Progress::Erasing { .. }) = slots.erase_step() {}
     slots.write(0, &nine).unwrap();
-    // Whoever wrote it had more room.
+    // Written by firmware with larger capacities.
     slots.commit(|_| true).unwrap();
     slots.choose(slots.choosing(Slot::B)).unwrap();
     let desktop = Desktop::<4, 256>::start(slots.close(), PERIOD);
@@ -327,7 +327,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     let writes = during.load(Ordering::SeqCst);
     assert!(writes > 0);
 
-    // Refused while the machine may move; nothing happens to the corrections.
+    // Refused while the machine may move; the corrections are not affected.
     desktop.standstill.set(false);
     let second = blob("m", b"XY", 0.2);
     let (length, crc) = announced(&second);
@@ -339,10 +339,10 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     assert!(!status(&mut desktop).suspended);
     assert_eq!(during.load(Ordering::SeqCst), writes);
 
-    // At standstill the set ramps to zero first, by itself: nobody commands now.
+    // At standstill the corrections ramp to zero first, by themselves, because nothing commands now.
     desktop.standstill.set(true);
     assert_eq!(ask(&mut desktop, &begin), Reply::Upload(Upload::Ramping));
-    // The slot that will be erased does not become active meanwhile, and nothing new is moved.
+    // The slot about to be erased cannot become active meanwhile, and no motion starts.
     let activate = Request::Activate {
         slot: Slot::B,
         force: false,
@@ -377,7 +377,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
         Reply::Refused(Refusal::Suspended)
     );
 
-    // It begins to move in the midst: the servo goes on, the upload waits.
+    // The machine starts to move in the middle: the servo resumes, the upload waits.
     let chunk = Request::Chunk {
         offset: 0,
         bytes: &second[..64],
@@ -398,7 +398,7 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     settle(&mut desktop);
     assert!(status(&mut desktop).dq[0] != 0.0, "enabled as before");
 
-    // At standstill again it goes on where it was.
+    // At standstill again it continues where it was.
     desktop.standstill.set(true);
     let slot = flashed(&mut desktop, &second);
     assert_eq!(slot, Slot::B);
@@ -517,7 +517,7 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
     );
 }
 
-/// A source of the board that says this in every period; nothing if `None`.
+/// A source of the board that gives this in every period, or nothing if `None`.
 struct Board(Option<Command<[f32; 8]>>);
 
 impl PositionSource<[f32; 8]> for Board {
@@ -537,7 +537,7 @@ fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out
         enabling,
         ..Command::new([0.0; 8], 3)
     };
-    // What the host has said; what the motion side says: nothing at all, leaves it, on, off.
+    // The host's request; the results for the motion side being absent, leaving it to the host, on, off.
     for (host, expected) in [
         (None, [false, false, true, false]),
         (Some(true), [true, true, true, false]),
@@ -632,7 +632,7 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
     assert_eq!(length(&mut desktop), 131.0);
     tick(&desktop, &mut Board(with(None)));
     assert_eq!(length(&mut desktop), 95.5);
-    // The servo ignores a tool length that is not a number, even from the host.
+    // The servo ignores a NaN tool length, even from the host.
     tick(&desktop, &mut Board(with(Some(f32::NAN))));
     assert!(length(&mut desktop).is_nan());
 }

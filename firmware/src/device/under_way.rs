@@ -1,50 +1,50 @@
-//! What is under way from one step to the next: an upload, a change, something to be stored.
+//! Operations in progress between steps: an upload, a change, something to be stored.
 
 use trueaxis::link::{Refusal, Slot, Upload};
 
 use crate::slots::{Choice, SlotError};
 
-/// What is being uploaded, beyond what the slots know.
+/// State of the upload beyond what the slots know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
     /// No upload.
     None,
-    /// The corrections go to zero first.
+    /// The corrections ramp to zero first.
     Ramping { length: u32, crc: u32 },
-    /// The slots have begun. The servo is suspended where the flash stalls it.
+    /// The upload has begun in the slots. The servo is suspended if the flash stalls it.
     Open,
     /// The machine has left standstill.
     Paused,
-    /// An erase has failed. The next request gets this answer.
+    /// An erase has failed. The next request gets this error as its answer.
     Failed(Refusal),
     /// Done.
     Committed(Upload),
 }
 
-/// A change that is under way.
+/// A change in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     None,
-    /// The servo has it and fades over.
+    /// The servo has received it and is fading over.
     Fading(Slot),
-    /// It has other axes or auxiliaries: it waits until the corrections are zero.
+    /// It has other axes or auxiliaries, so it waits until the corrections are zero.
     Ramping(Slot),
 }
 
-/// What is to be stored and is not yet.
+/// Something to be stored that is not stored yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wish {
     /// Nothing.
     None,
-    /// This, as soon as the flash can be written.
+    /// To be stored as soon as the flash can be written.
     Pending(Choice),
-    /// This, and the corrections go to zero for it.
+    /// To be stored; the corrections ramp to zero for that.
     Ramping(Choice),
     /// It could not be stored.
     Failed(Refusal),
 }
 
-/// How storing has ended.
+/// Result of storing.
 impl From<Result<(), SlotError>> for Wish {
     fn from(stored: Result<(), SlotError>) -> Self {
         stored.map_or_else(|error| Self::Failed(error.into()), |()| Self::None)

@@ -1,5 +1,5 @@
-//! An upload: where the flash stalls the processor, only at standstill and with corrections at
-//! zero and the servo suspended.
+//! An upload. If the flash stalls the processor, it runs only at standstill, with corrections at zero and the servo
+//! suspended.
 
 use trueaxis::link::{Refusal, Upload, short_name};
 use trueaxis::{Compensation, Room, Row};
@@ -31,13 +31,13 @@ impl From<SlotError> for Refusal {
             SlotError::Flash(_) => Self::Flash,
             SlotError::NotChosen => Self::NoCompensation,
             SlotError::Full => Self::Full,
-            // The reason is known where the check is.
+            // The reason is known to the code that checks.
             SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
         }
     }
 }
 
-/// Whether a compensation is for the machine of the one in use: name and axis letters.
+/// Whether a compensation is for the same machine as the one in use: name and axis letters.
 pub(super) fn same_machine<C: Room>(
     active: &Compensation<'_, C>,
     new: &Compensation<'_, C>,
@@ -54,13 +54,13 @@ pub(super) fn same_machine<C: Room>(
             && letters(active) == letters(new))
 }
 
-/// Loads a blob to see whether it can be used, and on this machine; true: it is the same one.
+/// Loads a blob to check whether it can be used, also on this machine. Returns whether the machine is the same.
 fn acceptable<C: Room>(loader: &mut Loader<C>, blob: &[u8], force: bool) -> Result<bool, Refusal> {
     let same = loader.try_on(blob, same_machine)?;
     (force || same).then_some(same).ok_or(Refusal::OtherMachine)
 }
 
-/// An upload for which nobody has asked for so long is given up, s.
+/// An upload is dropped after this time without a request for it, s.
 pub const GIVEN_UP: u32 = 20;
 
 impl<F, S, M, C: Room> Device<F, S, M, C>
@@ -69,7 +69,7 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// Begins an upload, continues it, or says how far it has come.
+    /// Begins or continues an upload, or reports its progress.
     pub(super) fn begin(&mut self, length: u32, crc: u32) -> Result<Upload, Refusal> {
         if self.change != Change::None {
             // The servo reads both slots.
@@ -86,7 +86,7 @@ where
         let now = self.now();
         if self.coming().is_some_and(|coming| coming != (length, crc)) {
             let idle = now.wrapping_sub(self.heard);
-            // One that nobody has asked for that long is given up by `poll_upload`.
+            // An upload without requests for that long is dropped by `poll_upload`.
             let wait = GIVEN_UP.saturating_sub(idle);
             return Err(Refusal::Uploading { wait });
         }
@@ -125,7 +125,7 @@ where
         }
         self.slots.set_standstill(true);
         if let Wish::Pending(choice) = self.wish {
-            // While it can be; otherwise what is stored goes on from the upload.
+            // While that is possible; otherwise storing is done by the upload.
             self.store(choice);
         }
         let opened = self.open(length, crc);
@@ -138,7 +138,7 @@ where
         opened
     }
 
-    /// Length and CRC of the blob that is being uploaded.
+    /// Length and CRC of the blob being uploaded.
     fn coming(&self) -> Option<(u32, u32)> {
         match self.stage {
             Stage::Ramping { length, crc } => Some((length, crc)),
@@ -150,7 +150,7 @@ where
         }
     }
 
-    /// Whether a begin that erases is within the budget; true if it erases.
+    /// Checks whether a begin stays within the erase budget; returns whether it erases.
     fn afford(&mut self, length: u32, crc: u32) -> Result<bool, Refusal> {
         let erases = self.slots.would_erase(length, crc)?;
         let now = self.now();
@@ -161,7 +161,7 @@ where
     }
 
     fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
-        // The servo holds both only during a change, and while an upload waits for zero none begins.
+        // The servo holds both buffers only during a change, and no upload begins while one waits for zero.
         self.vacate()?;
         let begun = self.afford(length, crc).and_then(|erases| {
             self.slots.begin(length, crc)?;
@@ -177,7 +177,7 @@ where
                 Ok(())
             }
             Err(refusal) => {
-                // Also where another upload was open: it is gone.
+                // Also if another upload was open, because that one is lost.
                 self.release();
                 self.stage = Stage::None;
                 Err(refusal)
@@ -185,7 +185,7 @@ where
         }
     }
 
-    /// Lets the servo go on.
+    /// Resumes the servo.
     pub(super) fn release(&mut self) {
         self.slots.set_standstill(false);
         self.servo.with(|side| {
@@ -198,7 +198,7 @@ where
         let ramping = matches!(self.stage, Stage::Ramping { .. });
         let moving = (ramping || self.stalls()) && !self.machine.standstill();
         if self.coming().is_some() && self.now().wrapping_sub(self.heard) >= GIVEN_UP {
-            // The host has died: what it has sent stays, and the servo goes on.
+            // The host no longer responds: the bytes sent so far are kept, and the servo resumes.
             self.abort();
         }
         match self.stage {
@@ -228,7 +228,7 @@ where
         }
     }
 
-    /// The upload takes bytes: it is open, and nothing moves that would be stalled.
+    /// The upload accepts bytes: it is open, and nothing is moving that would be stalled.
     fn opened(&mut self) -> Result<(), Refusal> {
         // The machine may have begun to move since the last poll.
         self.poll_pause();
@@ -260,15 +260,15 @@ where
         self.committed(slot)
     }
 
-    /// The same, and the next start takes it.
+    /// The same, and the next start uses it.
     pub(super) fn commit_in_use(&mut self, force: bool) -> Result<Upload, Refusal> {
         let (slot, same) = self.check_and_commit(force)?;
-        // Behind the commit, while the flash can be written.
+        // After the commit, while the flash can be written.
         self.store(self.choosing(slot).on(same));
         self.committed(slot)
     }
 
-    /// Slot of the blob that has come, and whether it is for the same machine.
+    /// Slot of the received blob, and whether it is for the same machine.
     fn check_and_commit(&mut self, force: bool) -> Result<(Slot, bool), Refusal> {
         self.opened()?;
         self.heard = self.now();

@@ -67,7 +67,7 @@ fn the_sides_are_given_once_until_both_are_back() {
     let (loader, servo) = buffers.split().unwrap();
     assert_eq!(loader.current().machine(), "", "empty again");
     assert_eq!(servo.compensation().axes().len(), 0);
-    // The sides of others do not count.
+    // Sides of other buffers are refused.
     let (other, _driven) = self::buffers().split().unwrap();
     assert!(!buffers.unite(other, servo));
     assert!(buffers.split().is_none());
@@ -90,7 +90,7 @@ fn what_is_loaded_is_swapped_in_while_the_servo_runs() {
     servo.swap(loaded).unwrap();
     let mut periods = 0;
     while servo.is_swapping() {
-        // Both buffers are read: nothing is loaded, nothing emptied.
+        // Both buffers are in use: nothing is loaded or emptied.
         assert!(matches!(loader.load(blob("m", 2.0)), Err(NotLoaded::Busy)));
         assert!(matches!(loader.vacate(), Err(NotLoaded::Busy)));
         update(&mut servo);
@@ -98,7 +98,7 @@ fn what_is_loaded_is_swapped_in_while_the_servo_runs() {
     }
     assert!(periods > 20);
     assert_eq!(update(&mut servo), -5.0);
-    // The old buffer is vacant: loaded into, not swapped, it changes nothing.
+    // The old buffer is vacant: loading into it without swapping changes nothing.
     let loaded = loader.load(blob("n", 3.0)).unwrap();
     assert_eq!(loaded.compensation().machine(), "n");
     assert_eq!(update(&mut servo), -5.0);
@@ -126,7 +126,7 @@ fn what_was_tried_on_or_vacated_is_not_kept() {
 fn what_is_refused_leaves_everything_as_it_is() {
     let (mut loader, mut servo) = buffers().split().unwrap();
     let loaded = loader.load(blob("m", 1.0)).unwrap();
-    // Other axes than none.
+    // It has axes, the compensation in use has none.
     assert_eq!(servo.swap(loaded), Err(Refused::Axes));
     assert!(!servo.is_swapping());
     let error = loader.load(&[1; 16][..]).map(|_| ()).unwrap_err();
@@ -134,14 +134,14 @@ fn what_is_refused_leaves_everything_as_it_is() {
     assert_eq!(format!("{error}"), format!("{}", LoadError::BadMagic));
     let busy = "the previous change of compensation is not finished";
     assert_eq!(format!("{}", NotLoaded::Busy), busy);
-    // Of other buffers.
+    // From other buffers.
     let (mut foreign, _other) = buffers().split().unwrap();
     let loaded = foreign.load(blob("m", 1.0)).unwrap();
     assert_eq!(servo.swap(loaded), Err(Refused::Busy));
     let loaded = foreign.load(blob("m", 1.0)).unwrap();
     assert_eq!(servo.replace(loaded), Err(Refused::Busy));
     assert_eq!(servo.compensation().axes().len(), 0);
-    // And still it works.
+    // And it still works.
     let loaded = loader.load(blob("m", 1.0)).unwrap();
     servo.replace(loaded).unwrap();
     assert_eq!(servo.compensation().machine(), "m");

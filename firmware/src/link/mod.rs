@@ -1,9 +1,9 @@
 //! The controller's end of the link: bytes in, requests to the device, bytes out.
 //!
-//! It never waits for bytes, so the main loop calls [`Link::poll`] beside its other work. The
-//! protocol is that of [`trueaxis::link`].
+//! It never waits for bytes, so the main loop calls [`Link::poll`] beside its other work. The protocol is that of
+//! [`trueaxis::link`].
 //!
-//! **Panic contract.** Any bytes at all are answered or dropped.
+//! **Panic contract.** Any byte sequence is either answered or dropped.
 
 mod boot_nonce;
 mod session;
@@ -21,45 +21,45 @@ use session::{Session, Turn};
 
 /// The answer to a request.
 #[derive(Clone, Debug, PartialEq)]
-// Handed through, not stored.
+// Passed on, not stored.
 #[allow(clippy::large_enum_variant)]
 pub enum Answer<'a> {
-    /// This.
+    /// The answer.
     Now(Reply<'a>),
-    /// That of [`Controller::motion_answer`], when the servo has taken all positions.
+    /// The answer of [`Controller::motion_answer`], once the servo has taken all positions.
     Later,
 }
 
-/// Who does what the host asks: the [`Device`](crate::device::Device).
+/// Executes the host's requests: the [`Device`](crate::device::Device).
 pub trait Controller {
-    /// Who is there.
+    /// Identity of the controller.
     fn hello(&self, session: u32) -> Hello<'_>;
 
-    /// Does what is asked, except for hello. `rows` has [`MOST_BODY`] bytes for corrections.
+    /// Executes a request other than hello. `rows` has [`MOST_BODY`] bytes for corrections.
     ///
-    /// A motion whose answer is still due is dropped: who asks something else no longer waits.
+    /// A motion whose answer is still due is dropped, because a host that sends another request no longer waits for it.
     fn answer<'a>(&mut self, request: &Request<'_>, rows: &'a mut [u8]) -> Answer<'a>;
 
-    /// The answer to a motion, once it is due.
+    /// The answer to a motion, once it is available.
     fn motion_answer<'a>(&mut self, rows: &'a mut [u8]) -> Option<Reply<'a>>;
 
-    /// Gives up the motion whose answer is due; positions not yet taken are dropped.
+    /// Drops the motion whose answer is due, including positions not taken yet.
     fn drop_motion(&mut self);
 
-    /// One step of what takes time.
+    /// One step of a lengthy operation.
     fn poll(&mut self);
 }
 
-/// What has been counted on the link since start.
+/// Counts of the link since start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Whole frames with a right checksum.
+    /// Complete frames with a correct checksum.
     pub frames: u32,
-    /// Frames that were damaged or cut off, and other bytes.
+    /// Damaged or truncated frames, and other bytes.
     pub garbage: u32,
-    /// Requests that came again and were answered from memory.
+    /// Repeated requests that were answered from memory.
     pub repeated: u32,
-    /// Errors that the serial driver has reported.
+    /// Errors reported by the serial driver.
     pub errors: u32,
 }
 
@@ -76,7 +76,7 @@ impl Outgoing {
     };
 
     fn put(&mut self, header: Header, reply: &Reply<'_>, scratch: &mut [u8]) {
-        // A test proves that replies fit; one that did not would not be sent.
+        // A test proves that all replies fit; one that did not would not be sent.
         self.length = encode(header, reply, scratch, &mut self.bytes).map_or(0, |sent| sent.len());
     }
 
@@ -101,14 +101,14 @@ impl Outgoing {
 /// Five frames of 1 kB: for a `static`.
 pub struct Link {
     receiver: Receiver,
-    /// Of this start; `None` opens no session.
+    /// Nonce of this start; with `None` no session is opened.
     nonce: Option<u64>,
     session: Session,
     /// The answer to the last request, for its repetitions.
     answer: Outgoing,
-    /// Hello, and what belongs to no session.
+    /// Answers to hello, and everything outside a session.
     aside: Outgoing,
-    /// A motion whose answer is due.
+    /// Header of a motion whose answer is due.
     waiting: Option<Header>,
     scratch: [u8; MOST_BODY],
     rows: [u8; MOST_BODY],
@@ -116,7 +116,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// No session is open. `source` tells its sessions from those of other starts.
+    /// No session is open yet. `source` distinguishes its sessions from those of other starts.
     #[must_use]
     pub fn new(source: &mut impl BootNonce) -> Self {
         Self {
@@ -137,18 +137,18 @@ impl Link {
         }
     }
 
-    /// What has been counted since start.
+    /// Counts since start.
     #[must_use]
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    /// Takes what has come, answers what is complete, and gives the controller its turn.
+    /// Processes received bytes, answers complete requests, and gives the controller a turn.
     ///
-    /// Errors while reading (overrun, framing) are counted: the damaged frame fails its checksum.
+    /// Read errors (overrun, framing) are counted; the damaged frame fails its checksum.
     ///
     /// # Errors
-    /// Those of writing.
+    /// Errors of the port while writing.
     pub fn poll<P: Read + ReadReady + Write>(
         &mut self,
         port: &mut P,
@@ -172,10 +172,10 @@ impl Link {
         self.finish_motion(port, controller)
     }
 
-    /// Takes one byte, which [`poll`](Self::poll) does for those of a port.
+    /// Processes one byte, as [`poll`](Self::poll) does for the bytes of a port.
     ///
     /// # Errors
-    /// Those of writing.
+    /// Errors of the port while writing.
     pub fn take<P: Write>(
         &mut self,
         byte: u8,
@@ -196,7 +196,7 @@ impl Link {
                 self.aside.put_version();
                 return self.aside.send(port);
             }
-            // From another controller, or nothing.
+            // From another controller, or not a frame.
             Some(Framed::VersionAnswer(_)) | None => return Ok(()),
         };
         let request = postcard::from_bytes::<Request<'_>>(body);

@@ -1,39 +1,38 @@
-//! Which requests are new, which come again, and which come too late.
+//! Distinguishes new requests from repeated and late ones.
 
 use trueaxis::link::Header;
 
-/// The conversation with one host. Another hello ends it.
+/// The session with one host. Another hello ends it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Session {
-    /// What the host called it in its hello.
+    /// Name of the session, from the host's hello.
     name: u32,
-    /// What the host of the session before called that.
+    /// Name of the previous session.
     retired: Option<u32>,
-    /// What its requests carry; 0: none is open.
+    /// Session number carried by its requests; 0 if none is open.
     id: u32,
     /// Sequence number of the last request.
     last: Option<u16>,
-    /// Sessions so far.
+    /// Number of sessions so far.
     count: u32,
 }
 
 /// What to do with a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
-    /// Do it.
+    /// It is new: execute it.
     Next,
-    /// It has been done: the same answer again.
+    /// It was already executed: send the same answer again.
     Again,
-    /// One before it, delayed on its way: nobody waits for the answer.
+    /// An earlier request, delayed on its way: nobody waits for the answer.
     Old,
     /// Its session is not open.
     NoSession,
 }
 
-/// The number of a session, not 0: another one for each start, each name and each session, but for one
-/// chance in 2³².
+/// Session number, never 0. It differs for each start, name and session, except with a probability of one in 2³².
 fn number(nonce: u64, name: u32, count: u32) -> u32 {
-    // The finaliser of SplitMix64, which maps no two numbers to the same.
+    // The finaliser of SplitMix64, which is a bijection.
     let mix = |mut bits: u64| {
         bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -53,12 +52,12 @@ impl Session {
         count: 0,
     };
 
-    /// Opens the session that a host calls `name`; returns its number and whether it is new. `nonce` is
-    /// that of this start.
+    /// Opens the session that a host calls `name`; returns its number and whether it is new. `nonce` is that of this
+    /// start.
     ///
-    /// A hello that comes again finds its session open; one of the session before is late, and
-    /// nobody waits for its answer: `None`. One that is later still opens a session that nobody
-    /// uses: no request that was delayed with it has its number, so none is done twice.
+    /// A repeated hello finds its session open. A hello of the previous session is late, and nobody waits for its
+    /// answer: `None`. An even later one opens a session that nobody uses. Requests delayed together with it do not
+    /// have its number, so none is executed twice.
     pub(super) fn open(&mut self, nonce: u64, name: u32) -> Option<(u32, bool)> {
         let new = self.id == 0 || self.name != name;
         if new {
@@ -74,14 +73,14 @@ impl Session {
         Some((self.id, new))
     }
 
-    /// Takes note of a request.
+    /// Classifies and records a request.
     pub(super) fn turn(&mut self, header: Header) -> Turn {
         if self.id == 0 || header.session != self.id {
             return Turn::NoSession;
         }
         match self.last {
             Some(last) if header.sequence == last => Turn::Again,
-            // Less than half the numbers ahead.
+            // Ahead by less than half the range of numbers.
             Some(last) if header.sequence.wrapping_sub(last) > u16::MAX / 2 => Turn::Old,
             _ => {
                 self.last = Some(header.sequence);

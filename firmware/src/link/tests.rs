@@ -23,7 +23,7 @@ fn frame(session: u32, sequence: u16, request: &impl serde::Serialize) -> Vec<u8
         .to_vec()
 }
 
-/// What comes back for these bytes.
+/// The response to these bytes.
 fn exchange(desktop: &mut Desktop, bytes: &[u8]) -> Vec<u8> {
     desktop.line.incoming.extend(bytes);
     while !desktop.line.incoming.is_empty() {
@@ -45,7 +45,7 @@ fn frames(bytes: &[u8], mut look: impl FnMut(Framed<'_>)) -> usize {
     count
 }
 
-/// The one reply in `bytes`, to this request.
+/// The only reply in `bytes`, to this request.
 fn reply(bytes: &[u8], wanted: (u32, u16)) -> Vec<u8> {
     let mut bodies = vec![];
     frames(bytes, |framed| match framed {
@@ -78,7 +78,7 @@ fn a_request_that_comes_again_is_answered_again_and_not_done_again() {
         postcard::from_bytes(&reply(&first, (s, 1))),
         Ok(Reply::Done)
     );
-    // Somebody else disables: the repetition does not undo that.
+    // Corrections are disabled otherwise: the repetition does not undo that.
     desktop.servo.lock(|side| side.enable(false));
     assert_eq!(exchange(&mut desktop, &enable), first);
     assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
@@ -86,7 +86,7 @@ fn a_request_that_comes_again_is_answered_again_and_not_done_again() {
     let status = frame(s, 2, &Request::Status);
     assert_ne!(exchange(&mut desktop, &status), first);
     assert_eq!(exchange(&mut desktop, &enable), []);
-    // The numbers begin anew after the last one.
+    // The numbers start again after the last one.
     let mut sequence = 2_u16;
     for _ in 0..20 {
         sequence = sequence.wrapping_add(9000);
@@ -109,7 +109,7 @@ fn only_the_last_session_is_open() {
     let old = frame(first, 1, &Request::Enable(true));
     let answer = reply(&exchange(&mut desktop, &old), (first, 1));
     assert_eq!(postcard::from_bytes(&answer), Ok(refused));
-    // The first hello, late: not answered, and the second session stays.
+    // The first hello arrives late: it is not answered, and the second session stays open.
     let late = frame(17, 0, &Request::Hello);
     assert_eq!(exchange(&mut desktop, &late), []);
     let status = frame(second, 1, &Request::Status);
@@ -119,14 +119,14 @@ fn only_the_last_session_is_open() {
 #[test]
 fn another_version_is_answered_with_ours() {
     let mut desktop = desktop();
-    // Any frame of that version: what follows the version byte is not looked at.
+    // Any frame of that version: the bytes after the version byte are ignored.
     for body in [&[][..], &[1; 100]] {
         let mut plain = vec![PROTOCOL + 1];
         plain.extend(body);
         let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&plain);
         plain.extend(check.to_le_bytes());
         let mut bytes = vec![];
-        // COBS, one block at a time: no byte of `plain` needs another.
+        // COBS, one block at a time; no byte of `plain` needs another encoding.
         for block in plain.split(|byte| *byte == 0) {
             bytes.push(block.len() as u8 + 1);
             bytes.extend(block);
@@ -148,7 +148,7 @@ fn another_version_is_answered_with_ours() {
 fn what_cannot_be_read_is_refused_and_garbage_is_dropped() {
     let mut desktop = desktop();
     let s = session(&mut desktop, 17);
-    // A request of a later firmware, and one that is cut off within its body.
+    // A request of later firmware, and one that is cut off within its body.
     for (sequence, body) in [(1_u16, &[200_u8][..]), (2, &[3, 5, 20])] {
         struct Raw<'a>(&'a [u8]);
         impl serde::Serialize for Raw<'_> {
@@ -202,7 +202,7 @@ fn a_motion_is_answered_once_the_servo_has_taken_it_and_not_before() {
         desktop.turn(0);
         std::mem::take(&mut desktop.line.outgoing)
     };
-    // Asked again while it waits: neither done again, nor answered with what came before.
+    // Repeated while it waits: neither executed again nor answered with an earlier answer.
     for _ in 0..3 {
         assert_eq!(look(&mut desktop, &motion, 0), []);
     }
@@ -220,7 +220,7 @@ fn a_motion_is_answered_once_the_servo_has_taken_it_and_not_before() {
     assert_eq!(look(&mut desktop, &[], 3), []);
 }
 
-/// A serial driver that reports so many errors, then works.
+/// A serial driver that reports this many errors, then works.
 struct Noisy(u32, crate::desktop::Line);
 
 impl embedded_io::ErrorType for Noisy {
@@ -274,7 +274,7 @@ fn errors_of_the_driver_are_counted_and_the_next_frame_is_answered() {
     reply(&port.1.outgoing, (17, 0));
 }
 
-/// A source that gives what a test wants.
+/// A source that gives a preset nonce.
 struct Given(Option<u64>);
 
 impl BootNonce for Given {
@@ -283,7 +283,7 @@ impl BootNonce for Given {
     }
 }
 
-/// Says hello, and has the corrections let in; all bytes that the host has sent.
+/// Sends hello and enables the corrections; returns all bytes sent by the host.
 fn recorded(desktop: &mut Desktop) -> Vec<u8> {
     let number = session(desktop, 17);
     let enable = frame(number, 1, &Request::Enable(true));
@@ -309,17 +309,17 @@ fn recorded_frames_of_one_start_are_not_obeyed_after_the_next() {
 
 #[test]
 fn a_session_of_another_nonce_is_not_open() {
-    // As a generator and as a counter give them.
+    // As produced by a generator and by a counter.
     for [one, other] in [[7, 8], [u64::MAX, 0], [1 << 63, 0xFEED_F00D_1234_5678]] {
         let mut desktop = desktop();
         desktop.link = Link::new(&mut Given(Some(one)));
         let recording = recorded(&mut desktop);
-        // The same nonce: nothing tells the two starts apart.
+        // With the same nonce nothing distinguishes the two starts.
         let mut again = self::desktop();
         again.link = Link::new(&mut Given(Some(one)));
         exchange(&mut again, &recording);
         assert!(again.servo.lock(|side| side.snapshot().enabled));
-        // Hello again and again, as an attacker would: the session is never that of the record.
+        // Hello again and again, as an attacker would: the session never equals the recorded one.
         for name in 0..50 {
             let mut restarted = self::desktop();
             restarted.link = Link::new(&mut Given(Some(other)));

@@ -8,17 +8,17 @@ use embedded_storage::nor_flash::{NorFlashError, NorFlashErrorKind};
 
 use super::*;
 
-/// Bytes of a slot, and of a block.
+/// Length of a slot, and of a block, in bytes.
 const SLOT: usize = 2048;
 const BLOCK: usize = 1024;
 
-/// Two slots from address 4096 on, with an error-correcting code for each word.
+/// Two slots starting at address 4096, with an error-correcting code for each word.
 #[derive(Clone, Default)]
 struct Chip {
     bytes: Rc<RefCell<Vec<u8>>>,
-    /// Numbers of words whose code does not hold.
+    /// Indices of words whose code reports an error.
     torn: Rc<RefCell<BTreeSet<usize>>>,
-    /// Words that are programmed before the power goes.
+    /// Number of words that can be programmed before power is lost.
     power: Rc<Cell<Option<usize>>>,
 }
 
@@ -44,7 +44,7 @@ impl ReadNorFlash for Chip {
         let at = (offset - START) as usize;
         let words = at / WORD..(at + bytes.len()).div_ceil(WORD);
         if self.torn.borrow().range(words).next().is_some() {
-            // What an aborted transfer has brought.
+            // Left over from an aborted transfer.
             bytes.fill(0x55);
             return Err(Unreadable);
         }
@@ -83,7 +83,7 @@ impl NorFlash for Chip {
     }
 }
 
-/// A chip whose bytes are their own addresses, more or less; and its mirror.
+/// A chip whose bytes are roughly their own addresses, and its mirror.
 fn mirrored() -> (Chip, Mirrored<Chip, SLOT>) {
     let chip = Chip::default();
     *chip.bytes.borrow_mut() = (0..2 * SLOT).map(|at| (at % 251) as u8).collect();
@@ -96,7 +96,7 @@ fn open(chip: &Chip) -> Mirrored<Chip, SLOT> {
     Mirrored::open(chip.clone(), starts, WhileBusy::DualBank, memory)
 }
 
-/// Whether both slots in memory are what the flash holds, unreadable words being zeros.
+/// Whether both slots in memory equal the contents of the flash, with zeros for unreadable words.
 fn agrees(chip: &Chip, mirrored: &Mirrored<Chip, SLOT>) -> bool {
     let mut bytes = chip.bytes.borrow().clone();
     for word in chip.torn.borrow().iter() {
@@ -175,7 +175,7 @@ fn slots_that_lie_apart_in_any_order_get_what_is_theirs() {
         a == &bytes[3072..] && b == &bytes[..SLOT]
     };
     assert!(agree(&mirrored));
-    // The end of B, the gap, and the beginning of A; then what is in neither.
+    // The end of B, the gap, and the start of A; then a range outside both.
     mirrored.write(START + 1984, &[7; 1184]).unwrap();
     assert!(agree(&mirrored));
     mirrored.write(START + SLOT as u32, &[9; 1024]).unwrap();
@@ -185,7 +185,7 @@ fn slots_that_lie_apart_in_any_order_get_what_is_theirs() {
 #[test]
 fn no_more_is_read_than_what_has_changed() {
     let (chip, mut mirrored) = mirrored();
-    // To the end of the chip, behind which nothing can be read.
+    // To the end of the chip, beyond which nothing can be read.
     let from = START + 2 * SLOT as u32 - (PIECE + WORD) as u32;
     mirrored
         .erase(START + SLOT as u32, START + 2 * SLOT as u32)

@@ -28,7 +28,7 @@ fn answer(count: u8, dq: [f32; 2]) -> Vec<u8> {
     answer.put(&mut [0; MOST]).unwrap().to_vec()
 }
 
-/// A period: the answer is for the command before it, `late` periods late.
+/// One period: the answer is for the previous command, `late` periods late.
 fn period(side: &mut Two, late: u8, dq: [f32; 2]) -> Applied<2> {
     side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
         .unwrap();
@@ -54,7 +54,7 @@ fn following(dq: [f32; 2]) -> Two {
 
 #[test]
 fn within_a_step_what_is_added_is_exactly_what_is_wanted() {
-    // The difference of these two is rounded: added up, it would miss.
+    // The difference between these two is rounded, so adding it up would miss the target.
     let mut side = following([1e-3, 0.0]);
     let wanted = [1e-11, 0.0];
     assert_ne!(side.dq[0] + (wanted[0] - side.dq[0]), wanted[0]);
@@ -91,7 +91,7 @@ fn at_start_so_many_answers_in_a_row_are_wanted_and_then_followed() {
         (State::Following, [0.0001, 0.0])
     );
     assert!(!applied.alarm);
-    // One that is missing begins it anew.
+    // A missing one restarts it.
     let mut side = Two::new(BOUNDS);
     for number in 0..3 * Two::STEADY {
         let applied = if number % (Two::STEADY - 1) == 0 {
@@ -112,7 +112,7 @@ fn without_news_the_corrections_hold_and_then_go_to_zero_together() {
         assert_eq!((applied.state, applied.dq), (State::Holding, start));
         assert_eq!(applied.alarm, number > u32::from(Two::LATE), "{number}");
     }
-    // X has the longest way in steps: 100 of them; Y goes along.
+    // X has the longest distance in steps: 100 of them; Y moves along with it.
     for number in 1..=100 {
         let applied = silence(&mut side);
         assert_eq!(applied.state, State::Leaving);
@@ -121,7 +121,7 @@ fn without_news_the_corrections_hold_and_then_go_to_zero_together() {
         let near = |dq: f32, from: f32| (dq - from * left).abs() < 100.0 * 1e-8;
         assert!(near(applied.dq[0], start[0]) && near(applied.dq[1], start[1]));
     }
-    // Whatever rounding has left goes in the next.
+    // The remainder due to rounding goes in the next period.
     assert_eq!(silence(&mut side).dq, [0.0; 2]);
 }
 
@@ -134,7 +134,7 @@ fn answers_may_be_late_by_four_periods_but_not_by_five_or_early() {
         (255, State::Holding),
     ] {
         let mut side = following([0.1, 0.1]);
-        // Another count than the last one.
+        // Another counter than the last one.
         for _ in 0..8 {
             silence(&mut side);
         }
@@ -159,7 +159,7 @@ fn the_same_answer_for_ever_is_no_news_nor_are_two_in_turn() {
             side.command(Command::new([0.0; 2], 0), &mut [0; MOST])
                 .unwrap();
             let applied = side.answer(&bytes[number % bytes.len()], true);
-            // The first may be for the last command, and two are as many as there can be.
+            // The first may be for the last command, and no more than two can occur.
             if number > usize::from(Two::LATE) + BOUNDS.hold as usize {
                 assert_eq!(applied.state, State::Leaving, "{number}");
                 assert!(applied.alarm);
@@ -182,7 +182,7 @@ fn what_is_not_a_number_or_beyond_the_bounds_is_no_news() {
         assert_eq!((applied.state, applied.dq), (State::Holding, [0.1, 0.1]));
         assert_eq!(side.refused(), 1);
     }
-    // The bound itself is not beyond.
+    // Exactly the bound is still accepted.
     let mut side = following([0.1, 0.1]);
     assert_eq!(period(&mut side, 0, [0.5, -0.25]).state, State::Following);
     assert_eq!(side.refused(), 0);
@@ -213,7 +213,7 @@ fn a_fault_of_the_controller_is_an_alarm_while_its_answers_are_followed() {
 #[test]
 fn a_jump_of_the_answers_is_a_way_in_steps_with_both_axes_in_proportion() {
     let mut side = following([0.1, 0.1]);
-    // 300 steps of X; Y has 100 of its own, and takes as long.
+    // 300 steps of X; Y needs 100 of its own but takes as long.
     let mut last = [0.1, 0.1];
     for number in 1..=301 {
         let applied = period(&mut side, 0, [0.4, 0.15]);
@@ -237,15 +237,15 @@ enum Fate {
     Lost,
     /// One bit flips.
     Damaged(usize),
-    /// The one before it again.
+    /// The previous answer again.
     Repeated,
-    /// So many periods late.
+    /// Late by this many periods.
     Delayed(u8),
     /// Noise.
     Noise(Vec<u8>),
-    /// Whole, with these corrections, whatever they are.
+    /// Complete, with these arbitrary corrections.
     Wild([f32; 2], u8),
-    /// The controller starts again: it answers nothing, then from zero.
+    /// The controller restarts: it answers nothing, then from zero.
     Restart,
 }
 
@@ -274,14 +274,14 @@ proptest! {
         let to = from + way;
         prop_assume!(to.abs() <= 0.5);
         prop_assert_eq!(period(&mut side, 0, [to, 0.0]).dq[0].to_bits(), to.to_bits());
-        // From near zero the difference is not exact.
+        // Starting near zero, the difference is not exact.
         let mut side = following([1e-6, 0.0]);
         prop_assert_eq!(period(&mut side, 0, [way, 0.0]).dq[0].to_bits(), way.to_bits());
     }
 
     #[test]
     fn no_step_whatever_happens_to_the_answers(
-        // Each fate for some periods, so that losses of every length are there.
+        // Each fate lasts for some periods, so that losses of every length occur.
         fates in prop::collection::vec((fate(), 1_usize..60), 1..60),
         pace in -1.0_f32..1.0,
     ) {
@@ -324,7 +324,7 @@ proptest! {
                 last = applied.dq;
             }
         }
-        // Whatever it was: in silence it ends at zero, after the hold and the longest way.
+        // Whatever happened: without answers it ends at zero, after the hold and the longest distance.
         for _ in 0..BOUNDS.hold + 1 + 500 {
             last = silence(&mut side).dq;
         }

@@ -1,4 +1,4 @@
-//! Motion side and controller with two clocks, from the command to what is added to it.
+//! Motion side and controller with two clocks, from the command to the correction added to it.
 
 use std::boxed::Box;
 use std::vec;
@@ -14,8 +14,7 @@ use crate::spi::{Exchange, MOST, Tolerance, length};
 
 /// Nominal period of both, ns.
 const PERIOD: u64 = 250_000;
-/// So long after the last frame a controller that is clocked by frames goes on without, in
-/// hundredths of a period.
+/// How long after the last frame a controller clocked by frames continues without one, in hundredths of a period.
 const SILENCE: u64 = 150;
 
 type Small = Holds<2, 4, 4, 4, 1>;
@@ -57,7 +56,7 @@ fn blob() -> &'static [u8] {
     blob
 }
 
-/// The servo side with tables, as it is after a start: no host has said anything.
+/// The servo side with tables, as after a start: no host has sent anything.
 fn side() -> ServoSide<Small> {
     let buffers: &'static DoubleBuffer<Small> = Box::leak(Box::new(DoubleBuffer::new()));
     let (mut loader, servo) = buffers.split().unwrap();
@@ -66,33 +65,33 @@ fn side() -> ServoSide<Small> {
     side
 }
 
-/// Who gives the clock.
+/// The source of the clock.
 #[derive(Clone, Copy, PartialEq)]
 enum Clocked {
-    /// The end of a frame; without, a timer after some silence.
+    /// The end of a frame, or a timer while frames are missing.
     ByFrames,
     /// A timer of the controller, which then asks for the newest frame.
     ByTimer,
 }
 
-/// How a run went.
+/// Result of a run.
 #[derive(Debug)]
 struct Run {
     seen: Regularity,
-    /// How often the fault pin has dropped.
+    /// How often the fault pin went low.
     drops: u32,
-    /// Periods in which the motion side had an alarm, after the first ones.
+    /// Periods with an alarm on the motion side, after the first ones.
     alarms: u32,
-    /// Largest correction that was added, mm.
+    /// Largest correction added, mm.
     largest: f32,
 }
 
-/// `motion` per cent of the nominal period between two frames; `periods` nominal ones.
+/// `motion`: time between two frames in per cent of the nominal period; `periods`: number of nominal periods.
 fn run(clocked: Clocked, motion: f64, tolerance: Tolerance, periods: u64) -> Run {
     let motion_period = (PERIOD as f64 * motion / 100.0) as u64;
     let bounds = Bounds {
         value: [0.2; 2],
-        // 2 mm/s, as the compensation; and half more for what a skipped period leaves.
+        // 2 mm/s, as in the compensation, plus half as much for the remainder after a skipped period.
         step: [2.0 * PERIOD as f32 * 1e-9 * 1.5; 2],
         hold: 40,
     };
@@ -169,7 +168,7 @@ fn clocked_by_frames_nothing_is_skipped_whatever_the_clocks() {
             "{motion}"
         );
         assert_eq!((run.drops, run.alarms), (0, 0), "{motion}");
-        // The corrections are in: up to 0.08 mm at 80 mm.
+        // The corrections are fully in: up to 0.08 mm at 80 mm.
         assert!((run.largest - 0.08).abs() < 1e-3, "{}", run.largest);
     }
 }
@@ -192,7 +191,7 @@ fn two_clocks_that_differ_by_one_per_cent_are_no_fault_and_what_is_skipped_is_co
 
 #[test]
 fn what_tolerates_nothing_drops_the_fault_pin_99_times_in_ten_seconds_of_1_khz() {
-    // As the board was: every period without a new frame was a fault.
+    // The former behaviour of the board: every period without a new frame was a fault.
     let run = run(Clocked::ByTimer, 101.0, Tolerance::in_a_row(0), 10_000);
     assert_eq!(run.drops, 99, "{run:?}");
 }

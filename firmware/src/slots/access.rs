@@ -1,4 +1,4 @@
-//! Erasing and programming, each read back.
+//! Erases and programs flash, reading back each time.
 
 use embedded_storage::nor_flash::NorFlashError as _;
 
@@ -6,15 +6,15 @@ use super::layout::{self, Record, WORD};
 use super::upload::{Progress, Session, Upload};
 use super::{Slot, SlotError, Slots, TableFlash, WhileBusy};
 
-/// Words that were not programmed.
+/// Words that could not be programmed.
 pub(super) struct Failure {
-    /// Offset of the first one.
+    /// Offset of the first of them.
     pub offset: u32,
     pub error: SlotError,
 }
 
 impl<F: TableFlash> Slots<F> {
-    /// Bytes of a slot; 0 if the driver describes slots that cannot be.
+    /// Length of a slot in bytes; 0 if the driver describes invalid slots.
     pub(super) fn length(&self) -> u32 {
         let [a, b] = Slot::BOTH.map(|slot| {
             let range = self.flash.range(slot);
@@ -26,12 +26,12 @@ impl<F: TableFlash> Slots<F> {
         if a == b { a } else { 0 }
     }
 
-    /// Blocks of a slot.
+    /// Number of blocks in a slot.
     pub(super) fn blocks(&self) -> u32 {
         self.length() / F::ERASE_SIZE as u32
     }
 
-    /// The slot that the next upload goes to.
+    /// The slot for the next upload.
     pub(super) fn target(&self) -> Slot {
         match self.active.or_else(|| self.newest()) {
             Some(kept) => kept.other(),
@@ -39,7 +39,7 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Refuses what would stall a servo that runs.
+    /// Refuses operations that would stall a running servo.
     pub(super) fn may_stall(&self) -> Result<(), SlotError> {
         match self.flash.while_busy() {
             WhileBusy::Standstill if !self.standstill => Err(SlotError::NotStandstill),
@@ -47,19 +47,19 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Until the caller stores a better state of the upload, it cannot go on.
+    /// Marks the upload as spoiled until the caller stores a better state.
     pub(super) fn spoil(&mut self) {
         if let Some(session) = &mut self.session {
             session.upload.progress = Progress::Spoiled;
         }
     }
 
-    /// Whether a choice that is written to this slot stalls a servo that runs.
+    /// Whether writing a choice to this slot stalls a running servo.
     #[must_use]
     pub fn choosing_stalls(&self, slot: Slot) -> bool {
         match self.flash.while_busy() {
             WhileBusy::Standstill => true,
-            // Its bank is the one that the servo reads.
+            // The servo reads this slot's bank.
             WhileBusy::DualBank => self.active == Some(slot),
             WhileBusy::ServoInRam => false,
         }
@@ -71,11 +71,11 @@ impl<F: TableFlash> Slots<F> {
         self.is_blank(slot, start, start + F::ERASE_SIZE)
     }
 
-    /// Makes the slot one that is being erased, before anything is: what an erase leaves is never valid
-    /// then. False if the mark cannot be written: then no block that reads blank can be relied on.
+    /// Marks the slot as being erased, before any erase, so that no interrupted erase leaves a valid slot. Returns
+    /// false if the mark cannot be written: then blocks that read blank cannot be relied on.
     pub(super) fn mark(&mut self, slot: Slot) -> bool {
         let length = self.length() as usize;
-        // One word of it is enough; where that is bad, so is a commit that belongs to no record.
+        // One word is enough. If it is bad, a commit without a matching record serves the same purpose.
         for place in [layout::mark_at(length), layout::commit_at(length)] {
             for at in place.step_by(F::WRITE_SIZE) {
                 let _ = self.try_program(slot, at, &[0; WORD][..F::WRITE_SIZE]);
@@ -101,7 +101,7 @@ impl<F: TableFlash> Slots<F> {
         Err(self.failed(slot, offset, error))
     }
 
-    /// Writes the record of a slot that has just been erased.
+    /// Writes the record of a freshly erased slot.
     pub(super) fn record(&mut self, upload: &Upload) -> Result<(), SlotError> {
         let slot = upload.slot;
         let wear = &mut self.found[slot.index()].wear;
@@ -116,8 +116,8 @@ impl<F: TableFlash> Slots<F> {
         self.program(slot, place.start, &record.encode())
     }
 
-    /// Programs whole words at offset `at` of a slot, and takes note of a block that fails. Words that
-    /// read so already are left alone; no word is written twice between erases.
+    /// Programs whole words at offset `at` of a slot, and records a block that fails. Words that already read so are
+    /// skipped; no word is written twice between erases.
     pub(super) fn program(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> Result<(), SlotError> {
         self.try_program(slot, at, bytes)
             .map_err(|Failure { offset, error }| match error {
@@ -126,7 +126,7 @@ impl<F: TableFlash> Slots<F> {
             })
     }
 
-    /// The same, where one word that fails does not matter.
+    /// The same, if a single failing word does not matter.
     pub(super) fn try_program(
         &mut self,
         slot: Slot,
@@ -144,7 +144,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(())
     }
 
-    /// The same within one line, which starts at `line`, from its byte `within` on.
+    /// The same within one line, which starts at `line`, from byte `within` on.
     fn program_line(
         &mut self,
         slot: Slot,
@@ -157,7 +157,7 @@ impl<F: TableFlash> Slots<F> {
             Failure { offset, error }
         };
         let place = |word: usize| (line + within + word) as u32;
-        // A word that was torn cannot be read, and is not blank.
+        // A torn word cannot be read and is not blank.
         let held = self.line(slot, line).ok_or(not_blank(place(0)))?;
         let words = (0..wanted.len()).step_by(F::WRITE_SIZE);
         let mut first = None;
@@ -192,7 +192,7 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Compares bytes that have arrived before with those that come again at `offset`.
+    /// Compares bytes that were received before with those repeated at `offset`.
     pub(super) fn compare(
         &mut self,
         session: &Session,

@@ -1,10 +1,9 @@
-//! Blocks that fail. After the first failure the next upload erases the whole slot, which mends words
-//! that only read blank; a block that fails again is named, and the slot takes no upload before the
-//! next start.
+//! Blocks that fail. After the first failure the next upload erases the whole slot, which repairs words that only read
+//! blank. A block that fails again is reported, and the slot accepts no upload before the next start.
 
 use super::{Slot, SlotError, Slots, TableFlash};
 
-/// What is known of the flash of a slot since the start or its last commit.
+/// Health of the flash of a slot since the start or its last commit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Health {
     /// Nothing has failed.
@@ -21,8 +20,8 @@ impl<F: TableFlash> Slots<F> {
         self.health[slot.index()]
     }
 
-    /// The block with the byte at `offset` has failed. Nothing is written to a slot between a failure and
-    /// the erase of the whole slot, so a second failure of the same block has survived an erase.
+    /// The block with the byte at `offset` has failed. Nothing is written to a slot between a failure and the erase of
+    /// the whole slot, so a second failure of the same block has survived an erase.
     pub(super) fn failed(&mut self, slot: Slot, offset: u32, error: SlotError) -> SlotError {
         let block = offset / F::ERASE_SIZE as u32;
         let health = &mut self.health[slot.index()];

@@ -1,10 +1,9 @@
-//! What a start goes by: which compensation is in use, which was before it, and whether the
-//! corrections are let in. See `docs/src/slots.md`.
+//! Settings for a start: the compensation in use, the one before it, and whether corrections are enabled. See
+//! `docs/src/slots.md`.
 //!
-//! The choices of a slot lie before its trailer, the first one next to it, each further one below.
-//! Every choice says everything and has a number; the newest one of both slots holds. Each consists
-//! of its content and its complement, of which one is enough: a bit that flips, or a word that can no
-//! longer be read, changes nothing.
+//! The choices of a slot are stored before its trailer: the first one directly before it, each further one below. Every
+//! choice is complete and numbered; the newest one in both slots applies. Each consists of its content and its
+//! complement, either of which is enough: a flipped bit, or a word that can no longer be read, changes nothing.
 
 use super::bad_blocks::Health;
 use super::layout::{CHOICE, CRC, TRAILER, WORD, blank, doubled, word};
@@ -16,7 +15,7 @@ const IN_USE: u32 = 1;
 const BEFORE: u32 = 2;
 const ENABLE: u32 = 4;
 
-/// A compensation that was committed.
+/// A committed compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Table {
@@ -26,15 +25,15 @@ pub struct Table {
     pub crc: u32,
 }
 
-/// What a start goes by.
+/// Settings for a start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Choice {
-    /// What is in use.
+    /// The compensation in use.
     pub in_use: Option<Table>,
-    /// What was in use before it: for a rollback, and where the first one is not valid.
+    /// The compensation in use before: for a rollback, and if the first one is not valid.
     pub before: Option<Table>,
-    /// The corrections are let in at start.
+    /// Corrections are enabled at start.
     pub enable: bool,
 }
 
@@ -67,7 +66,7 @@ impl Choice {
         doubled(&content)
     }
 
-    /// Reads a content; its number and what it says.
+    /// Decodes a content; returns its number and the choice.
     fn decode(content: &[u8; WORD]) -> Option<(u32, Self)> {
         if content[..4] != MAGIC || word(content, 28) != CRC.checksum(&content[..28]) {
             return None;
@@ -88,7 +87,7 @@ impl Choice {
     }
 }
 
-/// A choice as a slot holds it.
+/// A choice as stored in a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stored {
     number: u32,
@@ -97,16 +96,16 @@ pub(super) struct Stored {
     whole: bool,
 }
 
-/// The choices that a slot holds.
+/// The choices stored in a slot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Choices {
     newest: Option<Stored>,
-    /// Places that are not blank.
+    /// Number of places that are not blank.
     taken: usize,
 }
 
 impl<F: TableFlash> Slots<F> {
-    /// What the next start goes by.
+    /// Settings for the next start.
     #[must_use]
     pub fn choice(&self) -> Choice {
         let newest = self.newest_choice();
@@ -125,8 +124,7 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Whether only one half of the newest choice can be read, and there is room to
-    /// [store it](Self::choose) once more.
+    /// Whether only one half of the newest choice can be read, and there is room to [store it](Self::choose) again.
     #[must_use]
     pub fn is_choice_halved(&self) -> bool {
         let whole = self.newest_choice().is_none_or(|(_, stored)| stored.whole);
@@ -142,7 +140,7 @@ impl<F: TableFlash> Slots<F> {
         both.find(|&slot| self.table(slot) == Some(wanted))
     }
 
-    /// What a valid slot holds.
+    /// The compensation in a valid slot.
     fn table(&self, slot: Slot) -> Option<Table> {
         match self.state(slot) {
             SlotState::Valid { sequence, crc, .. } => Some(Table { sequence, crc }),
@@ -150,20 +148,20 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// The slot that is to be in use, if it is valid.
+    /// The slot selected for use, if it is valid.
     #[must_use]
     pub fn in_use(&self) -> Option<Slot> {
         self.slot_of(self.choice().in_use)
     }
 
-    /// The slot that was in use before, if it is valid: for a rollback, and for a start if the
-    /// other one cannot be used.
+    /// The slot that was in use before, if it is valid: for a rollback, and for a start if the other slot cannot be
+    /// used.
     #[must_use]
     pub fn before(&self) -> Option<Slot> {
         self.slot_of(self.choice().before)
     }
 
-    /// The valid slot whose compensation was never in use: no start takes it.
+    /// The valid slot whose compensation was never in use, so no start selects it.
     #[must_use]
     pub fn waiting(&self) -> Option<Slot> {
         let known = [self.in_use(), self.before()];
@@ -171,8 +169,7 @@ impl<F: TableFlash> Slots<F> {
         both.find(|&slot| self.state(slot).is_valid() && !known.contains(&Some(slot)))
     }
 
-    /// What a start is to go by so that a valid slot is in use; the other one was before it, if it
-    /// ever was in use.
+    /// The choice that puts a valid slot into use, with the other slot as its predecessor if it was ever in use.
     #[must_use]
     pub fn choosing(&self, slot: Slot) -> Choice {
         let known = [self.in_use(), self.before()].contains(&Some(slot.other()));
@@ -183,30 +180,29 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Stores what the next start goes by, in the slot that is to be in use. Nothing is written if
-    /// it is stored already and both its halves can be read.
+    /// Stores the settings for the next start, in the slot selected for use. Nothing is written if they are already
+    /// stored and both halves can be read.
     ///
     /// # Errors
-    /// [`SlotError::NotChosen`]: the slot that is to be in use is not valid.
-    /// [`SlotError::NotStandstill`]: a servo that runs would be stalled.
-    /// [`SlotError::Full`]: no room for it. Nothing has changed.
-    /// [`SlotError::Flash`], [`SlotError::Unusable`]: what was stored before still holds.
+    /// [`SlotError::NotChosen`]: the slot selected for use is not valid. [`SlotError::NotStandstill`]: a running servo
+    /// would be stalled. [`SlotError::Full`]: there is no room for it. Nothing has changed. [`SlotError::Flash`],
+    /// [`SlotError::Unusable`]: the previously stored settings still apply.
     pub fn choose(&mut self, choice: Choice) -> Result<(), SlotError> {
-        // What lies in a slot that is not valid goes with the next upload.
+        // Choices in a slot that is not valid are lost with the next upload.
         let newest = self.newest_choice();
         let stays = newest.is_none_or(|(slot, stored)| stored.whole && self.state(slot).is_valid());
         if stays && self.choice() == choice {
             return Ok(());
         }
         let slot = self.slot_of(choice.in_use).ok_or(SlotError::NotChosen)?;
-        // The last place is for `secure`.
+        // The last place is reserved for `secure`.
         if self.places_left(slot) < 2 {
             return Err(SlotError::Full);
         }
         self.put_choice(slot, choice)
     }
 
-    /// Places for choices in a valid slot that are left.
+    /// Number of free places for choices in a valid slot.
     #[must_use]
     pub fn places_left(&self, slot: Slot) -> usize {
         let SlotState::Valid { length, .. } = self.state(slot) else {
@@ -223,7 +219,7 @@ impl<F: TableFlash> Slots<F> {
         newest.is_some_and(|(holds, _)| holds == slot) && self.places_left(slot.other()) > 0
     }
 
-    /// Sees to it that the newest choice is not lost with this slot.
+    /// Makes sure that the newest choice is not lost with this slot.
     pub(super) fn secure(&mut self, slot: Slot) -> Result<(), SlotError> {
         if !self.must_secure(slot) {
             return Ok(());
@@ -231,8 +227,8 @@ impl<F: TableFlash> Slots<F> {
         let kept = slot.other();
         let mut choice = self.choice();
         if self.active == Some(kept) && self.in_use() != Some(kept) {
-            // What was to be in use is not valid, or goes: what is used in its place stays. The
-            // corrections were let in for that, not for this, which may be of another machine.
+            // The compensation selected for use is not valid, or is being lost, so the one used in its place stays in
+            // use. Corrections were enabled for the former, not for the latter, which may be of another machine.
             choice = Choice {
                 in_use: self.table(kept),
                 before: None,
@@ -250,7 +246,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(())
     }
 
-    /// Writes a choice to the next place of a slot, and to the one after it if a word of the first fails.
+    /// Writes a choice to the next place of a slot, or to the place after that if a word of the first fails.
     fn put_choice(&mut self, slot: Slot, choice: Choice) -> Result<(), SlotError> {
         self.may_choose(slot)?;
         let mut place = self.choices[slot.index()].taken;
@@ -262,7 +258,7 @@ impl<F: TableFlash> Slots<F> {
             let at = self.choice_at(place).ok_or(SlotError::Full)?;
             let bytes = choice.encode(number);
             for (at, half) in (at..).step_by(WORD).zip(bytes.chunks(WORD)) {
-                // One half is enough: what has been stored is read back.
+                // One half is enough: the stored choice is read back.
                 let _ = self.try_program(slot, at, half);
             }
             self.scan_choices(slot);
@@ -287,13 +283,13 @@ impl<F: TableFlash> Slots<F> {
         Err(SlotError::Unusable { slot, block })
     }
 
-    /// Where in a slot a choice lies.
+    /// Position of a choice in a slot.
     fn choice_at(&self, place: usize) -> Option<usize> {
         let below = TRAILER + (place + 1) * CHOICE;
         (self.length() as usize).checked_sub(below)
     }
 
-    /// Reads the choices of a slot: down to the first place that is blank.
+    /// Reads the choices of a slot, down to the first blank place.
     pub(super) fn scan_choices(&mut self, slot: Slot) {
         let mut choices = Choices::default();
         while let Some(at) = self.choice_at(choices.taken) {

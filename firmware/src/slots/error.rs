@@ -1,81 +1,79 @@
-//! Why an operation on the slots was refused or has failed.
+//! Why an operation on the slots was refused or failed.
 
 use core::fmt;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use trueaxis::LoadError;
 use trueaxis::link::Slot;
 
-/// Why an operation on the slots was refused or has failed.
+/// Why an operation on the slots was refused or failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlotError {
-    /// The flash stalls the processor and the machine does not stand still: nothing was done.
+    /// The flash stalls the processor and the machine does not stand still; nothing was done.
     NotStandstill,
-    /// The blob is shorter than a header or longer than a slot holds; nothing was done.
+    /// The blob is shorter than a header or longer than a slot; nothing was done.
     Length {
-        /// Bytes that a slot holds.
+        /// Capacity of a slot in bytes.
         capacity: u32,
     },
     /// No upload has begun, or it was aborted.
     NoUpload,
     /// The slot is still being erased.
     Erasing,
-    /// Bytes before these are missing: go on at `expected`.
+    /// Bytes are missing before these: continue at `expected`.
     Gap {
         /// Offset of the first byte that has not arrived.
         expected: u32,
     },
-    /// A chunk reaches beyond the end of the blob.
+    /// A chunk extends beyond the end of the blob.
     Beyond {
-        /// Bytes of the blob, as announced.
+        /// Announced length of the blob in bytes.
         length: u32,
     },
-    /// A byte that has arrived before differs now.
+    /// A byte differs from the one received earlier at the same offset.
     Conflict {
-        /// Its offset.
+        /// Offset of that byte.
         offset: u32,
     },
-    /// What an interrupted upload left is not what was to be written there: begin again, which
-    /// erases.
+    /// An interrupted upload left bytes that differ from those to be written there: begin again, which erases the slot.
     NotBlank {
         /// Offset of the first byte of the word.
         offset: u32,
     },
-    /// The flash does not hold what was written to it: begin again, which erases.
+    /// The flash does not contain what was written to it: begin again, which erases the slot.
     Readback {
         /// Offset of the first byte of the word.
         offset: u32,
     },
-    /// A block has failed again after the whole slot was erased: the slot takes no upload before the
-    /// next start.
+    /// A block has failed again after the whole slot was erased: the slot accepts no upload before the next start.
     Unusable {
         /// The slot.
         slot: Slot,
         /// Number of the block within the slot, from 0.
         block: u32,
     },
-    /// A compensation is still being read there: nothing was done.
+    /// A compensation in the slot is still being read; nothing was done.
     Leased,
     /// An error has spoiled the upload: begin again.
     Spoiled,
-    /// Not all bytes have arrived: go on at `expected`.
+    /// Not all bytes have arrived: continue at `expected`.
     Incomplete {
         /// Offset of the first byte that has not arrived.
         expected: u32,
     },
-    /// The blob has arrived but is not one: header, length or checksum.
+    /// The blob is complete but not valid: header, length or checksum.
     Blob(LoadError),
-    /// The blob has arrived, but its header has another length or checksum than announced.
+    /// The blob is complete, but its header has another length or checksum than announced.
     OtherBlob,
-    /// What is to be in use is in no valid slot.
+    /// The compensation to be used is not in a valid slot.
     NotChosen,
-    /// The slot has no room for another choice: an upload makes it.
+    /// The slot has no room for another choice; an upload makes room.
     Full,
-    /// The check of the caller did not accept the blob.
+    /// The caller's check rejected the blob.
     Refused,
     /// The flash driver reports an error.
     Flash(NorFlashErrorKind),
-    /// A mistake in this crate or in the flash driver.
+    /// A bug in this crate or in the flash driver.
     LogicBug,
 }
 

@@ -2,14 +2,14 @@
 //!
 //! | from the end | bytes | |
 //! |---|---|---|
-//! | −128 | 64 | record: which blob is coming, wear |
+//! | −128 | 64 | record: the announced blob, wear |
 //! | −64 | 32 | mark: not blank as soon as the slot may be erased |
 //! | −32 | 32 | commit: the sequence number |
 //!
 //! Before them the [`choices`](super::choices) grow downwards.
 //!
-//! Record and commit consist of their content and its complement. A write that was cut leaves bits
-//! set in both, so it is recognised with certainty, whatever the order of the bits.
+//! Record and commit consist of their content and its complement. An interrupted write leaves bits set in both, so it
+//! is always detected, whatever the order of the bits.
 
 use core::ops::Range;
 
@@ -17,32 +17,31 @@ use super::Damage;
 
 /// Version of the layout.
 pub const LAYOUT: u16 = 2;
-/// Bytes of record, mark and commit.
+/// Length of record, mark and commit together.
 pub const TRAILER: usize = 128;
-/// Bytes of a choice.
+/// Length of a choice.
 pub const CHOICE: usize = 64;
-/// Choices that a slot has room for beside its largest blob.
+/// Number of choices that fit beside the largest blob.
 const RESERVED: usize = 4;
-/// Bytes at the end of a slot that hold no blob.
+/// Bytes at the end of a slot that are not available for the blob.
 pub const NO_BLOB: usize = TRAILER + RESERVED * CHOICE;
-/// Largest write size that the layout has room for; every write size divides it. Flash is read in
-/// such lines.
+/// Largest write size that the layout supports; every write size divides it. Flash is read in lines of this length.
 pub const WORD: usize = 32;
 
 const MAGIC: [u8; 4] = *b"TXSL";
 pub(super) const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Where in a slot of `length` bytes the record lies.
+/// Position of the record in a slot of `length` bytes.
 pub const fn record_at(length: usize) -> Range<usize> {
     length - 128..length - 64
 }
 
-/// Where in a slot of `length` bytes the mark lies.
+/// Position of the mark in a slot of `length` bytes.
 pub const fn mark_at(length: usize) -> Range<usize> {
     length - 64..length - 32
 }
 
-/// Where in a slot of `length` bytes the commit lies.
+/// Position of the commit in a slot of `length` bytes.
 pub const fn commit_at(length: usize) -> Range<usize> {
     length - 32..length
 }
@@ -52,10 +51,10 @@ pub fn blank(bytes: &[u8]) -> bool {
     bytes.iter().all(|&byte| byte == 0xFF)
 }
 
-/// Written after the erase, before the first byte of the blob.
+/// The record, written after the erase and before the first byte of the blob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Bytes of the blob.
+    /// Length of the blob in bytes.
     pub length: u32,
     /// CRC-32 in the header of the blob.
     pub crc: u32,
@@ -79,7 +78,7 @@ impl Record {
         content
     }
 
-    /// As it is written.
+    /// The bytes of the record.
     pub fn encode(&self) -> [u8; 64] {
         doubled(&self.content())
     }
@@ -106,7 +105,7 @@ impl Record {
         Ok(record)
     }
 
-    /// The last word: `sequence`, tied to this record.
+    /// The commit word: `sequence`, tied to this record.
     pub fn commit(&self, sequence: u32) -> [u8; 32] {
         let mut digest = CRC.digest();
         digest.update(&self.content());
@@ -122,7 +121,7 @@ impl Record {
         bytes
     }
 
-    /// The sequence number in a commit if that belongs to this record.
+    /// The sequence number of a commit that belongs to this record.
     pub fn committed(&self, bytes: &[u8; 32]) -> Result<u32, Damage> {
         let sequence = word(bytes, 0);
         if *bytes == self.commit(sequence) {

@@ -1,23 +1,22 @@
-//! Bytes of a slot in place, and who may look at them for how long. The only file of `slots` with
-//! `unsafe`.
+//! Bytes of a slot in place, and how long they may be read. The only file of `slots` with `unsafe`.
 //!
-//! Flash that is read in place changes when it is erased or programmed. So its bytes are borrowed from
-//! the driver, which needs itself mutably for that ([`TableFlash::read_in_place`]); or they are leased
-//! from [`Slots`], which begins no upload into a slot before every lease of it has come back.
+//! Flash that is read in place changes when it is erased or programmed. So its bytes are either borrowed from the
+//! driver, which must be borrowed mutably for such changes ([`TableFlash::read_in_place`]), or leased from [`Slots`],
+//! which begins no upload into a slot before all its leases have been returned.
 #![allow(unsafe_code)]
 
 use super::{Slot, SlotState, Slots, TableFlash};
 
-/// Where a flash is read: for [`TableFlash::in_place`].
+/// Memory in which a flash is read, for [`TableFlash::in_place`].
 #[derive(Clone, Copy, Debug)]
 pub struct Mapped(*const [u8]);
 
 impl Mapped {
-    /// Memory in which a flash is read, from `start` on.
+    /// Memory in which a flash is read, starting at `start`.
     ///
     /// # Safety
-    /// These bytes can be read for as long as the program runs. They change only through `erase` and
-    /// `write` of the one driver whose [`TableFlash::in_place`] returns this, which need it mutably.
+    /// These bytes must be readable for as long as the program runs. They may change only through `erase` and `write`
+    /// of the one driver whose [`TableFlash::in_place`] returns this, which take it mutably.
     #[must_use]
     pub const unsafe fn new(start: *const u8, length: usize) -> Self {
         Self(core::ptr::slice_from_raw_parts(start, length))
@@ -31,16 +30,15 @@ impl Mapped {
 
     /// The bytes, for as long as the driver is borrowed.
     pub(super) fn borrowed<F: ?Sized>(self, _driver: &F) -> &[u8] {
-        // SAFETY: `new` promises bytes that can be read and change only through the driver, mutably; it is
-        // borrowed for as long as they are. The one caller, `read_in_place`, gives the driver that has
-        // returned this.
+        // SAFETY: `new` guarantees bytes that can be read and change only through the driver, mutably; the driver is
+        // borrowed for as long as they are. The only caller, `read_in_place`, passes the driver that returned this.
         unsafe { &*self.0 }
     }
 }
 
-/// A blob in place that its slot keeps until the lease is [taken back](Slots::take_back).
+/// A blob in place, which its slot keeps until the lease is [taken back](Slots::take_back).
 ///
-/// A lease that is dropped never comes back: its slot takes no upload before the next start.
+/// A dropped lease is never returned: its slot accepts no upload before the next start.
 #[derive(Debug)]
 #[must_use = "its slot takes no upload before it is taken back"]
 pub struct Lease(&'static [u8]);
@@ -52,16 +50,16 @@ impl Lease {
         self.0
     }
 
-    /// The same, for whoever keeps both.
+    /// The same, with a lifetime that the caller must manage.
     ///
     /// # Safety
-    /// Nobody looks at these bytes once the lease is given away.
+    /// These bytes must not be read once the lease has been given away.
     pub(crate) unsafe fn kept(&self) -> &'static [u8] {
         self.0
     }
 }
 
-/// Bytes that never change, and that nobody waits for.
+/// Bytes that never change; nothing waits for their return.
 impl From<&'static [u8]> for Lease {
     fn from(bytes: &'static [u8]) -> Self {
         Self(bytes)
@@ -90,23 +88,23 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// The blob of a valid slot, to keep. Until it is [taken back](Self::take_back), no upload into this
-    /// slot begins, and nothing of the blob changes; choices are written after it.
+    /// The blob of a valid slot, with a lease. Until it is [taken back](Self::take_back), no upload into this slot
+    /// begins, and the blob does not change; choices are written after it.
     pub fn lease(&mut self, slot: Slot) -> Option<Lease> {
         let SlotState::Valid { length, .. } = self.state(slot) else {
             return None;
         };
         let count = &mut self.leases[slot.index()];
         *count = count.checked_add(1)?;
-        // SAFETY: `Mapped` promises bytes that can be read and change only through the driver, which
-        // `self` owns and gives away only where it reads a copy. Of this driver `self` erases and programs
-        // bytes of a blob only in an upload into its slot. There is none, since the slot is valid, and none
-        // begins while the slot is leased (`beginning`).
+        // SAFETY: `Mapped` guarantees bytes that can be read and change only through the driver, which `self` owns and
+        // gives away only where it reads a copy. `self` erases and programs bytes of a blob only in an upload into its
+        // slot. No upload is in progress, since the slot is valid, and none begins while the slot is leased
+        // (`beginning`).
         let bytes = unsafe { &*self.flash.in_place(slot, length).0 };
         Some(Lease(bytes))
     }
 
-    /// Ends a lease; one of other slots is none of these.
+    /// Ends a lease; a lease of other slots is ignored.
     pub fn take_back(&mut self, lease: Lease) {
         let start = lease.0.as_ptr();
         for slot in Slot::BOTH {

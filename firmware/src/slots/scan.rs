@@ -1,18 +1,17 @@
-//! Finding out what a slot holds. Every byte goes through a read that may fail: a word that was torn
-//! is an answer.
+//! Determines the content of a slot. Every byte is read in a way that may fail: a torn word is a possible result.
 
 use trueaxis::{HEADER, Header};
 
 use super::layout::{self, NO_BLOB, Record, TRAILER, WORD};
 use super::{Damage, Slot, SlotState, Slots, TableFlash};
 
-/// What a scan has found.
+/// Result of a scan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScannedSlot {
     pub state: SlotState,
     /// Erase cycles.
     pub wear: u32,
-    /// The sequence number, of a damaged blob too.
+    /// The sequence number, also of a damaged blob.
     pub committed: Option<u32>,
 }
 
@@ -31,7 +30,7 @@ impl ScannedSlot {
         }
     }
 
-    /// Whether blocks that read blank are: their record was written after the last erase.
+    /// Whether sequence number `a` is newer than `b`, across the wrap.
     pub fn proven(&self) -> bool {
         !matches!(
             self.state,
@@ -79,7 +78,7 @@ impl<F: TableFlash> Slots<F> {
         let seen = self.read_record(slot.other()).ok();
         let seen = seen.map(|record| record.other_wear);
         let found = &mut self.found[slot.index()];
-        // Of all that is known the largest: counts only grow.
+        // The largest of all known values, because counts only grow.
         let wear = found.wear.max(own.unwrap_or(0)).max(seen.unwrap_or(0));
         *found = ScannedSlot {
             state,
@@ -89,7 +88,7 @@ impl<F: TableFlash> Slots<F> {
         self.scan_choices(slot);
     }
 
-    /// The record of a slot, of one that is being erased too.
+    /// The record of a slot, even of one being erased.
     pub(super) fn read_record(&mut self, slot: Slot) -> Result<Record, Damage> {
         let length = self.length() as usize;
         if length < TRAILER {
@@ -101,7 +100,7 @@ impl<F: TableFlash> Slots<F> {
         Record::decode(&bytes)
     }
 
-    /// What a slot holds; the sequence number also if the blob is damaged.
+    /// Content of a slot, with the sequence number even if the blob is damaged.
     fn look(&mut self, slot: Slot) -> (SlotState, Option<u32>) {
         let damaged = |damage| (SlotState::Damaged(damage), None);
         let length = self.length() as usize;
@@ -157,7 +156,7 @@ impl<F: TableFlash> Slots<F> {
         (state, Some(sequence))
     }
 
-    /// Header, length and checksum of the blob in a slot; or the offset from which on it cannot be read.
+    /// Header, length and checksum of the blob in a slot, or the offset from which it cannot be read.
     pub(super) fn check_blob(
         &mut self,
         slot: Slot,
@@ -168,12 +167,12 @@ impl<F: TableFlash> Slots<F> {
         })
     }
 
-    /// Whether an upload into a slot has begun to write the blob, so that no block of it was in an erase
-    /// that was cut: its first block is erased before anything else, and its record goes with its last.
+    /// Whether an upload into a slot has begun to write the blob, so that no block of it belongs to an interrupted
+    /// erase: its first block is erased before anything else, and its record is erased with its last block.
     ///
-    /// With one block only, an erase from the end that was cut between mark and record looks the same.
+    /// With a single block, an erase from the end that was interrupted between mark and record looks the same.
     pub(super) fn is_begun(&mut self, slot: Slot) -> bool {
-        // Not merely another word than blank: a bit may have flipped.
+        // It must not merely differ from blank, because a bit may have flipped.
         let first = self.line(slot, 0);
         self.blocks() > 1 && first.is_some_and(|line| line.starts_with(&trueaxis::MAGIC))
     }

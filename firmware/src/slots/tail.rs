@@ -1,4 +1,4 @@
-//! Bytes that wait for a whole word.
+//! Bytes waiting for a whole word.
 
 use super::layout::WORD;
 
@@ -28,7 +28,7 @@ impl Tail {
         rest
     }
 
-    /// The word of `word` bytes, erased bytes at its end.
+    /// The word of `word` bytes, padded with erased bytes.
     pub fn padded(&self, word: usize) -> &[u8] {
         &self.bytes[..word]
     }

@@ -1,4 +1,4 @@
-//! Blobs to upload, and the driver of an upload.
+//! Blobs to upload, and functions that perform an upload.
 
 mod bad_words;
 mod choices;
@@ -19,7 +19,7 @@ use trueaxis::{
 
 use super::{Progress, Slot, SlotError, Slots, TableFlash};
 
-/// Takes every blob of these tests.
+/// Loads every blob of these tests.
 type Target<'a> = Compensation<'a, Holds<2, 4, 4, 4, 1>>;
 
 fn draft(machine: &str) -> Draft {
@@ -83,12 +83,12 @@ fn large_blob() -> AlignedBlob {
     draft.encode().expect("a valid draft")
 }
 
-/// Whether a target takes it: what a device asks before the commit.
+/// Whether a target accepts it, as a device checks before the commit.
 fn loads(bytes: &[u8]) -> Result<(), LoadError> {
     Target::empty().load(bytes)
 }
 
-/// One attempt at an upload, in chunks, that is to be in use from the next start on.
+/// One attempt at an upload, in chunks, to be used from the next start on.
 fn attempt<F: TableFlash>(
     slots: &mut Slots<F>,
     blob: &[u8],
@@ -99,7 +99,7 @@ fn attempt<F: TableFlash>(
     Ok(slot)
 }
 
-/// The same without being chosen.
+/// The same without choosing it.
 fn committed<F: TableFlash>(
     slots: &mut Slots<F>,
     blob: &[u8],
@@ -121,7 +121,7 @@ fn committed<F: TableFlash>(
     slots.commit(|bytes| loads(bytes).is_ok())
 }
 
-/// An upload as a host does it: begins again where it is told to.
+/// An upload as a host does it: starts again when told to.
 fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slot {
     for _ in 0..3 {
         match attempt(slots, blob, chunk) {
@@ -133,14 +133,14 @@ fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slo
     panic!("three attempts were not enough");
 }
 
-/// What a start makes active: the slot that is to be in use or the one before it, with its bytes.
+/// What a start makes active: the slot selected for use or the one before it, with its bytes.
 fn start<F: TableFlash>(slots: &mut Slots<F>) -> Option<(Slot, &[u8])> {
     let active = slots.in_use().or_else(|| slots.before())?;
     slots.set_active(Some(active));
     Some((active, slots.blob(active)?))
 }
 
-/// `count` blobs that differ, with their lengths.
+/// `count` different blobs of similar length.
 fn blobs(count: u16, points: u16) -> Vec<AlignedBlob> {
     (0..count).map(|seed| blob(seed, points + seed)).collect()
 }

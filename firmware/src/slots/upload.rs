@@ -1,4 +1,4 @@
-//! A blob on its way into a slot.
+//! The upload of a blob into a slot.
 
 use trueaxis::{HEADER, Header};
 
@@ -7,23 +7,23 @@ use super::layout::{self, WORD};
 use super::tail::Tail;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
 
-/// How far an upload is.
+/// Progress of an upload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
     /// The slot is being erased, one block per call of `erase_step`.
     Erasing {
-        /// Blocks that are done or need no erase.
+        /// Blocks that are erased or need no erase.
         done: u32,
-        /// Blocks of the slot.
+        /// Number of blocks in the slot.
         blocks: u32,
     },
-    /// The slot takes bytes from `next` on; at the length of the blob it can be committed.
+    /// The slot accepts bytes from `next` on; once `next` is the length of the blob it can be committed.
     Receiving {
         /// Offset of the first byte that has not arrived.
         next: u32,
     },
-    /// An error has spoiled it: begin again, which erases.
+    /// An error has spoiled the upload: begin again, which erases the slot.
     Spoiled,
 }
 
@@ -31,17 +31,17 @@ pub enum Progress {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Upload {
-    /// The slot it goes to.
+    /// The target slot.
     pub slot: Slot,
-    /// Bytes of the blob.
+    /// Length of the blob in bytes.
     pub length: u32,
     /// CRC-32 in the header of the blob.
     pub crc: u32,
-    /// How far it is.
+    /// Progress of the upload.
     pub progress: Progress,
 }
 
-/// An upload, with what only this module needs to know.
+/// An upload, with private state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Session {
     pub upload: Upload,
@@ -63,14 +63,14 @@ impl Session {
 
 /// How an upload begins.
 enum Beginning {
-    /// It is open already.
+    /// It is already open.
     Open(Progress),
-    /// The slot holds a part of it, from before a restart.
+    /// The slot contains part of it, from before a restart.
     Resumes(Slot),
     /// The slot is erased first.
     Erases {
         slot: Slot,
-        /// Blocks that read blank are blank: none of them was in an erase that was cut.
+        /// Blocks that read blank are blank: none of them belongs to an interrupted erase.
         proven: bool,
     },
 }
@@ -78,15 +78,14 @@ enum Beginning {
 impl<F: TableFlash> Slots<F> {
     /// Begins the upload of a blob of `length` bytes with `crc` in its header.
     ///
-    /// It goes to the slot that is not active; with none active, to the one that is not the newest.
-    /// The same blob goes on where it was; after a restart from byte 0 on, but what is in the flash
-    /// already is only compared: nothing is erased or written twice. Another blob takes the place
-    /// of an upload that has begun. What a start goes by is [stored](Self::choose) in the other slot
-    /// before.
+    /// It goes to the slot that is not active, or with none active, to the one that is not the newest. The same blob
+    /// continues where it was. After a restart it begins at byte 0, but bytes already in the flash are only compared:
+    /// nothing is erased or written twice. A different blob replaces an upload in progress. If necessary, the settings
+    /// for the start are first [stored](Self::choose) in the other slot.
     ///
     /// # Errors
-    /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Unusable`],
-    /// [`SlotError::Leased`]; where a choice is written first, those of [`choose`](Self::choose).
+    /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Unusable`], [`SlotError::Leased`]; if a choice
+    /// is written first, also those of [`choose`](Self::choose).
     pub fn begin(&mut self, length: u32, crc: u32) -> Result<Progress, SlotError> {
         let beginning = self.beginning(length, crc)?;
         let (slot, progress, skips_blank) = match beginning {
@@ -121,7 +120,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(progress)
     }
 
-    /// Whether [`begin`](Self::begin) with this would erase the slot.
+    /// Whether [`begin`](Self::begin) with these arguments would erase the slot.
     ///
     /// # Errors
     /// [`SlotError::Length`], [`SlotError::Unusable`], [`SlotError::Leased`]
@@ -130,8 +129,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(matches!(beginning, Beginning::Erases { .. }))
     }
 
-    /// Whether [`begin`](Self::begin) first writes to the slot that stays, and stalls a servo that
-    /// runs thereby.
+    /// Whether [`begin`](Self::begin) first writes to the slot that is kept, and thereby stalls a running servo.
     #[must_use]
     pub fn begin_stalls(&self) -> bool {
         let target = self.target();
@@ -163,8 +161,8 @@ impl<F: TableFlash> Slots<F> {
             SlotState::Uploading {
                 length: l, crc: c, ..
             } => ((l, c) == (length, crc), self.is_begun(slot)),
-            // Blank where a blob begins: an erase that needed no mark was cut, and has brought back a bit
-            // of the trailer that had flipped.
+            // Blank at the start of the blob: an erase that needed no mark was interrupted and has restored a flipped
+            // bit of the trailer.
             _ => (false, found.proven() && !self.is_blank(slot, 0, WORD)),
         };
         if same && proven && !spoiled && self.health(slot) == Health::Sound {
@@ -173,8 +171,8 @@ impl<F: TableFlash> Slots<F> {
         Ok(Beginning::Erases { slot, proven })
     }
 
-    /// Erases the next block that needs it, at most one, the last block of the slot last; does
-    /// nothing after the erase.
+    /// Erases the next block that needs it, at most one, with the last block of the slot last; does nothing when the
+    /// erase is complete.
     ///
     /// # Errors
     /// [`SlotError::NoUpload`], [`SlotError::Spoiled`], [`SlotError::NotStandstill`],
@@ -187,14 +185,14 @@ impl<F: TableFlash> Slots<F> {
             Progress::Spoiled => return Err(SlotError::Spoiled),
         };
         self.may_stall()?;
-        // What an error interrupts stays spoiled.
+        // If an error interrupts this, it stays spoiled.
         self.spoil();
         let slot = session.upload.slot;
         while done + 1 < blocks && session.skips_blank && self.is_block_blank(slot, done) {
             done += 1;
         }
         let erased = self.erase(slot, done);
-        // Whatever it was: what was stored there is no longer.
+        // Choices stored there are lost in any case.
         self.scan_choices(slot);
         erased?;
         done += 1;
@@ -208,8 +206,8 @@ impl<F: TableFlash> Slots<F> {
         Ok(session.upload.progress)
     }
 
-    /// Takes the bytes of the blob from `offset` on; returns the offset of the first byte that has
-    /// not arrived. Bytes that have arrived before are compared only.
+    /// Accepts bytes of the blob starting at `offset`; returns the offset of the first byte that has not arrived. Bytes
+    /// that have arrived before are only compared.
     ///
     /// # Errors
     /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Gap`], [`SlotError::Beyond`],
@@ -236,7 +234,7 @@ impl<F: TableFlash> Slots<F> {
         self.may_stall()?;
         self.spoil();
         let slot = session.upload.slot;
-        // `next` without what waits in the tail: where the flash goes on.
+        // `next` without the bytes waiting in the tail: where writing to flash continues.
         let mut at = next as usize - session.tail.held().len();
         let mut rest = fresh;
         if !session.tail.held().is_empty() {
@@ -262,9 +260,8 @@ impl<F: TableFlash> Slots<F> {
         Ok(next)
     }
 
-    /// Makes the blob that has arrived the newest: reads it in place, asks `check` whether it can
-    /// be used, and writes the last word. Returns the slot. No start takes it before it is
-    /// [chosen](Self::choose).
+    /// Makes the received blob the newest one: reads it in place, calls `check` to see whether it can be used, and
+    /// writes the last word. Returns the slot. No start selects it before it is [chosen](Self::choose).
     ///
     /// # Errors
     /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Incomplete`],
@@ -312,7 +309,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(slot)
     }
 
-    /// Forgets the upload. What has been written stays, and the same blob can go on later.
+    /// Ends the upload. What has been written stays, and the same blob can continue later.
     pub fn abort(&mut self) {
         if let Some(session) = self.session.take() {
             self.scan(session.upload.slot);

@@ -1,4 +1,4 @@
-//! Both directions, whoever is the master of the bus.
+//! Both directions of the exchange, independent of which side is the master of the bus.
 
 use trueaxis::{Conditions, Correction};
 
@@ -8,16 +8,16 @@ use crate::device::{Command, CorrectionSink, PositionSource, Regularity};
 
 /// The controller's end of the exchange.
 ///
-/// On a board that is the slave: when a frame has ended, [`hear`](Self::hear) it, tick with
-/// [`ends`](Self::ends), and lay out the [`answer`](Self::answer) for the next frame. Where no
-/// frame comes, the same without `hear`, once per period.
+/// On a board that is the slave: when a frame has ended, [`hear`](Self::hear) it, tick with [`ends`](Self::ends), and
+/// prepare the [`answer`](Self::answer) for the next frame. While frames are missing, do the same without `hear`, once
+/// per period.
 #[derive(Clone, Copy, Debug)]
 pub struct Exchange<const AXES: usize> {
     intake: Intake<[f32; AXES]>,
     computed: Computed<AXES>,
 }
 
-/// What the servo has given last.
+/// The servo's last result.
 #[derive(Clone, Copy, Debug)]
 struct Computed<const AXES: usize> {
     healthy: bool,
@@ -25,11 +25,11 @@ struct Computed<const AXES: usize> {
     dq: [f32; AXES],
 }
 
-/// The commands of one period.
+/// The command of one period.
 #[derive(Debug)]
 pub struct Source<'m, const AXES: usize>(&'m mut Intake<[f32; AXES]>);
 
-/// Where the correction of one period goes.
+/// Receives the correction of one period.
 #[derive(Debug)]
 pub struct Sink<'m, const AXES: usize>(&'m mut Computed<AXES>);
 
@@ -48,7 +48,7 @@ impl<const AXES: usize> Exchange<AXES> {
         }
     }
 
-    /// A frame has ended. Bytes that do not form a frame count as damaged.
+    /// Processes the bytes of a frame that has ended. Bytes that do not form a frame count as damaged.
     pub fn hear(&mut self, bytes: &[u8]) {
         self.intake.hear(bytes);
     }
@@ -58,7 +58,7 @@ impl<const AXES: usize> Exchange<AXES> {
         (Source(&mut self.intake), Sink(&mut self.computed))
     }
 
-    /// What is to be sent with the next frame. Bytes behind it stay as they are.
+    /// Writes the bytes to send with the next frame; the bytes after them stay unchanged.
     pub fn answer(&self, out: &mut [u8; MOST]) {
         let Computed {
             healthy,
@@ -73,11 +73,11 @@ impl<const AXES: usize> Exchange<AXES> {
             irregular: seen.repeated.wrapping_add(seen.skipped) as u16,
             dq,
         };
-        // There is room for as many axes as `new` has allowed.
+        // There is room for the number of axes that `new` permits.
         let _ = answer.put(out);
     }
 
-    /// What has been counted.
+    /// Counts so far.
     #[must_use]
     pub const fn seen(&self) -> Regularity {
         self.intake.seen()

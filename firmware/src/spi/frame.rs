@@ -4,59 +4,59 @@ use trueaxis::Conditions;
 
 use crate::device::{Command, Enabling};
 
-/// Version of the frames.
+/// Version of the frame format.
 pub const VERSION: u8 = 2;
 const HEAD: usize = 12;
 const CHECK: usize = 4;
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Bytes of the longest frame.
+/// Length of the longest frame in bytes.
 pub const MOST: usize = length(trueaxis::link::MOST_AXES);
 
-/// Bytes of a frame with so many axes, of either direction.
+/// Length in bytes of a frame with this number of axes, in either direction.
 #[must_use]
 pub const fn length(axes: usize) -> usize {
     HEAD + 4 * axes + CHECK
 }
 
-/// Of a command: the tool length counts.
+/// Flag of a command: the tool length is valid.
 const TOOL_LENGTH: u8 = 1 << 2;
-/// Of an answer: it answers a command.
+/// Flag of an answer: it answers a command.
 const ANSWERS: u8 = 1;
-/// Of an answer: there is no fault.
+/// Flag of an answer: there is no fault.
 const HEALTHY: u8 = 1 << 1;
 
-/// Why bytes are no frame.
+/// Why bytes are not a valid frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NoFrame {
-    /// Not as many bytes as a frame of these axes has.
+    /// The length is wrong for this number of axes.
     Length,
-    /// The checksum does not hold.
+    /// The checksum is wrong.
     Check,
-    /// Another version, another number of axes, or a flag that has no meaning yet.
+    /// Another version, another number of axes, or an undefined flag.
     Unknown,
 }
 
-/// What the motion side says in one period.
+/// The motion side's frame of one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandFrame<A> {
-    /// One more, modulo 256, in every new command.
+    /// Counter, incremented modulo 256 with every new command.
     pub count: u8,
     /// The command.
     pub command: Command<A>,
 }
 
-/// What the controller answers in the next period.
+/// The controller's answer in the next period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer<A> {
-    /// Count of the command last taken; `None` before the first.
+    /// Counter of the last processed command; `None` before the first.
     pub count: Option<u8>,
-    /// No fault: what the fault pin shows too.
+    /// No fault; the fault pin shows the same.
     pub healthy: bool,
-    /// What holds there.
+    /// Conditions of the servo.
     pub conditions: Conditions,
-    /// Periods without a new frame, and frames without a period of their own: a count that wraps.
+    /// Periods without a new frame, plus frames without a period of their own; wraps.
     pub irregular: u16,
     /// Corrections Δq, mm or degrees.
     pub dq: A,
@@ -107,7 +107,7 @@ impl Parts<'_> {
     }
 }
 
-/// Writes a frame; the bytes written, or `None` if there is no room.
+/// Writes a frame; returns the bytes written, or `None` if there is no room.
 fn put<'a>(
     [count, flags]: [u8; 2],
     [mask, number]: [u16; 2],
@@ -131,7 +131,7 @@ fn put<'a>(
 }
 
 impl<const AXES: usize> CommandFrame<[f32; AXES]> {
-    /// Writes it, as the motion side does; `None` if there is no room.
+    /// Writes it, on the motion side; `None` if there is no room.
     pub fn put<'a>(&self, out: &'a mut [u8]) -> Option<&'a [u8]> {
         let Command {
             axes,
@@ -154,7 +154,7 @@ impl<const AXES: usize> CommandFrame<[f32; AXES]> {
         put([self.count, flags], [referenced, 0], length, &axes, out)
     }
 
-    /// Reads it, as the controller does.
+    /// Reads it, on the controller.
     ///
     /// # Errors
     /// See [`NoFrame`].
@@ -183,7 +183,7 @@ impl<const AXES: usize> CommandFrame<[f32; AXES]> {
 }
 
 impl<const AXES: usize> Answer<[f32; AXES]> {
-    /// Before anything has been computed: it answers nothing.
+    /// Before anything has been computed: answers no command.
     pub const NOTHING: Self = Self {
         count: None,
         healthy: false,
@@ -192,7 +192,7 @@ impl<const AXES: usize> Answer<[f32; AXES]> {
         dq: [0.0; AXES],
     };
 
-    /// Writes it, as the controller does; `None` if there is no room.
+    /// Writes it, on the controller; `None` if there is no room.
     pub fn put<'a>(&self, out: &'a mut [u8]) -> Option<&'a [u8]> {
         let answers = if self.count.is_some() { ANSWERS } else { 0 };
         let healthy = if self.healthy { HEALTHY } else { 0 };
@@ -201,7 +201,7 @@ impl<const AXES: usize> Answer<[f32; AXES]> {
         put(bytes, words, 0.0, &self.dq, out)
     }
 
-    /// Reads it, as the motion side does.
+    /// Reads it, on the motion side.
     ///
     /// # Errors
     /// See [`NoFrame`].

@@ -1,32 +1,32 @@
-//! From frames to the commands of servo periods, also where the two do not come one for one.
+//! Turns frames into commands of servo periods, even if their numbers differ.
 
 use super::frame::CommandFrame;
 use crate::device::{Command, Regularity};
 
 /// How many frames may be missing, damaged, or too many.
 ///
-/// Every period without a new frame costs [`COST`](Self::COST), and so does every frame that this
-/// side had no period for; every period with a new frame takes 1 off. Above `limit` that is a
-/// fault, until all of it is paid off.
+/// Every period without a new frame costs [`COST`](Self::COST), and so does every frame without a period of its own;
+/// every period with a new frame pays 1 back. A debt above `limit` is a fault, until all of it is paid back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tolerance {
-    /// Largest debt that is no fault.
+    /// Largest debt that is not a fault.
     limit: u32,
 }
 
 impl Tolerance {
-    /// What one irregularity costs: as many regular periods pay it off.
+    /// Cost of one irregularity: this many regular periods pay it back.
     pub const COST: u32 = 16;
 
-    /// Four in a row, or one in 17 for ever.
+    /// Four in a row, or one in 17 permanently.
     ///
-    /// At 4 kHz four periods are 1 ms, the tenth part of [`PATIENCE`](trueaxis::PATIENCE). At
-    /// 60 m/min a command of 1 ms ago is 1 mm away, and where a correction changes by 0.1 mm per
+    /// At 4 kHz four periods are 1 ms, one tenth of [`PATIENCE`](trueaxis::PATIENCE). At 60 m/min a command that is 1
+    /// ms old is 1 mm away, and if a correction changes by 0.1 mm per metre it is wrong by 0.1 µm. Two clocks that
+    /// differ by 1 % cost one in 100.
     /// metre it is wrong by 0.1 µm. Two clocks that differ by 1 % cost one in 100.
     pub const USUAL: Self = Self::in_a_row(4);
 
-    /// `n` in a row; more than one in 17 is too much whatever `n` is.
+    /// `n` in a row; more than one in 17 is always too many, whatever `n` is.
     #[must_use]
     pub const fn in_a_row(n: u32) -> Self {
         Self {
@@ -35,22 +35,22 @@ impl Tolerance {
     }
 }
 
-/// Takes frames as they come, and gives one command for each servo period.
+/// Accepts frames as they arrive, and returns one command for each servo period.
 #[derive(Clone, Copy, Debug)]
 pub struct Intake<A> {
     tolerance: Tolerance,
-    /// The last sound frame.
+    /// The last valid frame.
     last: Option<CommandFrame<A>>,
-    /// It has come since the last period.
+    /// It has arrived since the last period.
     fresh: bool,
-    /// Periods without a new frame since the last one.
+    /// Number of periods since the last new frame.
     waited: u32,
     debt: u32,
     seen: Regularity,
 }
 
 impl<const AXES: usize> Intake<[f32; AXES]> {
-    /// Nothing has come yet.
+    /// Nothing has been received yet.
     #[must_use]
     pub const fn new(tolerance: Tolerance) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
         }
     }
 
-    /// Bytes have come from the motion side.
+    /// Processes bytes from the motion side.
     pub fn hear(&mut self, bytes: &[u8]) {
         let Ok(said) = CommandFrame::get(bytes) else {
             self.seen.damaged = self.seen.damaged.wrapping_add(1);
@@ -72,10 +72,10 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
         if let Some(last) = self.last {
             let ahead = u32::from(said.count.wrapping_sub(last.count));
             if ahead == 0 {
-                // The same once more.
+                // A repetition.
                 return;
             }
-            // One for this period, and one for each that has gone by without.
+            // One for this period, and one for each period that passed without a frame.
             let passed = (ahead - 1).saturating_sub(self.waited) + u32::from(self.fresh);
             self.seen.skipped = self.seen.skipped.wrapping_add(passed);
             self.owe(passed);
@@ -85,10 +85,9 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
         self.waited = 0;
     }
 
-    /// The command of this period: to be called once in each.
+    /// The command of this period; call it once per period.
     ///
-    /// Without a new frame it is the one of the last, once more, as far as that is tolerated, and
-    /// `None` beyond.
+    /// Without a new frame it repeats the last command as long as that is tolerated, and then returns `None`.
     pub fn take(&mut self) -> Option<Command<[f32; AXES]>> {
         let last = self.last?;
         if self.fresh {
@@ -104,13 +103,13 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
         (!self.seen.fault).then_some(last.command)
     }
 
-    /// What has been counted.
+    /// Counts so far.
     #[must_use]
     pub const fn seen(&self) -> Regularity {
         self.seen
     }
 
-    /// Count of the command last taken, for the answer.
+    /// Counter of the last processed command, for the answer.
     #[must_use]
     pub fn count(&self) -> Option<u8> {
         self.last.map(|said| said.count)
@@ -118,7 +117,7 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
 
     fn owe(&mut self, times: u32) {
         let limit = self.tolerance.limit;
-        // At most this much: however long it lasts, it is paid off as soon as the limit would be.
+        // Limited, so that even after a long time the debt is paid back as fast as the limit would be.
         let most = limit + Tolerance::COST;
         let debt = self.debt + times * Tolerance::COST;
         self.debt = debt.min(most);

@@ -1,4 +1,4 @@
-//! For a board with a clock of its own, which asks the motion side once per period.
+//! For a board with its own clock, which polls the motion side once per period.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -6,10 +6,10 @@ use super::exchange::{Exchange, Sink, Source};
 use super::frame::{MOST, length};
 use super::intake::Tolerance;
 
-/// The exchange with a motion side that is the slave of an SPI bus.
+/// The exchange with a motion side that is the slave on an SPI bus.
 ///
-/// Its frames and the periods of this side belong to two clocks: now and then one is skipped or
-/// serves twice, see [`Tolerance`]. Where the motion side can be the master, that is better.
+/// Its frames and the periods of this side have two clocks: occasionally a frame is skipped or used twice, see
+/// [`Tolerance`]. If the motion side can be the master, that is better.
 #[derive(Debug)]
 pub struct Polled<D, const AXES: usize> {
     device: D,
@@ -17,7 +17,7 @@ pub struct Polled<D, const AXES: usize> {
 }
 
 impl<D: SpiDevice, const AXES: usize> Polled<D, AXES> {
-    /// Nothing is exchanged yet.
+    /// Nothing has been exchanged yet.
     pub const fn new(device: D, tolerance: Tolerance) -> Self {
         Self {
             device,
@@ -25,13 +25,13 @@ impl<D: SpiDevice, const AXES: usize> Polled<D, AXES> {
         }
     }
 
-    /// Exchanges one frame: once per period, before its update.
+    /// Exchanges one frame; call it once per period, before the update.
     pub fn poll(&mut self) -> (Source<'_, AXES>, Sink<'_, AXES>) {
         let (mut said, mut received) = ([0; MOST], [0; MOST]);
         self.exchange.answer(&mut said);
         let received = received.get_mut(..length(AXES)).unwrap_or_default();
         let said = said.get(..length(AXES)).unwrap_or_default();
-        // A failed transfer leaves no frame in the buffer.
+        // A failed transfer leaves no valid frame in the buffer.
         match self.device.transfer(received, said) {
             Ok(()) => self.exchange.hear(received),
             Err(_) => self.exchange.hear(&[]),
@@ -39,12 +39,12 @@ impl<D: SpiDevice, const AXES: usize> Polled<D, AXES> {
         self.exchange.ends()
     }
 
-    /// The device.
+    /// The SPI device.
     pub const fn device(&mut self) -> &mut D {
         &mut self.device
     }
 
-    /// The exchange, to see what it has counted.
+    /// The exchange, for its counts.
     pub const fn exchange(&self) -> &Exchange<AXES> {
         &self.exchange
     }

@@ -19,7 +19,7 @@ fn bytes(said: &CommandFrame<[f32; 3]>) -> Vec<u8> {
     said.put(&mut [0; MOST]).unwrap().to_vec()
 }
 
-/// Bytes with the checksum that belongs to them.
+/// Adds the correct checksum to bytes.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     let at = bytes.len() - 4;
@@ -122,7 +122,7 @@ fn every_damaged_bit_an_open_wire_and_another_length_are_no_frame() {
         let short = CommandFrame::<[f32; 3]>::get(&good[..length]);
         assert_eq!(short, Err(NoFrame::Length));
     }
-    // Sound, but of other axes.
+    // Valid, but for another number of axes.
     assert_eq!(CommandFrame::<[f32; 2]>::get(&good), Err(NoFrame::Length));
 }
 
@@ -138,7 +138,7 @@ fn the_longest_frame_fits_and_a_longer_one_is_not_written() {
 
 type Three = Intake<[f32; 3]>;
 
-/// Hears the frames of these counts in one period, then takes.
+/// Hears frames with these counters in one period, then takes.
 fn period(intake: &mut Three, counts: &[u8]) -> Option<Command<[f32; 3]>> {
     for count in counts {
         intake.hear(&bytes(&said(*count)));
@@ -154,7 +154,7 @@ fn nothing_is_missed_before_the_first_frame() {
     }
     assert_eq!(intake.seen(), Regularity::NONE);
     assert_eq!(intake.count(), None);
-    // Whatever its count is.
+    // Whatever its counter is.
     assert_eq!(period(&mut intake, &[200]), Some(said(200).command));
     assert_eq!(intake.count(), Some(200));
     let frames = Regularity {
@@ -180,7 +180,7 @@ fn four_periods_in_a_row_without_a_frame_are_tolerated_and_the_fifth_is_a_fault(
             (true, 1, repeated)
         );
     }
-    // It is over when all is paid off: of four that are tolerated and one more.
+    // The fault ends when the whole debt is paid back: of the four tolerated and one more.
     for count in 2..=81 {
         assert!(intake.seen().fault, "{count}");
         assert!(period(&mut intake, &[count]).is_some());
@@ -201,7 +201,7 @@ fn a_frame_that_comes_again_or_damaged_is_none() {
     assert_eq!(intake.take(), Some(said(1).command));
     let seen = intake.seen();
     assert_eq!((seen.repeated, seen.damaged, seen.skipped), (2, 1, 0));
-    // What was damaged is not also skipped.
+    // A damaged frame is not also counted as skipped.
     period(&mut intake, &[4]);
     let seen = intake.seen();
     assert_eq!((seen.frames, seen.repeated, seen.skipped), (2, 2, 0));
@@ -209,7 +209,7 @@ fn a_frame_that_comes_again_or_damaged_is_none() {
 
 #[test]
 fn four_frames_without_a_period_are_tolerated_and_the_fifth_is_a_fault() {
-    // Those that did not come, and those that came at once; across the wrap of the count.
+    // Frames that did not arrive, and frames that arrived together; across the wrap of the counter.
     for (counts, fault) in [
         (&[254, 255, 0, 1, 2][..], false),
         (&[2], false),
@@ -249,7 +249,7 @@ fn one_in_seventeen_may_be_missing_for_ever_and_one_in_sixteen_not() {
     }
 }
 
-/// A motion side that is the slave, says `says` and notes what it hears.
+/// A motion side that is the slave, sends `says` and records what it hears.
 struct Wire {
     says: Vec<u8>,
     heard: Vec<u8>,
@@ -307,7 +307,7 @@ fn a_board_that_asks_gives_the_correction_with_the_next_question() {
         Ok(Answer::<[f32; 3]>::NOTHING)
     );
 
-    // The bus fails now: what it has left is not taken.
+    // Now the bus fails: bytes left by it are not used.
     polled.device().says = bytes(&said(8));
     polled.device().broken = true;
     assert_eq!(polled.poll().0.take(), Some(said(7).command));

@@ -1,20 +1,20 @@
-//! From readings to a temperature that a machine part can have.
+//! Filters readings into a plausible temperature of a machine part.
 
-/// Readings outside, °C, are ignored, whatever the sensor: they would spoil the arithmetic.
+/// Readings outside this range, °C, are ignored for any sensor, because they would break the arithmetic.
 const PLAUSIBLE: core::ops::RangeInclusive<f32> = -273.15..=2000.0;
-/// Longer times between readings, s, are mistakes.
+/// Longer times between readings, s, are errors.
 const LONGEST: f32 = 1e6;
 
-/// Median of three readings, then a low-pass of first order; holds its value without readings.
+/// Median of three readings, then a first-order low-pass; holds its value without readings.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter<E> {
-    /// s
+    /// Time constant of the low-pass, s.
     time_constant: f32,
-    /// s
+    /// Time after which a silent sensor is lost, s.
     patience: f32,
-    /// The last readings, °C, the oldest first.
+    /// The last readings, °C, oldest first.
     readings: [f32; 3],
-    /// How many of them there are.
+    /// Number of readings so far.
     count: usize,
     celsius: Option<f32>,
     /// Time since the last reading, s.
@@ -25,7 +25,7 @@ pub struct Filter<E> {
 impl<E: Copy> Filter<E> {
     /// Without a reading, and lost until the third one.
     ///
-    /// `time_constant` of the low-pass and `patience` after which a silent sensor is lost, s.
+    /// `time_constant` of the low-pass, and `patience`, after which a silent sensor is lost, both in s.
     #[must_use]
     pub const fn new(time_constant: f32, patience: f32) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl<E: Copy> Filter<E> {
         }
     }
 
-    /// Takes what the sensor says; `elapsed` seconds after the last time.
+    /// Processes the sensor's result, `elapsed` seconds after the last call.
     pub fn take(&mut self, reading: Result<Option<f32>, E>, elapsed: f32) {
         if (0.0..=LONGEST).contains(&elapsed) {
             self.age += elapsed;
@@ -50,7 +50,7 @@ impl<E: Copy> Filter<E> {
             Err(error) => self.error = Some(error),
         }
         if self.age > self.patience {
-            // What was read before does not vouch for what comes after.
+            // Earlier readings do not confirm later ones.
             self.count = 0;
         }
     }
@@ -62,7 +62,7 @@ impl<E: Copy> Filter<E> {
         let elapsed = self.age;
         self.age = 0.0;
         self.error = None;
-        // One or two readings cannot outvote a wrong one: wait for the third.
+        // One or two readings cannot outvote a wrong one, so wait for the third.
         if self.count == self.readings.len() {
             let reading = median(self.readings);
             let share = elapsed / (self.time_constant + elapsed);
@@ -80,7 +80,7 @@ impl<E: Copy> Filter<E> {
         self.celsius
     }
 
-    /// Whether there has been no reading for longer than the patience, or never.
+    /// Whether there has been no reading for longer than the patience, or none at all.
     #[must_use]
     pub fn lost(&self) -> bool {
         self.celsius.is_none() || self.age > self.patience

@@ -1,4 +1,4 @@
-//! A machine with sensors that come and go.
+//! A machine with sensors that fail and return.
 
 use core::cell::Cell;
 use std::vec::Vec;
@@ -11,7 +11,7 @@ use super::*;
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unplugged;
 
-/// What a sensor says next, once: then it has no new reading until the next conversion.
+/// The sensor's next result, returned once: after that there is no new reading until the next conversion.
 #[derive(Debug)]
 struct Probe(Cell<Result<Option<f32>, Unplugged>>);
 
@@ -86,7 +86,7 @@ fn inputs_are_differences_to_their_references() {
         temperatures.poll(1.0);
         assert_eq!(temperatures.lost(), lost);
     }
-    // Nothing is corrected yet: the inputs may jump.
+    // Nothing is corrected yet, so the inputs may jump.
     temperatures.advance(0.001, true);
     assert_eq!(values(&temperatures), [(1, 5.0), (2, 0.0), (3, -0.5)]);
     // A compensation with another reference for the column: no input jumps.
@@ -110,7 +110,7 @@ fn a_lost_sensor_holds_its_value_and_comes_back_slowly() {
         temperatures.poll(1.0);
     }
     temperatures.advance(0.0, true);
-    // Silent: no conversion ends any more. Missing: nobody answers.
+    // Silent: no conversion ends any more. Missing: no answer at all.
     for missing in [false, true] {
         bed.connect(!missing);
         for second in 1..=20 {
@@ -125,7 +125,7 @@ fn a_lost_sensor_holds_its_value_and_comes_back_slowly() {
     let (name, celsius, lost, error) = temperatures.sensors().next().expect("the bed");
     assert_eq!((name, celsius, lost), ("bed", Some(25.0), true));
     assert_eq!(error, Some(Unplugged));
-    // Warmer by 10 K when it is back, which its first reading says.
+    // It is 10 K warmer when it returns, as its first reading shows.
     bed.connect(true);
     temperatures.poll(1.0);
     assert_eq!(temperatures.lost() & 0b0010, 0b0010);
@@ -157,7 +157,7 @@ fn an_input_falls_with_its_rate_too_and_stands_while_no_time_passes() {
     }
     for second in 0..40 {
         let value = values(&temperatures)[0].1;
-        // 0.1 K/s, and the rounding of so many sums.
+        // 0.1 K/s, plus rounding of that many sums.
         assert!((value - (5.0 - 0.1 * second as f32)).abs() < 1e-4);
         for nothing in [0.0, -1.0, f32::NAN] {
             temperatures.advance(nothing, false);
@@ -182,7 +182,7 @@ fn a_single_wrong_reading_changes_nothing() {
 
 #[test]
 fn a_step_is_followed_as_the_time_constant_says() {
-    // The backward-Euler low-pass: after n readings the rest is (τ/(τ + 1 s))^n of the step.
+    // The backward-Euler low-pass: after n readings the remainder is (τ/(τ + 1 s))^n of the step.
     let mut filter = Filter::<Unplugged>::new(5.0, 5.0);
     for _ in 0..3 {
         filter.take(Ok(Some(20.0)), 1.0);
@@ -201,8 +201,8 @@ fn a_step_is_followed_as_the_time_constant_says() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
-    /// Whatever sensors and clocks say: the input stays within what was read, moves no faster
-    /// than the rate, and is finite.
+    /// Whatever sensors and clocks do, the input is finite, stays within the readings, and moves no faster than the
+    /// rate.
     #[test]
     fn inputs_are_bounded_in_value_and_rate(
         events in prop::collection::vec(

@@ -13,11 +13,11 @@ use crate::spi::{Answer, CommandFrame, length};
 /// The bus, seen from both ends, and the timer.
 #[derive(Default)]
 struct Bus {
-    /// Frames that end, one with each interrupt; `None`: that of the timer.
+    /// Ended frames, one per interrupt; `None`: the timer's interrupt.
     ended: RefCell<VecDeque<Option<Vec<u8>>>>,
     armed: Cell<bool>,
     answers: RefCell<Vec<Vec<u8>>>,
-    /// The next frame begins while the answer is laid out.
+    /// The next frame begins while the answer is being prepared.
     hurry: Cell<bool>,
     restarts: Cell<u32>,
 }
@@ -57,7 +57,7 @@ impl Silence for Rc<Bus> {
     }
 }
 
-/// A board: its bus, its servo interrupt, and what the main loop sees.
+/// A board: its bus, its servo interrupt, and the main loop's view.
 struct Stand {
     bus: Rc<Bus>,
     servo: ByFrames<Rc<Bus>, Rc<Bus>, 8>,
@@ -79,7 +79,7 @@ impl Stand {
         }
     }
 
-    /// An interrupt, after this has ended.
+    /// An interrupt, with this as the ended frame.
     fn interrupt(&mut self, ended: Option<Vec<u8>>) -> Option<bool> {
         self.bus.ended.borrow_mut().push_back(ended);
         self.servo.period(self.shell, &NoClock)
@@ -104,7 +104,7 @@ impl Stand {
         self.access.with(|side| side.counters().overruns)
     }
 
-    /// The count that the answer laid out last is for.
+    /// The counter that the last prepared answer is for.
     fn answered(&self) -> Option<u8> {
         let answers = self.bus.answers.borrow();
         Answer::<[f32; 8]>::get(answers.last().unwrap())
@@ -151,7 +151,7 @@ fn without_frames_the_timer_makes_the_periods_and_leaves_the_answer_as_it_is() {
     assert_eq!(stand.interrupt(None), Some(false), "and no more");
     assert_eq!(stand.updates(), 6, "the servo goes on all the same");
     assert_eq!(stand.servo.seen().repeated, 5);
-    // A frame may be on its way.
+    // A frame may be in progress.
     assert_eq!(stand.bus.answers.borrow().len(), 2);
     assert_eq!(stand.bus.restarts.get(), 1);
 }
@@ -168,7 +168,7 @@ fn a_frame_that_begins_before_the_answer_is_laid_out_is_lost_and_an_overrun() {
     assert_eq!(stand.overruns(), 1, "shown with the next period");
     let seen = stand.servo.seen();
     assert_eq!((seen.frames, seen.damaged, seen.repeated), (1, 1, 1));
-    // That frame is complete: the next one is received and is not an overrun.
+    // That frame is complete, so the next one is received and is not an overrun.
     let frame = stand.next(3.0);
     stand.interrupt(Some(frame));
     assert_eq!((stand.servo.seen().frames, stand.overruns()), (2, 1));

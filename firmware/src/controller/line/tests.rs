@@ -7,19 +7,19 @@ use embedded_io::{Read, ReadReady, Write};
 
 use super::*;
 
-/// The hardware: what has come, and what is on its way out.
+/// The hardware: received bytes, and bytes being sent.
 #[derive(Default)]
 struct Wires {
-    /// Bytes that have come, all in all.
+    /// Total number of bytes received.
     come: Cell<usize>,
     sent: RefCell<Vec<u8>>,
-    /// So many more looks until the last bytes are sent.
+    /// Number of queries until sending is complete.
     busy: Cell<u32>,
     on_their_way: Cell<Option<&'static [AtomicU8]>>,
 }
 
 impl Wires {
-    /// Bytes come.
+    /// Receives bytes.
     fn put(&self, memory: &'static LineMemory, bytes: impl IntoIterator<Item = u8>) {
         for byte in bytes {
             memory.ring()[self.come.get() % RING].store(byte, Ordering::Relaxed);
@@ -39,7 +39,7 @@ impl LineDma for Rc<Wires> {
         if busy > 1 {
             return true;
         }
-        // Read by the hardware while it is sent, to the last moment.
+        // The hardware reads them until sending is complete.
         for byte in self.on_their_way.take().unwrap_or_default() {
             self.sent.borrow_mut().push(byte.load(Ordering::Relaxed));
         }
@@ -103,7 +103,7 @@ fn three_frames_wait_for_a_main_loop_that_is_away() {
 }
 
 std::thread_local! {
-    /// What comes while somebody waits, and how often it has waited.
+    /// Bytes that arrive during a wait, and the number of waits.
     static LATER: RefCell<Option<(Rc<Wires>, &'static LineMemory)>> = const { RefCell::new(None) };
     static WAITED: Cell<u32> = const { Cell::new(0) };
 }

@@ -5,7 +5,7 @@ use crate::controller::tests::{Dog, Pin, Wire};
 
 const PATIENCE: u32 = 10;
 
-/// With the level of its pin, how often it has fed, and whether the main loop lives.
+/// With the level of its pin, the number of feeds, and the liveness of the main loop.
 fn heart() -> (Heart<Wire, Dog>, Rc<Pin>, Dog, Liveness) {
     let (pin, dog) = (Pin::new(true), Dog(Rc::default()));
     let heart = Heart::new(Wire(Rc::clone(&pin)), Dog(Rc::clone(&dog.0)));
@@ -20,7 +20,7 @@ fn until_the_main_loop_has_begun_the_pin_is_low_and_the_watchdog_fed() {
         assert_eq!(heart.beat(&liveness, true), Beat::Alive);
         assert_eq!((pin.high.get(), dog.0.get()), (false, fed));
     }
-    // It takes too long to begin.
+    // It takes too long to start.
     assert_eq!(heart.beat(&liveness, true), Beat::Dead);
     assert_eq!(dog.0.get(), PATIENCE);
 }
@@ -50,7 +50,7 @@ fn when_the_main_loop_stops_the_pin_drops_and_the_watchdog_starves() {
     for _ in 0..3 {
         assert_eq!(heart.beat(&liveness, true), Beat::Dead);
         assert_eq!((pin.high.get(), dog.0.get()), (false, fed));
-        // Too late: what has been dead once is not trusted again.
+        // Too late: once dead, it is not trusted again.
         liveness.main_loop();
     }
 }

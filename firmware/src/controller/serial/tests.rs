@@ -24,7 +24,7 @@ fn it_waits_for_the_first_byte_and_for_no_other() {
     let mut waited = 0;
     let mut buffer = [0; 4];
     let count = received(&mut bytes, &mut buffer, || {
-        // Woken by others before.
+        // The first wake-ups have other causes.
         waited += 1;
         if waited == 3 {
             interrupt.enqueue(9).unwrap();

@@ -51,7 +51,7 @@ fn a_rate_of_nothing_is_refused() {
     let _ = Shell::<Usual>::new(0);
 }
 
-/// Commands and corrections that count how often they are asked for and given.
+/// Commands and corrections that count how often they are requested and delivered.
 #[derive(Default)]
 struct Ends {
     taken: StdCell<u32>,
@@ -74,7 +74,7 @@ impl CorrectionSink<[f32; 8]> for Sink<'_> {
     }
 }
 
-/// Goes up by seven with each look.
+/// Increases by seven with each query.
 struct Sevens(StdCell<u32>);
 
 impl Clock for Sevens {
@@ -90,7 +90,7 @@ impl Clock for Sevens {
 fn a_tick_updates_the_side_that_is_shared_with_these_ends_and_this_clock() {
     let (shell, ends) = (shell(4000), Ends::default());
     let clock = Sevens(StdCell::new(u32::MAX - 3));
-    // Before there is one, only time goes on.
+    // Before there is a side, only time advances.
     shell.tick(&mut Source(&ends), &mut Sink(&ends), &clock);
     assert_eq!((ends.taken.get(), ends.given.get()), (0, 0));
 
@@ -126,7 +126,7 @@ fn what_is_set_through_the_access_is_what_the_next_tick_finds() {
 fn a_tick_while_somebody_holds_the_side_is_left_out_and_time_goes_on() {
     let shell = shell(1000);
     let ends = Ends::default();
-    // A panic in there would be the end of the interrupt. `std` lets the same thread enter twice.
+    // A panic in there would end the interrupt. `std` lets the same thread enter twice.
     let mut access = shell.share(shared(side(0.3)));
     access.with(|side| {
         shell.tick(&mut Source(&ends), &mut Sink(&ends), &NoClock);
@@ -136,7 +136,7 @@ fn a_tick_while_somebody_holds_the_side_is_left_out_and_time_goes_on() {
     assert_eq!(shell.milliseconds(), 1);
 }
 
-/// Says what it is told, with what it is told about its regularity.
+/// Returns fixed values, including its regularity.
 struct Told(bool, Regularity);
 
 impl PositionSource<[f32; 8]> for Told {
@@ -152,7 +152,7 @@ impl PositionSource<[f32; 8]> for Told {
 
 #[test]
 fn a_tick_runs_with_no_interrupt_masked() {
-    /// Looks from another thread: the lock of `critical_section` is free, and the side is gone.
+    /// Checks from another thread: the lock of `critical_section` is free, and the side has been taken out.
     struct Look(&'static Shell<Usual>, bool);
     impl CorrectionSink<[f32; 8]> for Look {
         fn give(&mut self, _: &Correction<[f32; 8]>, _: bool) {
@@ -179,17 +179,17 @@ fn a_tick_says_whether_there_is_a_fault() {
     let tick = |told: &mut Told| shell.tick(told, &mut LinkOnly, &NoClock);
     let mut told = Told(true, Regularity::NONE);
     assert!(tick(&mut told));
-    // Of the frames.
+    // A fault of the frames.
     told.1.fault = true;
     assert!(!tick(&mut told));
     told.1.fault = false;
     assert!(tick(&mut told));
-    // Of the slots.
+    // A fault of the slots.
     access.with(|side| side.set_faulty(true));
     assert!(!tick(&mut told));
     access.with(|side| side.set_faulty(false));
     assert!(tick(&mut told));
-    // Of the servo, which matters while corrections are wanted.
+    // A fault of the servo, which matters while corrections are requested.
     told.0 = false;
     assert!(tick(&mut told));
     access.with(|side| side.enable(true));

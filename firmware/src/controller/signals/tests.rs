@@ -6,7 +6,7 @@ use super::*;
 use crate::controller::tests::{Pin, Wire, access, side};
 use crate::device::{Command, FAULTS, LinkOnly, NoClock, PositionSource};
 
-/// Referenced, at one place.
+/// Referenced, at a fixed place.
 struct Place([f32; 8]);
 
 impl PositionSource<[f32; 8]> for Place {
@@ -15,17 +15,17 @@ impl PositionSource<[f32; 8]> for Place {
     }
 }
 
-/// Where a correction is not zero.
+/// A place where a correction is not zero.
 const HERE: [f32; 8] = [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-/// So many periods at a place.
+/// Runs `count` periods at a place.
 fn ticks(side: &mut ServoSide<Usual>, place: [f32; 8], count: u32) {
     for _ in 0..count {
         side.tick(&mut Place(place), &mut LinkOnly, &NoClock);
     }
 }
 
-/// Enabled at [`HERE`], with the whole correction.
+/// Enabled at [`HERE`], with the full correction.
 fn correcting() -> ServoSide<Usual> {
     let mut side = side(0.3);
     side.enable(true);
@@ -68,7 +68,7 @@ fn inputs_that_are_no_numbers_are_a_fault_while_enabled() {
     assert_eq!(Shown::of(&side), Shown::Fault, "held");
     ticks(&mut side, [f32::NAN; 8], 4000);
     assert_eq!(Shown::of(&side), Shown::Fault, "and after the hold");
-    // Nobody wants corrections: nothing is wrong with there being none.
+    // With corrections disabled, their absence is not a fault.
     side.enable(false);
     assert_eq!(Shown::of(&side), Shown::Idle);
 }
@@ -91,7 +91,7 @@ fn each_condition_that_is_a_fault_is_shown_as_one_and_no_other() {
     }
 }
 
-/// What the lamp is set to.
+/// The lamp output.
 fn lamp(shown: Shown, now: u32) -> bool {
     let lamp = Pin::new(false);
     let mut signals = Signals::new(Wire(Rc::clone(&lamp)));

@@ -5,7 +5,7 @@ use trueaxis::Usual;
 use super::*;
 use crate::controller::tests::{Pin, Wire};
 
-/// Drives that are off, and what sees that.
+/// Drives that are off, and their observer.
 fn standing() -> (Rc<Pin>, Standstill<Wire, Usual>) {
     let pin = Pin::new(true);
     (Rc::clone(&pin), Standstill::new(Wire(pin)))
@@ -39,7 +39,7 @@ fn a_change_of_any_axis_counts_for_200_ms() {
     assert!(!standstill.standstill());
     standstill.observe(&at(0.001), 1200);
     assert!(standstill.standstill());
-    // Back again is a change too, and each begins anew.
+    // Moving back is a change too, and each change restarts the time.
     standstill.observe(&at(0.0), 1300);
     standstill.observe(&at(0.5), 1400);
     standstill.observe(&at(0.5), 1599);

@@ -1,4 +1,4 @@
-//! What a start goes by, as a host sees it.
+//! Settings for the start, as seen by a host.
 
 use trueaxis::link::{AtStart, Storing};
 
@@ -24,14 +24,14 @@ fn active(desktop: &Desktop) -> Option<Slot> {
     }
 }
 
-/// So many servo periods, and as many turns of the main loop.
+/// `periods` servo periods, with as many turns of the main loop.
 fn stand(desktop: &mut Desktop, periods: u32) {
     for _ in 0..periods {
         desktop.turn(1);
     }
 }
 
-/// With compensations of one machine in both slots, both were in use, B is.
+/// Compensations of one machine in both slots. Both have been in use; B is now.
 fn both(while_busy: WhileBusy) -> Desktop {
     let mut desktop = Desktop::start(flash(while_busy), PERIOD);
     for (scale, slot) in [(0.1, Slot::A), (0.2, Slot::B)] {
@@ -125,14 +125,14 @@ fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() 
     assert_eq!(desktop.device.slots().flash().spent(), spent);
     assert!((status(&mut desktop).dq[0] - 0.1).abs() < 1e-4);
 
-    // A short stop changes nothing.
+    // A short stop has no effect.
     desktop.standstill.set(true);
     stand(&mut desktop, 1900);
     assert_eq!(status(&mut desktop).factor, 1.0);
     desktop.standstill.set(false);
     desktop.turn(1);
 
-    // It stops for longer, and moves again before the corrections are zero: they come back.
+    // It stops for longer and moves again before the corrections are zero, so they come back.
     desktop.standstill.set(true);
     stand(&mut desktop, 1900);
     assert_eq!(status(&mut desktop).factor, 1.0);
@@ -148,14 +148,14 @@ fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() 
     assert_eq!(status(&mut desktop).factor, 1.0);
     assert_eq!(desktop.device.slots().flash().spent(), spent);
 
-    // A motion over the link comes first, too.
+    // A motion over the link takes precedence too.
     desktop.standstill.set(true);
     begins(&mut desktop);
     let row = [[0.0, -50.0]; 1];
     moved(&mut desktop, &row);
     assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
 
-    // At standstill they go to zero at their rate, it is stored, and they may come back.
+    // At standstill they ramp to zero, the choice is stored, and they may come back.
     let mut last = status(&mut desktop).dq[0];
     while at_start(&mut desktop).storing == Storing::Pending {
         desktop.turn(1);
@@ -178,7 +178,7 @@ fn what_waits_to_be_stored_is_not_forgotten_by_a_change() {
         ask(&mut desktop, &request);
     }
     settle(&mut desktop);
-    // The corrections are on their way to zero for it when the machine moves.
+    // The corrections are ramping to zero for that when the machine starts to move.
     ask(&mut desktop, &Request::EnableAtStart(true));
     desktop.standstill.set(false);
     desktop.turn(1);
@@ -238,7 +238,7 @@ fn corrections_are_let_in_at_start_only_if_that_was_set() {
             desktop = desktop.restart();
             assert_eq!(status(&mut desktop).enabled, on);
         }
-        // It outlasts an upload and a rollback.
+        // It survives an upload and a rollback.
         let third = blob("m", b"XY", 0.3);
         upload_with(&mut desktop, &third, &IN_USE);
         desktop = desktop.restart();
@@ -256,7 +256,7 @@ fn corrections_are_let_in_at_start_only_if_that_was_set() {
             (active(&desktop), status(&mut desktop).enabled),
             (Some(Slot::B), true)
         );
-        // Not into what is used in place of what was chosen.
+        // Not in the slot used in place of the chosen one.
         let mut flash = desktop.stop();
         flash.flip(Slot::B, 800);
         let mut desktop = Desktop::start(flash, PERIOD);
@@ -265,7 +265,7 @@ fn corrections_are_let_in_at_start_only_if_that_was_set() {
             (active(&desktop), status(&mut desktop).enabled),
             (Some(Slot::A), false)
         );
-        // Unless that is wanted.
+        // Unless requested.
         ask(&mut desktop, &Request::EnableAtStart(true));
         desktop = desktop.restart();
         assert_eq!(
@@ -285,7 +285,7 @@ fn an_upload_over_what_was_lost_leaves_the_one_in_its_place_in_use() {
             (active(&desktop), desktop.device.fault()),
             (Some(Slot::A), None)
         );
-        // The start that did not find B has let nothing in, and nobody has set it since.
+        // The start that did not find B enabled nothing, and nothing has changed that since.
         assert!(!status(&mut desktop).enabled);
         ask(&mut desktop, &Request::EnableAtStart(true));
         assert!(status(&mut desktop.restart()).enabled);
@@ -300,7 +300,7 @@ fn an_upload_over_what_was_lost_lets_nothing_of_another_machine_in() {
     upload_with(&mut desktop, &other, &Request::CommitInUse { force });
     desktop = desktop.restart();
     assert_eq!(active(&desktop), Some(Slot::A));
-    // Back to the machine that it is: the other one was in use before.
+    // Back to the original machine: the other one was in use before.
     let slot = Slot::B;
     ask(&mut desktop, &Request::Activate { slot, force });
     desktop.turn(1);
@@ -317,8 +317,8 @@ fn an_upload_over_what_was_lost_lets_nothing_of_another_machine_in() {
     );
 }
 
-/// A bit flips in what is in use, and at the next start an upload goes there that is only begun: the
-/// slot is erased, and with it what was stored there. Then a start again.
+/// A bit flips in the compensation in use. At the next start an upload into its slot is only begun, which erases the
+/// slot together with the choice stored there. Then another start.
 fn lose_and_begin(desktop: Desktop, lost: Slot) -> Desktop {
     let mut flash = desktop.stop();
     flash.flip(lost, 800);
@@ -367,7 +367,7 @@ fn what_cannot_be_stored_is_refused_in_words() {
     desktop.standstill.set(false);
     let refused = Reply::Refused(Refusal::NotStandstill);
     assert_eq!(ask(&mut desktop, &enable), refused);
-    // What is so already needs no flash.
+    // An unchanged setting needs no flash.
     let off = ask(&mut desktop, &Request::EnableAtStart(false));
     assert!(matches!(off, Reply::AtStart(_)));
     desktop.standstill.set(true);
@@ -376,7 +376,7 @@ fn what_cannot_be_stored_is_refused_in_words() {
     ask(&mut desktop, &Request::Begin { length, crc });
     assert_eq!(ask(&mut desktop, &enable), Reply::Refused(Refusal::Busy));
     ask(&mut desktop, &Request::Abort);
-    // Until there is no more room: then that is said, and an upload makes some.
+    // Until there is no more room, which is reported; an upload then makes room.
     let mut on = false;
     let refused = loop {
         on = !on;
@@ -422,7 +422,7 @@ fn a_choice_of_which_only_half_was_written_is_stored_again_by_the_next_start() {
             ..slots.choice()
         };
         let mut flash = slots.close();
-        // One half, and a part of the other one.
+        // One half, and part of the other one.
         flash.set_fuel(Some(40));
         slots = Slots::open(flash);
         slots.set_standstill(true);
@@ -434,7 +434,7 @@ fn a_choice_of_which_only_half_was_written_is_stored_again_by_the_next_start() {
         assert_eq!(slots.choice(), choice);
         let mut desktop = Desktop::start(slots.close(), PERIOD);
         assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
-        // Where that stalls the servo, once the machine stands still.
+        // If that stalls the servo, once the machine stands still.
         desktop.standstill.set(false);
         stand(&mut desktop, 10);
         let stalls = while_busy != WhileBusy::ServoInRam;

@@ -1,8 +1,8 @@
-//! Several hosts, hosts that die, and hosts that never stop.
+//! Several hosts, hosts that stop responding, and hosts that never stop.
 
 use super::*;
 
-/// Seconds of servo periods without a word of any host.
+/// Servo periods for this time without any request.
 fn pass(desktop: &mut Desktop, seconds: u32) {
     for _ in 0..seconds {
         desktop.turn((1.0 / PERIOD) as u32);
@@ -10,7 +10,7 @@ fn pass(desktop: &mut Desktop, seconds: u32) {
     desktop.turn(1);
 }
 
-/// The corrections of a slot, let in.
+/// Activates a slot and enables the corrections.
 fn activate(desktop: &mut Desktop, slot: Slot) {
     let activate = Request::Activate { slot, force: false };
     for request in [activate, Request::Referenced(3), Request::Enable(true)] {
@@ -23,7 +23,7 @@ fn begin(desktop: &mut Desktop, blob: &[u8]) -> Reply<'static> {
     ask(desktop, &Request::Begin { length, crc })
 }
 
-/// Begun, erased, and 64 bytes of it written.
+/// An upload begun, erased, and its first 64 bytes written.
 fn begun(desktop: &mut Desktop, blob: &[u8]) {
     while !matches!(
         begin(desktop, blob),
@@ -49,14 +49,14 @@ fn of_two_hosts_that_upload_the_second_one_is_refused_until_the_first_one_has_di
         assert_eq!(begin(&mut desktop, &second), refused(GIVEN_UP));
         pass(&mut desktop, 5);
         assert_eq!(begin(&mut desktop, &second), refused(GIVEN_UP - 5));
-        // The first one is none the worse for it, and every word of it counts.
+        // The first one is not affected, and each of its requests resets the timeout.
         let bytes = &first[64..128];
         let written = ask(&mut desktop, &Request::Chunk { offset: 64, bytes });
         assert!(matches!(written, Reply::Upload(_)));
         pass(&mut desktop, GIVEN_UP - 1);
         assert_eq!(begin(&mut desktop, &second), refused(1));
         assert_eq!(status(&mut desktop).suspended, desktop.device.stalls());
-        // It has died: the servo goes on, and the other one may.
+        // It no longer responds: the servo resumes, and the other host may upload.
         pass(&mut desktop, 2);
         assert_eq!(status(&mut desktop).upload, Upload::None);
         assert!(!status(&mut desktop).suspended);
@@ -105,7 +105,7 @@ fn what_a_dead_host_has_sent_is_not_erased_for_the_next_one_with_the_same() {
     assert_eq!(desktop.device.slots().wear(Slot::A), 1);
 }
 
-/// Nobody asks for it: what is seen is what each turn of the main loop does by itself.
+/// Without requests: each turn of the main loop does this by itself.
 #[test]
 fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
@@ -118,7 +118,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     let suspended = |desktop: &Desktop| desktop.servo.lock(|side| side.is_suspended());
     let factor = |desktop: &Desktop| desktop.servo.lock(|side| side.servo().factor());
 
-    // On the way to zero.
+    // While ramping to zero.
     begin(&mut desktop, &second);
     desktop.turn(10);
     assert!(factor(&desktop) < 1.0);
@@ -128,7 +128,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     settle(&mut desktop);
     assert_eq!(factor(&desktop), 1.0);
 
-    // In the midst of the erase.
+    // In the middle of the erase.
     desktop.standstill.set(true);
     begin(&mut desktop, &second);
     while !matches!(desktop.device.upload(), Upload::Erasing { done: 3, .. }) {
@@ -143,7 +143,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     settle(&mut desktop);
     assert_eq!(factor(&desktop), 1.0);
 
-    // Standing still alone erases nothing; who asks again goes on where it was.
+    // Standstill alone erases nothing; a host that asks again continues where it was.
     desktop.standstill.set(true);
     desktop.turn(100);
     assert_eq!(desktop.device.slots().flash().spent(), spent);
@@ -157,7 +157,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     ));
     begun(&mut desktop, &second);
 
-    // In the midst of the bytes.
+    // In the middle of the bytes.
     desktop.standstill.set(false);
     desktop.turn(1);
     assert!(!suspended(&desktop));
@@ -204,7 +204,7 @@ fn erases_are_within_a_budget_for_each_hour() {
         assert!(seconds <= 3, "{seconds}");
         activate(&mut desktop, Slot::A);
         settle(&mut desktop);
-        // Nothing is done, the corrections stay where they are, and the time to wait is named.
+        // Nothing is done, the corrections do not change, and the answer states the time to wait.
         let spent = desktop.device.slots().flash().spent();
         let Reply::Refused(Refusal::Wear { wait }) = begin(&mut desktop, &blobs[0]) else {
             panic!()

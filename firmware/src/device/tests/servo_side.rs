@@ -1,4 +1,4 @@
-//! What the servo side counts and keeps.
+//! Counts and state of the servo side.
 
 use std::boxed::Box;
 use std::cell::Cell;
@@ -10,7 +10,7 @@ use super::*;
 use crate::double_buffer::DoubleBuffer;
 use crate::slots::Slots;
 
-/// The count, and what passes after each look at it.
+/// The count, and the increments after each query.
 struct Costs<'a>(Cell<u32>, Cell<&'a [u32]>);
 
 impl Clock for Costs<'_> {
@@ -26,7 +26,7 @@ impl Clock for Costs<'_> {
     }
 }
 
-/// Gives this command always.
+/// Always gives this command.
 struct Source(Option<Command<[f32; 8]>>);
 
 impl PositionSource<[f32; 8]> for Source {
@@ -35,7 +35,7 @@ impl PositionSource<[f32; 8]> for Source {
     }
 }
 
-/// Keeps what it was given.
+/// Keeps the last correction.
 #[derive(Default)]
 struct Sink(Vec<Correction<[f32; 8]>>);
 
@@ -60,13 +60,13 @@ fn started(scale: f32) -> Desktop {
 
 #[test]
 fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
-    // Up to 0.9 mm where 0.5 are allowed, then that with jumps, then that at the end of the travel, then jumps
-    // there: alone and together, each kind of rail.
+    // Up to 0.9 mm where 0.5 are permitted, then that with jumps, then that at the end of the travel, then jumps there:
+    // each kind of rail, alone and together.
     let mut desktop = started(0.9);
     let mut counted = [Rails::default(); 2];
     for batch in 0..400 {
         if batch == 300 {
-            // X alone from here on.
+            // Only X from here on.
             let request = Request::SetWeight {
                 term: 1,
                 value: 0.0,
@@ -100,7 +100,7 @@ fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
 #[test]
 fn the_last_and_the_largest_cost_are_kept() {
     let desktop = started(0.3);
-    // What passes within an update, and between two; the count wraps within the first.
+    // The increments within an update and between two updates; the count wraps within the first.
     let costs = [7, 100, 12, 100, 5, 100, 12, 100];
     let clock = Costs(Cell::new(u32::MAX - 3), Cell::new(&costs));
     let mut seen = vec![];
@@ -131,14 +131,14 @@ fn while_suspended_nothing_is_computed_and_the_place_remains_known() {
         side.tick(&mut Source(Some(command)), &mut sink, &NoClock);
         assert_eq!(side.positions()[1], 12.0);
         assert_eq!(side.snapshot().referenced, 1);
-        // NaN counts as no position.
+        // NaN counts as having no position.
         side.tick(&mut Source(Some(at(f32::NAN))), &mut sink, &NoClock);
         side.tick(&mut Source(None), &mut sink, &NoClock);
         assert_eq!(side.positions()[1], 12.0);
         assert_eq!(sink.0, [last; 3], "the last one is given again");
         assert_eq!(side.counters().updates, updates);
         assert_eq!(side.counters().missed, 0);
-        // The source has commanded: the link does not.
+        // The source has commanded, so the link does not.
         assert!(!side.begin_batch());
         side.suspend(false);
         side.tick(&mut Source(None), &mut sink, &NoClock);
@@ -180,7 +180,7 @@ fn a_batch_has_room_for_so_many_and_results_come_one_by_one() {
             side.tick(&mut LinkOnly, &mut sink, &NoClock);
             assert_eq!(side.result(row), sink.0.last().copied());
         }
-        // All taken: nobody commands, nothing is updated or given.
+        // All taken: there are no commands, so nothing is updated or output.
         let updates = side.counters().updates;
         side.tick(&mut LinkOnly, &mut sink, &NoClock);
         assert_eq!(side.counters().updates, updates);
@@ -245,7 +245,7 @@ fn another_compensation_finds_the_settings_and_no_stale_auxiliary() {
     assert_eq!(report.referenced, 0);
     desktop.servo.lock(|side| {
         side.set_auxiliary(1, 2.5);
-        // There is none of this number.
+        // There is no auxiliary with this index.
         side.set_auxiliary(8, 7.0);
         side.set_sensors_lost(0b10);
         assert!(side.is_enabled());
@@ -253,7 +253,7 @@ fn another_compensation_finds_the_settings_and_no_stale_auxiliary() {
     let report = status(&mut desktop);
     assert_eq!(report.auxiliaries.as_slice(), [150.0, 2.5]);
     assert_eq!(report.sensors_lost, 0b10);
-    // A length of before stays with the temperature as it is.
+    // A new tool length leaves the temperature unchanged.
     assert_eq!(ask(&mut desktop, &Request::ToolLength(80.0)), Reply::Done);
     let report = status(&mut desktop);
     assert_eq!(report.auxiliaries.as_slice(), [80.0, 2.5]);
@@ -288,7 +288,7 @@ fn rows_that_do_not_fit_are_refused() {
         let reply = ask(&mut desktop, &Request::Evaluate(&bytes));
         assert_eq!(reply, refused(Refusal::BadRows));
     }
-    // Two rows are two corrections.
+    // Two rows give two corrections.
     let mut bytes = vec![0; 2 * row];
     for (place, y) in bytes.chunks_mut(row).zip([-50.0, 30.0]) {
         let row = EvaluateRow {
@@ -310,7 +310,7 @@ fn a_motion_is_dropped_by_whatever_is_asked_next() {
     let rows = Request::Motion(&[0; 16]);
     assert_eq!(ask(&mut desktop, &rows), Reply::Done);
     desktop.turn(1);
-    // One of two has been taken: no answer yet.
+    // One of two has been taken, so there is no answer yet.
     let mut out = [0; MOST_BODY];
     assert!(desktop.device.motion_answer(&mut out).is_none());
     status(&mut desktop);
@@ -356,7 +356,7 @@ fn a_dry_run_computes_and_gives_nothing() {
         settle(&mut desktop);
         let report = status(&mut desktop);
         assert_eq!(report.dry_run, dry);
-        // What ramps in ends within the resolution of f32.
+        // The ramp ends within the resolution of f32.
         assert!((report.dq[0] - given).abs() < 1e-6, "{}", report.dq[0]);
         assert!((report.computed[0] - 0.3).abs() < 1e-6);
     }
@@ -364,7 +364,7 @@ fn a_dry_run_computes_and_gives_nothing() {
 
 #[test]
 fn a_correction_that_happens_to_be_zero_is_not_at_rest() {
-    // Both terms weigh nothing.
+    // Both terms have zero weight.
     let mut desktop = started(0.0);
     let request = Request::SetWeight {
         term: 1,
@@ -392,7 +392,7 @@ fn what_is_kept_at_zero_stays_there_whatever_is_enabled() {
     settle(&mut desktop);
     desktop.servo.lock(|side| side.keep_at_zero(true));
     assert_eq!(ask(&mut desktop, &Request::Enable(true)), Reply::Done);
-    // Nobody commands: it ramps by itself, and then nothing is updated any more.
+    // Without commands it ramps by itself, and after that nothing is updated.
     for _ in 0..1000 {
         desktop.servo.tick();
     }

@@ -1,12 +1,12 @@
-//! Words that cannot be programmed, or do not hold what was written.
+//! Words that cannot be programmed, or do not retain what was written.
 
 use super::*;
 use crate::mock_flash::{CutErase, Defect, MockFlash};
 
-/// Attempts of a host at one upload.
+/// A host's attempts at one upload.
 const ATTEMPTS: usize = 5;
 
-/// An upload as a host does it; how many attempts it took, or the last error.
+/// An upload as a host does it; returns the number of attempts, or the last error.
 fn insist<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8]) -> Result<(Slot, usize), SlotError> {
     let mut last = Err(SlotError::LogicBug);
     for number in 1..=ATTEMPTS {
@@ -33,7 +33,7 @@ fn a_word_that_reads_blank_and_refuses_programming_is_mended_by_an_erase() {
         assert_eq!(start(&mut slots).expect("in use").0, Slot::B);
         let (_, attempts) = insist(&mut slots, &blobs[2]).expect("an erase mends it");
         assert!(attempts <= 2, "byte {byte}: {attempts} attempts");
-        // From now on all is well.
+        // No errors from here on.
         for number in 0..10 {
             let used = slots.in_use();
             slots.set_active(used);
@@ -55,7 +55,7 @@ fn a_block_is_unusable_once_it_fails_again_and_stays_so() {
         block,
     };
     assert_eq!(fails(2), SlotError::Readback { offset: 264 });
-    // Another one: the erase between them may have mended the first.
+    // A different word: the erase between them may have repaired the first.
     assert_eq!(fails(5), SlotError::Readback { offset: 648 });
     assert_eq!(fails(5), unusable(5));
     assert_eq!(fails(3), unusable(5));
@@ -78,7 +78,7 @@ fn with_defect<const W: usize, const E: usize>(
     flash
 }
 
-/// The upload of a blob into slot A, with what was in use before still there if it does not go through.
+/// Uploads a blob into slot A; if that fails, the compensation previously in use must still be there.
 fn goes_through_or_names_the_block<const W: usize, const E: usize>(
     flash: MockFlash<W, E>,
     blobs: &[AlignedBlob],
@@ -105,7 +105,7 @@ fn goes_through_or_names_the_block<const W: usize, const E: usize>(
             assert_eq!(slots.in_use(), Some(used), "{case}");
             let spent = slots.flash().spent();
             let again = attempt(&mut slots, next, 50);
-            // Slot A is not tried again; where it is in use only its choices have failed.
+            // Slot A is not tried again; if it is in use, only its choices have failed.
             if used == Slot::B {
                 assert_eq!(again, Err(SlotError::Unusable { slot, block }), "{case}");
                 assert_eq!(slots.flash().spent(), spent, "{case}");

@@ -1,10 +1,10 @@
-//! What a start goes by.
+//! Settings for a start.
 
 use super::*;
 use crate::mock_flash::{Defect, MockFlash};
 use crate::slots::{Choice, WhileBusy};
 
-/// 12 blocks of 128 bytes: room for some choices beside a blob of 180 bytes.
+/// 12 blocks of 128 bytes: room for several choices beside a blob of 180 bytes.
 type Small = Slots<MockFlash<8, 128>>;
 
 fn open() -> Small {
@@ -17,7 +17,7 @@ fn restart(slots: Small) -> Small {
     slots
 }
 
-/// An upload that is committed and not chosen.
+/// An upload that is committed but not chosen.
 fn commit(slots: &mut Small, blob: &[u8]) -> Slot {
     committed(slots, blob, 64).expect("room and power")
 }
@@ -42,7 +42,7 @@ fn what_was_never_chosen_is_not_taken_by_a_start() {
     assert_eq!(slots.newest(), Some(Slot::B));
     assert_eq!((slots.active(), slots.before()), (Some(Slot::A), None));
     assert_eq!(slots.waiting(), Some(Slot::B));
-    // Nor where the one in use is damaged.
+    // Nor when the one in use is damaged.
     let mut flash = slots.close();
     flash.flip(Slot::A, 800);
     let slots = restart(Slots::open(flash));
@@ -64,7 +64,7 @@ fn a_rollback_lasts_and_what_takes_its_place_is_known() {
         slots = restart(slots);
         assert_eq!((slots.active(), slots.waiting()), (Some(back), None));
     }
-    // An upload goes over the one that was rolled back from; then there is none before.
+    // An upload overwrites the one rolled back from; then there is no previous one.
     assert_eq!(commit(&mut slots, &blobs[2]), Slot::B);
     assert_eq!((slots.before(), slots.waiting()), (None, Some(Slot::B)));
     slots = restart(slots);
@@ -86,8 +86,8 @@ fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
     flash.flip(Slot::B, 800);
     let mut slots = restart(Slots::open(flash));
     assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
-    // An upload erases it; before that the one in its place is stored as the one in use, in its slot.
-    // The start has let nothing in, and neither does the next one: it may be of another machine.
+    // An upload erases it; before that, the one used in its place is stored as the one in use, in its slot. This start
+    // has enabled nothing, and neither does the next one, because the slot may be of another machine.
     let known = slots.choice();
     let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
     slots.begin(length, crc).expect("room");
@@ -128,14 +128,14 @@ fn choices_are_counted_and_the_last_place_is_kept_for_an_upload() {
     let mut slots = open();
     let slot = upload(&mut slots, &first, 64);
     slots.set_active(Some(slot));
-    // Between blob and trailer, less the one that has chosen it.
+    // Between blob and trailer, except the place of the choice itself.
     let lines = (first.len()).next_multiple_of(32);
     let left = (12 * 128 - 128 - lines) / 64 - 1;
     assert_eq!(slots.places_left(slot), left);
     for number in 0..left - 1 {
         let on = number % 2 == 0;
         assert_eq!(enable(&mut slots, on), Ok(()));
-        // What is stored already takes no room.
+        // A setting that is already stored takes no room.
         assert_eq!(enable(&mut slots, on), Ok(()));
         assert_eq!(slots.places_left(slot), left - 1 - number);
         let again = Slots::open(slots.close());
@@ -147,7 +147,7 @@ fn choices_are_counted_and_the_last_place_is_kept_for_an_upload() {
     assert_eq!(enable(&mut slots, !stored.enable), Err(SlotError::Full));
     assert_eq!(slots.choice(), stored);
     assert_eq!(slots.blob(slot), Some(&*first));
-    // An upload makes room, and takes along what is stored.
+    // An upload makes room and carries over the stored settings.
     let other = upload(&mut slots, &second, 64);
     slots.set_active(Some(other));
     assert_eq!(slots.choice().enable, stored.enable);
@@ -211,7 +211,7 @@ fn every_bit_of_a_choice_may_flip_and_every_line_may_be_lost() {
             flash = slots.close();
             flash.flip(slot, bit);
         }
-        // A place whose bit has flipped is left out.
+        // A place with a flipped bit is skipped.
         flash.flip(slot, 8 * (end - 3 * 64));
         let mut slots = Slots::open(flash);
         let choice = slots.choice();
@@ -248,7 +248,7 @@ fn a_choice_stalls_a_servo_only_where_it_reads_the_same_bank() {
     assert_eq!(stalls(WhileBusy::ServoInRam), (Ok(()), Ok(())));
 }
 
-/// A was chosen and is damaged; `waits`: B was committed and never chosen. No slot is active.
+/// A was chosen and is damaged; with `waits`, B was committed but never chosen. No slot is active.
 fn lost(waits: bool) -> Small {
     let mut slots = open();
     commit(&mut slots, &blob(1, 40));
@@ -294,7 +294,7 @@ fn a_begin_stalls_the_servo_only_where_it_first_saves_a_choice_in_its_bank() {
             let slot = upload(&mut slots, blob, 64);
             slots.set_active(Some(slot));
         }
-        // The newest choice lies in B.
+        // The newest choice is in B.
         slots.set_active(Some(used));
         slots.begin_stalls()
     };
@@ -333,7 +333,7 @@ fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
             assert!(found == old || found == new, "{fuel}: {found:?}");
             assert!(done.is_err() || found == new, "acknowledged after {fuel}");
             kept[usize::from(found == new)] += 1;
-            // And it goes on.
+            // And it continues.
             start(&mut slots);
             slots.choose(new).expect("power");
             assert_eq!(Slots::open(slots.close()).choice(), new);
@@ -388,7 +388,7 @@ fn a_choice_of_which_the_power_has_left_one_half_is_stored_again() {
         assert_eq!(slots.choice(), choice);
         assert_eq!(slots.choose(choice), Ok(()));
         assert!(!slots.is_choice_halved());
-        // Now it bears the loss of any half, of either of them.
+        // Now it survives the loss of any one half.
         for place in 0..2 {
             let mut flash = slots.close();
             let bit = 8 * (12 * 128 - 128 - 64 * (place + 1));
@@ -442,7 +442,7 @@ fn two_places_that_fail_are_named_and_what_was_stored_holds() {
         assert_eq!(enable(&mut slots, true), unusable);
         assert_eq!(slots.choice(), stored);
     }
-    // Its next upload erases all of it; what never held is named again, once it is asked for.
+    // Its next upload erases all of it; the block that never worked is reported again once it is needed.
     slots.set_active(None);
     let other = upload(&mut slots, &blob(2, 40), 64);
     slots.set_active(Some(other));
@@ -450,7 +450,7 @@ fn two_places_that_fail_are_named_and_what_was_stored_holds() {
     assert_eq!(slots.flash().erases(slot), [2; 12]);
 }
 
-/// `places` left beside a choice, the next of which has a defect in both halves; enabling then.
+/// Enables corrections with `places` left beside a choice, the next of which has a defect in both halves.
 fn enabled_beside_a_bad_place(places: usize) -> (Result<(), SlotError>, Small) {
     let mut slots = open();
     let slot = upload(&mut slots, &blob(1, 40), 64);

@@ -1,4 +1,4 @@
-//! Single bits flip.
+//! Single bit flips.
 
 use super::*;
 use crate::mock_flash::MockFlash;
@@ -39,7 +39,7 @@ fn every_flip_in_a_small_blob_or_behind_it_is_found() {
         flash = slots.close();
         flash.flip(newest, bit);
     }
-    // Unharmed, the newest is back.
+    // Without the flip, the newest is back.
     assert_eq!(Slots::open(flash).newest(), Some(newest));
 }
 
@@ -51,7 +51,7 @@ fn where_numbers_begin_again_beside_one_that_cannot_be_read_a_start_goes_by_the_
         assert_eq!(upload(&mut slots, blob, 64), slot);
         slots.set_active(Some(slot));
     }
-    // Bits flip in the blob of one and in the mark of the other: none is valid.
+    // Bits flip in the blob of one slot and in the mark of the other: neither is valid.
     let mark = 8 * (slots.flash().bytes(Slot::B).len() - 64);
     let mut flash = slots.close();
     flash.flip(Slot::A, 800);
@@ -63,7 +63,7 @@ fn where_numbers_begin_again_beside_one_that_cannot_be_read_a_start_goes_by_the_
         slots.state(Slot::A),
         SlotState::Valid { sequence: 1, .. }
     ));
-    // The one in the mark flips back.
+    // The bit in the mark flips back.
     let mut flash = slots.close();
     flash.flip(Slot::B, mark);
     let mut slots = Slots::open(flash);
@@ -120,7 +120,7 @@ fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     let mut flash = slots.close();
     flash.flip(damaged, 8 * 100);
     let mut slots = Slots::open(flash);
-    // The servo still reads it, so the upload goes over the older one.
+    // The servo still reads it, so the upload replaces the older one.
     slots.set_active(Some(damaged));
     let slot = upload(&mut slots, &blobs[2], 64);
     assert_eq!(slot, damaged.other());
@@ -158,7 +158,7 @@ fn a_word_that_cannot_be_read_is_an_answer_wherever_it_is() {
         assert_eq!(slots.state(newest), expected, "word at {word}");
         let valid = (blob..length - 128).contains(&word);
         assert_eq!(slots.state(newest).is_valid(), valid, "word at {word}");
-        // Which of the two a start takes, without looking at what cannot be read in place.
+        // Which of the two a start uses, without looking at bytes that cannot be read in place.
         let taken = if valid { newest } else { old };
         assert_eq!(start(&mut slots).map(|found| found.0), Some(taken));
         flash = slots.close();
@@ -177,7 +177,7 @@ fn an_upload_goes_through_whichever_word_in_its_way_cannot_be_read() {
         slots.write(0, &blobs[0][..100]).expect("power");
         let mut flash = slots.close();
         flash.flip(Slot::A, 8 * word);
-        // The same goes on, and erases only where it must; so does another one.
+        // The same upload continues and erases only where necessary; so does another one.
         let mut slots = Slots::open(flash);
         let slot = upload(&mut slots, &blobs[0], 64);
         assert_eq!(slots.blob(slot), Some(&*blobs[0]), "word at {word}");

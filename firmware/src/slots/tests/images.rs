@@ -1,4 +1,4 @@
-//! Flash that holds anything.
+//! Flash with arbitrary contents.
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ use crate::slots::{Damage, SlotState};
 
 const SLOT: usize = 768;
 
-/// Anything is survived: nothing is active, and an upload goes through.
+/// Survives anything: nothing is active, and an upload succeeds.
 fn survives(image: &[u8]) {
     let mut flash = MockFlash::<8, 128>::new(SLOT / 128);
     flash.image().copy_from_slice(image);
@@ -24,7 +24,7 @@ fn survives(image: &[u8]) {
     assert_eq!(start(&mut slots), Some((slot, &*blob)));
 }
 
-/// Bytes with a record, and perhaps a commit, that hold together.
+/// Bytes with a consistent record, and perhaps a commit.
 fn with_trailer(bytes: &mut [u8], length: u32, crc: u32, sequence: Option<u32>) {
     let record = Record {
         length,

@@ -1,4 +1,4 @@
-//! Random operations, power cuts and flips against a model of what must be there.
+//! Random operations, power cuts and flips, compared with a model of the expected state.
 
 use std::sync::LazyLock;
 
@@ -11,10 +11,10 @@ use crate::slots::{Choice, Damage, SlotState};
 const WORDS: usize = 8;
 type Flash = MockFlash<WORDS, 128>;
 const BLOCKS: usize = 5;
-/// Bytes of a slot, and where its trailer begins.
+/// Length of a slot in bytes, and start of its trailer.
 const SLOT: usize = 128 * BLOCKS;
 const TRAILER: usize = SLOT - 128;
-/// Behind the longest blob: here begin the choices.
+/// After the longest blob; the choices begin here.
 const CHOICES: usize = 256;
 const BITS: usize = 8 * 128 * BLOCKS;
 
@@ -24,24 +24,24 @@ static BLOBS: LazyLock<Vec<AlignedBlob>> = LazyLock::new(|| blobs(4, 40));
 enum Step {
     Begin(usize),
     Erase,
-    /// The next bytes, from a little before what is missing.
+    /// The next bytes, starting slightly before the first missing one.
     Write {
         count: usize,
         before: usize,
     },
     Commit,
     Abort,
-    /// A whole upload, to be in use from then on.
+    /// A complete upload, to be used from then on.
     Upload(usize),
-    /// This slot is to be in use, if it is valid.
+    /// Puts this slot into use, if it is valid.
     Choose(Slot),
-    /// The corrections are let in at start, or not.
+    /// Enables or disables corrections at start.
     Enable(bool),
     /// Makes this slot active if it is valid.
     Activate(Slot),
     Deactivate,
     Restart,
-    /// Cuts the power some bytes later, and restarts.
+    /// Cuts the power after this many bytes, and restarts.
     Cut(u64, CutErase),
     Flip(Slot, usize),
 }
@@ -74,25 +74,25 @@ fn step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// What must be in a slot.
+/// Expected content of a slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Holds {
     /// No valid blob.
     Nothing,
     /// This blob, with this sequence number.
     Blob(usize, u32),
-    /// That blob, or nothing valid: a bit of it has flipped, or the power went in an operation.
+    /// That blob, or nothing valid: one of its bits has flipped, or power was lost during an operation.
     Perhaps(usize, u32),
 }
 
 struct Model {
     slots: Option<Slots<Flash>>,
     holds: [Holds; 2],
-    /// The blob on its way, by the last begin.
+    /// The blob being uploaded, from the last begin.
     coming: usize,
-    /// What may be stored: one choice, or two after a cut; none: two faults have hit it.
+    /// Possible stored choices: one, or two after a cut; empty if two faults have hit them.
     choices: Vec<Choice>,
-    /// Blobs that were ever to be in use.
+    /// Blobs that were ever selected for use.
     ever: Vec<usize>,
     /// Something has happened to choices that each of them survives once.
     hit: bool,
@@ -110,7 +110,7 @@ impl Model {
         self.started();
     }
 
-    /// A start: what is stored is known from here on.
+    /// A start: the stored choice is known from here on.
     fn started(&mut self) {
         start(self.slots());
         let found = self.slots().choice();
@@ -124,7 +124,7 @@ impl Model {
         }
     }
 
-    /// The blob that is in a slot, if one is.
+    /// The blob in a slot, if any.
     fn number_in(&self, slot: Slot) -> Option<usize> {
         match self.holds[slot.index()] {
             Holds::Blob(number, _) | Holds::Perhaps(number, _) => Some(number),
@@ -141,14 +141,14 @@ impl Model {
         let header = Header::read(&BLOBS[number]).expect("a blob");
         let target = self.target();
         self.coming = number;
-        // With the other slot not valid, there is no place for what a start goes by.
+        // If the other slot is not valid, there is no place for the settings of the start.
         let (slots, other) = (self.slots(), target.other());
         if slots.newest_choice().is_some_and(|found| found.0 == target)
             && slots.places_left(other) == 0
         {
             self.choices.clear();
         }
-        // Otherwise it is stored there; what goes is no longer in it.
+        // Otherwise they are stored there, without the slot that is lost.
         let slots = self.slots();
         let mut secured = slots.choice();
         let secures = slots.must_secure(target);
@@ -157,23 +157,23 @@ impl Model {
                 in_use: slots.choosing(other).in_use,
                 ..Choice::default()
             };
-            // It was activated, which is to choose it, if only now stored.
+            // It was activated, which chooses it, even if that is only stored now.
             if secures {
                 self.ever.extend(self.number_in(other));
             }
         }
         if secures && !self.choices.is_empty() {
-            // It may be the last that succeeds.
+            // It may be the last one that succeeds.
             self.choices.push(secured);
             self.hit = true;
         }
         let was_valid = self.slots().state(target).is_valid();
         match self.slots().begin(header.length, header.crc) {
             Ok(_) => {
-                // Without a mark, which the power may have cut, the blob is there until it is erased.
+                // Without a mark, which the power cut may have prevented, the blob is there until it is erased.
                 let marked = self.slots().flash().bytes(target)[TRAILER + 64..][..32] != [0xFF; 32];
-                // What is not valid needs no mark before it is erased: where one bit has made it so, the
-                // same bit makes it valid again.
+                // An invalid slot needs no mark before it is erased: if a single bit made it invalid, the same bit
+                // makes it valid again.
                 if was_valid && !marked {
                     self.doubt(target);
                 } else if was_valid || !matches!(self.holds[target.index()], Holds::Perhaps(..)) {
@@ -187,7 +187,7 @@ impl Model {
         }
     }
 
-    /// An operation on this slot was cut: what was valid need not be any more.
+    /// An operation on this slot was interrupted, so a valid blob may no longer be valid.
     fn doubt(&mut self, slot: Slot) {
         let holds = &mut self.holds[slot.index()];
         if let Holds::Blob(number, order) = *holds {
@@ -195,10 +195,10 @@ impl Model {
         }
     }
 
-    /// The sequence number of a slot, 0 if it has none that can be read: a bit in its trailer has flipped.
+    /// The sequence number of a slot, 0 if it has none that can be read because a bit in its trailer has flipped.
     ///
-    /// What is committed beside such a slot begins again at 1, and should the bit flip back, the older
-    /// one may be the newest: which one a start takes does not depend on that.
+    /// Commits beside such a slot start again at 1. If the bit flips back, the older one may be the newest; which one a
+    /// start uses does not depend on that.
     fn numbered(&mut self, slot: Slot) -> u32 {
         use Damage::{Blob, OtherBlob, Unreadable};
         match (self.slots().state(slot), self.holds[slot.index()]) {
@@ -210,7 +210,7 @@ impl Model {
         }
     }
 
-    /// The slot that holds the blob that has come, if that is committed.
+    /// The slot that holds the received blob, if it was committed.
     fn commit(&mut self) -> Option<Slot> {
         let coming = self.coming;
         let slot = self.slots().upload()?.slot;
@@ -220,7 +220,7 @@ impl Model {
                 self.holds[slot.index()] = Holds::Blob(coming, sequence);
                 Some(slot)
             }
-            // The last byte of the commit may have been the last of the power.
+            // The last byte of the commit may have used the last of the fuel.
             Err(SlotError::Flash(_) | SlotError::Unusable { .. }) => {
                 self.holds[slot.index()] = Holds::Perhaps(coming, sequence);
                 None
@@ -253,9 +253,9 @@ impl Model {
     fn choose(&mut self, choice: Option<Choice>) {
         let choice = choice.expect("there are slots");
         match self.slots().choose(choice) {
-            // Nothing is in use, and nothing was written for that: where the choice was lost with its slot,
-            // a cut erase may have left some of it, and a bit that flips there brings it back. Its slot is
-            // not valid before the next complete erase.
+            // Nothing is in use, and nothing was written for that. If the choice was lost with its slot, an interrupted
+            // erase may have left part of it, and a flipped bit can bring it back. Its slot is not valid before the
+            // next complete erase.
             Ok(()) if choice.in_use.is_none() && self.choices.is_empty() => {}
             Ok(()) => {
                 self.choices = vec![choice];
@@ -264,7 +264,7 @@ impl Model {
                 let used = self.slots().in_use();
                 self.ever.extend(used.and_then(|slot| self.number_in(slot)));
             }
-            // Half of it may say enough.
+            // Half of it may be enough.
             Err(SlotError::Unusable { .. }) => {
                 if !self.choices.is_empty() {
                     self.choices.push(choice);
@@ -307,7 +307,7 @@ impl Model {
                 flash.flip(slot, bit);
                 self.slots = Some(Slots::open(flash));
                 if (CHOICES..TRAILER).contains(&(bit / 8)) {
-                    // One is survived, not two in the same choice.
+                    // It survives one flip, but not two in the same choice.
                     if self.hit {
                         self.choices.clear();
                     }
@@ -319,7 +319,7 @@ impl Model {
         }
     }
 
-    /// What is there is what must be.
+    /// Compares the actual state with the expected one.
     fn check(&mut self) {
         let holds = self.holds;
         for slot in Slot::BOTH {
@@ -332,8 +332,8 @@ impl Model {
                 (blob, holds) => panic!("{:?}, expected {holds:?}", blob.map(<[u8]>::len)),
             }
         }
-        // The newest is the valid one with the newer number: the last that was committed, if it was known
-        // then what the other one holds.
+        // The newest is the valid one with the newer number: the last one committed, if the content of the other slot
+        // was known then.
         let numbers =
             Slot::BOTH.map(
                 |slot| match (self.slots().state(slot), holds[slot.index()]) {
@@ -352,7 +352,7 @@ impl Model {
             [a, b] => Some(if b > a { Slot::B } else { Slot::A }),
         };
         assert_eq!(self.slots().newest(), newest);
-        // What a start would take was meant to be in use once.
+        // Whatever a start would use was selected for use once.
         for slot in [self.slots().in_use(), self.slots().before()]
             .into_iter()
             .flatten()
@@ -383,7 +383,7 @@ proptest! {
     }
 }
 
-/// An erase from the end, cut between mark and record, looks like an upload that has begun.
+/// An erase from the end, interrupted between mark and record, looks like an upload that has begun.
 #[test]
 fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
     use Step::{Cut, Flip, Restart, Upload};
@@ -401,7 +401,7 @@ fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
     run(&steps, false);
 }
 
-/// A flip makes the blank commit of such a slot another one: that proves nothing either.
+/// A flip makes the blank commit of such a slot non-blank, which proves nothing either.
 #[test]
 fn a_commit_that_belongs_to_no_record_proves_no_erase() {
     use Step::{Begin, Cut, Erase, Flip, Restart, Upload};
@@ -414,8 +414,8 @@ fn a_commit_that_belongs_to_no_record_proves_no_erase() {
     );
 }
 
-/// Nor does a commit behind a blob that is erased: of what is not valid no mark is written before the
-/// erase, and that may bring the bit back which has made it so, and then be cut.
+/// Nor does a commit after an erased blob: an invalid slot gets no mark before the erase, and the erase may restore the
+/// bit that made it invalid and then be interrupted.
 #[test]
 fn a_commit_that_an_erase_has_mended_proves_no_erase() {
     use Step::{Cut, Flip, Restart, Upload};
@@ -433,7 +433,7 @@ fn a_commit_that_an_erase_has_mended_proves_no_erase() {
     run(&steps, false);
 }
 
-/// With no valid slot, what a cut erase leaves of a choice may be hidden and come back: nothing is taken.
+/// With no valid slot, what an interrupted erase leaves of a choice may be hidden and reappear: nothing is used.
 #[test]
 fn what_a_cut_erase_leaves_of_a_choice_takes_nothing() {
     use Step::{Begin, Cut, Enable, Flip, Restart, Upload};
@@ -473,7 +473,7 @@ fn run(steps: &[Step], code: bool) {
             model.restart();
         } else {
             let active = model.slots().active();
-            // All but the choices, which are behind the blob.
+            // Everything except the choices, which are after the blob.
             let kept = |model: &mut Model, slot| {
                 let bytes = model.slots().flash().bytes(slot);
                 [&bytes[..CHOICES], &bytes[TRAILER..]].concat()
@@ -488,7 +488,7 @@ fn run(steps: &[Step], code: bool) {
         }
         model.check();
     }
-    // With the power back, an upload goes through, whatever happened before.
+    // With power back, an upload succeeds, whatever happened before.
     model.restart();
     model.check();
     let slot = upload(model.slots(), &BLOBS[3], 64);

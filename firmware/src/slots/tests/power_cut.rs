@@ -1,12 +1,11 @@
-//! The power goes at every byte.
+//! Power loss at every byte.
 
 use std::format;
 
 use super::*;
 use crate::mock_flash::{CutErase, MockFlash};
 
-/// A → B → A, each made active as a device does, until the power goes. Returns how many uploads
-/// were acknowledged.
+/// A → B → A, each made active as a device does, until power is lost. Returns the number of acknowledged uploads.
 fn cycle<const W: usize, const E: usize>(
     slots: &mut Slots<MockFlash<W, E>>,
     blobs: &[AlignedBlob],
@@ -21,7 +20,7 @@ fn cycle<const W: usize, const E: usize>(
     blobs.len()
 }
 
-/// Uploads three blobs, with a cut after each byte that is erased or programmed on the way.
+/// Uploads three blobs, with a cut after each byte that is erased or programmed.
 fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase) {
     for code in [false, true] {
         cut_with::<W, E>(blocks, cut_erase, code);
@@ -53,14 +52,13 @@ fn cut_with<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase, 
         flash.set_fuel(Some(fuel));
         let mut slots = Slots::open(flash);
         let done = cycle(&mut slots, &blobs, 0);
-        // The last choice counts with the first of its halves.
+        // The last choice counts as soon as its first half is written.
         assert!(done < 3 || fuel + 32 >= all, "{case}");
 
         let mut flash = slots.close();
         flash.set_fuel(None);
         let mut slots = Slots::open(flash);
-        // In use is the last that was acknowledged, or the one whose choice was cut where it says
-        // enough already.
+        // In use is the last acknowledged blob, or the one whose choice was interrupted after enough of it was written.
         let active = start(&mut slots);
         let kept = match active {
             None => {
@@ -81,13 +79,13 @@ fn cut_with<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase, 
             let fallback = slots.before().and_then(|slot| slots.blob(slot));
             assert_eq!(fallback, Some(&*blobs[kept - 2]), "{case}");
         }
-        // And all goes on from there.
+        // And everything continues from there.
         for blob in &blobs[kept..] {
             let slot = upload(&mut slots, blob, 50);
             slots.set_active(Some(slot));
             assert_eq!(slots.blob(slot), Some(&**blob), "{case}");
         }
-        // Each completed erase of the last block is counted, but for those whose record was cut.
+        // Each completed erase of the last block is counted, except those whose record was interrupted.
         for slot in Slot::BOTH {
             let erases = *slots.flash().erases(slot).last().expect("a block");
             let wear = slots.wear(slot);
@@ -148,7 +146,7 @@ fn a_cut_at_any_byte_leaves_one_complete_blob_one_block_per_slot() {
 
 #[test]
 fn a_cut_after_a_restart_too() {
-    // The second upload is cut at every seventh byte, and what goes on from there again.
+    // The second upload is cut at every seventh byte, and so is its continuation.
     let blobs = blobs(2, 40);
     for fuel in (1..1600).step_by(9) {
         for again in (1..1600).step_by(41) {

@@ -9,7 +9,7 @@ use super::*;
 use crate::mock_flash::MockFlash;
 use crate::slots::WhileBusy;
 
-/// The servo interrupt: it comes in the midst of whatever the flash does, if the servo runs.
+/// The servo interrupt: occurs during any flash operation while the servo runs.
 #[derive(Clone, Default)]
 struct Servo {
     runs: Arc<AtomicBool>,
@@ -28,7 +28,7 @@ fn watched(while_busy: WhileBusy) -> (Slots<MockFlash<4, 128>>, Servo) {
     (Slots::open(flash), servo)
 }
 
-/// What a controller does while somebody uploads.
+/// What a controller does during an upload.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     /// The machine stops, its drives go off, the servo stops.
@@ -54,7 +54,7 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Plays events; returns how many servo ticks came while the flash was busy, and the commits.
+/// Plays events; returns the number of servo ticks while the flash was busy, and the number of commits.
 fn play(while_busy: WhileBusy, events: &[Event]) -> (u32, u32) {
     let blob = blob(3, 60);
     let Header { length, crc } = Header::read(&blob).expect("a blob");
@@ -110,7 +110,7 @@ proptest! {
 
 #[test]
 fn other_flash_is_busy_while_the_servo_runs() {
-    // The same events where nothing stalls: ticks do come then, so the test above can see them.
+    // The same events with flash that does not stall: ticks occur then, so the test above can detect them.
     let mut events = std::vec![Event::Begin];
     events.extend([Event::Erase; 6]);
     events.extend([Event::Write(64); 10]);
@@ -138,7 +138,7 @@ fn starting_the_machine_pauses_an_upload() {
     assert_eq!(slots.write(0, &blob[..50]), Ok(50));
     slots.set_standstill(false);
     assert_eq!(slots.write(50, &blob[50..]), Err(SlotError::NotStandstill));
-    // A chunk that comes again needs no flash.
+    // A repeated chunk needs no flash.
     assert_eq!(slots.write(0, &blob[..50]), Ok(50));
     slots.set_standstill(true);
     assert_eq!(slots.write(50, &blob[50..]), Ok(length));

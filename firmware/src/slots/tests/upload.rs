@@ -32,7 +32,7 @@ fn each_step_shows() {
         slots.erase_step().expect("power");
         assert_eq!(slots.flash().erases(Slot::A).iter().sum::<u32>(), done + 1);
     }
-    // Too many steps do nothing.
+    // Extra steps do nothing.
     assert_eq!(slots.erase_step(), Ok(Progress::Receiving { next: 0 }));
     assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
     assert_eq!(slots.write(0, &blob[..13]), Ok(13));
@@ -71,7 +71,7 @@ fn chunks_may_come_twice_and_overlap() {
     let (mut at, mut size) = (0, 1);
     while at < blob.len() {
         let end = blob.len().min(at + size);
-        // From somewhere before what is missing.
+        // Starting somewhere before the first missing byte.
         let from = at.saturating_sub(size * 3 % 17);
         for _ in 0..2 {
             assert_eq!(slots.write(from as u32, &blob[from..end]), Ok(end as u32));
@@ -98,7 +98,7 @@ fn a_gap_names_what_is_missing_and_a_change_its_place() {
         slots.write(21, &blob[21..40]),
         Err(SlotError::Gap { expected: 20 })
     );
-    // Byte 3 is in the flash, byte 18 waits for its word.
+    // Byte 3 is in the flash, byte 18 is waiting for its word.
     for offset in [3, 18] {
         let mut changed = blob.to_vec();
         changed[offset] ^= 1;
@@ -170,7 +170,7 @@ fn an_upload_never_touches_the_active_slot() {
     let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
     let first = upload(&mut slots, &blobs[0], 64);
     slots.set_active(Some(first));
-    // Never made active, so each replaces the one before.
+    // Never made active, so each replaces the previous one.
     for blob in &blobs[1..] {
         let before = slots.flash().bytes(first).to_vec();
         assert_eq!(committed(&mut slots, blob, 64), Ok(first.other()));
@@ -194,8 +194,8 @@ fn blocks_that_no_blob_has_reached_are_not_erased_again() {
         slots.set_active(None);
         slots.set_active(Some(Slot::B));
     }
-    // At first nothing is known about them: an erase that is cut can leave what reads blank. Then
-    // only those of the blob, and the last.
+    // At first the state of the blocks is unknown, because an interrupted erase can leave blocks that read blank. After
+    // that, only the blocks of the blob and the last one are erased.
     assert_eq!(slots.flash().erases(Slot::A), [3, 3, 1, 1, 1, 1, 3, 3]);
     assert_eq!(slots.wear(Slot::A), 3);
 }
@@ -217,7 +217,7 @@ fn the_same_blob_goes_on_after_a_restart_without_erase() {
     assert_eq!(slots.state(Slot::A), left);
     assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
     assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
-    // Only what had not been written, whole words, the commit, whose last word stays blank, and the choice.
+    // Only what had not been written: whole words, the commit, whose last word stays blank, and the choice.
     let missing = blob.len().next_multiple_of(8) - 96;
     assert_eq!(slots.flash().spent() - spent, missing as u64 + 24 + 64);
     assert_eq!(slots.wear(Slot::A), 1);
@@ -270,7 +270,7 @@ fn another_blob_takes_the_place_of_one_that_has_begun() {
 
 #[test]
 fn what_differs_from_what_an_upload_left_is_erased() {
-    // The same length and checksum, but bits have changed since.
+    // Same length and checksum, but bits have changed since.
     let blob = blob(1, 40);
     let mut slots = begun(&blob);
     slots.write(0, &blob[..100]).expect("power");
@@ -279,7 +279,7 @@ fn what_differs_from_what_an_upload_left_is_erased() {
     let mut slots = Slots::open(flash);
     let refused = Err(SlotError::NotBlank { offset: 48 });
     assert_eq!(attempt(&mut slots, &blob, 64), refused);
-    // That is nothing the flash can help.
+    // The flash cannot be blamed for that.
     assert!(matches!(slots.health[Slot::A.index()], Health::Sound));
     assert_eq!(slots.write(0, &blob), Err(SlotError::Spoiled));
     assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
@@ -306,7 +306,7 @@ fn what_is_no_blob_or_another_is_not_committed() {
     slots.write(0, &blob).expect("power");
     assert_eq!(slots.commit(|_| true), Err(SlotError::OtherBlob));
 
-    // The target does not take it: it may be asked again, and nothing was erased for that.
+    // The target does not accept it: the commit may be repeated, and nothing was erased.
     let mut slots = begun(&blob);
     slots.write(0, &blob).expect("power");
     assert_eq!(slots.commit(|_| false), Err(SlotError::Refused));
@@ -341,7 +341,7 @@ fn a_driver_that_describes_impossible_slots_gets_no_upload() {
     assert_eq!(slots.state(Slot::A), SlotState::Damaged(Damage::Record));
 }
 
-/// A driver whose slots are no whole blocks.
+/// A driver whose slots are not whole blocks.
 struct Crooked(MockFlash<8, 128>);
 
 impl embedded_storage::nor_flash::ErrorType for Crooked {
@@ -429,10 +429,10 @@ fn no_upload_begins_where_a_blob_is_leased() {
     let leased = Err(SlotError::Leased);
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
     slots.take_back(first);
-    // The one that was dropped never comes back.
+    // The dropped one is never returned.
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
     assert_eq!(slots.flash().spent(), spent);
-    // Of the other one all come back.
+    // All leases of the other slot are returned.
     slots.set_active(Some(Slot::A));
     slots.take_back(second);
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
@@ -442,11 +442,11 @@ fn no_upload_begins_where_a_blob_is_leased() {
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
     slots.take_back(third);
     assert_eq!(attempt(&mut slots, &blobs[2], 64), Ok(Slot::B));
-    // None of them has ended the lease of A that was dropped.
+    // None of them ended the lease of A that was dropped.
     slots.set_active(Some(Slot::B));
     assert_eq!(attempt(&mut slots, &blobs[1], 64), leased);
     slots.set_active(Some(Slot::A));
-    // Nothing is leased that is not valid.
+    // Only valid slots can be leased.
     let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
     slots.begin(length, crc).expect("room");
     assert!(slots.lease(Slot::B).is_none());
@@ -464,7 +464,7 @@ fn a_lease_from_before_a_restart_ends_none() {
     assert!(!slots.is_leased(slot));
 }
 
-/// An upload that a restart interrupts, begun again.
+/// An upload that is interrupted by a restart and begun again.
 fn begun_again<const W: usize, const E: usize>(blocks: usize) -> Progress {
     let blob = blob(1, 40);
     let Header { length, crc } = Header::read(&blob).expect("a blob");
@@ -481,7 +481,7 @@ fn begun_again<const W: usize, const E: usize>(blocks: usize) -> Progress {
 #[test]
 fn an_upload_resumes_after_a_restart_where_the_slot_has_more_than_one_block() {
     assert_eq!(begun_again::<8, 128>(6), Progress::Receiving { next: 0 });
-    // With one block, an erase that was cut may look the same.
+    // With one block, an interrupted erase may look the same.
     let erasing = Progress::Erasing { done: 0, blocks: 1 };
     assert_eq!(begun_again::<16, 768>(1), erasing);
 }
