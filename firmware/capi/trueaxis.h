@@ -2,23 +2,22 @@
  *
  * SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * No function allocates, waits or calls the operating system. All but `trueaxis_tables_load…` may be called
- * from a real-time thread. Objects are in memory of the caller, which stays where it is:
+ * No function allocates, waits or calls the operating system. All except `trueaxis_tables_load…` may be called
+ * from a real-time thread. Objects live in memory of the caller, which must stay where it is:
  *
  *     static trueaxis_tables_memory memory;
  *     trueaxis_tables *tables;
  *     trueaxis_result result = trueaxis_tables_new(TRUEAXIS_HEADER, &memory, sizeof memory, &tables);
  *
- * A pointer to an object is null, or was written by `trueaxis_…_new`: that is what the caller promises, and
- * null is refused. Nothing is read from memory that the library has not written before, so that memory need
- * not be cleared.
+ * A pointer to an object must be null or have been written by `trueaxis_…_new`; null is refused. The library
+ * never reads memory that it has not written before, so the memory need not be cleared.
  *
- * One thread uses a servo at a time, and one thread tables; tables that a servo holds may be asked from
- * others. Tables are loaded by one thread and handed over to that of the servo (a queue, a pointer that is
- * released and acquired).
+ * Only one thread may use a servo at a time, and only one thread tables; other threads may query tables that
+ * a servo holds. Tables are loaded by one thread and handed over to the servo's thread (by a queue, or a
+ * pointer with release and acquire semantics).
  *
- * Positions and corrections are in mm and degrees, times in seconds. "Safety" is what the caller promises
- * and the library cannot check.
+ * Positions and corrections are in mm and degrees, times in seconds. "Safety" lists the caller's obligations
+ * that the library cannot check.
  */
 
 
@@ -30,8 +29,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* What the library holds. It was built with these numbers in environment variables of the same names; a
- * program with others is refused by `trueaxis_tables_new`. */
+/* Capacities of the library. It was built with these numbers in environment variables of the same names;
+ * `trueaxis_tables_new` refuses a program with other numbers. */
 #ifndef TRUEAXIS_AXES
 #define TRUEAXIS_AXES 8 /* axes */
 #endif
@@ -39,7 +38,7 @@
 #define TRUEAXIS_BANKS 32 /* banks of tables */
 #endif
 #ifndef TRUEAXIS_TABLES
-#define TRUEAXIS_TABLES 96 /* tables, of all banks */
+#define TRUEAXIS_TABLES 96 /* tables in all banks */
 #endif
 #ifndef TRUEAXIS_TERMS
 #define TRUEAXIS_TERMS 256 /* terms */
@@ -48,7 +47,7 @@
 #define TRUEAXIS_GRIDS 2 /* grids */
 #endif
 
-/* This header, with its capacities, as `trueaxis_tables_new` compares it with the library. */
+/* Version and capacities of this header, which `trueaxis_tables_new` compares with those of the library. */
 #define TRUEAXIS_HEADER \
     ((uint64_t)TRUEAXIS_ABI << 56 | (uint64_t)TRUEAXIS_AXES << 48 | \
      (uint64_t)TRUEAXIS_BANKS << 40 | (uint64_t)TRUEAXIS_TABLES << 32 | \
@@ -56,48 +55,47 @@
 
 
 /*
- Grows whenever a program that was built with the header before could go wrong.
+ Incremented whenever a program built with an earlier header could fail.
  */
 #define TRUEAXIS_ABI 2
 
 /*
- Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
- and grid.
+ Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
  */
 #define TRUEAXIS_TABLES_WORDS (((((100 + (6 * TRUEAXIS_AXES)) + (12 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
 
 /*
- The same in bytes.
+ Size of tables in bytes.
  */
 #define TRUEAXIS_TABLES_SIZE (8 * TRUEAXIS_TABLES_WORDS)
 
 /*
- Words of 8 bytes that a servo takes: so many whatever the capacities, and for each axis.
+ Size of a servo in words of 8 bytes: a fixed part, plus a part for each axis.
  */
 #define TRUEAXIS_SERVO_WORDS (120 + (22 * TRUEAXIS_AXES))
 
 /*
- The same in bytes.
+ Size of a servo in bytes.
  */
 #define TRUEAXIS_SERVO_SIZE (8 * TRUEAXIS_SERVO_WORDS)
 
 /*
- Memory for tables and servos starts at a multiple of this many bytes.
+ Required alignment of the memory for tables and servos in bytes.
  */
 #define TRUEAXIS_ALIGNMENT 8
 
 /*
- Most auxiliary inputs.
+ Maximum number of auxiliary inputs.
  */
 #define TRUEAXIS_AUXILIARIES 8
 
 /*
- Most adjustable terms.
+ Maximum number of adjustable terms.
  */
 #define TRUEAXIS_ADJUSTABLE 16
 
 /*
- Bytes of a name, with the zero at its end.
+ Size of a name in bytes, including the terminating zero.
  */
 #define TRUEAXIS_NAME_SIZE 17
 
@@ -112,37 +110,37 @@
 #define TRUEAXIS_DEGREES 1
 
 /*
- An auxiliary input: the length of the tool, mm.
+ Kind of auxiliary input: tool length, mm.
  */
 #define TRUEAXIS_TOOL_LENGTH 0
 
 /*
- An auxiliary input: a temperature, °C.
+ Kind of auxiliary input: temperature, °C.
  */
 #define TRUEAXIS_TEMPERATURE 1
 
 /*
- Rotary axes are corrected for the orientation of the tool.
+ Policy: rotary axes correct the orientation of the tool.
  */
 #define TRUEAXIS_ORIENTATION 0
 
 /*
- Rotary axes are corrected for the direction of the tool.
+ Policy: rotary axes correct the direction of the tool.
  */
 #define TRUEAXIS_DIRECTION 1
 
 /*
- Rotary axes are not corrected.
+ Policy: rotary axes are not corrected.
  */
 #define TRUEAXIS_POSITION 2
 
 /*
- Condition: an input is not a number, infinite, or out of reach.
+ Condition: an input is NAN, infinite, or out of reach.
  */
 #define TRUEAXIS_BAD_INPUT 1
 
 /*
- Condition: the period is not from 1 µs to 10 ms.
+ Condition: the period is outside 1 µs to 10 ms.
  */
 #define TRUEAXIS_BAD_PERIOD (1 << 1)
 
@@ -152,22 +150,22 @@
 #define TRUEAXIS_UNREFERENCED (1 << 2)
 
 /*
- Condition: the computed correction is that of an earlier period.
+ Condition: the computed correction is from an earlier period.
  */
 #define TRUEAXIS_HELD (1 << 3)
 
 /*
- Condition: after a fault or the loss of a reference, until the common factor has come to 0.
+ Condition: after a fault or the loss of a reference, until the common factor has reached 0.
  */
 #define TRUEAXIS_FROZEN (1 << 4)
 
 /*
- Condition: the common factor is on its way to 0 or 1.
+ Condition: the common factor is moving to 0 or 1.
  */
 #define TRUEAXIS_RAMPING (1 << 5)
 
 /*
- Condition: other tables, weights or auxiliaries are being faded in, or wait for it.
+ Condition: other tables, weights or auxiliaries are being faded in, or are waiting for that.
  */
 #define TRUEAXIS_FADING (1 << 6)
 
@@ -177,12 +175,12 @@
 #define TRUEAXIS_DISABLED (1 << 7)
 
 /*
- Condition: a dry run.
+ Condition: a dry run is active.
  */
 #define TRUEAXIS_DRY_RUN (1 << 8)
 
 /*
- Condition: a tool length or a temperature that matters was never set or is not usable.
+ Condition: a tool length or a temperature that matters was never set or is unusable.
  */
 #define TRUEAXIS_BAD_AUXILIARY (1 << 9)
 
@@ -193,20 +191,20 @@
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Bytes of memory for a model.
+ Size of a model in bytes.
  */
 #define TRUEAXIS_MODEL_SIZE 40960
 #endif
 
 #if defined(TRUEAXIS_MODEL)
 /*
- The same in words of 8 bytes.
+ Size of a model in words of 8 bytes.
  */
 #define TRUEAXIS_MODEL_WORDS 5120
 #endif
 
 /*
- What a function returns: 0, or why it did nothing. `trueaxis_result_text` says it in words.
+ Result of a function: 0, or the reason why it did nothing. `trueaxis_result_text` gives it in words.
  */
 enum trueaxis_result
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -230,7 +228,7 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_RELEASED = 3,
     /*
-     A servo holds these tables, or another thread loads them.
+     A servo holds these tables, or another thread is loading them.
      */
     TRUEAXIS_RESULT_IN_USE = 4,
     /*
@@ -238,19 +236,19 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_NOT_LOADED = 5,
     /*
-     An array has not as many values as there are axes.
+     The length of an array differs from the number of axes.
      */
     TRUEAXIS_RESULT_COUNT = 6,
     /*
-     There is none of this number.
+     There is no item with this index.
      */
     TRUEAXIS_RESULT_INDEX = 7,
     /*
-     There is none of this name.
+     There is no item with this name.
      */
     TRUEAXIS_RESULT_NAME = 8,
     /*
-     The bytes are no blob (`.trax`).
+     The bytes are not a blob (`.trax`).
      */
     TRUEAXIS_RESULT_NOT_A_BLOB = 9,
     /*
@@ -266,7 +264,7 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_MISALIGNED = 12,
     /*
-     The blob needs more than this library holds.
+     The blob exceeds the capacities of this library.
      */
     TRUEAXIS_RESULT_CAPACITY = 13,
     /*
@@ -274,7 +272,7 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_CONTENTS = 14,
     /*
-     The previous change of tables is not finished.
+     The previous change of tables is not complete.
      */
     TRUEAXIS_RESULT_BUSY = 15,
     /*
@@ -290,19 +288,19 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_WEIGHT_FIXED = 18,
     /*
-     The weight is not a number, or not within the limits of the term.
+     The weight is NAN or outside the limits of the term.
      */
     TRUEAXIS_RESULT_WEIGHT_LIMITS = 19,
     /*
-     The common factor or a fade is on its way: there is no one correction to take out.
+     The common factor is ramping or a fade is in progress: there is no single correction to remove.
      */
     TRUEAXIS_RESULT_MOVING = 20,
     /*
-     A mistake in this library: please report it. The object must not be used any more.
+     A bug in this library: please report it. The object must not be used any more.
      */
     TRUEAXIS_RESULT_BROKEN = 21,
     /*
-     The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
+     The bytes are not a machine model as written by `trueaxis linuxcnc model`.
      */
     TRUEAXIS_RESULT_NOT_A_MODEL = 22,
     /*
@@ -346,53 +344,53 @@ typedef struct trueaxis_model trueaxis_model;
 #endif
 
 /*
- A servo: it holds tables and corrects.
+ A servo: it holds tables and computes corrections.
  */
 typedef struct trueaxis_servo trueaxis_servo;
 
 /*
- Tables: a compensation that was loaded. Its samples stay in the blob.
+ Tables: a loaded compensation. Its samples stay in the blob.
  */
 typedef struct trueaxis_tables trueaxis_tables;
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Where the tool is, seen from the workpiece.
+ Position of the tool relative to the workpiece.
  */
 typedef struct trueaxis_model_pose_facts {
     /*
-     The tip of the tool as it is, with all errors at the positions (mm).
+     The actual tip of the tool, with all errors at the positions (mm).
      */
     double tip[3];
     /*
-     Unit vector from there to the spindle.
+     Unit vector from the actual tip to the spindle.
      */
     double direction[3];
     /*
-     The tip as it should be, without errors at the commands (mm).
+     The nominal tip, without errors at the commands (mm).
      */
     double nominal_tip[3];
     /*
-     Unit vector from there to the spindle.
+     Unit vector from the nominal tip to the spindle.
      */
     double nominal_direction[3];
 } trueaxis_model_pose_facts;
 #endif
 
 /*
- What held in the last period.
+ Status of the last period.
  */
 typedef struct trueaxis_status {
     /*
-     `TRUEAXIS_BAD_INPUT` …; `trueaxis_conditions_text` says them in words.
+     Conditions, `TRUEAXIS_BAD_INPUT` …; `trueaxis_conditions_text` gives them in words.
      */
     uint16_t conditions;
     /*
-     Axes (bit 0 is the first) whose computed correction met the value bound.
+     Axes (bit 0 is the first) whose computed correction reached the value bound.
      */
     uint16_t saturated;
     /*
-     Axes whose correction is behind because of the rate bound.
+     Axes whose correction lags because of the rate bound.
      */
     uint16_t rate_limited;
     /*
@@ -406,15 +404,15 @@ typedef struct trueaxis_status {
 } trueaxis_status;
 
 /*
- What was loaded.
+ Information about loaded tables.
  */
 typedef struct trueaxis_facts {
     /*
-     Bytes of the blob.
+     Length of the blob in bytes.
      */
     uint32_t bytes;
     /*
-     Its checksum: with the length it tells blobs apart.
+     Its checksum; together with the length it identifies a blob.
      */
     uint32_t checksum;
     /*
@@ -446,12 +444,11 @@ typedef struct trueaxis_facts {
      */
     uint16_t grids;
     /*
-     What the rotary axes are corrected for: `TRUEAXIS_ORIENTATION`, `TRUEAXIS_DIRECTION` or
-     `TRUEAXIS_POSITION`.
+     What the rotary axes correct: `TRUEAXIS_ORIENTATION`, `TRUEAXIS_DIRECTION` or `TRUEAXIS_POSITION`.
      */
     uint8_t policy;
     /*
-     0.
+     Always 0.
      */
     uint8_t reserved;
     /*
@@ -474,19 +471,19 @@ typedef struct trueaxis_axis {
      */
     uint8_t unit;
     /*
-     0.
+     Always 0.
      */
     uint16_t reserved;
     /*
-     Lower end of its travel; −FLT_MAX without one.
+     Lower end of its travel; −FLT_MAX if it has none.
      */
     float lower;
     /*
-     Upper end of its travel; FLT_MAX without one.
+     Upper end of its travel; FLT_MAX if it has none.
      */
     float upper;
     /*
-     The turn of an axis without end; 0 for others.
+     Length of one turn of an endless axis; 0 for others.
      */
     float turn;
     /*
@@ -502,7 +499,7 @@ typedef struct trueaxis_axis {
      */
     float ramp_rate;
     /*
-     Retreat after which it counts as reversed.
+     How far it must come back to count as reversed.
      */
     float hysteresis;
 } trueaxis_axis;
@@ -512,7 +509,7 @@ typedef struct trueaxis_axis {
  */
 typedef struct trueaxis_auxiliary {
     /*
-     The length for which the tables were made, mm; the reference of the temperature, °C.
+     The tool length for which the tables were made, mm, or the reference temperature, °C.
      */
     float reference;
     /*
@@ -520,25 +517,25 @@ typedef struct trueaxis_auxiliary {
      */
     uint8_t kind;
     /*
-     Its name, UTF-8, with a zero at the end.
+     Its name, UTF-8, terminated by a zero.
      */
     char name[TRUEAXIS_NAME_SIZE];
 } trueaxis_auxiliary;
 
 /*
- A term whose weight may be set.
+ A term with an adjustable weight.
  */
 typedef struct trueaxis_adjustable {
     /*
-     Its number among all terms, which `trueaxis_servo_set_weight` takes.
+     Its index among all terms, as used by `trueaxis_servo_set_weight`.
      */
     uint32_t term;
     /*
-     Number of the axis that it corrects.
+     Index of the axis that it corrects.
      */
     uint32_t axis;
     /*
-     Its weight as stored.
+     Its stored weight.
      */
     float weight;
     /*
@@ -552,32 +549,32 @@ typedef struct trueaxis_adjustable {
 } trueaxis_adjustable;
 
 /*
- Memory for tables, for a `static` or wherever there is room.
+ Memory for tables, in a `static` or anywhere else.
  */
 typedef struct trueaxis_tables_memory {
     /*
-     Nothing of the caller's.
+     For use by the library only.
      */
     uint64_t words[TRUEAXIS_TABLES_WORDS];
 } trueaxis_tables_memory;
 
 /*
- Memory for a servo, for a `static` or wherever there is room.
+ Memory for a servo, in a `static` or anywhere else.
  */
 typedef struct trueaxis_servo_memory {
     /*
-     Nothing of the caller's.
+     For use by the library only.
      */
     uint64_t words[TRUEAXIS_SERVO_WORDS];
 } trueaxis_servo_memory;
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Memory for a model, for a `static` or wherever there is room.
+ Memory for a model, in a `static` or anywhere else.
  */
 typedef struct trueaxis_model_memory {
     /*
-     Nothing of the caller's.
+     For use by the library only.
      */
     uint64_t words[TRUEAXIS_MODEL_WORDS];
 } trueaxis_model_memory;
@@ -589,50 +586,57 @@ extern "C" {
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Makes a model, empty, in `memory` of `size` bytes, and writes where it is to `made`. A model plays a real
- machine: it says where the tool is with known errors. The memory stays where it is; nothing needs to be
- given back. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
+ Makes an empty model in `memory` of `size` bytes, and writes its address to `made`. A model simulates a real
+ machine: it computes the position of the tool with known errors. The memory must stay where it is; nothing needs to
+ be freed. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
 
  # Safety
  `memory` has `size` bytes.
  */
-trueaxis_result trueaxis_model_new(uint64_t header, void *memory, size_t size, struct trueaxis_model **made);
+trueaxis_result trueaxis_model_new(uint64_t header,
+                                   void *memory,
+                                   size_t size,
+                                   struct trueaxis_model **made);
 #endif
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Loads the bytes of a file that `trueaxis linuxcnc model` has written, at a multiple of 8 bytes. Measured
- values are read where they are: the bytes stay there and as they are until another file is loaded. If it
- is refused nothing is loaded. Not for a real-time thread.
+ Loads the contents of a file written by `trueaxis linuxcnc model`, aligned to 8 bytes. Measured values are read in
+ place: the bytes must stay there unchanged until another file is loaded. If the file is refused, nothing is loaded.
+ Not for a real-time thread.
 
  # Safety
- `file` has `length` bytes, which stay.
+ `file` has `length` bytes, which stay in place.
  */
-trueaxis_result trueaxis_model_load(struct trueaxis_model *model, const void *file, size_t length);
+trueaxis_result trueaxis_model_load(struct trueaxis_model *model,
+                                    const void *file,
+                                    size_t length);
 #endif
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Writes the letters of the axes in order, `YXZ`: at most `size` bytes with the zero at the end. Returns how
- many there are; 0 if nothing is loaded.
+ Writes the letters of the axes in order, `YXZ`: at most `size` bytes including the terminating zero. Returns the
+ number of letters; 0 if nothing is loaded.
 
  # Safety
  `text` has room for `size` bytes.
  */
-size_t trueaxis_model_axes(struct trueaxis_model *model, char *text, size_t size);
+size_t trueaxis_model_axes(struct trueaxis_model *model,
+                           char *text,
+                           size_t size);
 #endif
 
 #if defined(TRUEAXIS_MODEL)
 /*
- Where the tool is, seen from the workpiece: as it is, with all errors at `positions`, and as it should be,
- without errors at `commands`; both of `count` axes in the order of the model, in mm and degrees. The
- directions of travel, for backlash, are those of the commands from call to call. `tool_length` is in mm
- along the tool axis from the spindle frame; NAN for the machine's own tool. `celsius` has `sensors`
- temperatures in the order of the error file; those that are missing are at their reference. Meant to be
- called in a real-time thread: no heap, no lock, no system call.
+ The position of the tool relative to the workpiece: the actual one, with all errors at `positions`, and the nominal
+ one, without errors at `commands`. Both arrays have `count` axes in the order of the model, in mm and degrees. The
+ directions of travel, for backlash, follow the commands from call to call. `tool_length` is in mm along the tool
+ axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order
+ of the error file; missing ones are taken at their reference. Suitable for a real-time thread: no heap, no lock, no
+ system call.
 
  # Safety
- The arrays have so many values, `pose` has room.
+ The arrays have this many values, `pose` has room for one.
  */
 trueaxis_result trueaxis_model_pose(struct trueaxis_model *model,
                                     const double *commands,
@@ -645,16 +649,16 @@ trueaxis_result trueaxis_model_pose(struct trueaxis_model *model,
 #endif
 
 /*
- Bytes that a servo takes on this system: at most `TRUEAXIS_SERVO_SIZE`.
+ Size of a servo on this system in bytes: at most `TRUEAXIS_SERVO_SIZE`.
  */
 size_t trueaxis_servo_size(void);
 
 /*
- Makes a servo with these tables, disabled, in `memory` of `size` bytes, and writes where it is to `made`.
- It holds the tables from now on, until they have retired or it is released.
+ Makes a disabled servo with these tables in `memory` of `size` bytes, and writes its address to `made`. It holds the
+ tables until they are retired or the servo is released.
 
  # Safety
- `memory` has `size` bytes, and no servo that has not been released is there.
+ `memory` has `size` bytes, and contains no servo that has not been released.
  */
 trueaxis_result trueaxis_servo_new(void *memory,
                                    size_t size,
@@ -662,9 +666,9 @@ trueaxis_result trueaxis_servo_new(void *memory,
                                    struct trueaxis_servo **made);
 
 /*
- Ends a servo: it holds no tables any more, and its memory is the caller's again. The corrections are gone
- at once; disable it before and go on until the factor is 0 where that matters. Calls with this pointer are
- refused (`TRUEAXIS_RESULT_RELEASED`) as long as nothing else is written to the memory.
+ Ends a servo: it no longer holds tables, and its memory belongs to the caller again. The corrections disappear at
+ once; if that matters, disable it first and keep updating until the factor is 0. Further calls with this pointer are
+ refused (`TRUEAXIS_RESULT_RELEASED`) as long as the memory is not overwritten.
 
  # Safety
  No other thread uses it.
@@ -672,16 +676,16 @@ trueaxis_result trueaxis_servo_new(void *memory,
 trueaxis_result trueaxis_servo_release(struct trueaxis_servo *servo);
 
 /*
- One period, in the real-time thread. `commands`: the *uncorrected* commands in machine coordinates, mm
- and degrees, one for each of the `axes` axes, which must be as many as the tables have; axes without end
- may have any number of turns. `referenced`: bit 0 for the first axis, cleared while it is not referenced
- or is homing. `period`: of this call, s. To `corrections` it writes what is to be *added* to the commands;
- that may be the array of the commands. After any other result than `TRUEAXIS_RESULT_OK` those are not written.
+ One period, in the real-time thread. `commands`: the *uncorrected* commands in machine coordinates, mm and degrees,
+ one for each of the `axes` axes, whose number must be that of the tables; endless axes may have any number of turns.
+ `referenced`: bit 0 for the first axis, cleared while it is not referenced or is homing. `period`: of this call, s.
+ The values to be *added* to the commands are written to `corrections`, which may be the same array as `commands`.
+ They are written only if the result is `TRUEAXIS_RESULT_OK`.
 
- Faults of the inputs are no such result: see `trueaxis_servo_status`.
+ Faults of the inputs do not change the result: see `trueaxis_servo_status`.
 
  # Safety
- The arrays have so many values; no other thread uses the servo.
+ The arrays have this many values; no other thread uses the servo.
  */
 trueaxis_result trueaxis_servo_update(struct trueaxis_servo *servo,
                                       const double *commands,
@@ -691,13 +695,12 @@ trueaxis_result trueaxis_servo_update(struct trueaxis_servo *servo,
                                       double *corrections);
 
 /*
- As `trueaxis_servo_update`, in single precision throughout, for processors that compute doubles in
- software. The positions of axes without end are within a turn, or some few beyond: a float of many turns is
- coarse, and beyond 2¹³ of them it is a bad input. The corrections are those of `trueaxis_servo_update` for
- the same positions, to the last bit.
+ Like `trueaxis_servo_update`, in single precision throughout, for processors without double-precision hardware. Keep
+ the positions of endless axes within one turn or a few: a float with many turns is coarse, and more than 2¹³ turns
+ are a bad input. The corrections equal those of `trueaxis_servo_update` for the same positions in every bit.
 
  # Safety
- The arrays have so many values; no other thread uses the servo.
+ The arrays have this many values; no other thread uses the servo.
  */
 trueaxis_result trueaxis_servo_update_f32(struct trueaxis_servo *servo,
                                           const float *commands,
@@ -707,16 +710,17 @@ trueaxis_result trueaxis_servo_update_f32(struct trueaxis_servo *servo,
                                           float *corrections);
 
 /*
- Lets the corrections in (`on` not 0) or takes them out, all by one common factor, over some time. In
- every period if one likes: what changes nothing costs nothing.
+ Ramps the corrections in (`on` not 0) or out, all by one common factor. May be called in every period: a call that
+ changes nothing costs nothing.
 
  # Safety
  No other thread uses it.
  */
-trueaxis_result trueaxis_servo_enable(struct trueaxis_servo *servo, int32_t on);
+trueaxis_result trueaxis_servo_enable(struct trueaxis_servo *servo,
+                                      int32_t on);
 
 /*
- Begins (`on` not 0) or ends a dry run: everything is computed and reported, the corrections go to zero.
+ Begins (`on` not 0) or ends a dry run: everything is computed and reported, while the corrections go to zero.
 
  # Safety
  No other thread uses it.
@@ -724,14 +728,16 @@ trueaxis_result trueaxis_servo_enable(struct trueaxis_servo *servo, int32_t on);
 trueaxis_result trueaxis_servo_dry_run(struct trueaxis_servo *servo, int32_t on);
 
 /*
- Sets an auxiliary input by its number: a tool length in mm, a temperature in °C (its reference is
- subtracted here). It holds from the next update on, and is faded in. What was never set, or is not a
- number because its sensor is lost, is a fault if a correction depends on it, never 0.
+ Sets an auxiliary input by its index: a tool length in mm, or a temperature in °C (its reference is subtracted
+ here). Takes effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
+ has failed, is a fault if a correction depends on it; it never counts as 0.
 
  # Safety
  No other thread uses it.
  */
-trueaxis_result trueaxis_servo_set_auxiliary(struct trueaxis_servo *servo, size_t index, double value);
+trueaxis_result trueaxis_servo_set_auxiliary(struct trueaxis_servo *servo,
+                                             size_t index,
+                                             double value);
 
 /*
  Sets the tool length, mm; `TRUEAXIS_RESULT_NAME` if the tables have no such input.
@@ -742,7 +748,7 @@ trueaxis_result trueaxis_servo_set_auxiliary(struct trueaxis_servo *servo, size_
 trueaxis_result trueaxis_servo_set_tool_length(struct trueaxis_servo *servo, double length);
 
 /*
- Sets the weight of an adjustable term of the tables last accepted; it is faded in.
+ Sets the weight of an adjustable term of the tables accepted last; the change is faded in.
 
  # Safety
  No other thread uses it.
@@ -750,54 +756,57 @@ trueaxis_result trueaxis_servo_set_tool_length(struct trueaxis_servo *servo, dou
 trueaxis_result trueaxis_servo_set_weight(struct trueaxis_servo *servo, size_t term, double weight);
 
 /*
- The weight asked for of an adjustable term of the tables last accepted.
+ The requested weight of an adjustable term of the tables accepted last.
 
  # Safety
- No other thread uses it; `weight` has room.
+ No other thread uses it; `weight` has room for one value.
  */
 trueaxis_result trueaxis_servo_weight(const struct trueaxis_servo *servo, size_t term, double *weight);
 
 /*
- Says in which direction an axis last moved (1 positive, −1 negative, 0 not known), where the controller
- knows: after homing, which ends with a move in a known direction.
+ Sets the direction in which an axis last moved (1 positive, −1 negative, 0 unknown), if the controller knows it:
+ homing, for example, ends with a move in a known direction.
 
  # Safety
  No other thread uses it.
  */
-trueaxis_result trueaxis_servo_set_travel(struct trueaxis_servo *servo, size_t axis, int32_t direction);
+trueaxis_result trueaxis_servo_set_travel(struct trueaxis_servo *servo,
+                                          size_t axis,
+                                          int32_t direction);
 
 /*
- Fades over to other tables of the same axes and auxiliary inputs, with their stored weights, as soon as
- nothing else moves. The servo holds both until that is done; then `trueaxis_servo_take_retired` gives
- those before back. To those in use: only their stored weights are faded in.
+ Fades over to other tables with the same axes and auxiliary inputs, with their stored weights, as soon as nothing
+ else is changing. The servo holds both until that is complete; then `trueaxis_servo_take_retired` returns the
+ previous ones. If `to` is already in use, only its stored weights are faded in.
 
- Tables that had retired before and were not taken back come back here in `retired` (null: none), whatever
- the result; `retired` itself may be null. If it is not aligned nothing happens at all.
+ Tables that were retired earlier and not taken back are returned in `retired` (null: none), whatever the result;
+ `retired` itself may be null. If it is misaligned, nothing happens at all.
 
  # Safety
- No other thread uses the servo; `retired` has room if it is not null.
+ No other thread uses the servo; `retired` has room for a pointer if it is not null.
  */
 trueaxis_result trueaxis_servo_swap(struct trueaxis_servo *servo,
                                     struct trueaxis_tables *to,
                                     struct trueaxis_tables **retired);
 
 /*
- Gives the tables back that were in use before the last change, once that is finished: others can be loaded
- into them. Given once; null if there are none.
+ Returns the tables that were in use before the last change, once that is complete, so that others can be loaded into
+ them. Returned once; null if there are none.
 
  # Safety
- No other thread uses it; `retired` has room.
+ No other thread uses it; `retired` has room for a pointer.
  */
-trueaxis_result trueaxis_servo_take_retired(struct trueaxis_servo *servo, struct trueaxis_tables **retired);
+trueaxis_result trueaxis_servo_take_retired(struct trueaxis_servo *servo,
+                                            struct trueaxis_tables **retired);
 
 /*
- Measurement mode: from positions where the axes stand (a touch probe, the scales) to the commands that
- lead there, the correction taken out as far as it is in. Directions of travel, weights and auxiliary
- inputs are those of the last update. `TRUEAXIS_RESULT_MOVING` while something is ramped or faded: then subtract
- the correction of the period in question. Four evaluations. The arrays may be the same.
+ Measurement mode: converts measured axis positions (a touch probe, the scales) to the commands that lead there,
+ removing the correction to the extent that it is in. Uses the directions of travel, weights and auxiliary inputs of
+ the last update. Returns `TRUEAXIS_RESULT_MOVING` during a ramp or fade: subtract the correction of the period in
+ question instead. Takes four evaluations. The arrays may be the same.
 
  # Safety
- The arrays have so many values; no other thread uses the servo.
+ The arrays have this many values; no other thread uses the servo.
  */
 trueaxis_result trueaxis_servo_measured(const struct trueaxis_servo *servo,
                                         const double *measured,
@@ -805,30 +814,34 @@ trueaxis_result trueaxis_servo_measured(const struct trueaxis_servo *servo,
                                         double *commands);
 
 /*
- What held in the last period.
+ Status of the last period.
 
  # Safety
- No other thread uses it; `status` has room.
+ No other thread uses it; `status` has room for one.
  */
 trueaxis_result trueaxis_servo_status(const struct trueaxis_servo *servo, struct trueaxis_status *status);
 
 /*
- The corrections of the last period as computed, within the value bounds, before the common factor,
- travel and rate bounds: what a dry run would give.
+ The computed corrections of the last period, within the value bounds, before the common factor, travel and rate
+ bounds: what a dry run would apply.
 
  # Safety
- No other thread uses it; `computed` has room for so many values.
+ No other thread uses it; `computed` has room for this many values.
  */
-trueaxis_result trueaxis_servo_computed(const struct trueaxis_servo *servo, double *computed, size_t axes);
+trueaxis_result trueaxis_servo_computed(const struct trueaxis_servo *servo,
+                                        double *computed,
+                                        size_t axes);
 
 /*
- How fast the corrections changed in the last period, mm/s and degrees/s: to be added to the velocity
- where drives take one as feed-forward.
+ Rate of change of the corrections in the last period, mm/s and degrees/s. Add it to the velocity for drives that
+ take velocity feed-forward.
 
  # Safety
- No other thread uses it; `velocity` has room for so many values.
+ No other thread uses it; `velocity` has room for this many values.
  */
-trueaxis_result trueaxis_servo_velocity(const struct trueaxis_servo *servo, double *velocity, size_t axes);
+trueaxis_result trueaxis_servo_velocity(const struct trueaxis_servo *servo,
+                                        double *velocity,
+                                        size_t axes);
 
 /*
  Writes conditions in words (`bad input, held`), as `trueaxis_tables_reason` does.
@@ -839,22 +852,22 @@ trueaxis_result trueaxis_servo_velocity(const struct trueaxis_servo *servo, doub
 size_t trueaxis_conditions_text(uint16_t conditions, char *text, size_t size);
 
 /*
- A result in words: English, UTF-8, never null, for ever.
+ A result in words: English, UTF-8, never null, valid for ever.
  */
 const char *trueaxis_result_text(int32_t result);
 
 /*
- Bytes that tables take on this system: at most `TRUEAXIS_TABLES_SIZE`.
+ Size of tables on this system in bytes: at most `TRUEAXIS_TABLES_SIZE`.
  */
 size_t trueaxis_tables_size(void);
 
 /*
- Makes tables, empty, in `memory` of `size` bytes, and writes where they are to `made`. The memory is
- theirs until the program has no more use for them, and stays where it is; nothing needs to be given back.
- What was in it does not matter.
+ Makes empty tables in `memory` of `size` bytes, and writes their address to `made`. The memory belongs to them for
+ as long as the program uses them, and must stay where it is; nothing needs to be freed. Its previous contents do not
+ matter.
 
- `header` is `TRUEAXIS_HEADER`: a program that was compiled with the header of another version, or for
- other capacities than the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
+ `header` is `TRUEAXIS_HEADER`: a program compiled with the header of another version, or for other capacities than
+ the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
 
  # Safety
  `memory` has `size` bytes, and no servo holds tables there.
@@ -865,29 +878,31 @@ trueaxis_result trueaxis_tables_new(uint64_t header,
                                     struct trueaxis_tables **made);
 
 /*
- Loads a blob: the bytes of a file `.trax`, at a multiple of 4 bytes. Its samples are read where they are:
- it stays there and as it is until other tables are loaded here. Everything is checked before a servo can
- take it. Takes as long as the blob has bytes: not for a real-time thread.
+ Loads a blob: the contents of a `.trax` file, aligned to 4 bytes. Its samples are read in place, so it must stay
+ there unchanged until other tables are loaded here. Everything is checked before a servo can use it. The time is
+ proportional to the length of the blob: not for a real-time thread.
 
- If it is refused nothing is loaded, and `trueaxis_tables_reason` says why.
+ If the blob is refused nothing is loaded, and `trueaxis_tables_reason` gives the reason.
 
  # Safety
- `blob` has `length` bytes, which stay.
+ `blob` has `length` bytes, which stay in place.
  */
-trueaxis_result trueaxis_tables_load(struct trueaxis_tables *tables, const void *blob, size_t length);
+trueaxis_result trueaxis_tables_load(struct trueaxis_tables *tables,
+                                     const void *blob,
+                                     size_t length);
 
 /*
- As `trueaxis_tables_load`, from a place of `size` bytes in flash: bytes after the blob are ignored.
+ Like `trueaxis_tables_load`, from a region of `size` bytes in flash: bytes after the blob are ignored.
 
  # Safety
- `slot` has `size` bytes, which stay.
+ `slot` has `size` bytes, which stay in place.
  */
 trueaxis_result trueaxis_tables_load_slot(struct trueaxis_tables *tables, const void *slot, size_t size);
 
 /*
- As `trueaxis_tables_load`, of a copy: the blob may be anywhere and is not needed any more afterwards. The
- copy goes to `copy`, which has `size` bytes, at least as many as the blob, at a multiple of 4; it stays
- there and as it is until other tables are loaded here.
+ Like `trueaxis_tables_load`, using a copy: the blob may have any alignment and is not needed afterwards. The copy
+ goes to `copy`, which has `size` bytes, at least as many as the blob, aligned to 4; it must stay there unchanged
+ until other tables are loaded here.
 
  # Safety
  `blob` has `length` bytes and `copy` has `size`.
@@ -899,17 +914,19 @@ trueaxis_result trueaxis_tables_load_copy(struct trueaxis_tables *tables,
                                           size_t size);
 
 /*
- Writes why the last blob was refused, with what it has and what would be right: at most `size` bytes
- with the zero at the end. Returns the length of the whole text without the zero; 0 if nothing was
- refused. `text` may be null if `size` is 0.
+ Writes the reason why the last blob was refused, with the value found and the value required: at most `size` bytes
+ including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused.
+ `text` may be null if `size` is 0.
 
  # Safety
  `text` has room for `size` bytes.
  */
-size_t trueaxis_tables_reason(const struct trueaxis_tables *tables, char *text, size_t size);
+size_t trueaxis_tables_reason(const struct trueaxis_tables *tables,
+                              char *text,
+                              size_t size);
 
 /*
- Writes the name of the machine, as `trueaxis_tables_reason` does.
+ Writes the name of the machine, like `trueaxis_tables_reason`.
 
  # Safety
  `text` has room for `size` bytes.
@@ -917,10 +934,10 @@ size_t trueaxis_tables_reason(const struct trueaxis_tables *tables, char *text, 
 size_t trueaxis_tables_machine(const struct trueaxis_tables *tables, char *text, size_t size);
 
 /*
- What was loaded.
+ Information about the loaded tables.
 
  # Safety
- `facts` has room for it.
+ `facts` has room for one.
  */
 trueaxis_result trueaxis_tables_facts(const struct trueaxis_tables *tables, struct trueaxis_facts *facts);
 
@@ -928,17 +945,17 @@ trueaxis_result trueaxis_tables_facts(const struct trueaxis_tables *tables, stru
  Axis `index`, from 0. Positions and corrections are in the order of the axes.
 
  # Safety
- `axis` has room for it.
+ `axis` has room for one.
  */
 trueaxis_result trueaxis_tables_axis(const struct trueaxis_tables *tables,
                                      size_t index,
                                      struct trueaxis_axis *axis);
 
 /*
- The number of the axis with this letter.
+ The index of the axis with this letter.
 
  # Safety
- `index` has room for it.
+ `index` has room for one.
  */
 trueaxis_result trueaxis_tables_find_axis(const struct trueaxis_tables *tables, char name, size_t *index);
 
@@ -946,34 +963,34 @@ trueaxis_result trueaxis_tables_find_axis(const struct trueaxis_tables *tables, 
  Auxiliary input `index`, from 0.
 
  # Safety
- `auxiliary` has room for it.
+ `auxiliary` has room for one.
  */
 trueaxis_result trueaxis_tables_auxiliary(const struct trueaxis_tables *tables,
                                           size_t index,
                                           struct trueaxis_auxiliary *auxiliary);
 
 /*
- The number of the auxiliary input with this name.
+ The index of the auxiliary input with this name.
 
  # Safety
- `name` ends with a zero; `index` has room.
+ `name` is terminated by a zero; `index` has room for one.
  */
 trueaxis_result trueaxis_tables_find_auxiliary(const struct trueaxis_tables *tables,
                                                const char *name,
                                                size_t *index);
 
 /*
- The term with an adjustable weight that is number `index` of them, from 0.
+ The adjustable term number `index` among the adjustable terms, from 0.
 
  # Safety
- `adjustable` has room for it.
+ `adjustable` has room for one.
  */
 trueaxis_result trueaxis_tables_adjustable(const struct trueaxis_tables *tables,
                                            size_t index,
                                            struct trueaxis_adjustable *adjustable);
 
 /*
- What memory for tables and servos is aligned to: `TRUEAXIS_ALIGNMENT`.
+ Required alignment of the memory for tables and servos in bytes: `TRUEAXIS_ALIGNMENT`.
  */
 size_t trueaxis_alignment(void);
 
@@ -985,7 +1002,7 @@ size_t trueaxis_alignment(void);
 
 #ifndef TRUEAXIS_CHECKED
 #define TRUEAXIS_CHECKED
-/* What the library relies on. */
+/* Assumptions of the library. */
 #ifdef __cplusplus
 #define TRUEAXIS_ASSERT(name, holds) static_assert(holds, #name)
 #define TRUEAXIS_ALIGN_OF(type) alignof(type)

@@ -15,21 +15,21 @@
 
 #define PERIOD 0.00025
 
-/* What the real-time thread owns. */
+/* State owned by the real-time thread. */
 struct motion {
     trueaxis_servo *servo;
     size_t axes;
     trueaxis_axis axis[TRUEAXIS_AXES];
-    double command[TRUEAXIS_AXES];    /* of the planner: uncorrected */
+    double command[TRUEAXIS_AXES];    /* from the planner: uncorrected */
     double correction[TRUEAXIS_AXES]; /* of the last period */
-    double target[TRUEAXIS_AXES];     /* of the drives */
-    double feedback[TRUEAXIS_AXES];   /* of the planner: uncorrected again */
+    double target[TRUEAXIS_AXES];     /* for the drives */
+    double feedback[TRUEAXIS_AXES];   /* for the planner: uncorrected again */
     double fastest[TRUEAXIS_AXES];    /* largest step of a correction, for the summary */
     uint32_t referenced;
     trueaxis_result result;
 };
 
-/* The planner: every axis to and fro in its travel, axes without end on and on. */
+/* The planner: every axis moves to and fro in its travel, endless axes turn continuously. */
 static void plan(struct motion *m, double time)
 {
     for (size_t k = 0; k < m->axes; k++) {
@@ -44,7 +44,7 @@ static void plan(struct motion *m, double time)
     }
 }
 
-/* One cycle of the fieldbus. `actual`: where the drives stand, which is what they were sent before. */
+/* One cycle of the fieldbus. `actual`: the positions of the drives, which is what they were sent before. */
 static void cycle(struct motion *m, double time, const double *actual)
 {
     double before[TRUEAXIS_AXES];
@@ -77,7 +77,7 @@ static int refused(const trueaxis_tables *tables, trueaxis_result result)
     return 1;
 }
 
-/* Not real time: files, memory, texts. */
+/* Not real-time: files, memory, texts. */
 static int prepare(struct motion *m, const char *path)
 {
     trueaxis_tables *tables = NULL;
@@ -106,7 +106,7 @@ static int prepare(struct motion *m, const char *path)
     for (size_t k = 0; k < m->axes; k++)
         if (trueaxis_tables_axis(tables, k, &m->axis[k]) != TRUEAXIS_RESULT_OK)
             return 1;
-    /* Every auxiliary input must be set: one that never was is a fault, not 0. */
+    /* Every auxiliary input must be set: one that was never set is a fault, not 0. */
     for (size_t k = 0; k < facts.auxiliaries; k++) {
         trueaxis_auxiliary auxiliary;
         if (trueaxis_tables_auxiliary(tables, k, &auxiliary) != TRUEAXIS_RESULT_OK ||
@@ -137,7 +137,7 @@ int main(int count, char **words)
             fprintf(stderr, "%s\n", trueaxis_result_text(m->result));
             return 1;
         }
-        /* The drives follow at once, so the planner must see what it commanded. */
+        /* The drives follow at once, so the planner must see its own commands. */
         for (size_t a = 0; a < m->axes; a++) {
             if (k > 0 && fabs(m->feedback[a] - last[a]) > worst)
                 worst = fabs(m->feedback[a] - last[a]);
@@ -152,11 +152,11 @@ int main(int count, char **words)
         const char *unit = m->axis[a].unit == TRUEAXIS_DEGREES ? "deg" : "mm";
         printf("%c %+.6f %s, %.4f %s/s at most\n", m->axis[a].name, m->correction[a], unit,
                m->fastest[a] / PERIOD, unit);
-        /* A correction steps no further than its rate bound allows, but for what rounds in a float. */
+        /* A correction never steps by more than its rate bound permits, except for float rounding. */
         if (m->fastest[a] > (double)m->axis[a].rate_bound * PERIOD * 1.001 + 1e-6)
             return 1;
     }
     printf("feedback against command: %.1e\n", worst);
-    /* Doubles: sums of positions below 1e5 and of corrections round by 1e-11. */
+    /* Doubles: sums of positions below 1e5 and corrections round by 1e-11. */
     return worst > 1e-10 || trueaxis_servo_release(m->servo) != TRUEAXIS_RESULT_OK;
 }

@@ -1,8 +1,8 @@
-//! The border: functions that C calls, and how its pointers become references.
+//! The C boundary: functions called from C, and the conversion of pointers to references.
 //!
-//! The header states what the caller promises: a pointer to an object is null or came from `…_new`, memory
-//! stays where it is, one thread uses a servo at a time, a blob stays as it is while it is loaded. Pointers
-//! that are null or not aligned are refused. Nothing is read from memory that this library has not written.
+//! The header states the caller's obligations: a pointer to an object is null or came from `…_new`, memory stays where
+//! it is, only one thread uses a servo at a time, a blob stays unchanged while it is loaded. Null or misaligned
+//! pointers are refused. Memory that this library has not written is never read.
 
 mod held;
 #[cfg(feature = "model")]
@@ -21,7 +21,7 @@ use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::guarded::guarded;
 use crate::{Servo, Tables};
 
-/// Whether a pointer is not null and aligned.
+/// Checks that a pointer is not null and is aligned.
 fn check<T>(pointer: *const T) -> Result<(), Code> {
     if pointer.is_null() {
         Err(Code::NullPointer)
@@ -38,19 +38,19 @@ fn check<T>(pointer: *const T) -> Result<(), Code> {
 /// Null, or made by `trueaxis_tables_new`.
 unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
     check(pointer)?;
-    // SAFETY: not null, so `trueaxis_tables_new` has written all of it. Whoever loads has claimed it by its
-    // state, which is atomic.
+    // SAFETY: not null, so `trueaxis_tables_new` has written all of it. Loading claims it first through its state,
+    // which is atomic.
     Ok(unsafe { &*pointer })
 }
 
 /// The servo at `pointer`.
 ///
 /// # Safety
-/// Null, or made by `trueaxis_servo_new` in memory that has held nothing else since; no other thread uses it.
+/// Null, or made by `trueaxis_servo_new` in memory that has since held nothing else; no other thread uses it.
 #[inline(always)]
 unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
     check(pointer)?;
-    // SAFETY: not null, so `trueaxis_servo_new` has written it, and a release has left this flag.
+    // SAFETY: not null, so `trueaxis_servo_new` has written it, and a release leaves this flag in place.
     if unsafe { (*pointer).around.released } {
         return Err(Code::Released);
     }
@@ -58,59 +58,59 @@ unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
     Ok(unsafe { &mut *pointer })
 }
 
-/// The servo at `pointer`, to be read.
+/// The servo at `pointer`, for reading.
 ///
 /// # Safety
-/// As of [`servo()`]; no other thread writes it meanwhile.
+/// As for [`servo()`]; no other thread writes it meanwhile.
 #[inline(always)]
 unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
-    // SAFETY: as the caller promises; it is only read.
+    // SAFETY: guaranteed by the caller; it is only read.
     unsafe { servo(pointer.cast_mut()) }.map(|servo| &*servo)
 }
 
-/// As many values as there are axes, to be read.
+/// One value per axis, for reading.
 ///
 /// # Safety
-/// Null, or so many values.
+/// Null, or `count` values.
 #[inline(always)]
 unsafe fn values<'a>(pointer: *const f64, count: usize) -> Result<&'a [f64], Code> {
     check(pointer)?;
-    // SAFETY: the caller has so many (compared with the number of axes before), aligned.
+    // SAFETY: the caller has this many values (already compared with the number of axes), aligned.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
 
-/// Takes one value for each axis.
+/// Reads one value for each axis.
 ///
 /// # Safety
-/// Null, or so many values.
+/// Null, or this many values.
 #[inline(always)]
 unsafe fn take_values<T: Copy>(to: &mut [T], count: usize, from: *const T) -> Result<(), Code> {
     check(from)?;
     for (index, to) in to.iter_mut().enumerate().take(count) {
-        // SAFETY: the caller has so many (compared with the number of axes before), aligned.
+        // SAFETY: the caller has this many values (already compared with the number of axes), aligned.
         *to = unsafe { from.add(index).read() };
     }
     Ok(())
 }
 
-/// Gives one value for each axis out.
+/// Writes one value for each axis.
 ///
 /// # Safety
-/// Null, or room for so many values.
+/// Null, or room for this many values.
 #[inline(always)]
 unsafe fn give_values<T: From<f32>>(to: *mut T, count: usize, from: &[f32]) -> Result<(), Code> {
     check(to)?;
     for (index, value) in from.iter().enumerate().take(count) {
-        // SAFETY: the caller has room for so many (compared with the number of axes before), aligned.
+        // SAFETY: the caller has room for this many values (already compared with the number of axes), aligned.
         unsafe { to.add(index).write(T::from(*value)) };
     }
     Ok(())
 }
 
-/// Writes a result where it is wanted.
+/// Writes a result to the caller's memory.
 ///
 /// # Safety
-/// Null, or room for one.
+/// Null, or room for one value.
 unsafe fn give<T>(to: *mut T, value: T) -> Result<(), Code> {
     check(to)?;
     // SAFETY: not null and aligned, and the caller has room there.
@@ -118,17 +118,17 @@ unsafe fn give<T>(to: *mut T, value: T) -> Result<(), Code> {
     Ok(())
 }
 
-/// Bytes of a text, without the zero.
+/// Bytes of a text, without the terminating zero.
 ///
 /// # Safety
-/// Null, or text that ends with a zero.
+/// Null, or text terminated by a zero.
 unsafe fn bytes<'a>(text: *const core::ffi::c_char) -> Result<&'a [u8], Code> {
     check(text)?;
-    // SAFETY: not null, and the caller ends it with a zero.
+    // SAFETY: not null, and the caller terminates it with a zero.
     Ok(unsafe { core::ffi::CStr::from_ptr(text) }.to_bytes())
 }
 
-/// Lets something write a text into a buffer of the caller; its length, without the zero.
+/// Calls a function that writes a text into a buffer of the caller; returns its length without the terminating zero.
 ///
 /// # Safety
 /// Null, or room for `size` bytes.
@@ -140,8 +140,8 @@ unsafe fn give_text(
     let room: &mut [u8] = if buffer.is_null() || isize::try_from(size).is_err() {
         &mut []
     } else {
-        // SAFETY: the caller has room for so many bytes; what they were does not matter, for only
-        // writing is done; characters are bytes.
+        // SAFETY: the caller has room for this many bytes. Their previous contents do not matter because they are only
+        // written; characters are bytes.
         unsafe { core::slice::from_raw_parts_mut(buffer.cast(), size) }
     };
     let mut text = crate::text::Text::new(room);
@@ -149,7 +149,7 @@ unsafe fn give_text(
     text.end()
 }
 
-/// As [`give_text`], for what may fail: then nothing is written.
+/// Like [`give_text`], for an operation that may fail, in which case nothing is written.
 ///
 /// # Safety
 /// Null, or room for `size` bytes.
@@ -159,7 +159,7 @@ unsafe fn give_text_of<T>(
     of: Result<T, Code>,
     write: impl FnOnce(T, &mut crate::text::Text<'_>),
 ) -> usize {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         give_text(buffer, size, |text| {
             if let Ok(of) = of {
@@ -169,7 +169,7 @@ unsafe fn give_text_of<T>(
     }
 }
 
-/// Runs what gives a length out; 0 if it does not come to its end.
+/// Runs a function that returns a length; 0 if it panics.
 fn guarded_length(run: impl FnOnce() -> usize) -> usize {
     let mut length = 0;
     guarded(|| {
@@ -179,7 +179,7 @@ fn guarded_length(run: impl FnOnce() -> usize) -> usize {
     length
 }
 
-/// Whether `size` bytes at `memory` hold a `T`.
+/// Checks that `size` bytes at `memory` can hold a `T`.
 fn check_memory<T>(memory: *const core::ffi::c_void, size: usize) -> Result<(), Code> {
     if memory.is_null() {
         Err(Code::NullPointer)

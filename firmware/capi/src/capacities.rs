@@ -1,25 +1,25 @@
-//! How much the library holds: options of its build, of which the header must be the same.
+//! Capacities of the library: build options, which the header must match.
 
 use crate::code::Code;
 
-/// Grows whenever a program that was built with the header before could go wrong.
+/// Incremented whenever a program built with an earlier header could fail.
 pub const TRUEAXIS_ABI: u32 = 2;
-/// Most axes.
+/// Maximum number of axes.
 pub const TRUEAXIS_AXES: usize = number(option_env!("TRUEAXIS_AXES"), 8);
-/// Most banks of tables.
+/// Maximum number of banks of tables.
 pub const TRUEAXIS_BANKS: usize = number(option_env!("TRUEAXIS_BANKS"), 32);
-/// Most tables, of all banks.
+/// Maximum number of tables in all banks.
 pub const TRUEAXIS_TABLES: usize = number(option_env!("TRUEAXIS_TABLES"), 96);
-/// Most terms.
+/// Maximum number of terms.
 pub const TRUEAXIS_TERMS: usize = number(option_env!("TRUEAXIS_TERMS"), 256);
-/// Most grids.
+/// Maximum number of grids.
 pub const TRUEAXIS_GRIDS: usize = number(option_env!("TRUEAXIS_GRIDS"), 2);
 
-/// What tables have room for.
+/// Capacities of tables.
 pub type Room =
     trueaxis::Holds<TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_TABLES, TRUEAXIS_TERMS, TRUEAXIS_GRIDS>;
 
-// What the runtime cannot number is an error of the build.
+// Capacities that the runtime cannot index are a build error.
 const _: usize = {
     <Room as trueaxis::Room>::AXES
         + <Room as trueaxis::Room>::BANKS
@@ -28,7 +28,7 @@ const _: usize = {
         + <Room as trueaxis::Room>::GRIDS
 };
 
-/// A capacity: the environment variable of its name when the library is built, or else the usual one.
+/// A capacity: the environment variable of that name at build time, or else the default.
 const fn number(text: Option<&str>, usual: usize) -> usize {
     let Some(text) = text else { return usual };
     let digits = text.as_bytes();
@@ -48,7 +48,7 @@ const fn number(text: Option<&str>, usual: usize) -> usize {
     value
 }
 
-/// Where each number is in `TRUEAXIS_HEADER`, how many bits it has, and what is wrong if it is another.
+/// Position and width in bits of each number in `TRUEAXIS_HEADER`, its value, and the code if it differs.
 const FIELDS: [(u32, u32, usize, Code); 6] = [
     (56, 8, TRUEAXIS_ABI as usize, Code::HeaderVersion),
     (48, 8, TRUEAXIS_AXES, Code::HeaderAxes),
@@ -58,7 +58,7 @@ const FIELDS: [(u32, u32, usize, Code); 6] = [
     (0, 16, TRUEAXIS_GRIDS, Code::HeaderGrids),
 ];
 
-/// What the header of this library says of itself: the macro of the same name.
+/// The value of the macro of the same name in this library's header.
 pub const TRUEAXIS_HEADER: u64 = {
     let (mut header, mut place) = (0, 0);
     while place < FIELDS.len() {
@@ -70,7 +70,7 @@ pub const TRUEAXIS_HEADER: u64 = {
     header
 };
 
-/// A program was compiled for this library: otherwise its arrays and memory may be too small.
+/// Checks that a program was compiled for this library; otherwise its arrays and memory may be too small.
 pub(crate) fn check(header: u64) -> Result<(), Code> {
     let other = header ^ TRUEAXIS_HEADER;
     let wrong = FIELDS

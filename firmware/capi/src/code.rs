@@ -1,9 +1,9 @@
-//! What functions return.
+//! Results of functions.
 
 use core::ffi::CStr;
 use trueaxis::{LoadError, Refused, WeightError};
 
-/// What a function returns: 0, or why it did nothing. `trueaxis_result_text` says it in words.
+/// Result of a function: 0, or the reason why it did nothing. `trueaxis_result_text` gives it in words.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Code {
@@ -15,17 +15,17 @@ pub enum Code {
     Memory = 2,
     /// The servo was released.
     Released = 3,
-    /// A servo holds these tables, or another thread loads them.
+    /// A servo holds these tables, or another thread is loading them.
     InUse = 4,
     /// Nothing is loaded.
     NotLoaded = 5,
-    /// An array has not as many values as there are axes.
+    /// The length of an array differs from the number of axes.
     Count = 6,
-    /// There is none of this number.
+    /// There is no item with this index.
     Index = 7,
-    /// There is none of this name.
+    /// There is no item with this name.
     Name = 8,
-    /// The bytes are no blob (`.trax`).
+    /// The bytes are not a blob (`.trax`).
     NotABlob = 9,
     /// The blob has a format version that this library does not know.
     Version = 10,
@@ -33,11 +33,11 @@ pub enum Code {
     Damaged = 11,
     /// The blob does not start at a multiple of 4 bytes.
     Misaligned = 12,
-    /// The blob needs more than this library holds.
+    /// The blob exceeds the capacities of this library.
     Capacity = 13,
     /// The contents of the blob are not valid.
     Contents = 14,
-    /// The previous change of tables is not finished.
+    /// The previous change of tables is not complete.
     Busy = 15,
     /// The axes differ in number, order, letter, travel or period.
     OtherAxes = 16,
@@ -45,13 +45,13 @@ pub enum Code {
     OtherAuxiliaries = 17,
     /// This term does not exist or has a fixed weight.
     WeightFixed = 18,
-    /// The weight is not a number, or not within the limits of the term.
+    /// The weight is NAN or outside the limits of the term.
     WeightLimits = 19,
-    /// The common factor or a fade is on its way: there is no one correction to take out.
+    /// The common factor is ramping or a fade is in progress: there is no single correction to remove.
     Moving = 20,
-    /// A mistake in this library: please report it. The object must not be used any more.
+    /// A bug in this library: please report it. The object must not be used any more.
     Broken = 21,
-    /// The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
+    /// The bytes are not a machine model as written by `trueaxis linuxcnc model`.
     NotAModel = 22,
     /// The program was compiled with the header of another version of this library.
     HeaderVersion = 23,

@@ -1,4 +1,4 @@
-//! Structures that C sees.
+//! Structures visible to C.
 
 use crate::capacities::{
     TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_GRIDS, TRUEAXIS_TABLES, TRUEAXIS_TERMS,
@@ -7,27 +7,26 @@ use crate::text::Text;
 use core::ffi::c_char;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
-/// Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
-/// and grid.
+/// Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
 pub const TRUEAXIS_TABLES_WORDS: usize = 100
     + 6 * TRUEAXIS_AXES
     + 12 * TRUEAXIS_BANKS
     + TRUEAXIS_TABLES
     + 5 * TRUEAXIS_TERMS / 2
     + 34 * TRUEAXIS_GRIDS;
-/// The same in bytes.
+/// Size of tables in bytes.
 pub const TRUEAXIS_TABLES_SIZE: usize = 8 * TRUEAXIS_TABLES_WORDS;
-/// Words of 8 bytes that a servo takes: so many whatever the capacities, and for each axis.
+/// Size of a servo in words of 8 bytes: a fixed part, plus a part for each axis.
 pub const TRUEAXIS_SERVO_WORDS: usize = 120 + 22 * TRUEAXIS_AXES;
-/// The same in bytes.
+/// Size of a servo in bytes.
 pub const TRUEAXIS_SERVO_SIZE: usize = 8 * TRUEAXIS_SERVO_WORDS;
-/// Memory for tables and servos starts at a multiple of this many bytes.
+/// Required alignment of the memory for tables and servos in bytes.
 pub const TRUEAXIS_ALIGNMENT: usize = 8;
-/// Most auxiliary inputs.
+/// Maximum number of auxiliary inputs.
 pub const TRUEAXIS_AUXILIARIES: usize = 8;
-/// Most adjustable terms.
+/// Maximum number of adjustable terms.
 pub const TRUEAXIS_ADJUSTABLE: usize = 16;
-/// Bytes of a name, with the zero at its end.
+/// Size of a name in bytes, including the terminating zero.
 pub const TRUEAXIS_NAME_SIZE: usize = 17;
 
 /// Unit: mm.
@@ -35,37 +34,37 @@ pub const TRUEAXIS_MM: u8 = 0;
 /// Unit: degrees.
 pub const TRUEAXIS_DEGREES: u8 = 1;
 
-/// An auxiliary input: the length of the tool, mm.
+/// Kind of auxiliary input: tool length, mm.
 pub const TRUEAXIS_TOOL_LENGTH: u8 = 0;
-/// An auxiliary input: a temperature, °C.
+/// Kind of auxiliary input: temperature, °C.
 pub const TRUEAXIS_TEMPERATURE: u8 = 1;
 
-/// Rotary axes are corrected for the orientation of the tool.
+/// Policy: rotary axes correct the orientation of the tool.
 pub const TRUEAXIS_ORIENTATION: u8 = 0;
-/// Rotary axes are corrected for the direction of the tool.
+/// Policy: rotary axes correct the direction of the tool.
 pub const TRUEAXIS_DIRECTION: u8 = 1;
-/// Rotary axes are not corrected.
+/// Policy: rotary axes are not corrected.
 pub const TRUEAXIS_POSITION: u8 = 2;
 
-/// Condition: an input is not a number, infinite, or out of reach.
+/// Condition: an input is NAN, infinite, or out of reach.
 pub const TRUEAXIS_BAD_INPUT: u16 = 1;
-/// Condition: the period is not from 1 µs to 10 ms.
+/// Condition: the period is outside 1 µs to 10 ms.
 pub const TRUEAXIS_BAD_PERIOD: u16 = 1 << 1;
 /// Condition: an axis on which a correction depends is not referenced.
 pub const TRUEAXIS_UNREFERENCED: u16 = 1 << 2;
-/// Condition: the computed correction is that of an earlier period.
+/// Condition: the computed correction is from an earlier period.
 pub const TRUEAXIS_HELD: u16 = 1 << 3;
-/// Condition: after a fault or the loss of a reference, until the common factor has come to 0.
+/// Condition: after a fault or the loss of a reference, until the common factor has reached 0.
 pub const TRUEAXIS_FROZEN: u16 = 1 << 4;
-/// Condition: the common factor is on its way to 0 or 1.
+/// Condition: the common factor is moving to 0 or 1.
 pub const TRUEAXIS_RAMPING: u16 = 1 << 5;
-/// Condition: other tables, weights or auxiliaries are being faded in, or wait for it.
+/// Condition: other tables, weights or auxiliaries are being faded in, or are waiting for that.
 pub const TRUEAXIS_FADING: u16 = 1 << 6;
 /// Condition: not enabled.
 pub const TRUEAXIS_DISABLED: u16 = 1 << 7;
-/// Condition: a dry run.
+/// Condition: a dry run is active.
 pub const TRUEAXIS_DRY_RUN: u16 = 1 << 8;
-/// Condition: a tool length or a temperature that matters was never set or is not usable.
+/// Condition: a tool length or a temperature that matters was never set or is unusable.
 pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
 /// Condition: nothing is loaded, so nothing is corrected.
 pub const TRUEAXIS_NOTHING_LOADED: u16 = 1 << 10;
@@ -88,27 +87,27 @@ const _: () = {
     assert!(TRUEAXIS_NOTHING_LOADED == Conditions::NOTHING_LOADED.0);
 };
 
-/// Memory for tables, for a `static` or wherever there is room.
+/// Memory for tables, in a `static` or anywhere else.
 #[repr(C)]
 pub struct TablesMemory {
-    /// Nothing of the caller's.
+    /// For use by the library only.
     pub words: [u64; TRUEAXIS_TABLES_WORDS],
 }
 
-/// Memory for a servo, for a `static` or wherever there is room.
+/// Memory for a servo, in a `static` or anywhere else.
 #[repr(C)]
 pub struct ServoMemory {
-    /// Nothing of the caller's.
+    /// For use by the library only.
     pub words: [u64; TRUEAXIS_SERVO_WORDS],
 }
 
-/// What was loaded.
+/// Information about loaded tables.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// Bytes of the blob.
+    /// Length of the blob in bytes.
     pub bytes: u32,
-    /// Its checksum: with the length it tells blobs apart.
+    /// Its checksum; together with the length it identifies a blob.
     pub checksum: u32,
     /// Its format version.
     pub version: u16,
@@ -124,17 +123,16 @@ pub struct Facts {
     pub terms: u16,
     /// Number of grids.
     pub grids: u16,
-    /// What the rotary axes are corrected for: `TRUEAXIS_ORIENTATION`, `TRUEAXIS_DIRECTION` or
-    /// `TRUEAXIS_POSITION`.
+    /// What the rotary axes correct: `TRUEAXIS_ORIENTATION`, `TRUEAXIS_DIRECTION` or `TRUEAXIS_POSITION`.
     pub policy: u8,
-    /// 0.
+    /// Always 0.
     pub reserved: u8,
     /// One bit per axis (bit 0 is the first) on whose position a correction depends, then one per
     /// auxiliary input.
     pub inputs_used: u32,
 }
 
-/// The number of a policy.
+/// The C constant of a policy.
 pub(crate) fn policy(policy: Policy) -> u8 {
     match policy {
         Policy::Orientation => TRUEAXIS_ORIENTATION,
@@ -151,13 +149,13 @@ pub struct AxisFacts {
     pub name: c_char,
     /// Unit of its positions and corrections: `TRUEAXIS_DEGREES` for A, B and C, otherwise `TRUEAXIS_MM`.
     pub unit: u8,
-    /// 0.
+    /// Always 0.
     pub reserved: u16,
-    /// Lower end of its travel; −FLT_MAX without one.
+    /// Lower end of its travel; −FLT_MAX if it has none.
     pub lower: f32,
-    /// Upper end of its travel; FLT_MAX without one.
+    /// Upper end of its travel; FLT_MAX if it has none.
     pub upper: f32,
-    /// The turn of an axis without end; 0 for others.
+    /// Length of one turn of an endless axis; 0 for others.
     pub turn: f32,
     /// Largest magnitude of its correction.
     pub value_bound: f32,
@@ -165,7 +163,7 @@ pub struct AxisFacts {
     pub rate_bound: f32,
     /// Rate of change of its correction in transitions, per s.
     pub ramp_rate: f32,
-    /// Retreat after which it counts as reversed.
+    /// How far it must come back to count as reversed.
     pub hysteresis: f32,
 }
 
@@ -195,11 +193,11 @@ impl From<&Axis> for AxisFacts {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuxiliaryFacts {
-    /// The length for which the tables were made, mm; the reference of the temperature, °C.
+    /// The tool length for which the tables were made, mm, or the reference temperature, °C.
     pub reference: f32,
     /// `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
     pub kind: u8,
-    /// Its name, UTF-8, with a zero at the end.
+    /// Its name, UTF-8, terminated by a zero.
     pub name: [c_char; TRUEAXIS_NAME_SIZE],
 }
 
@@ -220,15 +218,15 @@ impl From<&Auxiliary> for AuxiliaryFacts {
     }
 }
 
-/// A term whose weight may be set.
+/// A term with an adjustable weight.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Adjustable {
-    /// Its number among all terms, which `trueaxis_servo_set_weight` takes.
+    /// Its index among all terms, as used by `trueaxis_servo_set_weight`.
     pub term: u32,
-    /// Number of the axis that it corrects.
+    /// Index of the axis that it corrects.
     pub axis: u32,
-    /// Its weight as stored.
+    /// Its stored weight.
     pub weight: f32,
     /// Lowest weight.
     pub lower: f32,
@@ -236,15 +234,15 @@ pub struct Adjustable {
     pub upper: f32,
 }
 
-/// What held in the last period.
+/// Status of the last period.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StatusFacts {
-    /// `TRUEAXIS_BAD_INPUT` …; `trueaxis_conditions_text` says them in words.
+    /// Conditions, `TRUEAXIS_BAD_INPUT` …; `trueaxis_conditions_text` gives them in words.
     pub conditions: u16,
-    /// Axes (bit 0 is the first) whose computed correction met the value bound.
+    /// Axes (bit 0 is the first) whose computed correction reached the value bound.
     pub saturated: u16,
-    /// Axes whose correction is behind because of the rate bound.
+    /// Axes whose correction lags because of the rate bound.
     pub rate_limited: u16,
     /// Axes whose correction would leave the travel.
     pub travel_limited: u16,
@@ -271,8 +269,8 @@ mod tests {
 
     #[test]
     fn memory_in_the_header_is_hardly_larger_than_what_it_holds() {
-        // That it is large enough does not compile otherwise. Rows in the constants above are what one more
-        // axis, bank … takes where pointers have 8 bytes.
+        // Sufficient size is checked at compile time. The coefficients in the constants above are the size of one more
+        // axis, bank … with 8-byte pointers.
         for (offered, taken) in [
             (TRUEAXIS_TABLES_SIZE, size_of::<Tables>()),
             (TRUEAXIS_SERVO_SIZE, size_of::<Servo>()),

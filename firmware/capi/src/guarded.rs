@@ -1,16 +1,16 @@
-//! No panic crosses the border.
+//! No panic crosses the C boundary.
 
 use crate::code::Code;
 
-/// Runs what is behind the border. With `std` a panic becomes [`Code::Broken`]; without, it has nowhere to
-/// go, and `cargo xtask capi` looks that there is none.
+/// Runs code behind the C boundary. With `std` a panic becomes [`Code::Broken`]; without it a panic could not be
+/// handled, and `cargo xtask capi` checks that there is none.
 #[inline(always)]
 pub(crate) fn guarded(run: impl FnOnce() -> Result<(), Code>) -> Code {
     #[cfg(feature = "std")]
     let result = match std::panic::catch_unwind(core::panic::AssertUnwindSafe(run)) {
         Ok(result) => result,
         Err(payload) => {
-            // To drop what somebody panicked with may panic again.
+            // Dropping the panic payload may panic again.
             core::mem::forget(payload);
             Err(Code::Broken)
         }

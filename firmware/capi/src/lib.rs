@@ -1,14 +1,13 @@
-//! The C interface of trueaxis: `trueaxis.h` and what is behind it.
+//! The C interface of trueaxis: `trueaxis.h` and its implementation.
 //!
-//! Two kinds of objects, in memory that the caller provides: *tables*, a compensation that was loaded, and a
-//! *servo*, which holds one or two of them and corrects. No heap, no lock, no system call; every function
-//! returns, with a code.
+//! There are two kinds of objects, in memory provided by the caller: *tables*, a loaded compensation, and a *servo*,
+//! which holds one or two of them and computes corrections. No heap, no lock, no system call; every function returns,
+//! with a code.
 //!
-//! `unsafe` is in `border.rs` and `border/`, where pointers become references, and nowhere else. What is
-//! behind it is checked by the compiler: `tables.rs` (loading, and what was loaded), `servo.rs` (the loop),
-//! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (what functions return), `text.rs`
-//! (text in the caller's buffers), `facts.rs` (structures that C sees), `capacities.rs` (how much the library
-//! holds).
+//! `unsafe` is used only in `border.rs` and `border/`, where pointers become references. Everything behind that is
+//! checked by the compiler: `tables.rs` (loading, and information about loaded tables), `servo.rs` (the loop),
+//! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (results of functions), `text.rs` (text in the
+//! caller's buffers), `facts.rs` (structures visible to C), `capacities.rs` (capacities of the library).
 #![no_std]
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
@@ -38,7 +37,7 @@ pub use model::{Model, ModelMemory, ModelPose};
 pub use servo::Servo;
 pub use tables::Tables;
 
-/// Stops. No function of this library is known to come here: `cargo xtask capi` looks for it.
+/// Stops. No function of this library is known to reach it; `cargo xtask capi` checks that.
 #[cfg(all(feature = "halt", not(feature = "std"), not(test)))]
 #[panic_handler]
 fn halt(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -1,4 +1,4 @@
-//! A machine with its errors, which says where the tool really is.
+//! A machine with its errors, which computes the actual position of the tool.
 
 use crate::capacities::TRUEAXIS_AXES;
 use crate::code::Code;
@@ -10,29 +10,29 @@ use trueaxis_kinematics::{
     Switches,
 };
 
-/// Bytes of memory for a model.
+/// Size of a model in bytes.
 pub const TRUEAXIS_MODEL_SIZE: usize = 40960;
-/// The same in words of 8 bytes.
+/// Size of a model in words of 8 bytes.
 pub const TRUEAXIS_MODEL_WORDS: usize = 5120;
 
-/// Memory for a model, for a `static` or wherever there is room.
+/// Memory for a model, in a `static` or anywhere else.
 #[repr(C)]
 pub struct ModelMemory {
-    /// Nothing of the caller's.
+    /// For use by the library only.
     pub words: [u64; TRUEAXIS_MODEL_WORDS],
 }
 
-/// Where the tool is, seen from the workpiece.
+/// Position of the tool relative to the workpiece.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelPose {
-    /// The tip of the tool as it is, with all errors at the positions (mm).
+    /// The actual tip of the tool, with all errors at the positions (mm).
     pub tip: [f64; 3],
-    /// Unit vector from there to the spindle.
+    /// Unit vector from the actual tip to the spindle.
     pub direction: [f64; 3],
-    /// The tip as it should be, without errors at the commands (mm).
+    /// The nominal tip, without errors at the commands (mm).
     pub nominal_tip: [f64; 3],
-    /// Unit vector from there to the spindle.
+    /// Unit vector from the nominal tip to the spindle.
     pub nominal_direction: [f64; 3],
 }
 
@@ -57,7 +57,7 @@ impl Model {
         }
     }
 
-    /// Loads, or is empty. More axes than C has room for in an array of `TRUEAXIS_AXES` are refused.
+    /// Loads a file; on failure the model is empty. More axes than fit into a C array of `TRUEAXIS_AXES` are refused.
     pub(crate) fn load(&mut self, file: &'static [u8]) -> Result<(), Code> {
         *self = Self::empty();
         let stored = Stored::read(file)?;
@@ -83,8 +83,8 @@ impl Model {
         self.loaded().map(|stored| stored.machine.axes.len())
     }
 
-    /// Where the tool is. `commands` give the nominal pose and the directions of travel, as the runtime
-    /// follows them, `positions` the actual pose; both in mm and degrees, as many as there are axes.
+    /// The position of the tool. `commands` give the nominal pose and the directions of travel, as in the runtime;
+    /// `positions` give the actual pose. Both are in mm and degrees, with one value per axis.
     pub(crate) fn pose(
         &mut self,
         commands: &[f64],
@@ -101,7 +101,7 @@ impl Model {
         for (index, (axis, command)) in machine.axes.iter().zip(commands).enumerate() {
             let period = if axis.modulo { 360.0 } else { 0.0 };
             let (command, hysteresis) = (*command as f32, axis.hysteresis as f32);
-            // Where the runtime sees a bad input, it leaves the directions alone.
+            // On a bad input the runtime does not change the directions either.
             if command.is_finite() {
                 self.reversals[index].update(command, hysteresis, period);
             }
@@ -131,7 +131,8 @@ impl Model {
     }
 }
 
-/// Positions (mm, deg) in mm and rad, those of endless axes within the turn in which errors are described.
+/// Converts positions (mm, deg) to mm and rad, reducing those of endless axes to the turn in which errors are
+/// described.
 fn kinematic(machine: &Machine, positions: &[f64]) -> PerAxis {
     let mut q = PerAxis::default();
     for ((q, axis), position) in q.iter_mut().zip(&machine.axes).zip(positions) {

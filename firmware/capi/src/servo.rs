@@ -1,4 +1,4 @@
-//! The loop: what a controller calls in every period.
+//! The loop that a controller calls in every period.
 
 use crate::Room;
 use crate::border::Held;
@@ -7,23 +7,23 @@ use crate::code::Code;
 use crate::facts::{ServoMemory, StatusFacts};
 use trueaxis::{AuxiliaryKind, Compensation, Conditions, Inputs, Servo as Loop, Travel};
 
-/// A servo: it holds tables and corrects.
+/// A servo: it holds tables and computes corrections.
 pub struct Servo {
     pub(crate) around: Around,
     pub(crate) servo: Loop<Held>,
 }
 
-/// What is around its loop.
+/// State around the loop.
 pub(crate) struct Around {
     pub(crate) released: bool,
     axes: u32,
-    /// The turn of each axis without end, otherwise infinite.
+    /// Length of one turn of each endless axis; infinite for others.
     turns: [f64; TRUEAXIS_AXES],
     inputs: Inputs<[f32; TRUEAXIS_AXES]>,
 }
 
-/// Evaluations that find what belongs to a measured position: what is left is the fourth power of the
-/// largest slope of the correction, 1e-3 on a bad machine.
+/// Number of evaluations to convert a measured position: the remaining error is proportional to the fourth power of the
+/// largest slope of the correction, which is 1e-3 on a bad machine.
 const STEPS: u32 = 4;
 
 const _: () = {
@@ -34,15 +34,15 @@ const _: () = {
     assert!(align_of::<Servo>() <= align_of::<ServoMemory>());
 };
 
-/// Turns beyond which a double is too coarse for a position; so the time of a reduction has an end.
+/// Number of turns beyond which a double is too coarse for a position; this also limits the time of a reduction.
 const MOST_TURNS: f64 = 4_294_967_296.0;
 
-/// A position within one turn of its axis, which is the same place: nothing is lost but what the double has
-/// lost. Within the turn it stays as it is; beyond [`MOST_TURNS`] it is not a number.
+/// Reduces a position to one turn of its axis, without any loss beyond that in the double itself. Within the turn it is
+/// unchanged; beyond [`MOST_TURNS`] it becomes NAN.
 #[inline(always)]
 fn within_turn(q: f64, turn: f64) -> f64 {
-    // The bits of positive doubles are in the order of the doubles, and NAN is above infinity: a processor
-    // without doubles compares integers in a few instructions.
+    // Positive doubles sort like their bits, and NAN is above infinity: a processor without double-precision hardware
+    // compares integers in a few instructions.
     let within = |turn: f64| q.abs().to_bits() <= turn.to_bits();
     if within(turn) {
         q
@@ -54,7 +54,7 @@ fn within_turn(q: f64, turn: f64) -> f64 {
 }
 
 impl Servo {
-    /// What is around the loop of a servo with these tables.
+    /// State around the loop of a servo with these tables.
     pub(crate) fn around(compensation: &Compensation<'_, Room>) -> Around {
         let mut turns = [f64::INFINITY; TRUEAXIS_AXES];
         let axes = compensation.axes();
@@ -71,7 +71,7 @@ impl Servo {
         }
     }
 
-    /// An array has as many values as there are axes.
+    /// Checks that the length of an array is the number of axes.
     #[inline(always)]
     pub(crate) fn check(&self, count: usize) -> Result<(), Code> {
         if count == self.around.axes as usize {
@@ -96,7 +96,7 @@ impl Servo {
         self.around.inputs.axes = self.positions(commands);
     }
 
-    /// Where the commands of the next update go, in the number type of the tables.
+    /// Storage for the commands of the next update, in the number type of the tables.
     #[inline(always)]
     pub(crate) fn commands(&mut self) -> &mut [f32; TRUEAXIS_AXES] {
         &mut self.around.inputs.axes
@@ -122,7 +122,7 @@ impl Servo {
         self.servo.dry_run(on);
     }
 
-    /// In mm, or in °C.
+    /// `value` in mm or °C.
     pub(crate) fn set_auxiliary(&mut self, index: usize, value: f64) -> Result<(), Code> {
         let auxiliaries = self.servo.compensation().auxiliaries();
         let auxiliary = auxiliaries.get(index).ok_or(Code::Index)?;
@@ -179,14 +179,14 @@ impl Servo {
         self.servo.handle()
     }
 
-    /// Takes other tables, or those in use with their stored weights; what it does not hold any more.
+    /// Adopts other tables, or the stored weights of those in use; returns what it no longer holds.
     pub(crate) fn swap(&mut self, held: Held) -> Result<Option<Held>, (Code, Held)> {
         self.servo
             .swap(held)
             .map_err(|refused| (refused.why.into(), refused.handle))
     }
 
-    /// The tables that were in use before.
+    /// The tables previously in use.
     pub(crate) fn take_retired(&mut self) -> Option<Held> {
         self.servo.take_retired()
     }
@@ -195,17 +195,17 @@ impl Servo {
         StatusFacts::new(self.servo.correction().status, self.servo.factor())
     }
 
-    /// As computed, within the value bounds, before common factor, travel and rate bounds.
+    /// Computed corrections within the value bounds, before common factor, travel and rate bounds.
     pub(crate) fn computed(&self) -> [f32; TRUEAXIS_AXES] {
         self.servo.correction().computed
     }
 
-    /// How fast the corrections change, mm/s or degrees/s.
+    /// Rate of change of the corrections, mm/s or degrees/s.
     pub(crate) fn velocity(&self) -> [f32; TRUEAXIS_AXES] {
         self.servo.velocity()
     }
 
-    /// The corrections that are in measured positions, to be subtracted.
+    /// The corrections contained in measured positions, to be subtracted.
     pub(crate) fn measured(&self, measured: &[f64]) -> Result<[f32; TRUEAXIS_AXES], Code> {
         let conditions = self.servo.correction().status.conditions.0;
         if conditions & (Conditions::RAMPING | Conditions::FADING).0 != 0 {
@@ -235,7 +235,7 @@ mod tests {
                 for turns in [0.0, 1.0, 8192.0, 1e6, -1.0, -1e6] {
                     let wide = turns * turn + (place * turn).copysign(turns);
                     let found = within_turn(wide, turn);
-                    // The sum and its parts are rounded once each; the reduction is exact.
+                    // The sum and its parts each round once; the reduction is exact.
                     let lost = 2.0 * f64::EPSILON * wide.abs();
                     let off = (found - (place * turn).copysign(turns)).abs();
                     assert!(

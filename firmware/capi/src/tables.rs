@@ -1,4 +1,4 @@
-//! A compensation that was loaded, in memory of the caller.
+//! A loaded compensation, in memory of the caller.
 
 use crate::Room;
 use crate::code::Code;
@@ -8,20 +8,20 @@ use core::fmt::Write;
 use core::sync::atomic::{AtomicU32, Ordering};
 use trueaxis::{Compensation, Header, LoadError, VERSION};
 
-/// Tables: a compensation that was loaded. Its samples stay in the blob.
+/// Tables: a loaded compensation. Its samples stay in the blob.
 pub struct Tables {
     pub(crate) about: About,
     pub(crate) compensation: Compensation<'static, Room>,
 }
 
-/// Whose turn it is, and what the compensation does not say.
+/// Who may access the tables, and data that the compensation does not contain.
 pub(crate) struct About {
     state: AtomicU32,
     checksum: u32,
     why: Option<LoadError>,
 }
 
-// States.
+// Access states.
 const EMPTY: u32 = 0;
 const LOADING: u32 = 1;
 const LOADED: u32 = 2;
@@ -47,7 +47,7 @@ impl About {
 }
 
 impl Tables {
-    /// From one state to another, if it is that; of two threads one succeeds.
+    /// Changes from one state to another if the first is current; of two threads only one succeeds.
     fn turn(&self, from: u32, to: u32) -> bool {
         #[cfg(target_has_atomic = "32")]
         return self
@@ -65,7 +65,7 @@ impl Tables {
         }
     }
 
-    /// For whoever loads into them: no servo holds them, and none takes them until that is done.
+    /// Claims the tables for loading: no servo holds them, and none can take them until loading is done.
     pub(crate) fn claim(&self) -> Result<(), Code> {
         if self.turn(LOADED, LOADING) || self.turn(EMPTY, LOADING) {
             Ok(())
@@ -74,7 +74,7 @@ impl Tables {
         }
     }
 
-    /// After [`claim`](Self::claim): loads, or is empty.
+    /// After [`claim`](Self::claim): loads a blob; on failure the tables are empty.
     pub(crate) fn load(&mut self, blob: &'static [u8], slot: bool) -> Result<(), Code> {
         let result = if slot {
             self.compensation.load_slot(blob)
@@ -91,7 +91,7 @@ impl Tables {
         result.map_err(|error| Code::from(&error))
     }
 
-    /// For a servo, which holds them from now on.
+    /// Marks the tables as held by a servo from now on.
     pub(crate) fn hold(&self) -> Result<(), Code> {
         if self.turn(LOADED, HELD) {
             Ok(())
@@ -102,12 +102,12 @@ impl Tables {
         }
     }
 
-    /// From a servo, which does not read them any more.
+    /// Releases the tables: the servo no longer reads them.
     pub(crate) fn release(&self) {
         self.about.state.store(LOADED, Ordering::Release);
     }
 
-    /// What is loaded; nothing while somebody loads.
+    /// The loaded compensation; not available during loading.
     pub(crate) fn loaded(&self) -> Result<&Compensation<'static, Room>, Code> {
         match self.about.state.load(Ordering::Acquire) {
             LOADED | HELD => Ok(&self.compensation),
@@ -116,7 +116,7 @@ impl Tables {
         }
     }
 
-    /// What is loaded, for the servo that holds it.
+    /// The loaded compensation, for the servo that holds it.
     #[inline(always)]
     pub(crate) fn held(&self) -> &Compensation<'static, Room> {
         &self.compensation
@@ -125,7 +125,7 @@ impl Tables {
     /// Why the last blob was refused.
     pub(crate) fn reason(&self, text: &mut Text<'_>) {
         if let Some(why) = &self.about.why {
-            // Into a buffer: nothing can go wrong.
+            // Writing to a buffer cannot fail.
             let _ = write!(text, "{why}");
         }
     }

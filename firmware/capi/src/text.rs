@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// Writes into a buffer as far as it holds, whole characters, and counts what it would have taken.
+/// Writes as many whole characters as fit into a buffer, and counts the length of the whole text.
 pub(crate) struct Text<'b> {
     buffer: &'b mut [u8],
     written: usize,
@@ -10,7 +10,7 @@ pub(crate) struct Text<'b> {
 }
 
 impl<'b> Text<'b> {
-    /// Of a buffer that is to end with a zero.
+    /// For a buffer that will be terminated by a zero.
     pub(crate) fn new(buffer: &'b mut [u8]) -> Self {
         Self {
             buffer,
@@ -30,7 +30,7 @@ impl<'b> Text<'b> {
             let mut bytes = [0; 4];
             let bytes = character.encode_utf8(&mut bytes).as_bytes();
             let end = self.written + bytes.len();
-            // One byte stays for the zero.
+            // One byte is reserved for the zero.
             if end >= self.buffer.len() {
                 return;
             }
@@ -42,7 +42,7 @@ impl<'b> Text<'b> {
         }
     }
 
-    /// Writes the zero; bytes of the whole text, without it.
+    /// Writes the zero; returns the length of the whole text in bytes without it.
     pub(crate) fn end(self) -> usize {
         if let Some(zero) = self.buffer.get_mut(self.written) {
             *zero = 0;

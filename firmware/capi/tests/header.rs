@@ -1,4 +1,4 @@
-//! `trueaxis.h` is what the source says. `UPDATE_HEADER=1` writes it, to be looked at in the diff.
+//! `trueaxis.h` matches the source. `UPDATE_HEADER=1` rewrites it; review the diff.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Every correction through the C border is that of the Rust servo, to the last bit.
+//! Every correction through the C interface equals that of the Rust servo in every bit.
 
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
@@ -16,11 +16,11 @@ fn blob(name: &str) -> AlignedBlob {
     AlignedBlob::from_bytes(&std::fs::read(path).unwrap())
 }
 
-/// A servo behind the border, and its memory.
+/// A servo behind the C interface, and its memory.
 struct Behind {
     tables: *mut trueaxis_capi::Tables,
     servo: *mut trueaxis_capi::Servo,
-    /// Of which nothing is known.
+    /// Uninitialised.
     memory: (
         *mut MaybeUninit<TablesMemory>,
         *mut MaybeUninit<ServoMemory>,
@@ -35,7 +35,7 @@ impl Behind {
         );
         let (mut tables, mut servo) = (null_mut(), null_mut());
         let size = size_of::<TablesMemory>();
-        // SAFETY: all memory is there, and nothing else uses it.
+        // SAFETY: all memory exists, and nothing else uses it.
         unsafe {
             let place = memory.0.cast();
             assert_eq!(
@@ -61,7 +61,7 @@ impl Behind {
     fn update(&self, commands: &[f64], referenced: u32) -> Vec<f64> {
         let mut values = commands.to_vec();
         let (from, to) = (values.as_ptr(), values.as_mut_ptr());
-        // SAFETY: as many values as are named; commands and corrections may be the same.
+        // SAFETY: the arrays have the stated lengths; commands and corrections may be the same.
         let code = unsafe {
             trueaxis_servo_update(self.servo, from, commands.len(), referenced, PERIOD, to)
         };
@@ -73,7 +73,7 @@ impl Behind {
         let mut values = commands.to_vec();
         let (from, to) = (values.as_ptr(), values.as_mut_ptr());
         let (axes, period) = (commands.len(), PERIOD as f32);
-        // SAFETY: as many values as are named; commands and corrections may be the same.
+        // SAFETY: the arrays have the stated lengths; commands and corrections may be the same.
         let code =
             unsafe { trueaxis_servo_update_f32(self.servo, from, axes, referenced, period, to) };
         assert_eq!(code, Code::Ok);
@@ -82,7 +82,7 @@ impl Behind {
 
     fn status(&self) -> StatusFacts {
         let mut status = StatusFacts::default();
-        // SAFETY: all memory is there.
+        // SAFETY: all memory exists.
         let code = unsafe { trueaxis_servo_status(self.servo, &mut status) };
         assert_eq!(code, Code::Ok);
         status
@@ -91,12 +91,12 @@ impl Behind {
 
 impl Drop for Behind {
     fn drop(&mut self) {
-        // SAFETY: they came from boxes, and nothing else leads there any more.
+        // SAFETY: they came from boxes, and nothing else points there any more.
         drop(unsafe { (Box::from_raw(self.memory.0), Box::from_raw(self.memory.1)) });
     }
 }
 
-/// A number from 0 to 1, the same for ever.
+/// A pseudo-random number from 0 to 1, always the same sequence.
 fn draw(state: &mut u64) -> f64 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -117,7 +117,7 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
         let mut corrected = 0;
         for period in 0..40_000_u32 {
             let event = draw(&mut state);
-            // SAFETY: the servo is there.
+            // SAFETY: the servo exists.
             unsafe {
                 if period == 10 || event < 0.000_2 {
                     rust.enable();
@@ -165,7 +165,7 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
             for (to, q) in inputs.axes.iter_mut().zip(&commands) {
                 *to = *q as f32;
             }
-            // Now and then an axis has no reference.
+            // Occasionally an axis has no reference.
             let referenced = if period % 8_000 > 7_900 {
                 0b1_1110
             } else {
@@ -209,12 +209,12 @@ fn a_million_turns_give_the_correction_of_none() {
     };
     let (near, far) = (Behind::new(&blob), Behind::new(&blob));
     for behind in [&near, &far] {
-        // SAFETY: the servo is there.
+        // SAFETY: the servo exists.
         unsafe { trueaxis_servo_enable(behind.servo, 1) };
     }
     let mut other = 0;
     for period in 0..20_000_u32 {
-        // A multiple of 2⁻¹⁶: a million turns and it are a double without loss.
+        // A multiple of 2⁻¹⁶, so that a million turns more are still exact in a double.
         let angle = f64::from(period % 11_000) / 32.0;
         let mut commands = vec![10.0; compensation.axes().len()];
         commands[endless] = angle;
@@ -232,9 +232,9 @@ fn a_measured_position_leads_back_to_its_command() {
     let behind = Behind::new(&blob);
     let commands = [100.0, 30.0, 45.0, -50.0, -120.0];
     let mut back = [0.0; 5];
-    // SAFETY: all memory is there.
+    // SAFETY: all memory exists.
     unsafe {
-        // Disabled, nothing is to be taken out.
+        // While disabled there is nothing to remove.
         behind.update(&commands, 0xFFFF);
         let (from, to) = (commands.as_ptr(), back.as_mut_ptr());
         assert_eq!(trueaxis_servo_measured(behind.servo, from, 5, to), Code::Ok);
@@ -272,7 +272,7 @@ fn what_is_not_there_is_refused() {
     let mut other = Box::<ServoMemory>::new_uninit();
     let place = (&raw mut *other).cast::<trueaxis_capi::Servo>();
     let mut made = null_mut();
-    // SAFETY: all memory is there, or null.
+    // SAFETY: all memory exists, or is null.
     unsafe {
         let update =
             |servo, from, axes, to| trueaxis_servo_update(servo, from, axes, 31, PERIOD, to);
@@ -313,7 +313,7 @@ fn a_program_for_other_capacities_is_refused_before_anything_is_written() {
     let mut memory = Box::new(TablesMemory { words: [7; _] });
     let (place, size) = ((&raw mut *memory).cast(), size_of::<TablesMemory>());
     let mut made = null_mut();
-    // SAFETY: the memory is there.
+    // SAFETY: the memory exists.
     unsafe {
         for (shift, code) in [
             (56, Code::HeaderVersion),
@@ -337,7 +337,7 @@ fn tables_that_have_retired_are_not_lost_to_a_pointer_that_is_not_aligned() {
     let first = behind.tables;
     let mut place = [null_mut(); 2];
     let retired = place.as_mut_ptr();
-    // SAFETY: all memory is there.
+    // SAFETY: all memory exists.
     unsafe {
         assert_eq!(trueaxis_servo_release(second.servo), Code::Ok);
         let swap = |to, retired| trueaxis_servo_swap(behind.servo, to, retired);
@@ -345,7 +345,7 @@ fn tables_that_have_retired_are_not_lost_to_a_pointer_that_is_not_aligned() {
         for _ in 0..1000 {
             behind.update(&[0.0; 5], 0xFFFF);
         }
-        // Nothing happens: what has retired is still to be taken, and the others stay in use.
+        // Nothing happens: the retired tables can still be taken, and the others stay in use.
         assert_eq!(swap(first, retired.byte_add(1)), Code::Memory);
         assert_eq!(trueaxis_servo_take_retired(behind.servo, retired), Code::Ok);
         assert_eq!(place[0], first);

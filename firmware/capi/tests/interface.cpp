@@ -1,4 +1,4 @@
-// Every function through the header, as C++ sees it. interface FILE.trax OTHER.trax
+// Every function through the header, as seen by C++. interface FILE.trax OTHER.trax
 //
 // OTHER has other axes. Compiled and run under sanitizers by `cargo xtask capi`.
 #include "trueaxis.h"
@@ -43,8 +43,8 @@ Bytes read(const char *path, std::size_t &length)
 }
 
 struct Tables {
-    // On the heap, of the exact size, and never written: sanitizers see every byte beyond, valgrind every one
-    // that is read before the library has written it.
+    // On the heap, with the exact size, and uninitialised: sanitizers detect every access beyond it, valgrind every
+    // byte that is read before the library has written it.
     std::unique_ptr<trueaxis_tables_memory> memory{new trueaxis_tables_memory};
     trueaxis_tables *at = nullptr;
     Tables() { OK(trueaxis_tables_new(TRUEAXIS_HEADER, memory.get(), trueaxis_tables_size(), &at)); }
@@ -95,7 +95,7 @@ void loading(Bytes blob, std::size_t length)
     blob[1] ^= 0x100u;
     IS(trueaxis_tables_load(tables.at, blob.data(), length), VERSION);
     blob[1] ^= 0x100u;
-    // Bytes anywhere are copied; in place they must be aligned.
+    // A copied blob may have any alignment; in place it must be aligned.
     std::vector<char> bytes(length + 1);
     std::memcpy(bytes.data() + 1, blob.data(), length);
     IS(trueaxis_tables_load(tables.at, bytes.data() + 1, length), MISALIGNED);
@@ -189,7 +189,7 @@ void looping(const Bytes &blob, std::size_t length, const Bytes &other, std::siz
     OK(trueaxis_servo_measured(loop.servo, back.data(), back.size(), back.data()));
     for (std::size_t k = 0; k < back.size(); k++)
         CHECK(std::fabs(back[k] - loop.at[k]) < 1e-7); // 2⁻²⁰ of a float at 12.5, times its slope of 1e-2
-    // In single precision the same, as long as doubles are what floats are.
+    // The same in single precision, as long as the doubles are exact floats.
     const std::vector<float> single(loop.at.begin(), loop.at.end());
     std::vector<float> dq(single.size());
     OK(trueaxis_servo_update_f32(loop.servo, single.data(), single.size(), 0xFFFF, 0.001f, dq.data()));
@@ -232,7 +232,7 @@ void looping(const Bytes &blob, std::size_t length, const Bytes &other, std::siz
         CHECK(weight == double(term.lower));
         CHECK(loop.run(1).conditions & TRUEAXIS_FADING);
     }
-    // Other tables, and those before back.
+    // Other tables, and the previous ones returned.
     trueaxis_tables *retired = first.at;
     IS(trueaxis_servo_swap(loop.servo, second.at, &retired), NOT_LOADED);
     CHECK(retired == nullptr);
@@ -257,7 +257,7 @@ void looping(const Bytes &blob, std::size_t length, const Bytes &other, std::siz
     OK(trueaxis_servo_swap(loop.servo, second.at, &retired)); // retired, and taken again
     CHECK(retired == nullptr);
     loop.run(8000);
-    // Wide positions: a million turns are none.
+    // Wide positions: adding a million turns changes nothing.
     for (std::size_t k = 0; k < loop.at.size(); k++) {
         trueaxis_axis axis;
         OK(trueaxis_tables_axis(second.at, k, &axis));

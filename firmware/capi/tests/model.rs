@@ -1,4 +1,4 @@
-//! The tool of a simulated machine, through the C border, is that of the exact kinematics.
+//! The tool of a simulated machine, through the C interface, equals that of the exact kinematics.
 
 use std::ptr::{null, null_mut};
 use trueaxis_capi::border::*;
@@ -44,7 +44,7 @@ fn errors(machine: &Machine) -> ErrorModel<Vec<f64>> {
     errors
 }
 
-/// A file in words of 8 bytes, as it must lie.
+/// A file in words of 8 bytes, for the required alignment.
 fn file() -> (Vec<u64>, usize) {
     let machine = machine();
     let bytes = Stored::write("Mill", &machine, &errors(&machine), &[20.0]).unwrap();
@@ -58,7 +58,7 @@ fn file() -> (Vec<u64>, usize) {
 
 fn made(memory: &mut ModelMemory) -> *mut Model {
     let mut model = null_mut();
-    // SAFETY: the memory is there.
+    // SAFETY: the memory exists.
     let code = unsafe {
         trueaxis_model_new(
             HEADER,
@@ -110,7 +110,7 @@ fn the_tool_is_that_of_the_exact_kinematics() {
     let kinematics = Kinematics::new(&machine, &errors);
     let mut situation = Situation::default();
     situation.kelvin[0] = 5.0;
-    // C turns on: 400° is 40°, and no reversal. X comes back.
+    // C continues to turn: 400° is 40°, and there is no reversal. X comes back.
     let along = [
         ([10.0, 350.0, 5.0, 7.0], [0.0; 4]),
         ([20.0, 400.0, 5.0, 7.0], [1.0, 1.0, 0.0, 0.0]),
@@ -132,8 +132,8 @@ fn the_tool_is_that_of_the_exact_kinematics() {
         let actual = kinematics.actual(&q(positions), &situation, &Switches::ALL);
         let nominal = kinematics.nominal(&q(commands), None);
         for (a, b) in [(found.tip, actual.t), (found.nominal_tip, nominal.t)] {
-            // A position of C in another turn is reduced in another way: units of the last place of 400°,
-            // 1e-15 rad, at 250 mm.
+            // A position of C in another turn is reduced differently: units in the last place of 400°, 1e-15 rad, at
+            // 250 mm.
             assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-11), "{a:?} {b}");
         }
         for (a, b) in [
@@ -153,7 +153,7 @@ fn what_is_no_model_is_refused_and_leaves_none() {
     let (mut words, length) = file();
     let values = [0.0; 4];
     let mut found = ModelPose::default();
-    // SAFETY: all memory is there, as long as is said.
+    // SAFETY: all memory exists, with the stated lengths.
     unsafe {
         let ask = |count, found: *mut ModelPose| {
             let (commands, positions) = (values.as_ptr(), values.as_ptr());

@@ -1,31 +1,31 @@
-//! What a servo holds tables by.
+//! A servo's hold on tables.
 
 use crate::code::Code;
 use crate::{Room, Tables};
 use core::ptr::NonNull;
 use trueaxis::{Compensation, Handle};
 
-/// A hold on tables: nobody loads into them until it is dropped.
+/// A hold on tables: they cannot be loaded until it is dropped.
 pub struct Held(NonNull<Tables>);
 
 impl Held {
     /// Takes hold of tables that are loaded and that no servo holds.
     ///
     /// # Safety
-    /// Null, or memory for them, which stays as long as this.
+    /// Null, or memory for tables that outlives this.
     pub(super) unsafe fn new(pointer: *mut Tables) -> Result<Self, Code> {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { super::tables(pointer) }?.hold()?;
-        // The pointer as it was given: whoever gets it back may load through it.
+        // The original pointer: the caller may load through it once it is returned.
         NonNull::new(pointer).map(Self).ok_or(Code::NullPointer)
     }
 
-    /// A second hold on tables that the servo holds, not to be dropped.
+    /// A second hold on tables that the servo holds; must not be dropped.
     pub(super) fn again(&self) -> core::mem::ManuallyDrop<Self> {
         core::mem::ManuallyDrop::new(Self(self.0))
     }
 
-    /// Where they are.
+    /// Address of the tables.
     pub(super) fn pointer(&self) -> *mut Tables {
         self.0.as_ptr()
     }
@@ -43,8 +43,7 @@ impl Handle for Held {
 
     #[inline(always)]
     fn get(&self) -> &Compensation<'_, Room> {
-        // SAFETY: whoever made this promised that they stay there, and nobody writes to tables that
-        // are held.
+        // SAFETY: the creator guaranteed that they stay there, and held tables are never written.
         unsafe { self.0.as_ref() }.held()
     }
 }

@@ -17,9 +17,9 @@ unsafe fn model<'a>(pointer: *mut Model) -> Result<&'a mut Model, Code> {
     Ok(unsafe { &mut *pointer })
 }
 
-/// Makes a model, empty, in `memory` of `size` bytes, and writes where it is to `made`. A model plays a real
-/// machine: it says where the tool is with known errors. The memory stays where it is; nothing needs to be
-/// given back. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
+/// Makes an empty model in `memory` of `size` bytes, and writes its address to `made`. A model simulates a real
+/// machine: it computes the position of the tool with known errors. The memory must stay where it is; nothing needs to
+/// be freed. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
 ///
 /// # Safety
 /// `memory` has `size` bytes.
@@ -34,20 +34,20 @@ pub unsafe extern "C" fn trueaxis_model_new(
         crate::capacities::check(header)?;
         check_memory::<Model>(memory, size)?;
         let place = memory.cast::<Model>();
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(made, place) }?;
-        // SAFETY: aligned, of sufficient size, and nobody else's.
+        // SAFETY: aligned, of sufficient size, and used by nothing else.
         unsafe { place.write(Model::empty()) };
         Ok(())
     })
 }
 
-/// Loads the bytes of a file that `trueaxis linuxcnc model` has written, at a multiple of 8 bytes. Measured
-/// values are read where they are: the bytes stay there and as they are until another file is loaded. If it
-/// is refused nothing is loaded. Not for a real-time thread.
+/// Loads the contents of a file written by `trueaxis linuxcnc model`, aligned to 8 bytes. Measured values are read in
+/// place: the bytes must stay there unchanged until another file is loaded. If the file is refused, nothing is loaded.
+/// Not for a real-time thread.
 ///
 /// # Safety
-/// `file` has `length` bytes, which stay.
+/// `file` has `length` bytes, which stay in place.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_model_load(
     model: *mut Model,
@@ -55,15 +55,15 @@ pub unsafe extern "C" fn trueaxis_model_load(
     length: usize,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let model = unsafe { self::model(model) }?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         model.load(unsafe { super::tables::blob(file, length) }?)
     })
 }
 
-/// Writes the letters of the axes in order, `YXZ`: at most `size` bytes with the zero at the end. Returns how
-/// many there are; 0 if nothing is loaded.
+/// Writes the letters of the axes in order, `YXZ`: at most `size` bytes including the terminating zero. Returns the
+/// number of letters; 0 if nothing is loaded.
 ///
 /// # Safety
 /// `text` has room for `size` bytes.
@@ -74,22 +74,22 @@ pub unsafe extern "C" fn trueaxis_model_axes(
     size: usize,
 ) -> usize {
     guarded_length(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let of = unsafe { self::model(model) };
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_text_of(text, size, of, |model, text| model.axes(text)) }
     })
 }
 
-/// Where the tool is, seen from the workpiece: as it is, with all errors at `positions`, and as it should be,
-/// without errors at `commands`; both of `count` axes in the order of the model, in mm and degrees. The
-/// directions of travel, for backlash, are those of the commands from call to call. `tool_length` is in mm
-/// along the tool axis from the spindle frame; NAN for the machine's own tool. `celsius` has `sensors`
-/// temperatures in the order of the error file; those that are missing are at their reference. Meant to be
-/// called in a real-time thread: no heap, no lock, no system call.
+/// The position of the tool relative to the workpiece: the actual one, with all errors at `positions`, and the nominal
+/// one, without errors at `commands`. Both arrays have `count` axes in the order of the model, in mm and degrees. The
+/// directions of travel, for backlash, follow the commands from call to call. `tool_length` is in mm along the tool
+/// axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order
+/// of the error file; missing ones are taken at their reference. Suitable for a real-time thread: no heap, no lock, no
+/// system call.
 ///
 /// # Safety
-/// The arrays have so many values, `pose` has room.
+/// The arrays have this many values, `pose` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_model_pose(
     model: *mut Model,
@@ -102,21 +102,21 @@ pub unsafe extern "C" fn trueaxis_model_pose(
     pose: *mut ModelPose,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let model = unsafe { self::model(model) }?;
         if model.count()? != count || sensors > trueaxis_kinematics::MAX_SENSORS {
             return Err(Code::Count);
         }
-        // SAFETY: as the caller promises, and as many as there are axes.
+        // SAFETY: guaranteed by the caller, and as many as there are axes.
         let (commands, positions) =
             unsafe { (values(commands, count)?, values(positions, count)?) };
         let celsius = match sensors {
             0 => &[],
-            // SAFETY: as the caller promises.
+            // SAFETY: guaranteed by the caller.
             _ => unsafe { values(celsius, sensors) }?,
         };
         let found = model.pose(commands, positions, tool_length, celsius)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(pose, found) }
     })
 }

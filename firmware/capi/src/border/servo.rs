@@ -13,17 +13,17 @@ use core::mem::ManuallyDrop;
 use core::ptr::null_mut;
 use trueaxis::{Conditions, Handle};
 
-/// Bytes that a servo takes on this system: at most `TRUEAXIS_SERVO_SIZE`.
+/// Size of a servo on this system in bytes: at most `TRUEAXIS_SERVO_SIZE`.
 #[unsafe(no_mangle)]
 pub extern "C" fn trueaxis_servo_size() -> usize {
     size_of::<Servo>()
 }
 
-/// Makes a servo with these tables, disabled, in `memory` of `size` bytes, and writes where it is to `made`.
-/// It holds the tables from now on, until they have retired or it is released.
+/// Makes a disabled servo with these tables in `memory` of `size` bytes, and writes its address to `made`. It holds the
+/// tables until they are retired or the servo is released.
 ///
 /// # Safety
-/// `memory` has `size` bytes, and no servo that has not been released is there.
+/// `memory` has `size` bytes, and contains no servo that has not been released.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_new(
     memory: *mut c_void,
@@ -34,50 +34,50 @@ pub unsafe extern "C" fn trueaxis_servo_new(
     guarded(|| {
         check_memory::<Servo>(memory, size)?;
         super::check(made)?;
-        // SAFETY: as the caller promises; tables stay where they are while a servo holds them.
+        // SAFETY: guaranteed by the caller; tables stay where they are while a servo holds them.
         let held = unsafe { Held::new(tables) }?;
         let place = memory.cast::<Servo>();
-        // SAFETY: aligned, of sufficient size, and nobody else's.
+        // SAFETY: aligned, of sufficient size, and used by nothing else.
         let (around, inner) = unsafe { (&raw mut (*place).around, &raw mut (*place).servo) };
         let new = Servo::around(held.get());
-        // SAFETY: the same.
+        // SAFETY: as above.
         trueaxis::Servo::new_in(unsafe { &mut *inner.cast() }, held);
-        // SAFETY: the same.
+        // SAFETY: as above.
         unsafe { around.write(new) };
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(made, place) }
     })
 }
 
-/// Ends a servo: it holds no tables any more, and its memory is the caller's again. The corrections are gone
-/// at once; disable it before and go on until the factor is 0 where that matters. Calls with this pointer are
-/// refused (`TRUEAXIS_RESULT_RELEASED`) as long as nothing else is written to the memory.
+/// Ends a servo: it no longer holds tables, and its memory belongs to the caller again. The corrections disappear at
+/// once; if that matters, disable it first and keep updating until the factor is 0. Further calls with this pointer are
+/// refused (`TRUEAXIS_RESULT_RELEASED`) as long as the memory is not overwritten.
 ///
 /// # Safety
 /// No other thread uses it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_release(servo: *mut Servo) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { super::servo(servo) }?;
         servo.around.released = true;
-        // SAFETY: it was made, and as it is released nobody gets at it again. Around it nothing is to be
-        // dropped, so that the flag stays.
+        // SAFETY: it was made, and once released it cannot be reached again. The parts around it need no drop, so the
+        // flag remains.
         unsafe { core::ptr::drop_in_place(&raw mut servo.servo) };
         Ok(())
     })
 }
 
-/// One period, in the real-time thread. `commands`: the *uncorrected* commands in machine coordinates, mm
-/// and degrees, one for each of the `axes` axes, which must be as many as the tables have; axes without end
-/// may have any number of turns. `referenced`: bit 0 for the first axis, cleared while it is not referenced
-/// or is homing. `period`: of this call, s. To `corrections` it writes what is to be *added* to the commands;
-/// that may be the array of the commands. After any other result than `TRUEAXIS_RESULT_OK` those are not written.
+/// One period, in the real-time thread. `commands`: the *uncorrected* commands in machine coordinates, mm and degrees,
+/// one for each of the `axes` axes, whose number must be that of the tables; endless axes may have any number of turns.
+/// `referenced`: bit 0 for the first axis, cleared while it is not referenced or is homing. `period`: of this call, s.
+/// The values to be *added* to the commands are written to `corrections`, which may be the same array as `commands`.
+/// They are written only if the result is `TRUEAXIS_RESULT_OK`.
 ///
-/// Faults of the inputs are no such result: see `trueaxis_servo_status`.
+/// Faults of the inputs do not change the result: see `trueaxis_servo_status`.
 ///
 /// # Safety
-/// The arrays have so many values; no other thread uses the servo.
+/// The arrays have this many values; no other thread uses the servo.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_update(
     servo: *mut Servo,
@@ -88,25 +88,24 @@ pub unsafe extern "C" fn trueaxis_servo_update(
     corrections: *mut f64,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { super::servo(servo) }?;
         servo.check(axes)?;
         super::check(corrections)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         servo.take_commands(unsafe { values(commands, axes) }?);
         let dq = servo.advance(referenced, period as f32);
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_values(corrections, axes, dq) }
     })
 }
 
-/// As `trueaxis_servo_update`, in single precision throughout, for processors that compute doubles in
-/// software. The positions of axes without end are within a turn, or some few beyond: a float of many turns is
-/// coarse, and beyond 2¹³ of them it is a bad input. The corrections are those of `trueaxis_servo_update` for
-/// the same positions, to the last bit.
+/// Like `trueaxis_servo_update`, in single precision throughout, for processors without double-precision hardware. Keep
+/// the positions of endless axes within one turn or a few: a float with many turns is coarse, and more than 2¹³ turns
+/// are a bad input. The corrections equal those of `trueaxis_servo_update` for the same positions in every bit.
 ///
 /// # Safety
-/// The arrays have so many values; no other thread uses the servo.
+/// The arrays have this many values; no other thread uses the servo.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_update_f32(
     servo: *mut Servo,
@@ -117,48 +116,48 @@ pub unsafe extern "C" fn trueaxis_servo_update_f32(
     corrections: *mut f32,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { super::servo(servo) }?;
         servo.check(axes)?;
         super::check(corrections)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { take_values(servo.commands(), axes, commands) }?;
         let dq = servo.advance(referenced, period);
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_values(corrections, axes, dq) }
     })
 }
 
-/// Lets the corrections in (`on` not 0) or takes them out, all by one common factor, over some time. In
-/// every period if one likes: what changes nothing costs nothing.
+/// Ramps the corrections in (`on` not 0) or out, all by one common factor. May be called in every period: a call that
+/// changes nothing costs nothing.
 ///
 /// # Safety
 /// No other thread uses it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_enable(servo: *mut Servo, on: i32) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { super::servo(servo) }?.enable(on != 0);
         Ok(())
     })
 }
 
-/// Begins (`on` not 0) or ends a dry run: everything is computed and reported, the corrections go to zero.
+/// Begins (`on` not 0) or ends a dry run: everything is computed and reported, while the corrections go to zero.
 ///
 /// # Safety
 /// No other thread uses it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_dry_run(servo: *mut Servo, on: i32) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { super::servo(servo) }?.dry_run(on != 0);
         Ok(())
     })
 }
 
-/// Sets an auxiliary input by its number: a tool length in mm, a temperature in °C (its reference is
-/// subtracted here). It holds from the next update on, and is faded in. What was never set, or is not a
-/// number because its sensor is lost, is a fault if a correction depends on it, never 0.
+/// Sets an auxiliary input by its index: a tool length in mm, or a temperature in °C (its reference is subtracted
+/// here). Takes effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
+/// has failed, is a fault if a correction depends on it; it never counts as 0.
 ///
 /// # Safety
 /// No other thread uses it.
@@ -168,7 +167,7 @@ pub unsafe extern "C" fn trueaxis_servo_set_auxiliary(
     index: usize,
     value: f64,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { super::servo(servo) }?.set_auxiliary(index, value))
 }
 
@@ -178,11 +177,11 @@ pub unsafe extern "C" fn trueaxis_servo_set_auxiliary(
 /// No other thread uses it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_set_tool_length(servo: *mut Servo, length: f64) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { super::servo(servo) }?.set_tool_length(length))
 }
 
-/// Sets the weight of an adjustable term of the tables last accepted; it is faded in.
+/// Sets the weight of an adjustable term of the tables accepted last; the change is faded in.
 ///
 /// # Safety
 /// No other thread uses it.
@@ -192,26 +191,26 @@ pub unsafe extern "C" fn trueaxis_servo_set_weight(
     term: usize,
     weight: f64,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { super::servo(servo) }?.set_weight(term, weight))
 }
 
-/// The weight asked for of an adjustable term of the tables last accepted.
+/// The requested weight of an adjustable term of the tables accepted last.
 ///
 /// # Safety
-/// No other thread uses it; `weight` has room.
+/// No other thread uses it; `weight` has room for one value.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_weight(
     servo: *const Servo,
     term: usize,
     weight: *mut f64,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(weight, servo_to_read(servo)?.weight(term)?) })
 }
 
-/// Says in which direction an axis last moved (1 positive, −1 negative, 0 not known), where the controller
-/// knows: after homing, which ends with a move in a known direction.
+/// Sets the direction in which an axis last moved (1 positive, −1 negative, 0 unknown), if the controller knows it:
+/// homing, for example, ends with a move in a known direction.
 ///
 /// # Safety
 /// No other thread uses it.
@@ -221,19 +220,19 @@ pub unsafe extern "C" fn trueaxis_servo_set_travel(
     axis: usize,
     direction: i32,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { super::servo(servo) }?.set_travel(axis, direction))
 }
 
-/// Fades over to other tables of the same axes and auxiliary inputs, with their stored weights, as soon as
-/// nothing else moves. The servo holds both until that is done; then `trueaxis_servo_take_retired` gives
-/// those before back. To those in use: only their stored weights are faded in.
+/// Fades over to other tables with the same axes and auxiliary inputs, with their stored weights, as soon as nothing
+/// else is changing. The servo holds both until that is complete; then `trueaxis_servo_take_retired` returns the
+/// previous ones. If `to` is already in use, only its stored weights are faded in.
 ///
-/// Tables that had retired before and were not taken back come back here in `retired` (null: none), whatever
-/// the result; `retired` itself may be null. If it is not aligned nothing happens at all.
+/// Tables that were retired earlier and not taken back are returned in `retired` (null: none), whatever the result;
+/// `retired` itself may be null. If it is misaligned, nothing happens at all.
 ///
 /// # Safety
-/// No other thread uses the servo; `retired` has room if it is not null.
+/// No other thread uses the servo; `retired` has room for a pointer if it is not null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_swap(
     servo: *mut Servo,
@@ -242,13 +241,13 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
 ) -> Code {
     let mut back = null_mut();
     let code = guarded(|| {
-        // Before anything is taken back: what cannot be given to the caller would be lost to it.
+        // Before anything is taken back, because tables that cannot be returned would be lost to the caller.
         if !retired.is_null() {
             super::check(retired)?;
         }
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { super::servo(servo) }?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { tables(to) }?;
         back = retire(servo);
         let current = servo.current();
@@ -270,7 +269,7 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
         if core::ptr::eq(back, to) {
             back = null_mut();
         }
-        // What is refused is let go of; what had retired was taken back above.
+        // Refused tables are released; retired ones were taken back above.
         servo.swap(held).map(drop).map_err(|(code, _)| code)
     });
     if super::check(retired).is_ok() {
@@ -280,38 +279,38 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
     code
 }
 
-/// Takes back tables that have retired; null if there are none.
+/// Takes back retired tables; null if there are none.
 fn retire(servo: &mut Servo) -> *mut Tables {
     let held = servo.take_retired();
     held.map_or(null_mut(), |held| held.pointer())
 }
 
-/// Gives the tables back that were in use before the last change, once that is finished: others can be loaded
-/// into them. Given once; null if there are none.
+/// Returns the tables that were in use before the last change, once that is complete, so that others can be loaded into
+/// them. Returned once; null if there are none.
 ///
 /// # Safety
-/// No other thread uses it; `retired` has room.
+/// No other thread uses it; `retired` has room for a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_take_retired(
     servo: *mut Servo,
     retired: *mut *mut Tables,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { super::servo(servo) }?;
         super::check(retired)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(retired, retire(servo)) }
     })
 }
 
-/// Measurement mode: from positions where the axes stand (a touch probe, the scales) to the commands that
-/// lead there, the correction taken out as far as it is in. Directions of travel, weights and auxiliary
-/// inputs are those of the last update. `TRUEAXIS_RESULT_MOVING` while something is ramped or faded: then subtract
-/// the correction of the period in question. Four evaluations. The arrays may be the same.
+/// Measurement mode: converts measured axis positions (a touch probe, the scales) to the commands that lead there,
+/// removing the correction to the extent that it is in. Uses the directions of travel, weights and auxiliary inputs of
+/// the last update. Returns `TRUEAXIS_RESULT_MOVING` during a ramp or fade: subtract the correction of the period in
+/// question instead. Takes four evaluations. The arrays may be the same.
 ///
 /// # Safety
-/// The arrays have so many values; no other thread uses the servo.
+/// The arrays have this many values; no other thread uses the servo.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_measured(
     servo: *const Servo,
@@ -320,11 +319,11 @@ pub unsafe extern "C" fn trueaxis_servo_measured(
     commands: *mut f64,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         super::check(commands)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let from = unsafe { values(measured, axes) }?;
         let dq = servo.measured(from)?;
         let mut found = [0.0; crate::capacities::TRUEAXIS_AXES];
@@ -332,31 +331,31 @@ pub unsafe extern "C" fn trueaxis_servo_measured(
             *to = from - f64::from(dq);
         }
         for (index, value) in found.into_iter().enumerate().take(axes) {
-            // SAFETY: the caller has room for so many values.
+            // SAFETY: the caller has room for this many values.
             unsafe { commands.add(index).write(value) };
         }
         Ok(())
     })
 }
 
-/// What held in the last period.
+/// Status of the last period.
 ///
 /// # Safety
-/// No other thread uses it; `status` has room.
+/// No other thread uses it; `status` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_status(
     servo: *const Servo,
     status: *mut StatusFacts,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(status, servo_to_read(servo)?.status()) })
 }
 
-/// The corrections of the last period as computed, within the value bounds, before the common factor,
-/// travel and rate bounds: what a dry run would give.
+/// The computed corrections of the last period, within the value bounds, before the common factor, travel and rate
+/// bounds: what a dry run would apply.
 ///
 /// # Safety
-/// No other thread uses it; `computed` has room for so many values.
+/// No other thread uses it; `computed` has room for this many values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_computed(
     servo: *const Servo,
@@ -364,19 +363,19 @@ pub unsafe extern "C" fn trueaxis_servo_computed(
     axes: usize,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_values(computed, axes, &servo.computed()) }
     })
 }
 
-/// How fast the corrections changed in the last period, mm/s and degrees/s: to be added to the velocity
-/// where drives take one as feed-forward.
+/// Rate of change of the corrections in the last period, mm/s and degrees/s. Add it to the velocity for drives that
+/// take velocity feed-forward.
 ///
 /// # Safety
-/// No other thread uses it; `velocity` has room for so many values.
+/// No other thread uses it; `velocity` has room for this many values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_velocity(
     servo: *const Servo,
@@ -384,10 +383,10 @@ pub unsafe extern "C" fn trueaxis_servo_velocity(
     axes: usize,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_values(velocity, axes, &servo.velocity()) }
     })
 }
@@ -402,7 +401,7 @@ pub unsafe extern "C" fn trueaxis_conditions_text(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded_length(|| unsafe {
         give_text(text, size, |text| {
             for (place, name) in Conditions(conditions).names().enumerate() {

@@ -9,24 +9,24 @@ use crate::tables::About;
 use core::ffi::{c_char, c_void};
 use trueaxis::Compensation;
 
-/// A result in words: English, UTF-8, never null, for ever.
+/// A result in words: English, UTF-8, never null, valid for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn trueaxis_result_text(result: i32) -> *const c_char {
     Code::text(result).as_ptr()
 }
 
-/// Bytes that tables take on this system: at most `TRUEAXIS_TABLES_SIZE`.
+/// Size of tables on this system in bytes: at most `TRUEAXIS_TABLES_SIZE`.
 #[unsafe(no_mangle)]
 pub extern "C" fn trueaxis_tables_size() -> usize {
     size_of::<Tables>()
 }
 
-/// Makes tables, empty, in `memory` of `size` bytes, and writes where they are to `made`. The memory is
-/// theirs until the program has no more use for them, and stays where it is; nothing needs to be given back.
-/// What was in it does not matter.
+/// Makes empty tables in `memory` of `size` bytes, and writes their address to `made`. The memory belongs to them for
+/// as long as the program uses them, and must stay where it is; nothing needs to be freed. Its previous contents do not
+/// matter.
 ///
-/// `header` is `TRUEAXIS_HEADER`: a program that was compiled with the header of another version, or for
-/// other capacities than the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
+/// `header` is `TRUEAXIS_HEADER`: a program compiled with the header of another version, or for other capacities than
+/// the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
 ///
 /// # Safety
 /// `memory` has `size` bytes, and no servo holds tables there.
@@ -41,23 +41,23 @@ pub unsafe extern "C" fn trueaxis_tables_new(
         crate::capacities::check(header)?;
         check_memory::<Tables>(memory, size)?;
         let place = memory.cast::<Tables>();
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(made, place) }?;
-        // SAFETY: aligned, of sufficient size, and nobody else's.
+        // SAFETY: aligned, of sufficient size, and used by nothing else.
         let (about, inner) = unsafe { (&raw mut (*place).about, &raw mut (*place).compensation) };
-        // One after the other: nothing in an empty compensation differs from 0, so that it takes no flash.
-        // SAFETY: the same.
+        // Written separately: an empty compensation is all zeros, so it takes no flash.
+        // SAFETY: as above.
         unsafe { inner.write(Compensation::empty()) };
-        // SAFETY: the same.
+        // SAFETY: as above.
         unsafe { about.write(About::empty()) };
         Ok(())
     })
 }
 
-/// Where samples are read in place.
+/// A blob whose samples are read in place.
 ///
 /// # Safety
-/// Null, or so many bytes that stay as they are.
+/// Null, or `length` bytes that stay unchanged.
 pub(super) unsafe fn blob(blob: *const c_void, length: usize) -> Result<&'static [u8], Code> {
     if blob.is_null() {
         return Err(Code::NullPointer);
@@ -65,56 +65,56 @@ pub(super) unsafe fn blob(blob: *const c_void, length: usize) -> Result<&'static
     if isize::try_from(length).is_err() {
         return Err(Code::Memory);
     }
-    // SAFETY: the caller has so many bytes, which stay there and as they are until it loads again.
+    // SAFETY: the caller has this many bytes, which stay there unchanged until the next load.
     Ok(unsafe { core::slice::from_raw_parts(blob.cast(), length) })
 }
 
-/// Loads what was read and checked where it is.
+/// Loads a blob that was converted by [`blob`].
 ///
 /// # Safety
 /// Null, or memory for tables.
 unsafe fn load(to: *mut Tables, blob: &'static [u8], slot: bool) -> Result<(), Code> {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { tables(to) }?.claim()?;
-    // SAFETY: these are tables, and claimed: nobody else reads or writes more than their mark.
+    // SAFETY: these are claimed tables: nothing else reads or writes more than their mark.
     unsafe { &mut *to }.load(blob, slot)
 }
 
-/// Loads a blob: the bytes of a file `.trax`, at a multiple of 4 bytes. Its samples are read where they are:
-/// it stays there and as it is until other tables are loaded here. Everything is checked before a servo can
-/// take it. Takes as long as the blob has bytes: not for a real-time thread.
+/// Loads a blob: the contents of a `.trax` file, aligned to 4 bytes. Its samples are read in place, so it must stay
+/// there unchanged until other tables are loaded here. Everything is checked before a servo can use it. The time is
+/// proportional to the length of the blob: not for a real-time thread.
 ///
-/// If it is refused nothing is loaded, and `trueaxis_tables_reason` says why.
+/// If the blob is refused nothing is loaded, and `trueaxis_tables_reason` gives the reason.
 ///
 /// # Safety
-/// `blob` has `length` bytes, which stay.
+/// `blob` has `length` bytes, which stay in place.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_load(
     tables: *mut Tables,
     blob: *const c_void,
     length: usize,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { load(tables, self::blob(blob, length)?, false) })
 }
 
-/// As `trueaxis_tables_load`, from a place of `size` bytes in flash: bytes after the blob are ignored.
+/// Like `trueaxis_tables_load`, from a region of `size` bytes in flash: bytes after the blob are ignored.
 ///
 /// # Safety
-/// `slot` has `size` bytes, which stay.
+/// `slot` has `size` bytes, which stay in place.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_load_slot(
     tables: *mut Tables,
     slot: *const c_void,
     size: usize,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { load(tables, blob(slot, size)?, true) })
 }
 
-/// As `trueaxis_tables_load`, of a copy: the blob may be anywhere and is not needed any more afterwards. The
-/// copy goes to `copy`, which has `size` bytes, at least as many as the blob, at a multiple of 4; it stays
-/// there and as it is until other tables are loaded here.
+/// Like `trueaxis_tables_load`, using a copy: the blob may have any alignment and is not needed afterwards. The copy
+/// goes to `copy`, which has `size` bytes, at least as many as the blob, aligned to 4; it must stay there unchanged
+/// until other tables are loaded here.
 ///
 /// # Safety
 /// `blob` has `length` bytes and `copy` has `size`.
@@ -133,18 +133,18 @@ pub unsafe extern "C" fn trueaxis_tables_load_copy(
         if length > size {
             return Err(Code::Memory);
         }
-        // SAFETY: as the caller promises. Claimed first: `copy` may be what is loaded there now.
+        // SAFETY: guaranteed by the caller. Claimed first, because `copy` may be what is loaded there now.
         unsafe { super::tables(tables) }?.claim()?;
-        // SAFETY: both have so many bytes; they may overlap.
+        // SAFETY: both have this many bytes; they may overlap.
         unsafe { core::ptr::copy(blob.cast::<u8>(), copy.cast::<u8>(), length) };
-        // SAFETY: these are tables, and claimed; `copy` stays.
+        // SAFETY: these are claimed tables; `copy` stays in place.
         unsafe { (*tables).load(core::slice::from_raw_parts(copy.cast(), length), false) }
     })
 }
 
-/// Writes why the last blob was refused, with what it has and what would be right: at most `size` bytes
-/// with the zero at the end. Returns the length of the whole text without the zero; 0 if nothing was
-/// refused. `text` may be null if `size` is 0.
+/// Writes the reason why the last blob was refused, with the value found and the value required: at most `size` bytes
+/// including the terminating zero. Returns the length of the whole text without the zero; 0 if nothing was refused.
+/// `text` may be null if `size` is 0.
 ///
 /// # Safety
 /// `text` has room for `size` bytes.
@@ -155,14 +155,14 @@ pub unsafe extern "C" fn trueaxis_tables_reason(
     size: usize,
 ) -> usize {
     guarded_length(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let of = unsafe { super::tables(tables) };
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_text_of(text, size, of, Tables::reason) }
     })
 }
 
-/// Writes the name of the machine, as `trueaxis_tables_reason` does.
+/// Writes the name of the machine, like `trueaxis_tables_reason`.
 ///
 /// # Safety
 /// `text` has room for `size` bytes.
@@ -173,69 +173,69 @@ pub unsafe extern "C" fn trueaxis_tables_machine(
     size: usize,
 ) -> usize {
     guarded_length(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let of = unsafe { super::tables(tables) }.and_then(Tables::loaded);
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give_text_of(text, size, of, |c, text| text.push(c.machine())) }
     })
 }
 
-/// What was loaded.
+/// Information about the loaded tables.
 ///
 /// # Safety
-/// `facts` has room for it.
+/// `facts` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_facts(tables: *const Tables, facts: *mut Facts) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(facts, super::tables(tables)?.facts()?) })
 }
 
 /// Axis `index`, from 0. Positions and corrections are in the order of the axes.
 ///
 /// # Safety
-/// `axis` has room for it.
+/// `axis` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_axis(
     tables: *const Tables,
     index: usize,
     axis: *mut AxisFacts,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(axis, super::tables(tables)?.axis(index)?) })
 }
 
-/// The number of the axis with this letter.
+/// The index of the axis with this letter.
 ///
 /// # Safety
-/// `index` has room for it.
+/// `index` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_find_axis(
     tables: *const Tables,
     name: c_char,
     index: *mut usize,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(index, super::tables(tables)?.find_axis(name as u8)?) })
 }
 
 /// Auxiliary input `index`, from 0.
 ///
 /// # Safety
-/// `auxiliary` has room for it.
+/// `auxiliary` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_auxiliary(
     tables: *const Tables,
     index: usize,
     auxiliary: *mut AuxiliaryFacts,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(auxiliary, super::tables(tables)?.auxiliary(index)?) })
 }
 
-/// The number of the auxiliary input with this name.
+/// The index of the auxiliary input with this name.
 ///
 /// # Safety
-/// `name` ends with a zero; `index` has room.
+/// `name` is terminated by a zero; `index` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_find_auxiliary(
     tables: *const Tables,
@@ -243,28 +243,28 @@ pub unsafe extern "C" fn trueaxis_tables_find_auxiliary(
     index: *mut usize,
 ) -> Code {
     guarded(|| {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let found = unsafe { super::tables(tables)?.find_auxiliary(bytes(name)?) }?;
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { give(index, found) }
     })
 }
 
-/// The term with an adjustable weight that is number `index` of them, from 0.
+/// The adjustable term number `index` among the adjustable terms, from 0.
 ///
 /// # Safety
-/// `adjustable` has room for it.
+/// `adjustable` has room for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_adjustable(
     tables: *const Tables,
     index: usize,
     adjustable: *mut Adjustable,
 ) -> Code {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     guarded(|| unsafe { give(adjustable, super::tables(tables)?.adjustable(index)?) })
 }
 
-/// What memory for tables and servos is aligned to: `TRUEAXIS_ALIGNMENT`.
+/// Required alignment of the memory for tables and servos in bytes: `TRUEAXIS_ALIGNMENT`.
 #[unsafe(no_mangle)]
 pub extern "C" fn trueaxis_alignment() -> usize {
     TRUEAXIS_ALIGNMENT
