@@ -2,7 +2,7 @@
 
 use crate::{Curve, SensorError};
 
-/// Which end of the divider the sensor is.
+/// Position of the sensor in the divider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
@@ -14,14 +14,14 @@ pub enum Side {
 
 /// A sensor and a resistor in series across the reference of the converter.
 ///
-/// What counts is the voltage between them as a part of the reference, so that the reference itself and its
-/// drift cancel; it has to be the one that feeds the divider.
+/// Only the ratio of the voltage between them to the reference matters, so the reference and its drift cancel. The
+/// divider must be fed from that same reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Divider {
-    /// Ω of the resistor.
+    /// Resistance of the resistor, Ω.
     pub resistor: f32,
-    /// Where the sensor is.
+    /// Position of the sensor.
     pub sensor: Side,
 }
 
@@ -29,8 +29,8 @@ impl Divider {
     /// The resistance of the sensor, Ω, from a ratio 0 … 1 of the reference; above 0 and finite.
     ///
     /// # Errors
-    /// [`SensorError::Short`] and [`SensorError::Open`] at the ends, [`SensorError::Implausible`] outside, and
-    /// if the resistor cannot be.
+    /// [`SensorError::Short`] and [`SensorError::Open`] at the ends, [`SensorError::Implausible`] outside, and if the
+    /// value of the resistor is not possible.
     pub fn ohms(&self, ratio: f32) -> Result<f32, SensorError> {
         if !(0.0..=1.0).contains(&ratio) {
             return Err(SensorError::Implausible);
@@ -54,10 +54,10 @@ impl Divider {
     }
 }
 
-/// A sensor in a [`Divider`], an NTC or platinum, whose voltage `R` reads.
+/// A sensor in a [`Divider`], an NTC or platinum, whose voltage is read by `R`.
 ///
-/// `R` gives the converter's count over its full scale, 0 … 1; `None` if it has none since the last time, and
-/// [`SensorError::Converter`] if it fails. `embedded-hal` has no trait for that.
+/// `R` returns the converter's count divided by its full scale, 0 … 1; `None` if there is no new value, and
+/// [`SensorError::Converter`] on failure. `embedded-hal` has no trait for this.
 ///
 /// ```
 /// use trueaxis_sensors::{Divider, Ntc, Resistive, Side};
@@ -78,7 +78,7 @@ pub struct Resistive<R, C> {
 }
 
 impl<R: FnMut() -> Result<Option<f32>, SensorError>, C: Curve> Resistive<R, C> {
-    /// A sensor of this curve.
+    /// A sensor with this characteristic.
     pub const fn new(ratio: R, divider: Divider, curve: C) -> Self {
         Self {
             ratio,
@@ -90,7 +90,7 @@ impl<R: FnMut() -> Result<Option<f32>, SensorError>, C: Curve> Resistive<R, C> {
     /// The temperature, °C; `None` if the converter has no new value.
     ///
     /// # Errors
-    /// That of the converter, or what is wrong with the sensor.
+    /// Errors of the converter, or a fault of the sensor.
     pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let Some(ratio) = (self.ratio)()? else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! Why a sensor gave no temperature.
+//! Why a sensor returned no temperature.
 
 use core::fmt;
 
@@ -6,7 +6,7 @@ use embedded_hal::{i2c, spi};
 
 use crate::Faults;
 
-/// Why a sensor gave no temperature.
+/// Why a sensor returned no temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorError {
@@ -16,9 +16,9 @@ pub enum SensorError {
     Spi(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] spi::ErrorKind),
     /// The analog-to-digital converter failed.
     Converter,
-    /// Another device answers, or a line of the bus is stuck.
+    /// Another device responds, or a bus line is stuck.
     Identity {
-        /// The identity that was read.
+        /// The identity read.
         found: u16,
     },
     /// The sensor or a wire is open: the resistance is too high.

@@ -1,14 +1,14 @@
 //! Drivers for temperature sensors over `embedded-hal` 1.0.
 //!
-//! Each driver has a method `celsius`, which never waits for a conversion: it returns the reading that is
-//! there, or `None`, and starts the next one. Call it about once per second from the main loop.
+//! Each driver has a method `celsius`, which never waits for a conversion: it returns the available reading, or `None`,
+//! and starts the next one. Call it about once per second from the main loop.
 //!
 //! | | |
 //! |---|---|
 //! | [`Tmp117`] | digital sensor on I²C |
 //! | [`Max31865`] | converter on SPI for a [`Platinum`] sensor |
 //! | [`Resistive`] | [`Ntc`] or [`Platinum`] in a voltage [`Divider`], read by any converter |
-//! | [`SoftI2c`] | I²C on two pins, where a driver of the hardware could wait for ever |
+//! | [`SoftI2c`] | I²C on two pins, for chips whose hardware driver could block for ever |
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -38,12 +38,12 @@ pub trait Curve {
     /// The temperature, °C, at a resistance in Ω.
     ///
     /// # Errors
-    /// [`SensorError::Open`] or [`SensorError::Short`] beyond the resistances of the sensor's temperature
-    /// range; [`SensorError::Implausible`] if the resistance is negative or not a number.
+    /// [`SensorError::Open`] or [`SensorError::Short`] beyond the resistances of the sensor's temperature range;
+    /// [`SensorError::Implausible`] if the resistance is negative or NaN.
     fn celsius(&self, ohms: f32) -> Result<f32, SensorError>;
 }
 
-/// The code in the manual is compiled.
+/// Compiles the code in the manual.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/src/temperatures.md")]
 struct Manual;

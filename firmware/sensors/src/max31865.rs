@@ -1,6 +1,6 @@
 //! Maxim MAX31865: platinum sensors over SPI, 15 bits of a reference resistor.
 //!
-//! Registers and faults are those of its data sheet (19-6478, revision 3).
+//! Registers and faults are taken from its data sheet (19-6478, revision 3).
 
 use core::fmt;
 
@@ -8,33 +8,32 @@ use embedded_hal::spi::{Error, Operation, SpiDevice};
 
 use crate::{Curve, Platinum, SensorError};
 
-/// Registers that it has, from 0: configuration, result, high and low threshold (two each), faults.
+/// Its registers, from 0: configuration, result, high and low threshold (two each), faults.
 const REGISTERS: usize = 8;
 const CONFIGURATION: usize = 0;
 const RESULT: usize = 1;
 const THRESHOLDS: usize = 3;
 const FAULTS: usize = 7;
-/// Added to the number of a register that is written.
+/// Added to a register number for writing.
 const WRITE: u8 = 0x80;
 
-/// The sensor is fed. Always: there is no time to wait for it to settle.
+/// Supplies the sensor. Always on, because there is no time to wait for it to settle.
 const BIAS: u8 = 0x80;
 const AUTOMATIC: u8 = 0x40;
 const ONE_SHOT: u8 = 0x20;
 const THREE_WIRES: u8 = 0x10;
-/// A check of the wires with its own timing; 0 again when it has ended.
+/// A check of the wires with automatic timing; 0 again when it is complete.
 const CHECK: u8 = 0x04;
 const CHECKING: u8 = 0x0C;
 const CLEAR: u8 = 0x02;
 const NOTCH_50: u8 = 0x01;
-/// What of the configuration stays as it was written.
+/// Configuration bits that stay as written.
 const STAYS: u8 = BIAS | AUTOMATIC | THREE_WIRES | NOTCH_50;
 
-/// A sensor as large as the reference resistor, in units of the result.
+/// Result for a sensor resistance equal to the reference resistor.
 const FULL_SCALE: f32 = 32768.0;
 
-/// What a MAX31865 finds wrong: bits of its fault register. What each is caused by: tables 10 to 12 of the data
-/// sheet.
+/// Faults detected by a MAX31865: bits of its fault register. For their causes see tables 10 to 12 of the data sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Faults(u8);
@@ -62,25 +61,25 @@ impl Faults {
         (Self::VOLTAGE, "voltage outside the supply"),
     ];
 
-    /// The register; 0 is no fault.
+    /// The register; 0 means no fault.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// Whether one of `others` is among these.
+    /// Whether any of `others` is set.
     #[must_use]
     pub const fn any_of(self, others: Self) -> bool {
         self.0 & others.0 != 0
     }
 
-    /// The sensor or a wire to it is open.
+    /// Whether the sensor or a wire to it is open.
     #[must_use]
     pub const fn is_open(self) -> bool {
         self.any_of(Self(Self::HIGH.0 | Self::REFERENCE_HIGH.0))
     }
 
-    /// The sensor is shorted, or a wire to it to ground.
+    /// Whether the sensor is shorted, or a wire to it is shorted to ground.
     #[must_use]
     pub const fn is_short(self) -> bool {
         self.any_of(Self(
@@ -106,29 +105,29 @@ impl fmt::Display for Faults {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Wires {
-    /// Their resistance is measured with the sensor.
+    /// Two wires, whose resistance is measured with the sensor.
     Two,
-    /// Alike: the converter takes off the resistance of one.
+    /// Three equal wires: the converter subtracts the resistance of one.
     Three,
-    /// Their resistance does not matter.
+    /// Four wires, whose resistance does not matter.
     Four,
 }
 
-/// The frequency of the mains, which the filter takes out with its multiples.
+/// The mains frequency, which the filter rejects together with its harmonics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mains {
-    /// A conversion takes up to 66 ms; in a row 21 ms each.
+    /// A conversion takes up to 66 ms; consecutive ones 21 ms each.
     Hz50,
-    /// A conversion takes up to 55 ms; in a row 17.6 ms each.
+    /// A conversion takes up to 55 ms; consecutive ones 17.6 ms each.
     Hz60,
 }
 
-/// When it converts.
+/// Conversion mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Conversion {
-    /// Always: a reading with every call. All wires are checked at the start and after a fault.
+    /// Continuous: a reading with every call. All wires are checked at the start and after a fault.
     Automatic,
     /// On command: a reading with every second call. All wires are checked before each.
     OneShot,
@@ -136,27 +135,27 @@ pub enum Conversion {
 
 /// A MAX31865 on an SPI bus, mode 1 or 3, at most 5 MHz.
 ///
-/// Nothing waits: a call takes what is there and starts what comes next. Between two calls there have to be
-/// 70 ms; the main loop leaves a second.
+/// Nothing waits: a call reads what is available and starts what comes next. At least 70 ms must pass between two
+/// calls; the main loop leaves a second.
 #[derive(Debug)]
 pub struct Max31865<S> {
     bus: S,
     sensor: Platinum,
-    /// Ω
+    /// Resistance of the reference resistor, Ω.
     reference: f32,
-    /// What the configuration always is.
+    /// Configuration bits that are always set.
     base: u8,
     conversion: Conversion,
     thresholds: [u8; 4],
-    /// What the configuration is now, as far as it stays; 0 before the first call.
+    /// The current persistent configuration bits; 0 before the first call.
     mode: u8,
     converting: bool,
 }
 
 impl<S: SpiDevice> Max31865<S> {
-    /// Nothing is sent yet: the converter may come later.
+    /// Nothing is sent yet, so the converter may be connected later.
     ///
-    /// `reference`: its resistor, Ω; four times that of the sensor at 0 °C.
+    /// `reference`: its resistor, Ω; four times the sensor's resistance at 0 °C.
     pub fn new(
         bus: S,
         sensor: Platinum,
@@ -187,7 +186,7 @@ impl<S: SpiDevice> Max31865<S> {
         }
     }
 
-    /// Gives the bus back.
+    /// Returns the bus.
     pub fn release(self) -> S {
         self.bus
     }
@@ -215,12 +214,12 @@ impl<S: SpiDevice> Max31865<S> {
         self.write(&[WRITE | CONFIGURATION as u8, configuration])
     }
 
-    /// Sets everything, forgets faults and checks the wires.
+    /// Writes all settings, clears faults and checks the wires.
     fn start(&mut self) -> Result<(), SensorError> {
         self.converting = false;
         let [a, b, c, d] = self.thresholds;
         self.write(&[WRITE | THRESHOLDS as u8, a, b, c, d])?;
-        // Not both at once, says the data sheet.
+        // The data sheet forbids doing both at once.
         self.command(CLEAR)?;
         self.command(CHECK)
     }
@@ -233,12 +232,12 @@ impl<S: SpiDevice> Max31865<S> {
     /// The temperature, °C; `None` if there is no new reading. At most four short transfers.
     ///
     /// # Errors
-    /// [`SensorError::Spi`], [`SensorError::Identity`] if no MAX31865 answers, [`SensorError::Wiring`] with its
-    /// faults, or what the resistance says.
+    /// [`SensorError::Spi`], [`SensorError::Identity`] if no MAX31865 responds, [`SensorError::Wiring`] with its
+    /// faults, or errors due to the resistance.
     pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let registers = self.read()?;
         if !self.is_ours(&registers) {
-            // New, or it has lost its supply meanwhile; or it is not there, for then it does not change.
+            // It is new, or has lost power meanwhile; or it is absent, in which case this does not change.
             self.start()?;
             let registers = self.read()?;
             if self.is_ours(&registers) {
@@ -270,7 +269,7 @@ impl<S: SpiDevice> Max31865<S> {
         }
         let result = u16::from_be_bytes([registers[RESULT], registers[RESULT + 1]]) >> 1;
         if result == 0 {
-            // As after power-up: no conversion has ended yet. A short would be a fault.
+            // As after power-up: no conversion is complete. A short would be a fault.
             return Ok(None);
         }
         let ohms = f32::from(result) / FULL_SCALE * self.reference;
@@ -278,9 +277,9 @@ impl<S: SpiDevice> Max31865<S> {
     }
 }
 
-/// A threshold register; at most full scale, which an open sensor reads.
+/// A threshold register; limited to full scale, which an open sensor reads.
 fn threshold(ratio: f32) -> [u8; 2] {
-    // The cast saturates; not a number becomes 0.
+    // The cast saturates; NaN becomes 0.
     let code = (ratio * FULL_SCALE) as u16;
     (code.min(0x7FFF) << 1).to_be_bytes()
 }

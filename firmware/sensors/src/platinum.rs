@@ -1,4 +1,4 @@
-//! Platinum: PT100, PT1000 as in IEC 60751.
+//! Platinum sensors: PT100, PT1000 according to IEC 60751.
 
 use crate::{Curve, SensorError};
 
@@ -8,20 +8,20 @@ const A: f32 = 3.9083e-3;
 const B: f32 = -5.775e-7;
 const C: f32 = -4.183e-12;
 
-/// R/R(0) at −200 and 850 °C, where the standard ends, with 0.1 K to spare.
+/// R/R(0) at −200 and 850 °C, the limits of the standard, plus a margin of 0.1 K.
 const COLDEST: f32 = 0.1848;
 const HOTTEST: f32 = 3.9050;
-/// Newton steps below 0 °C. The equation for above is off by 2.4 K at −200 °C; the first step leaves 0.003 K, the
-/// second what f32 is able to.
+/// Newton steps below 0 °C. The equation for positive temperatures is off by 2.4 K at −200 °C; the first step leaves
+/// 0.003 K, the second is limited by f32.
 const STEPS: usize = 2;
 
 /// A platinum resistor with the coefficients of IEC 60751, −200 … 850 °C.
 ///
-/// f32: the rounding costs less than 0.0003 K.
+/// In f32, rounding costs less than 0.0003 K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Platinum {
-    /// Ω at 0 °C
+    /// Resistance at 0 °C, Ω.
     zero: f32,
 }
 
@@ -31,13 +31,13 @@ impl Platinum {
     /// 1000 Ω at 0 °C.
     pub const PT1000: Self = Self::new(1000.0);
 
-    /// Of so many Ω at 0 °C: another size, or one that was measured.
+    /// With a given resistance at 0 °C, Ω: another size, or a measured one.
     #[must_use]
     pub const fn new(zero: f32) -> Self {
         Self { zero }
     }
 
-    /// Ω between which it can be.
+    /// Smallest and largest possible resistance, Ω.
     pub(crate) fn limits(self) -> [f32; 2] {
         [COLDEST * self.zero, HOTTEST * self.zero]
     }
@@ -56,7 +56,7 @@ impl Curve for Platinum {
             return Err(SensorError::Open);
         }
         let change = ratio - 1.0;
-        // The root of B·t² + A·t = change, written so that nothing cancels.
+        // The root of B·t² + A·t = change, written to avoid cancellation.
         let mut t = 2.0 * change / (A + libm::sqrtf(A * A + 4.0 * B * change));
         if t < 0.0 {
             for _ in 0..STEPS {

@@ -1,16 +1,16 @@
-//! An I²C master on two pins that never waits for ever.
+//! An I²C master on two pins that never blocks for ever.
 //!
-//! Drivers of microcontrollers wait on flags of the hardware, and with a line stuck or without
-//! pull-ups some never return: the link to the host would be gone with the sensor. Here every wait
-//! is bounded, so a stuck line is an error.
+//! Drivers of microcontrollers wait for flags of the hardware. With a stuck line or without pull-ups some never return,
+//! and the link to the host would be lost together with the sensor. Here every wait is bounded, so a stuck line is an
+//! error.
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
-/// Half a clock, ns: 50 kHz with the time that the pins take.
+/// Half a clock period, ns: 50 kHz including the time that the pins take.
 const HALF: u32 = 10_000;
-/// Longest stretch of the clock by a device, in halves of it: 1 ms.
+/// Longest clock stretching by a device, in half clock periods: 1 ms.
 const STRETCH: u32 = 100;
 
 const STUCK: ErrorKind = ErrorKind::Bus;
@@ -29,7 +29,7 @@ where
     D: InputPin + OutputPin,
     W: DelayNs,
 {
-    /// Pins that are high, or let go.
+    /// The pins must be high or released.
     pub const fn new(clock: C, data: D, delay: W) -> Self {
         Self { clock, data, delay }
     }
@@ -44,7 +44,7 @@ where
         Ok(())
     }
 
-    /// Lets the clock go, and waits while a device holds it.
+    /// Releases the clock, and waits while a device holds it.
     fn raise(&mut self) -> Result<(), ErrorKind> {
         self.clock.set_high().map_err(|_| STUCK)?;
         for _ in 0..STRETCH {
@@ -56,7 +56,7 @@ where
         Err(STUCK)
     }
 
-    /// One clock; what is on the data line while it is high.
+    /// One clock; returns the level of the data line while it is high.
     fn bit(&mut self, high: bool) -> Result<bool, ErrorKind> {
         self.put(high)?;
         self.raise()?;
@@ -100,7 +100,7 @@ where
         for _ in 0..8 {
             byte = byte << 1 | u8::from(self.bit(true)?);
         }
-        // The device goes on as long as it is acknowledged.
+        // The device continues as long as it is acknowledged.
         self.bit(last)?;
         Ok(byte)
     }
@@ -148,7 +148,7 @@ where
 {
     fn transaction(&mut self, address: u8, steps: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
         let done = self.carry_out(address, steps);
-        // Also after a failure, so that the devices let go.
+        // Also after a failure, so that the devices release the bus.
         let stopped = self.stop();
         done.and(stopped)
     }
@@ -163,7 +163,7 @@ mod tests {
     use std::rc::Rc;
     use std::vec::Vec;
 
-    /// The two lines, with a device that plays a script.
+    /// The two lines, with a scripted device.
     #[derive(Default)]
     struct Wires {
         clock: bool,
@@ -172,7 +172,7 @@ mod tests {
         stuck_data: bool,
         /// For each rising clock, whether the device pulls the data line.
         script: Vec<bool>,
-        /// For each rising clock, what the master shows.
+        /// For each rising clock, the level that the master drives.
         shown: Vec<bool>,
     }
 
@@ -261,8 +261,8 @@ mod tests {
 
     #[test]
     fn a_register_is_read() {
-        // Start, address 48 for writing, register 00, start again, for reading, 0C 80, stop.
-        // P: the device pulls, to acknowledge or to send a 0.
+        // Start, address 48 for writing, register 00, repeated start, for reading, 0C 80, stop. P: the device pulls, to
+        // acknowledge or to send a 0.
         let script = ". ........P ........P . ........P PPPP..PP. .PPPPPPP. .";
         let shown = "1 100100001 000000001 1 100100011 111111110 111111111 0";
         let (wires, mut bus) = bus(Wires {

@@ -1,4 +1,4 @@
-//! Drivers against simulated devices, curves against published tables.
+//! Drivers tested with simulated devices, curves with published tables.
 
 mod curves;
 mod divider;

@@ -1,6 +1,6 @@
 //! Texas Instruments TMP117: ±0.1 °C, 16 bits over I²C.
 //!
-//! Registers and conversion times are those of its datasheet (SNOSD82).
+//! Registers and conversion times are taken from its datasheet (SNOSD82).
 
 use embedded_hal::i2c::{Error, I2c};
 
@@ -12,30 +12,30 @@ const IDENTITY: u8 = 0x0F;
 
 /// Bits 11 … 0 of the identity register; the rest is the revision.
 const TMP117: u16 = 0x117;
-/// °C of one unit of the temperature register.
+/// Unit of the temperature register, °C.
 const UNIT: f32 = 0.007_812_5;
-/// What the sensor can measure, °C.
+/// Measuring range of the sensor, °C.
 const RANGE: core::ops::RangeInclusive<f32> = -55.0..=150.0;
 
 /// Continuous conversion, one result per second, the mean of eight.
 const CONTINUOUS: u16 = 0x0220;
 /// Conversion mode, cycle and averaging within the configuration.
 const MODE: u16 = 0x0FE0;
-/// There is a result that nobody has read.
+/// There is an unread result.
 const DATA_READY: u16 = 1 << 13;
 
 /// How the address pin is wired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Tmp117Address {
-    /// To ground: 48.
+    /// To ground: address 48.
     #[default]
     Ground = 0x48,
-    /// To the supply: 49.
+    /// To the supply: address 49.
     Supply = 0x49,
-    /// To the data line: 4A.
+    /// To the data line: address 4A.
     Data = 0x4A,
-    /// To the clock line: 4B.
+    /// To the clock line: address 4B.
     Clock = 0x4B,
 }
 
@@ -47,12 +47,12 @@ pub struct Tmp117<I> {
 }
 
 impl<I: I2c> Tmp117<I> {
-    /// Nothing is sent yet: the sensor may come later.
+    /// Nothing is sent yet, so the sensor may be connected later.
     pub const fn new(bus: I, address: Tmp117Address) -> Self {
         Self { bus, address }
     }
 
-    /// Gives the bus back.
+    /// Returns the bus.
     pub fn release(self) -> I {
         self.bus
     }
@@ -76,7 +76,7 @@ impl<I: I2c> Tmp117<I> {
     /// every time, because with a stuck data line a temperature of 0 °C would look right.
     ///
     /// # Errors
-    /// [`SensorError::Bus`], [`SensorError::Identity`] if another device answers, [`SensorError::Implausible`].
+    /// [`SensorError::Bus`], [`SensorError::Identity`] if another device responds, [`SensorError::Implausible`].
     pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let found = self.read(IDENTITY)?;
         if found & 0xFFF != TMP117 {
@@ -84,7 +84,7 @@ impl<I: I2c> Tmp117<I> {
         }
         let configuration = self.read(CONFIGURATION)?;
         if configuration & MODE != CONTINUOUS & MODE {
-            // New, or it has lost its supply meanwhile.
+            // It is new, or has lost power meanwhile.
             self.configure()?;
             return Ok(None);
         }

@@ -8,7 +8,7 @@ use trueaxis_sensors::{Divider, Ntc, Resistive, SensorError, Side};
 
 type Read<'s> = &'s mut dyn FnMut() -> Result<Option<f32>, SensorError>;
 
-/// An open or shorted sensor beside a good one of another kind: lost, named, its input held.
+/// An open or shorted sensor beside a good one of another kind is lost and reported, and its input is held.
 #[test]
 fn an_open_or_shorted_resistor_is_lost_and_its_input_held() {
     for (fault, error) in [(1.0, SensorError::Open), (0.0, SensorError::Short)] {

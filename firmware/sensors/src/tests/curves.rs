@@ -1,4 +1,4 @@
-//! Resistances of published tables are the temperatures that stand beside them.
+//! Resistances in published tables give the temperatures listed with them.
 
 use proptest::prelude::*;
 
@@ -20,8 +20,8 @@ const IEC_60751: [f32; 106] = [
     375.70, 378.68, 381.65, 384.60, 387.55, 390.48,
 ];
 
-/// Vishay NTCLE100E3103 (10 kΩ, B(25/85) = 3977 K): Ω every 5 °C from −40 to 150 °C, as the equation for R(T)
-/// of data sheet 29049 gives them; its equation for T(R) is the one that is tested.
+/// Vishay NTCLE100E3103 (10 kΩ, B(25/85) = 3977 K): Ω every 5 °C from −40 to 150 °C, computed with the equation for
+/// R(T) of data sheet 29049; the test covers its equation for T(R).
 const VISHAY: [f32; 39] = [
     332_094.0, 239_900.0, 175_200.0, 129_287.0, 96_358.0, 72_500.0, 55_046.0, 42_157.0, 32_554.0,
     25_339.0, 19_872.0, 15_698.0, 12_488.0, 10_000.0, 8_059.0, 6_535.0, 5_330.0, 4_372.0, 3_605.0,
@@ -29,7 +29,7 @@ const VISHAY: [f32; 39] = [
     508.3, 442.6, 386.6, 338.7, 297.7, 262.4, 231.9, 205.5, 182.6,
 ];
 
-/// What f32 costs, K: see the sweeps below.
+/// Error due to f32, K: see the sweeps below.
 const ROUNDING: f32 = 3e-4;
 
 /// Ω of platinum in f64, R(0) = 1 Ω.
@@ -46,7 +46,7 @@ fn platinum(t: f64) -> f64 {
 fn platinum_is_the_table_of_iec_60751() {
     for (number, ohms) in (0_u8..).zip(IEC_60751) {
         let celsius = f32::from(number) * 10.0 - 200.0;
-        // The table is rounded to 0.01 Ω: the temperature lies between those of half a unit less and more.
+        // The table is rounded to 0.01 Ω, so the temperature is between those for half a unit less and more.
         for (sensor, size) in [(Platinum::PT100, 1.0), (Platinum::PT1000, 10.0)] {
             let at = |ohms: f32| sensor.celsius(ohms * size).expect("in range");
             let (low, high) = (at(ohms - 0.005), at(ohms + 0.005));
@@ -74,7 +74,7 @@ fn a_thermistor_is_the_table_of_its_maker() {
     for (number, ohms) in (0_u8..).zip(VISHAY) {
         let celsius = f32::from(number) * 5.0 - 40.0;
         let found = Ntc::VISHAY_10K_3977.celsius(ohms).expect("in range");
-        // Four digits are 0.01 K, and the maker computes the table with another equation (R from T).
+        // Four digits are 0.01 K, and the manufacturer computes the table with a different equation (R from T).
         assert!((found - celsius).abs() < 0.012, "{celsius}: {found}");
     }
 }
@@ -83,7 +83,7 @@ fn a_thermistor_is_the_table_of_its_maker() {
 fn thermistors_in_f32_are_within_their_rounding() {
     let [a, b, c, d] = [3.354_016e-3, 2.569_850e-4, 2.620_131e-6, 6.383_091e-8];
     let mut largest = 0.0_f64;
-    // From 170 Ω to 1 MΩ, a little more than −55 … 150 °C.
+    // From 170 Ω to 1 MΩ, slightly more than −55 … 150 °C.
     for step in 0..20_000 {
         let ohms = (170.0 * f64::exp(f64::from(step) * 4.2e-4)) as f32;
         let Ok(found) = Ntc::VISHAY_10K_3977.celsius(ohms) else {
@@ -103,7 +103,7 @@ fn the_constant_b_is_exact_where_it_was_measured() {
     assert!((at(10_000.0) - 25.0).abs() < ROUNDING);
     // The table has four digits, B four: 0.01 K each.
     assert!((at(1_070.0) - 85.0).abs() < 0.02);
-    // As the documentation says, some 0.3 K between; and 3 K at −40 °C.
+    // As documented, about 0.3 K in between; and 3 K at −40 °C.
     assert!((0.29..0.33).contains(&(55.0 - at(2_989.0))));
     assert!((2.9..3.1).contains(&(at(332_094.0) + 40.0)));
 }
@@ -120,11 +120,11 @@ fn steinhart_and_hart_is_through_its_three_points() {
     let a = y1 - (b + l1 * l1 * c) * l1;
     let ntc = Ntc::steinhart_hart(a as f32, b as f32, c as f32);
     for (ohms, celsius) in points {
-        // ln R is 10 here and its cube 1000, which costs more digits than a ratio.
+        // ln R is 10 here and its cube 1000, which loses more digits than a ratio.
         let found = ntc.celsius(ohms as f32).expect("in range");
         assert!((found - celsius as f32).abs() < 5e-4, "{celsius}: {found}");
     }
-    // Between them within what the rounding of the table is.
+    // Between them it is within the rounding of the table.
     let between = ntc.celsius(19_872.0).expect("in range");
     assert!((between - 10.0).abs() < 0.012, "{between}");
 }
@@ -142,7 +142,7 @@ fn what_no_temperature_has_is_open_or_shorted() {
     for ohms in [0.0, 1e-30, 1.0, 178.0] {
         assert_eq!(ntc(ohms), Err(SensorError::Short), "{ohms}");
     }
-    // −56 °C are 1.02 MΩ.
+    // −56 °C is 1.02 MΩ.
     for ohms in [1.1e6, 1e9, f32::INFINITY] {
         assert_eq!(ntc(ohms), Err(SensorError::Open), "{ohms}");
     }
@@ -151,7 +151,7 @@ fn what_no_temperature_has_is_open_or_shorted() {
         assert_eq!(pt100(ohms), Err(SensorError::Implausible));
         assert_eq!(ntc(ohms), Err(SensorError::Implausible));
     }
-    // Curves that cannot be.
+    // Impossible curves.
     for zero in [0.0, -100.0, f32::NAN] {
         assert!(Platinum::new(zero).celsius(100.0).is_err());
         assert!(Ntc::beta(zero, 3977.0).celsius(100.0).is_err());
@@ -162,7 +162,7 @@ fn what_no_temperature_has_is_open_or_shorted() {
 }
 
 proptest! {
-    /// Whatever a resistor is: a temperature that the sensor is made for, or an error.
+    /// Any resistance gives a temperature in the sensor's range, or an error.
     #[test]
     fn no_resistance_is_an_impossible_temperature(bits in any::<u32>()) {
         let ohms = f32::from_bits(bits);

@@ -1,8 +1,8 @@
-//! A divider gives the resistance, whatever the reference; what cannot be gives none.
+//! A divider returns the resistance, independent of the reference; impossible ratios give an error.
 
 use crate::{Divider, Ntc, Resistive, SensorError, Side};
 
-/// Of the sensor, as a converter sees it.
+/// Ratio of a sensor, as measured by a converter.
 fn ratio(ohms: f32, divider: Divider) -> f32 {
     match divider.sensor {
         Side::Low => ohms / (ohms + divider.resistor),
@@ -72,7 +72,7 @@ fn a_converter_that_has_nothing_or_fails_is_passed_on() {
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(sensor.celsius(), Err(SensorError::Converter));
     let celsius = sensor.celsius().expect("a reading").expect("a reading");
-    // What f32 costs.
+    // Error due to f32.
     assert!((celsius - 25.0).abs() < 2e-4, "{celsius}");
     assert_eq!(sensor.celsius(), Err(SensorError::Short));
     // The last count of 12 bits: 41 MΩ.

@@ -1,4 +1,4 @@
-//! A MAX31865 as its data sheet describes it, and a driver that names what is wrong.
+//! A MAX31865 simulated according to its data sheet, and a driver that reports what is wrong.
 
 use std::cell::RefCell;
 use std::format;
@@ -8,18 +8,18 @@ use embedded_hal::spi::{self, SpiDevice};
 
 use crate::{Conversion, Faults, Mains, Max31865, Platinum, SensorError, Wires};
 
-/// A MAX31865 as seen from the bus.
+/// A MAX31865, from the point of view of the bus.
 #[derive(Debug)]
 struct Chip {
     connected: bool,
-    /// What every read gives if nobody drives the line.
+    /// Value of every read if nothing drives the line.
     idle: u8,
     registers: [u8; 8],
     /// The next result, 15 bits.
     code: u16,
-    /// What a check of the wires finds.
+    /// Faults found by a check of the wires.
     wires: u8,
-    /// What is always watched: voltages.
+    /// Faults that are always monitored: voltages.
     voltage: u8,
 }
 
@@ -93,7 +93,7 @@ impl Chip {
         }
     }
 
-    /// Time for what has begun to end.
+    /// Enough time for a pending operation to finish.
     fn elapse(&mut self) {
         let configuration = self.registers[0];
         if configuration & 0x0C != 0 {
@@ -146,7 +146,7 @@ impl Spi {
     }
 }
 
-/// The next reading, within some calls.
+/// The next reading, within several calls.
 fn reading(chip: &Spi, sensor: &mut Max31865<Spi>) -> f32 {
     for _ in 0..4 {
         chip.elapse();
@@ -202,10 +202,10 @@ fn codes_are_the_temperatures_of_the_data_sheet() {
         let mut sensor = chip.sensor(conversion);
         for (celsius, code) in TABLE_9 {
             chip.0.borrow_mut().code = code;
-            // One that began before may end with the code before.
+            // A conversion that began earlier may end with the previous code.
             reading(&chip, &mut sensor);
             let found = reading(&chip, &mut sensor);
-            // Half a code is 0.006 Ω, and 0.36 Ω are 1 K.
+            // Half a code is 0.006 Ω, and 0.36 Ω is 1 K.
             assert!((found - celsius).abs() < 0.017, "{celsius}: {found}");
         }
     }
@@ -218,13 +218,13 @@ fn automatic_conversion_gives_a_reading_with_every_call() {
     // The wires are checked first; then it converts.
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(chip.configuration(), 0x85);
-    // The check has not ended.
+    // The check is not complete.
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(chip.configuration(), 0x85);
     chip.elapse();
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(chip.configuration(), 0xC1);
-    // No conversion has ended.
+    // No conversion is complete.
     assert_eq!(sensor.celsius(), Ok(None));
     for _ in 0..3 {
         chip.elapse();
@@ -246,7 +246,7 @@ fn one_shot_checks_the_wires_before_each_reading() {
         chip.elapse();
         assert!(matches!(sensor.celsius(), Ok(Some(_))));
     }
-    // A wire that comes off later is found too.
+    // A wire that comes off later is detected too.
     chip.0.borrow_mut().wires = 0x20;
     chip.elapse();
     let wiring = SensorError::Wiring(Faults::REFERENCE_HIGH);
@@ -285,7 +285,7 @@ fn wires_mains_and_thresholds_are_set() {
             configuration & 0x11
         );
     }
-    // A reference that is too small: no threshold above full scale, which an open sensor reads.
+    // A reference that is too small: no threshold exceeds full scale, which an open sensor reads.
     let chip = Spi::new();
     let mut sensor = Max31865::new(
         chip.clone(),
@@ -320,7 +320,7 @@ fn every_fault_bit_is_named_and_cleared() {
         assert_eq!(faults.bits(), bit);
         assert_eq!(format!("{error}"), name);
         assert_eq!((error.is_open(), error.is_short()), (open, short));
-        // Cleared, and the wires are checked again.
+        // The faults are cleared, and the wires are checked again.
         assert_eq!(chip.0.borrow().registers[7], 0);
         assert_eq!(chip.configuration(), 0x85);
         let celsius = reading(&chip, &mut sensor);
@@ -359,7 +359,7 @@ fn an_open_sensor_names_every_fault_while_it_lasts() {
     chip.0.borrow_mut().voltage = 0;
     chip.0.borrow_mut().code = 3;
     chip.elapse();
-    // The check finds nothing; the conversion does.
+    // The check finds nothing, but the conversion does.
     assert_eq!(sensor.celsius(), Ok(None));
     chip.elapse();
     assert_eq!(sensor.celsius(), Err(SensorError::Wiring(Faults::LOW)));
@@ -376,18 +376,18 @@ fn a_converter_that_is_not_there_is_named_and_one_that_comes_back_is_set() {
             assert_eq!(sensor.celsius(), Err(SensorError::Identity { found }));
         }
     }
-    // As it sits on the bus, a configuration that would fit is not enough.
+    // A plausible configuration on the bus is not enough.
     chip.0.borrow_mut().idle = 0x81;
     let found = 0x8181;
     assert_eq!(sensor.celsius(), Err(SensorError::Identity { found }));
     chip.0.borrow_mut().connected = true;
     let before = reading(&chip, &mut sensor);
-    // It loses its supply: set again, no reading of a reset register.
+    // It loses power: it is configured again, and no reset register is read as a value.
     chip.0.borrow_mut().registers = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(chip.configuration(), 0x85);
     assert_eq!(reading(&chip, &mut sensor), before);
-    // A single bit of the configuration flips: feeding, conversion, wires, filter.
+    // A single bit of the configuration flips: supply, conversion, wires, filter.
     for bit in [0x80, 0x40, 0x10, 0x01] {
         chip.0.borrow_mut().registers[0] ^= bit;
         assert_eq!(sensor.celsius(), Ok(None));

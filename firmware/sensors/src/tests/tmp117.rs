@@ -1,4 +1,4 @@
-//! A TMP117 as its data sheet describes it, and what the driver makes of it.
+//! A TMP117 simulated according to its data sheet, and the driver's response.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -7,11 +7,11 @@ use embedded_hal::i2c::{self, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use crate::{SensorError, Tmp117, Tmp117Address};
 
-/// A TMP117 as seen from the bus.
+/// A TMP117, from the point of view of the bus.
 #[derive(Clone, Debug)]
 struct Chip {
     connected: bool,
-    /// What every read gives if a line is stuck.
+    /// Value of every read if a line is stuck.
     stuck: Option<u8>,
     identity: u16,
     configuration: u16,
@@ -104,16 +104,16 @@ fn the_sensor_is_configured_and_read() {
         bus.0.borrow_mut().temperature = register;
         bus.0.borrow_mut().fresh = true;
         assert_eq!(sensor.celsius(), Ok(Some(celsius)));
-        // Each result once.
+        // Each result is returned once.
         assert_eq!(sensor.celsius(), Ok(None));
     }
-    // The value after a reset, and what cannot be measured.
+    // The value after a reset, and values outside the measuring range.
     for register in [i16::MIN, i16::MAX, 0x4B01, -0x1B81] {
         bus.0.borrow_mut().temperature = register;
         bus.0.borrow_mut().fresh = true;
         assert_eq!(sensor.celsius(), Err(SensorError::Implausible));
     }
-    // It has lost its supply, and with it its configuration.
+    // It has lost power, and with it its configuration.
     bus.0.borrow_mut().configuration = 0x0C20;
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(bus.0.borrow().configuration, 0x0220);
