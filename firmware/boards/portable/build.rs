@@ -1,10 +1,10 @@
-//! Chooses the start-up code of a target without an operating system.
+//! Selects the start-up code of a target without an operating system.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     let target = std::env::var("TARGET").unwrap_or_default();
     let start = match target.split('-').next() {
-        // No stable `cfg` tells a Cortex-M from a Cortex-R.
+        // No stable `cfg` distinguishes a Cortex-M from a Cortex-R.
         Some(architecture) if architecture.starts_with("thumb") => "cortex_m",
         Some(architecture) if architecture.starts_with("armv7r") => "cortex_r",
         Some(architecture) if architecture.starts_with("riscv32") => "risc_v",

@@ -1,5 +1,5 @@
-//! Gives the linker the memory map of the board that is built. In this folder none is called `memory.x`:
-//! the linker would find that first.
+//! Gives the linker the memory map of the board that is built. No file in this folder is called `memory.x`, because the
+//! linker would find that first.
 
 use std::path::PathBuf;
 use std::{env, fs};

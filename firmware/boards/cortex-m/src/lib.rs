@@ -1,6 +1,6 @@
-//! What boards with a Cortex-M do alike: short delays, and the end of a program: a fault of the processor, a panic, whatever a board adds. The
-//! fault pin goes low, the reason is left in memory that a reset leaves as it is
-//! ([`trueaxis_firmware::record`]), and the controller starts again.
+//! Common code of boards with a Cortex-M: short delays, and the end of a program: a processor fault, a panic, or a
+//! board-specific error. The fault pin goes low, the reason is left in memory that survives a reset
+//! ([`trueaxis_firmware::record`]), and the controller restarts.
 #![no_std]
 
 use core::cell::{Cell, UnsafeCell};
@@ -16,21 +16,21 @@ use trueaxis_firmware::record::{self, Flags, NONE, Words};
 
 struct Kept(UnsafeCell<MaybeUninit<Words>>);
 
-// SAFETY: reached by `read` and `write` below alone, in whole words by volatile accesses, on one
-// processor: at start, from the servo interrupt, and where nothing goes on afterwards.
+// SAFETY: accessed only by `read` and `write` below, in whole words with volatile accesses, on one processor: at start,
+// from the servo interrupt, and where execution ends.
 unsafe impl Sync for Kept {}
 
-// SAFETY: `.uninit` is a section of `cortex-m-rt` in RAM that is neither loaded nor cleared; what is
-// in it is not initialised, and the type says so.
+// SAFETY: `.uninit` is a section of `cortex-m-rt` in RAM that is neither loaded nor cleared; its contents are
+// uninitialised, as the type states.
 #[unsafe(link_section = ".uninit.trueaxis_record")]
 static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// What a board does first: its fault pin.
+/// The board's first action: drives its fault pin low.
 static FIRST: Mutex<Cell<Option<fn()>>> = Mutex::new(Cell::new(None));
 
 fn read() -> Words {
-    // SAFETY: aligned memory of this program. The access is volatile, so the compiler does not know
-    // that nobody has written there, and any bits are numbers.
+    // SAFETY: aligned memory of this program. The access is volatile, so the compiler cannot assume that the memory was
+    // never written, and any bits are valid numbers.
     unsafe { KEPT.0.get().cast::<Words>().read_volatile() }
 }
 
@@ -39,9 +39,8 @@ fn write(words: &Words) {
     unsafe { KEPT.0.get().cast::<Words>().write_volatile(*words) };
 }
 
-/// Why the controller has started; `flags` is what its hardware says. To be called once, at start:
-/// the next start finds what is [left](leave) from now on. `first` drives the fault pin low, wherever
-/// the program is.
+/// Why the controller started; `flags` comes from its hardware. Call this once, at start: whatever is [left](leave)
+/// from then on is found by the next start. `first` drives the fault pin low and may be called from anywhere.
 pub fn start(flags: Flags, first: fn()) -> Restart {
     let reason = record::reason(flags, &read());
     write(&NONE);
@@ -49,12 +48,12 @@ pub fn start(flags: Flags, first: fn()) -> Restart {
     reason
 }
 
-/// Leaves a reason for the next start: the watchdog is about to bite.
+/// Leaves a reason for the next start: the watchdog is about to fire.
 pub fn leave(reason: &Restart) {
     write(&record::write(reason));
 }
 
-/// The end of the program.
+/// Ends the program.
 pub fn stop(reason: &Restart) -> ! {
     cortex_m::interrupt::disable();
     let first = critical_section::with(|token| FIRST.borrow(token).get());
@@ -65,7 +64,7 @@ pub fn stop(reason: &Restart) -> ! {
     SCB::sys_reset()
 }
 
-/// The same for the handler of a panic.
+/// The same, for a panic handler.
 #[inline(always)]
 pub fn stop_after(panic: &PanicInfo<'_>) -> ! {
     let place = panic.location();
@@ -74,11 +73,11 @@ pub fn stop_after(panic: &PanicInfo<'_>) -> ! {
     stop(&Restart::Panic { line, file })
 }
 
-/// The processor cannot go on.
-// SAFETY: called by the processor alone, and it does not return; what it touches is made for that.
+/// Handles processor faults.
+// SAFETY: called only by the processor, and does not return; everything it accesses is designed for that.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    // SAFETY: reading the register that says what the fault was changes nothing.
+    // SAFETY: reading the fault status register has no side effects.
     let status = unsafe { (*SCB::PTR).cfsr.read() };
     stop(&Restart::Exception {
         address: frame.pc(),
@@ -86,14 +85,14 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     })
 }
 
-/// Waits by counting cycles: at least so long.
+/// Delays by counting cycles; waits at least the requested time.
 pub struct Cycling {
-    /// Cycles of the processor per microsecond.
+    /// Processor cycles per microsecond.
     per_us: u32,
 }
 
 impl Cycling {
-    /// With a processor that makes so many cycles per second: whole ones per microsecond.
+    /// For a processor clock in Hz that is a whole number of cycles per microsecond.
     #[must_use]
     pub const fn new(hertz: u32) -> Self {
         Self {
@@ -104,7 +103,7 @@ impl Cycling {
 
 impl DelayNs for Cycling {
     fn delay_ns(&mut self, ns: u32) {
-        // No driver here waits for so long that this ends early.
+        // No driver here waits long enough for this to end early.
         cortex_m::asm::delay((ns / 1000 + 1).saturating_mul(self.per_us));
     }
 }

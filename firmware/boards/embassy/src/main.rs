@@ -1,8 +1,8 @@
-//! The runtime under embassy. The servo period is the task of an executor that runs in an interrupt of
-//! high priority, and owns the servo: nothing is locked. What comes from outside (other tables, another
-//! tool) is told to it by tasks of the executor of `main`.
+//! The runtime under embassy. The servo period is the task of an executor that runs in a high-priority interrupt and
+//! owns the servo, so nothing is locked. Tasks of the executor in `main` send it external events (other tables, another
+//! tool).
 //!
-//! | pin | what |
+//! | pin | function |
 //! |---|---|
 //! | PA4, PA5, PA6, PA7 | SPI1: select, clock, in, out: the motion side |
 //! | PB0 | button to ground: to the other tables and back |
@@ -30,21 +30,20 @@ use trueaxis::{Compensation, Inputs, Servo, capacities, include_blob};
 use trueaxis_firmware::device::{Command, CorrectionSink, FAULTS, PositionSource};
 use trueaxis_firmware::spi::{Polled, Tolerance};
 
-/// Axes of this machine, and room for the tables of one compensation.
+/// Capacities for this machine and the tables of one compensation.
 type Room = capacities!(axes: 5, banks: 16, tables: 32, terms: 64, grids: 1);
 type Tables = Compensation<'static, Room>;
-/// What corrects with them.
+/// The servo that uses them.
 type Corrected = Servo<&'static Tables>;
 /// The motion side.
 type Motion = Polled<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>, 5>;
-/// What one task tells another.
+/// A message between tasks.
 type Told<T> = Signal<CriticalSectionRawMutex, T>;
 
-/// One machine, its errors corrected by two policies (`docs/src/policies.md`); `cargo xtask
-/// boards` makes them.
+/// One machine, corrected with two policies (`docs/src/policies.md`); `cargo xtask boards` generates these blobs.
 static ORIENTATION: &[u8] = include_blob!(concat!(env!("TRUEAXIS_BLOBS"), "/orientation.trax"));
 static DIRECTION: &[u8] = include_blob!(concat!(env!("TRUEAXIS_BLOBS"), "/direction.trax"));
-/// Lengths of the tools, mm: the first auxiliary input of these tables.
+/// Tool lengths, mm: the first auxiliary input of these tables.
 const TOOLS: [f32; 3] = [130.0, 95.5, 160.25];
 /// Servo periods per second, and a period in s.
 const RATE: u64 = 1000;
@@ -59,7 +58,7 @@ embassy_stm32::bind_interrupts!(struct Lines {
     EXTI1 => InterruptHandler<EXTI1>;
 });
 
-/// Starts again, with corrections zero.
+/// Restarts, with corrections at zero.
 fn stop() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
@@ -69,11 +68,11 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     stop()
 }
 
-/// An interrupt that no peripheral needs here: the servo's executor runs in it.
+/// An interrupt of an unused peripheral: the servo's executor runs in it.
 #[interrupt]
 #[allow(unsafe_code)]
 unsafe fn UART4() {
-    // SAFETY: the interrupt that `SERVO` is started with, and nothing else calls this.
+    // SAFETY: this is the interrupt that `SERVO` is started with, and nothing else calls this.
     unsafe { SERVO.on_interrupt() }
 }
 
@@ -88,16 +87,16 @@ async fn servo(mut motion: Motion, tables: [&'static Tables; 2]) {
     loop {
         periods.next().await;
         if CHANGE.try_take().is_some() {
-            // While a change is under way the button does nothing.
+            // While a change is in progress the button has no effect.
             let is_first = core::ptr::eq(servo.compensation(), orientation);
             let _ = servo.swap(if is_first { direction } else { orientation });
         }
         if let Some(other) = TOOL_LENGTH.try_take() {
-            // It is faded in, all axes together.
+            // The length is faded in, all axes together.
             length = other;
         }
         let (mut commands, mut corrections) = motion.poll();
-        // Without a command none of the axes counts: the correction is held, then taken out.
+        // Without a command no axis counts as referenced: the correction is held, then ramped out.
         let command: Command<[f32; 5]> = commands.take().unwrap_or(Command::new([f32::NAN; 5], 0));
         let regular = !commands.regularity().fault;
         let mut inputs = Inputs::at(command.axes);

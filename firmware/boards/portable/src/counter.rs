@@ -1,10 +1,10 @@
-//! Counts instructions with SysTick of a Cortex-M, which QEMU moves by them (`-icount shift=10`). Elsewhere all
-//! counts are 0.
+//! Counts instructions with the SysTick of a Cortex-M, which QEMU advances with them (`-icount shift=10`). Elsewhere
+//! all counts are 0.
 
-/// Starts the counter. How many of its ticks pass in one instruction is the clock of the board.
+/// Starts the counter. The clock of the board determines how many ticks one instruction takes.
 pub fn start() {
     #[cfg(cortex_m)]
-    // SAFETY: the registers of SysTick, which nothing else uses: reload with all bits, clear, count the processor's
+    // SAFETY: the registers of SysTick, used by nothing else: reload with all bits set, clear, count the processor
     // clock.
     unsafe {
         (0xE000_E014 as *mut u32).write_volatile(MASK);
@@ -16,7 +16,7 @@ pub fn start() {
 /// SysTick has 24 bits.
 const MASK: u32 = 0x00FF_FFFF;
 
-/// Ticks of one call.
+/// Number of ticks of one call.
 #[inline(never)]
 pub fn ticks(call: impl FnOnce()) -> u32 {
     let before = now();
@@ -27,13 +27,13 @@ pub fn ticks(call: impl FnOnce()) -> u32 {
 
 fn now() -> u32 {
     #[cfg(cortex_m)]
-    // SAFETY: reading the value of SysTick changes nothing.
+    // SAFETY: reading the value of SysTick has no side effects.
     return unsafe { (0xE000_E018 as *const u32).read_volatile() };
     #[cfg(not(cortex_m))]
     0
 }
 
-/// Ticks of 1000 instructions.
+/// Number of ticks of 1000 instructions.
 pub fn ticks_of_1000() -> u32 {
     ticks(|| {
         #[cfg(cortex_m)]

@@ -1,5 +1,5 @@
-//! One program on every kind of processor: what it computes goes to the standard output, whose bits are compared
-//! with the desktop's (`cargo xtask portable`).
+//! One program for every kind of processor: it writes its results to the standard output, and their bits are compared
+//! with those of the desktop (`cargo xtask portable`).
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]

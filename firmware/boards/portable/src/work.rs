@@ -1,4 +1,4 @@
-//! What is computed: every golden blob is loaded, evaluated, and goes through a servo with swaps.
+//! The computation: every golden blob is loaded, evaluated, and used in a servo with swaps.
 //!
 //! The results are the bits of all corrections, then three figures: ticks of 1000 instructions, and of
 //! [`CALLS`] evaluations and servo updates of the first blob.
@@ -12,7 +12,7 @@ use crate::fixed::Fixed;
 use crate::moves;
 use trueaxis::{Compensation, Correction, Holds, Inputs, Servo, Travelling, include_blob};
 
-/// Room for the largest of the golden blobs.
+/// Capacities for the largest of the golden blobs.
 type Tables = Compensation<'static, Holds<5, 16, 32, 32, 2>>;
 
 static BLOBS: [&[u8]; 4] = [
@@ -22,16 +22,16 @@ static BLOBS: [&[u8]; 4] = [
     include_blob!("../../../../tests/golden/v1/table-head-13.trax"),
 ];
 
-/// Evaluations of each blob.
+/// Number of evaluations of each blob.
 const EVALUATIONS: u32 = 4000;
-/// Moves of the servo with each blob, of 100 periods.
+/// Number of moves of the servo with each blob, of 100 periods each.
 const MOVES: u32 = 60;
-/// Calls that are counted.
+/// Number of calls that are counted.
 const CALLS: u32 = 100;
-/// Servo periods before those that are counted, in which the corrections come in.
+/// Number of servo periods before those that are counted, in which the corrections ramp in.
 const SETTLE: u32 = 3000;
 
-/// `None` if a blob or a change is refused.
+/// Returns `None` if a blob or a change is refused.
 pub fn run() -> Option<()> {
     let mut results = Results {
         bytes: [0; 256],
@@ -54,8 +54,8 @@ pub fn run() -> Option<()> {
     Some(())
 }
 
-/// Ticks of 1000 instructions, and of [`CALLS`] evaluations and servo updates with the corrections in;
-/// `None` if they do not come in.
+/// Ticks of 1000 instructions, and of [`CALLS`] evaluations and servo updates with the corrections fully in; `None` if
+/// they do not come in.
 fn cost(c: &Tables) -> Option<[u32; 3]> {
     start();
     let empty = ticks(|| ());
@@ -87,7 +87,7 @@ fn cost(c: &Tables) -> Option<[u32; 3]> {
     (servo.factor() == 1.0).then_some([ticks_of_1000() - empty, evaluations, updates])
 }
 
-/// Results on their way out.
+/// Results waiting to be written.
 struct Results {
     bytes: [u8; 256],
     length: usize,

@@ -15,17 +15,17 @@ pub mod uart {
     const INTERRUPT: usize = BASE + 12;
     const DIVIDER: usize = BASE + 16;
 
-    /// Number of the interrupt for a byte that has come.
+    /// Number of the interrupt for a received byte.
     const RECEIVED: u16 = 0;
 
-    /// Where the interrupt puts what has come.
+    /// Queue into which the interrupt puts received bytes.
     static BYTES: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
 
     /// The number of an interrupt, for the interrupt controller.
     #[derive(Clone, Copy)]
     struct Number(u16);
 
-    // SAFETY: the number stays the same, and this board has that interrupt.
+    // SAFETY: the number is constant, and this board has that interrupt.
     unsafe impl cortex_m::interrupt::InterruptNumber for Number {
         fn number(self) -> u16 {
             self.0
@@ -33,8 +33,8 @@ pub mod uart {
     }
 
     fn read(register: usize) -> u32 {
-        // SAFETY: the constants above, which are registers of this board whatever else it runs;
-        // reading them changes no memory of this program.
+        // SAFETY: the constants above are registers of this board in any case; reading them does not change memory of
+        // this program.
         unsafe { (register as *const u32).read_volatile() }
     }
 
@@ -43,7 +43,7 @@ pub mod uart {
         unsafe { (register as *mut u32).write_volatile(value) }
     }
 
-    /// Enables both directions; what comes goes to `bytes`. QEMU ignores the rate.
+    /// Enables both directions; received bytes go to `bytes`. QEMU ignores the baud rate.
     pub fn start(bytes: Producer<'static, u8>) {
         critical_section::with(|token| BYTES.borrow(token).replace(Some(bytes)));
         write(DIVIDER, 16);
@@ -53,7 +53,7 @@ pub mod uart {
         unsafe { cortex_m::peripheral::NVIC::unmask(Number(RECEIVED)) };
     }
 
-    /// A byte can be sent.
+    /// Whether a byte can be sent.
     pub fn writable() -> bool {
         read(STATE) & 0b01 == 0
     }
@@ -63,9 +63,9 @@ pub mod uart {
         write(DATA, byte.into());
     }
 
-    /// All interrupts but the one of SysTick: only that of a byte is enabled.
-    // SAFETY: called by the processor alone; it may interrupt anything but a critical section, and
-    // touches only what is behind one.
+    /// Handles all interrupts except SysTick; only that of a received byte is enabled.
+    // SAFETY: called only by the processor. It may interrupt anything but a critical section, and accesses only data
+    // that is protected by one.
     #[exception]
     unsafe fn DefaultHandler(_: i16) {
         write(INTERRUPT, 0b10);
@@ -73,7 +73,7 @@ pub mod uart {
             let byte = (read(DATA) & 0xFF) as u8;
             critical_section::with(|token| {
                 if let Some(bytes) = BYTES.borrow_ref_mut(token).as_mut() {
-                    // Without room it is lost, and so is its frame, which is asked for again.
+                    // If there is no room the byte is lost, and so is its frame, which is then requested again.
                     let _ = bytes.enqueue(byte);
                 }
             });

@@ -1,4 +1,4 @@
-//! The slots in a file of the computer that QEMU runs on, written through semihosting.
+//! The slots in a file on the host of QEMU, written through semihosting.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
@@ -9,25 +9,25 @@ use semihosting::io::{Read, Seek, SeekFrom, Write};
 
 /// The file, in QEMU's working directory.
 const FILE: &core::ffi::CStr = c"flash.bin";
-/// Bytes of a slot.
+/// Length of a slot in bytes.
 pub const SLOT: usize = 256 * 1024;
 
-/// Bytes of one write to the file while erasing, so that the power can go between them.
+/// Bytes per write to the file while erasing, so that power can be lost in between.
 const PIECE: usize = 4096;
 
-/// A NOR flash with blocks of 128 KiB, as those of the STM32F405 and STM32H743; `WRITE` bytes to a word.
+/// A NOR flash with blocks of 128 KiB, as in the STM32F405 and STM32H743; a word has `WRITE` bytes.
 pub struct FileFlash<const WRITE: usize> {
     file: File,
 }
 
-/// Why the file flash did not do what it was asked.
+/// Why an operation of the file flash failed.
 #[derive(Clone, Copy, Debug)]
 pub enum FileError {
-    /// The computer refuses.
+    /// The host refused the file operation.
     File,
-    /// A place that does not exist, or is not aligned.
+    /// An address that is out of range or misaligned.
     Place(NorFlashErrorKind),
-    /// A word that is not blank is written.
+    /// A write to a word that is not blank.
     NotBlank,
 }
 
@@ -41,10 +41,10 @@ impl NorFlashError for FileError {
 }
 
 impl<const WRITE: usize> FileFlash<WRITE> {
-    /// Bytes of one write while programming: a real flash programs a few bytes between two looks at its state.
+    /// Bytes per write while programming: a real flash programs a few bytes between two polls of its status.
     const ROW: usize = if WRITE > 16 { WRITE } else { 16 };
 
-    /// Opens the file, or makes one; what it does not have is blank.
+    /// Opens or creates the file; missing bytes are blank.
     pub fn open() -> Result<Self, FileError> {
         let mut options = File::options();
         options.read(true).write(true);

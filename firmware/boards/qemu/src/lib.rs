@@ -1,15 +1,15 @@
-//! Boards in QEMU: the same program as on a real one, over drivers of QEMU's MPS2 boards.
+//! Boards in QEMU: the same program as on real boards, with drivers for QEMU's MPS2 boards.
 //!
-//! `mps2-an386` is a Cortex-M4F, `mps2-an500` a Cortex-M7, each with 4 MiB of program and of data
-//! memory and the same peripherals. QEMU knows neither flash controllers nor clock trees of real
-//! parts, so the slots are a file of the computer that QEMU runs on: whoever kills QEMU cuts the power.
+//! `mps2-an386` is a Cortex-M4F, `mps2-an500` a Cortex-M7, each with 4 MiB of program and of data memory and the same
+//! peripherals. QEMU emulates neither flash controllers nor clock trees of real parts, so the slots are a file on the
+//! host: killing QEMU is a power loss.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
 //! | `flash` | the slots in a file |
 //! | `uart` | the serial line |
-//! | `nothing` | pins, a watchdog and sensors that are not there |
-//! | `wanted` | what a test wants to go wrong |
+//! | `nothing` | pins, a watchdog and sensors that do not exist |
+//! | `wanted` | failures requested by a test |
 //! | `starts` | counts starts, in a file |
 //! | `bare` | all `unsafe`: registers at fixed addresses |
 #![no_std]
@@ -47,18 +47,18 @@ use wanted::{Wanted, wanted};
 /// Clock of SysTick, Hz.
 const CLOCK: u32 = 25_000_000;
 
-/// For the log, ms.
+/// Time for the log, ms.
 static NOW: AtomicU32 = AtomicU32::new(0);
 
 defmt::timestamp!("{=u32:ms}", NOW.load(Ordering::Relaxed));
 
-/// Which board QEMU stands in for.
+/// The board that QEMU replaces.
 pub struct Stand {
-    /// Its name in hello.
+    /// Its name in the answer to hello.
     pub name: &'static str,
     /// Servo periods per second.
     pub rate: u32,
-    /// What its flash says.
+    /// How the servo keeps running while its flash is busy.
     pub while_busy: WhileBusy,
 }
 
@@ -66,7 +66,7 @@ pub struct Stand {
 pub struct Memory<C: Room> {
     side: MaybeUninit<ServoSide<C>>,
     link: MaybeUninit<Link>,
-    /// Two frames of the link and more.
+    /// Room for more than two frames of the link.
     bytes: Queue<u8, 4096>,
     slots: mirror::Memory<SLOT>,
 }
@@ -78,7 +78,7 @@ impl<C: Room> Default for Memory<C> {
 }
 
 impl<C: Room> Memory<C> {
-    /// Nothing in it yet.
+    /// Empty memory.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -103,7 +103,7 @@ pub fn run<C: Room, const WRITE: usize>(
     shell: &'static Shell<C>,
     memory: &'static mut Memory<C>,
 ) -> ! {
-    // QEMU has no flags that say why it has reset, and no fault pin.
+    // QEMU has neither reset flags nor a fault pin.
     let restart = trueaxis_cortex_m::start(Flags::default(), || ());
     if !restart.is_fault() {
         match wanted() {
@@ -151,9 +151,9 @@ pub fn run<C: Room, const WRITE: usize>(
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
-/// One servo period: for the handler of SysTick.
+/// One servo period; call it from the SysTick handler.
 pub fn tick<C: Room>(shell: &Shell<C>) {
-    // Time in QEMU is that of the computer it runs on, and says nothing about the processor.
+    // Time in QEMU is that of its host and says nothing about the processor.
     let healthy = shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
     Heart::new(NoPin, NoDog).beat(shell.liveness(), healthy);
     NOW.store(shell.milliseconds(), Ordering::Relaxed);

@@ -1,11 +1,11 @@
-//! Pins, a watchdog and sensors that are not there.
+//! Pins, a watchdog and sensors that do not exist.
 
 use core::convert::Infallible;
 
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use trueaxis_firmware::controller::Watchdog;
 
-/// A pin that leads nowhere and reads high: of this machine the drives are always off.
+/// An unconnected pin that reads high: the drives of this machine are always off.
 pub struct NoPin;
 
 impl ErrorType for NoPin {
@@ -32,12 +32,12 @@ impl InputPin for NoPin {
     }
 }
 
-/// A watchdog that does not bite: time here is that of the computer, which may be busy.
+/// A watchdog that never fires: time here is that of the host, which may be busy.
 pub struct NoDog;
 
 impl Watchdog for NoDog {
     fn feed(&mut self) {}
 }
 
-/// A list of sensors without sensors.
+/// An empty list of sensors.
 pub const NO_SENSORS: [(&str, fn() -> Result<Option<f32>, Infallible>); 0] = [];

@@ -1,5 +1,4 @@
-//! How often this board has started: a number in a file beside that of the flash. QEMU has no random
-//! numbers.
+//! Number of starts of this board, kept in a file beside that of the flash. QEMU has no random numbers.
 
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};

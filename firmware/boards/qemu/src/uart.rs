@@ -1,5 +1,5 @@
-//! The serial line: `-serial` of QEMU. Received in an interrupt: a loop that looks at the registers
-//! would keep QEMU from its other work.
+//! The serial line: QEMU's `-serial`. Received in an interrupt, because polling the registers would keep QEMU from its
+//! other work.
 
 use core::convert::Infallible;
 
@@ -14,7 +14,7 @@ pub struct Uart {
 }
 
 impl Uart {
-    /// Enables it; `queue` is between the interrupt and the link.
+    /// Enables it; `queue` connects the interrupt with the link.
     pub fn start<const N: usize>(queue: &'static mut Queue<u8, N>) -> Self {
         let (producer, bytes) = queue.split();
         uart::start(producer);

@@ -1,15 +1,15 @@
-//! What a test wants to go wrong.
+//! Failures requested by a test.
 
 use semihosting::experimental::env::args;
 
-/// Most bytes of the command line: the name of the program is a path.
+/// Maximum length of the command line in bytes: the name of the program is a path.
 const COMMAND: usize = 1024;
 
-/// What is to go wrong, once.
+/// A failure to cause, once.
 pub enum Wanted {
-    /// A mistake that the program notices.
+    /// An error detected by the program.
     Panic,
-    /// One that the processor notices.
+    /// An error detected by the processor.
     Exception,
 }
 

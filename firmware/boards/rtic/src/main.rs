@@ -1,7 +1,7 @@
-//! The runtime under RTIC. The servo period is the task of the highest priority; what comes from
-//! outside (other tables, another tool) is a task below it, and waits for the end of a period if it must.
+//! The runtime under RTIC. The servo period is the task with the highest priority. External events (other tables,
+//! another tool) are tasks below it, and wait for the end of a period if necessary.
 //!
-//! | pin | what |
+//! | pin | function |
 //! |---|---|
 //! | PA4, PA5, PA6, PA7 | SPI1: select, clock, in, out: the motion side |
 //! | PB0 | button to ground: to the other tables and back |
@@ -12,23 +12,22 @@
 
 use trueaxis::{Compensation, Servo, capacities, include_blob};
 
-/// Axes of this machine, and room for the tables of one compensation.
+/// Capacities for this machine and the tables of one compensation.
 type Room = capacities!(axes: 5, banks: 16, tables: 32, terms: 64, grids: 1);
 type Tables = Compensation<'static, Room>;
-/// What corrects with them.
+/// The servo that uses them.
 type Corrected = Servo<&'static Tables>;
 
-/// One machine, its errors corrected by two policies (`docs/src/policies.md`); `cargo xtask
-/// boards` makes them.
+/// One machine, corrected with two policies (`docs/src/policies.md`); `cargo xtask boards` generates these blobs.
 static ORIENTATION: &[u8] = include_blob!(concat!(env!("TRUEAXIS_BLOBS"), "/orientation.trax"));
 static DIRECTION: &[u8] = include_blob!(concat!(env!("TRUEAXIS_BLOBS"), "/direction.trax"));
-/// Lengths of the tools, mm: the first auxiliary input of these tables.
+/// Tool lengths, mm: the first auxiliary input of these tables.
 const TOOLS: [f32; 3] = [130.0, 95.5, 160.25];
 /// Servo periods per second, and a period in s.
 const RATE: u32 = 1000;
 const PERIOD: f32 = 1.0 / RATE as f32;
 
-/// Starts again, with corrections zero.
+/// Restarts, with corrections at zero.
 fn stop() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
@@ -55,7 +54,7 @@ mod app {
     #[shared]
     struct Shared {
         servo: Corrected,
-        /// Number of the tool in the spindle.
+        /// Index of the tool in the spindle.
         tool: usize,
     }
 
@@ -119,10 +118,10 @@ mod app {
     #[task(binds = TIM2, priority = 2, local = [timer, motion], shared = [servo, tool])]
     fn period(context: period::Context) {
         let local = context.local;
-        // Clears the flag that has called this.
+        // Clears the flag that triggered this.
         let _ = local.timer.wait();
         let (mut commands, mut corrections) = local.motion.poll();
-        // Without a command none of the axes counts: the correction is held, then taken out.
+        // Without a command no axis counts as referenced: the correction is held, then ramped out.
         let command: Command<[f32; 5]> = commands.take().unwrap_or(Command::new([f32::NAN; 5], 0));
         let regular = !commands.regularity().fault;
         let mut inputs = Inputs::at(command.axes);
@@ -136,7 +135,7 @@ mod app {
         });
     }
 
-    /// To the other tables; while a change is under way the button does nothing.
+    /// Switches to the other tables; while a change is in progress the button has no effect.
     #[task(binds = EXTI0, priority = 1, local = [change, tables], shared = [servo])]
     fn change(mut context: change::Context) {
         context.local.change.clear_interrupt_pending_bit();
@@ -147,7 +146,7 @@ mod app {
         });
     }
 
-    /// The next tool: its length is faded in, all axes together.
+    /// Selects the next tool: its length is faded in, all axes together.
     #[task(binds = EXTI1, priority = 1, local = [next], shared = [tool])]
     fn tool(mut context: tool::Context) {
         context.local.next.clear_interrupt_pending_bit();

@@ -12,7 +12,7 @@ pub mod slots {
         safe static __slot_b_end: u8;
     }
 
-    /// First address of a slot, and the one behind its last.
+    /// First address of a slot, and the address after its end.
     pub fn addresses(slot: Slot) -> [usize; 2] {
         let [start, end] = match slot {
             Slot::A => [&raw const __slot_a_start, &raw const __slot_a_end],
@@ -21,26 +21,25 @@ pub mod slots {
         [start.addr(), end.addr()]
     }
 
-    /// The first bytes of a slot in place, at most all.
+    /// The first bytes of a slot in place, limited to its length.
     pub fn bytes(slot: Slot, length: usize) -> Mapped {
         let [start, end] = addresses(slot);
         let length = length.min(end - start);
-        // SAFETY: `memory.x` gives this range to nothing else, it is flash that the processor can
-        // read for as long as it runs, and every byte of it is a valid u8. The flash controller
-        // changes it only for `NorFlash::erase` and `write` of the one driver: there is one `FLASH`.
+        // SAFETY: `memory.x` reserves this range for the slots, it is flash that the processor can always read, and
+        // every byte of it is a valid u8. The flash controller changes it only in `NorFlash::erase` and `write` of the
+        // one driver: there is one `FLASH`.
         unsafe { Mapped::new(start as *const u8, length) }
     }
 }
 
-/// Lets interrupts come, whose handlers are in place: of the highest priority, all the same.
+/// Enables interrupts whose handlers are in place, all with the highest priority.
 pub fn start_interrupts<const N: usize>(
     nvic: &mut cortex_m::peripheral::NVIC,
     interrupts: [stm32f4xx_hal::pac::Interrupt; N],
 ) {
     for interrupt in interrupts {
-        // SAFETY: no code of this crate relies on an interrupt being masked by its priority or by
-        // its enable bit: what handlers share with the main loop is in a `Mutex` of
-        // `critical_section`, which masks all of them.
+        // SAFETY: no code of this crate relies on masking an interrupt by its priority or its enable bit: everything
+        // that handlers share with the main loop is in a `Mutex` of `critical_section`, which masks all of them.
         unsafe {
             nvic.set_priority(interrupt, 0);
             cortex_m::peripheral::NVIC::unmask(interrupt);
@@ -48,13 +47,13 @@ pub fn start_interrupts<const N: usize>(
     }
 }
 
-/// DMA between the data register of a peripheral and bytes of a static.
+/// DMA between the data register of a peripheral and the bytes of a static.
 pub mod dma {
     use core::sync::atomic::{AtomicU8, Ordering, fence};
     use stm32f4xx_hal::dma::traits::Stream;
     use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection};
 
-    /// A data register: its address.
+    /// Address of a data register.
     #[derive(Clone, Copy)]
     #[repr(u32)]
     pub enum End {
@@ -64,7 +63,7 @@ pub mod dma {
         Usart2 = 0x4000_4404,
     }
 
-    /// Starts a transfer of all `bytes`, or of all of them again and again.
+    /// Starts a transfer of all `bytes`, once or cyclically.
     pub fn start<S: Stream>(
         stream: &mut S,
         channel: DmaChannel,
@@ -74,7 +73,7 @@ pub mod dma {
         again: bool,
     ) {
         stop(stream);
-        // No static of this chip has more: the RAM has 128 KiB, and the longest of these 4.
+        // No static of this chip is longer: the RAM has 128 KiB, and the longest of these is 4 KiB.
         let count = u16::try_from(bytes.len()).unwrap_or(0);
         stream.set_channel(channel);
         stream.set_direction(direction);
@@ -85,11 +84,10 @@ pub mod dma {
         stream.set_peripheral_increment(false);
         stream.set_circular_mode(again);
         stream.set_fifo_enable(false);
-        // What has been stored before is there when the hardware reads it.
+        // Earlier stores must be visible to the hardware.
         fence(Ordering::SeqCst);
-        // SAFETY: all registers are set: bytes on both ends, an address of a data register, and as
-        // many bytes as there are. They live for ever, and whoever reads or writes them does so
-        // atomically, so it does not matter when the hardware does.
+        // SAFETY: all registers are set: bytes on both ends, the address of a data register, and the number of bytes.
+        // They live for ever, and the program accesses them atomically, so it does not matter when the hardware does.
         unsafe {
             stream.set_memory_size(DmaDataSize::Byte);
             stream.set_peripheral_size(DmaDataSize::Byte);
@@ -97,24 +95,24 @@ pub mod dma {
         }
     }
 
-    /// Ends a transfer wherever it is.
+    /// Ends a transfer at any point.
     pub fn stop<S: Stream>(stream: &mut S) {
-        // SAFETY: how many bytes have been transferred stays in the stream; whoever reads the others
-        // finds those of an earlier transfer, which are bytes too.
+        // SAFETY: the stream keeps the number of transferred bytes; the remaining bytes are those of an earlier
+        // transfer, which are valid too.
         unsafe { stream.disable() };
         while stream.is_enabled() {}
         stream.clear_all_flags();
-        // What is read after this is what the hardware has written.
+        // Later reads must see what the hardware has written.
         fence(Ordering::SeqCst);
     }
 }
 
-/// Takes everything out of SPI1, whatever state it is in; its clock goes on.
+/// Resets SPI1 from any state; its clock keeps running.
 pub fn reset_spi1(_: &mut stm32f4xx_hal::pac::SPI1) {
     use stm32f4xx_hal::pac::SPI1;
     use stm32f4xx_hal::rcc::Reset;
-    // SAFETY: the driver sets and clears the one bit by its alias in the bit band, in one access each;
-    // whoever else uses that register is not disturbed. The caller has SPI1.
+    // SAFETY: the driver sets and clears the one bit through its alias in the bit band, in a single access each, so
+    // other users of that register are not disturbed. The caller owns SPI1.
     unsafe { SPI1::reset_unchecked() };
 }
 
@@ -123,8 +121,8 @@ pub mod iwdg {
     use stm32f4xx_hal::pac::IWDG;
 
     fn registers() -> &'static stm32f4xx_hal::pac::iwdg::RegisterBlock {
-        // SAFETY: the registers of a peripheral that nothing else of this program uses. Each
-        // function below leaves them so that any other may follow, at any time.
+        // SAFETY: the registers of a peripheral used by nothing else in this program. After each function below, any
+        // other may be called at any time.
         unsafe { &*IWDG::ptr() }
     }
 
@@ -133,26 +131,26 @@ pub mod iwdg {
         registers().kr().write(|w| unsafe { w.key().bits(key) });
     }
 
-    /// It begins to count.
+    /// Starts counting.
     pub fn start() {
         key(0xCCCC);
     }
 
-    /// It begins to count anew. Ends a `set` that it interrupts, so that must be masked.
+    /// Restarts the count. Interrupting a `set` would end it, so this must be masked during that.
     pub fn feed() {
         key(0xAAAA);
     }
 
-    /// A change is on its way.
+    /// Whether a change is in progress.
     pub fn is_changing() -> bool {
         let state = registers().sr().read();
         state.pvu().bit_is_set() || state.rvu().bit_is_set()
     }
 
-    /// Prescaler 4 · 2ⁿ and the count from which it counts down.
+    /// Sets the prescaler 4 · 2ⁿ and the reload value from which it counts down.
     pub fn set(prescaler: u8, reload: u16) {
         key(0x5555);
-        // SAFETY: every value of three and of twelve bits has a meaning.
+        // SAFETY: all values of three and of twelve bits are valid.
         unsafe {
             registers().pr().write(|w| w.pr().bits(prescaler & 0b111));
             registers().rlr().write(|w| w.rl().bits(reload & 0xFFF));
@@ -161,9 +159,9 @@ pub mod iwdg {
     }
 }
 
-/// Drives the fault pin low, from anywhere: PB0.
+/// Drives the fault pin, PB0, low; may be called from anywhere.
 pub fn fault_pin_low() {
-    // SAFETY: one store to the register that sets and clears pins; it changes no other pin.
+    // SAFETY: one store to the register that sets and clears pins; it affects no other pin.
     unsafe {
         (*stm32f4xx_hal::pac::GPIOB::ptr())
             .bsrr()

@@ -1,6 +1,6 @@
 //! Drivers for the STM32F405.
 //!
-//! | pin | what |
+//! | pin | function |
 //! |---|---|
 //! | PA2, PA3 | USART2: link to the host, 115 200 baud |
 //! | PA4, PA5, PA6, PA7 | SPI1, slave: select, clock, out, in: the motion side |
@@ -28,5 +28,5 @@ use stm32f4xx_hal::time::Hertz;
 
 /// Baud rate of the link.
 pub const BAUD: u32 = 115_200;
-/// The crystal; with the feature `hsi` none is needed.
+/// The crystal; not needed with the feature `hsi`.
 pub const CRYSTAL: Hertz = Hertz::MHz(8);

@@ -12,19 +12,19 @@ use trueaxis_firmware::slots::WhileBusy;
 
 use crate::stm32h743::SecondBank;
 
-/// Bytes of a slot, as `memory.x` places them.
+/// Length of a slot in bytes, as placed by `memory.x`.
 pub const SLOT: usize = 256 * 1024;
 
-/// Bytes that have an error-correcting code together.
+/// Number of bytes that share an error-correcting code.
 const WORD: usize = 32;
 
-/// Configuration and control register of the processor, and the status of its faults (Arm v7-M
-/// reference manual, B3.2.8 and B3.2.15).
+/// Configuration and control register of the processor, and its fault status register (Arm v7-M reference manual,
+/// B3.2.8 and B3.2.15).
 const CCR: *mut u32 = 0xE000_ED14 as *mut u32;
 const CFSR: *mut u32 = 0xE000_ED28 as *mut u32;
-/// In the first: faults of the bus are ignored where nothing can interrupt.
+/// In the first: bus faults are ignored at priorities that nothing can interrupt.
 const BFHFNMIGN: u32 = 1 << 8;
-/// In the second: all faults of the bus.
+/// In the second: all bus faults.
 const BUS_FAULTS: u32 = 0xFF00;
 
 unsafe extern "C" {
@@ -32,12 +32,12 @@ unsafe extern "C" {
     safe static __slot_b_start: u8;
 }
 
-/// The mirror, in memory that is not filled before the program starts.
+/// The mirror, in memory that is not initialised before the program starts.
 #[unsafe(link_section = ".mirror")]
 static mut MIRROR: MaybeUninit<Memory<SLOT>> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// The slots, mirrored in memory, the first time this is called.
+/// The slots, mirrored in memory; on the first call only.
 ///
 /// While bank 2 is busy the servo reads neither program nor samples there.
 pub fn mirrored(flash: SecondBank) -> Option<Mirrored<SecondBank, SLOT>> {
@@ -46,7 +46,7 @@ pub fn mirrored(flash: SecondBank) -> Option<Mirrored<SecondBank, SLOT>> {
     }
     let starts = [&raw const __slot_a_start, &raw const __slot_b_start];
     let starts = starts.map(|start| start.addr() as u32 - 0x0800_0000);
-    // SAFETY: the mirror is reached here alone, and once. Zeros are a `Memory`, as `Memory::new` gives it.
+    // SAFETY: the mirror is accessed only here, and once. Zeros are a valid `Memory`, as returned by `Memory::new`.
     let memory = unsafe {
         let memory = &raw mut MIRROR;
         memory.write_bytes(0, 1);
@@ -55,8 +55,8 @@ pub fn mirrored(flash: SecondBank) -> Option<Mirrored<SecondBank, SLOT>> {
     Some(Mirrored::open(flash, starts, WhileBusy::DualBank, memory))
 }
 
-/// Copies bytes of the flash; false if the error-correcting code of a word of them does not hold, where
-/// any other access is a fault of the bus. Nothing interrupts it for as long as a word takes.
+/// Copies bytes of the flash; returns false if the error-correcting code of one of their words reports an error, for
+/// which any other access would be a bus fault. Interrupts are blocked for the time of one word.
 pub fn read(address: usize, bytes: &mut [u8]) -> bool {
     let mut whole = true;
     let mut at = 0;
@@ -69,7 +69,7 @@ pub fn read(address: usize, bytes: &mut [u8]) -> bool {
     whole
 }
 
-/// Bytes of one word.
+/// Reads bytes of one word.
 fn read_word(address: usize, bytes: &mut [u8]) -> bool {
     let errors = || {
         let bank = |number| {
@@ -84,10 +84,9 @@ fn read_word(address: usize, bytes: &mut [u8]) -> bool {
         }
     };
     clear();
-    // SAFETY: two registers of the processor, which no other code of this program touches. With the
-    // highest priority but one, which `cpsid f` gives, a fault of the bus is ignored and what was
-    // read is anything; it is over before `cpsie f`. The addresses are within the flash, which the
-    // caller has looked at, and nobody writes there meanwhile.
+    // SAFETY: two registers of the processor, which no other code of this program accesses. At the second-highest
+    // priority, set by `cpsid f`, a bus fault is ignored and the data read is arbitrary; the fault is over before
+    // `cpsie f`. The addresses are within the flash, as checked by the caller, and nothing writes there meanwhile.
     let faults = unsafe {
         asm!("cpsid f", options(nomem, nostack, preserves_flags));
         compiler_fence(Ordering::SeqCst);
@@ -98,7 +97,7 @@ fn read_word(address: usize, bytes: &mut [u8]) -> bool {
         }
         cortex_m::asm::dsb();
         let faults = CFSR.read_volatile() & BUS_FAULTS;
-        // What is written as one is cleared.
+        // Writing a one clears a bit.
         CFSR.write_volatile(faults);
         CCR.write_volatile(CCR.read_volatile() & !BFHFNMIGN);
         cortex_m::asm::dsb();
@@ -111,17 +110,17 @@ fn read_word(address: usize, bytes: &mut [u8]) -> bool {
     good
 }
 
-/// Lets interrupts come, whose handlers are in place: of the highest priority, all the same.
+/// Enables interrupts whose handlers are in place, all with the highest priority.
 pub fn start_interrupts<const N: usize>(interrupts: [Interrupt; N]) {
     for interrupt in interrupts {
         interrupt.set_priority(Priority::P0);
-        // SAFETY: no code of this crate relies on the interrupt being masked by its enable bit: what its
-        // handler shares with the main loop is in a `Mutex` of `critical_section`.
+        // SAFETY: no code of this crate relies on masking the interrupt by its enable bit: everything that its handler
+        // shares with the main loop is in a `Mutex` of `critical_section`.
         unsafe { interrupt.enable() };
     }
 }
 
-/// Memory that DMA1 and DMA2 reach, unlike that of the other data, and that the data cache leaves alone.
+/// Memory that DMA1 and DMA2 can reach, unlike that of the other data, and that the data cache does not cache.
 pub mod shared {
     use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -131,13 +130,13 @@ pub mod shared {
 
     use crate::stm32h743::LENGTH;
 
-    /// What the hardware and the program share.
+    /// Memory shared by hardware and program.
     pub struct Shared {
-        /// Of the serial line.
+        /// Buffers of the serial line.
         pub line: LineMemory,
-        /// A frame of the motion side.
+        /// The received frame of the motion side.
         pub received: [AtomicU8; LENGTH],
-        /// The answer.
+        /// The answer to send.
         pub sent: [AtomicU8; LENGTH],
     }
 
@@ -154,32 +153,32 @@ pub mod shared {
         safe static __shared_end: u8;
     }
 
-    /// Region 0: 32 KiB (2¹⁵) of normal memory that no cache keeps, for all to read and to write, with
-    /// no program in it (Arm v7-M reference manual, B3.5.9).
+    /// Region 0: 32 KiB (2¹⁵) of normal, uncached memory, readable and writable by all, not executable (Arm v7-M
+    /// reference manual, B3.5.9).
     const REGION: u32 = NO_PROGRAM | EVERYBODY | NOT_CACHED | SHAREABLE | SIZE | 1;
     const NO_PROGRAM: u32 = 1 << 28;
     const EVERYBODY: u32 = 0b011 << 24;
     const NOT_CACHED: u32 = 0b001 << 19;
     const SHAREABLE: u32 = 1 << 18;
     const SIZE: u32 = 14 << 1;
-    /// Everything else stays as the processor has it; and on.
+    /// Everything else keeps the processor's default map; enabled.
     const ALL_ELSE: u32 = 1 << 2 | 1;
 
-    /// The memory, the first time this is called.
+    /// The memory; on the first call only.
     pub fn shared(mpu: &mut MPU) -> Option<&'static Shared> {
         if TAKEN.swap(true, Ordering::Relaxed) {
             return None;
         }
         RCC.ahb2enr().modify(|w| w.set_sram3en(true));
-        // The clock is there when this has been read.
+        // The clock runs once this has been read.
         let _ = RCC.ahb2enr().read();
         let (start, end) = (
             (&raw const __shared_start).addr(),
             (&raw const __shared_end).addr(),
         );
-        // SAFETY: the registers belong to the caller. The region is memory of this program alone that
-        // nobody has reached yet, with the bytes that `SHARED` begins with: zeros. Its start is aligned to
-        // its size and its end to a word: `stm32h743.x`.
+        // SAFETY: the registers belong to the caller. The region is used only by this program and has not been accessed
+        // yet; it receives the initial bytes of `SHARED`: zeros. Its start is aligned to its size and its end to a
+        // word: `stm32h743.x`.
         unsafe {
             mpu.ctrl.write(0);
             mpu.rnr.write(0);
@@ -196,9 +195,9 @@ pub mod shared {
     }
 }
 
-/// Drives the fault pin low, from anywhere: PB0.
+/// Drives the fault pin, PB0, low; may be called from anywhere.
 pub fn fault_pin_low() {
-    // One store to the register that sets and clears pins; it changes no other pin.
+    // One store to the register that sets and clears pins; it affects no other pin.
     embassy_stm32::pac::GPIOB
         .bsrr()
         .write(|w| w.set_br(0, true));

@@ -1,7 +1,7 @@
-//! trueaxis on an STM32H743. What does not depend on the board is
-//! [`trueaxis_firmware::controller`]; the same in QEMU is `trueaxis-qemu`.
+//! trueaxis on an STM32H743. The board-independent part is [`trueaxis_firmware::controller`]; the same in QEMU is
+//! `trueaxis-qemu`.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
 //! | `stm32h743` | drivers |
 //! | `bare` | all `unsafe`: memory and registers at fixed addresses |
@@ -18,7 +18,7 @@ pub const RATE: u32 = 4000;
 /// Nominal servo period, s.
 pub const PERIOD: f32 = 1.0 / RATE as f32;
 
-/// Axes of a compensation, and of a frame of the motion side.
+/// Maximum number of axes of a compensation, and number of axes in a frame of the motion side.
 pub const AXES: usize = 8;
-/// What a compensation has room for: axes, banks, tables, terms, grids.
+/// Capacities of a compensation: axes, banks, tables, terms, grids.
 pub type Tables = trueaxis::capacities!(axes: AXES, banks: 32, tables: 96, terms: 256, grids: 2);

@@ -1,8 +1,8 @@
 //! Drivers for the STM32H743. The pins are free on a NUCLEO-H743ZI2.
 //!
-//! | pin | what |
+//! | pin | function |
 //! |---|---|
-//! | PD8, PD9 | USART3: link to the host, 115 200 baud; there the serial line of the probe |
+//! | PD8, PD9 | USART3: link to the host, 115 200 baud; on that board the serial line of the probe |
 //! | PA4, PA5, PA6, PD7 | SPI1, slave: select, clock, out, in: the motion side |
 //! | PB8, PB9 | I²C: clock, data: TMP117 called `bed`, address pin to ground |
 //! | PB0 | high while there is no fault |
@@ -31,7 +31,7 @@ use embassy_stm32::time::Hertz;
 
 /// Baud rate of the link.
 pub const BAUD: u32 = 115_200;
-/// The clock at the pin OSC_IN, Hz: on a NUCLEO-H743ZI2 that of the probe's crystal.
+/// The clock at the pin OSC_IN, Hz: on a NUCLEO-H743ZI2 it comes from the probe's crystal.
 const INPUT: Hertz = Hertz(8_000_000);
 /// Clock of the processor, Hz.
 pub const CORE: u32 = 400_000_000;

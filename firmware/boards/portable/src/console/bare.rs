@@ -1,4 +1,4 @@
-//! Without an operating system: semihosting, by which QEMU writes to its own standard output.
+//! Without an operating system: semihosting, through which QEMU writes to its own standard output.
 
 use core::arch::global_asm;
 use semihosting::io::{Write, stdout};

@@ -2,7 +2,7 @@
 
 use core::ffi::{c_int, c_void};
 
-// Unwinding tables of 32-bit ARM name a function of GCC's library.
+// The unwinding tables of 32-bit ARM refer to a function of GCC's library.
 #[cfg_attr(target_arch = "arm", link(name = "gcc_s"))]
 #[link(name = "c")]
 unsafe extern "C" {
@@ -19,7 +19,7 @@ extern "C" fn main() -> c_int {
 /// Writes results to the standard output.
 pub fn put(mut bytes: &[u8]) {
     while !bytes.is_empty() {
-        // SAFETY: reads as many bytes as there are.
+        // SAFETY: reads only the bytes of the slice.
         let written = unsafe { write(1, bytes.as_ptr().cast(), bytes.len()) };
         match usize::try_from(written).ok().and_then(|n| bytes.get(n..)) {
             Some(rest) => bytes = rest,

@@ -1,4 +1,4 @@
-//! In an engine for WebAssembly, which `run.mjs` drives.
+//! In a WebAssembly engine driven by `run.mjs`.
 
 #[link(wasm_import_module = "console")]
 unsafe extern "C" {
@@ -14,7 +14,7 @@ extern "C" fn run() -> i32 {
 
 /// Writes results.
 pub fn put(bytes: &[u8]) {
-    // SAFETY: the engine reads as many bytes as there are.
+    // SAFETY: the engine reads only the bytes of the slice.
     unsafe { write(bytes.as_ptr(), bytes.len()) };
 }
 

@@ -1,6 +1,6 @@
-//! Counts the instructions of an update through the C interface, in doubles and in floats, and of the Rust
-//! servo for the same positions, on a Cortex-M4F in QEMU; and the memory of its objects. Prints one `key value`
-//! per line for `cargo xtask capi target`.
+//! Counts the instructions of an update through the C interface, with doubles and with floats, and of the Rust servo
+//! for the same positions, on a Cortex-M4F in QEMU; and the memory of its objects. Prints one `key value` per line for
+//! `cargo xtask capi target`.
 #![no_std]
 #![no_main]
 
@@ -24,16 +24,16 @@ use trueaxis_capi::border::{
 };
 use trueaxis_capi::{Code, Room, ServoMemory, TRUEAXIS_HEADER, TablesMemory};
 
-/// Bytes at a multiple of 4.
+/// Bytes aligned to 4.
 #[repr(C, align(4))]
 struct Aligned<B: ?Sized>(B);
 
 static BLOB: &Aligned<[u8]> = &Aligned(*include_bytes!(
     "../../../../../tests/golden/v1/huron-13.trax"
 ));
-/// Updates until the corrections are in.
+/// Number of updates until the corrections are fully in.
 const BEFORE: usize = 4096;
-/// Updates that are measured; several reversals of every axis.
+/// Number of measured updates, with several reversals of every axis.
 const UPDATES: usize = 4096;
 /// Servo period, s.
 const PERIOD: f32 = 0.001;
@@ -67,7 +67,7 @@ impl Memory {
     /// A servo in this memory, enabled.
     fn servo(&'static mut self) -> *mut trueaxis_capi::Servo {
         let (mut tables, mut servo) = (null_mut(), null_mut());
-        // SAFETY: the memory stays, and nothing else uses it.
+        // SAFETY: the memory stays in place, and nothing else uses it.
         unsafe {
             let (place, size) = (self.tables.as_mut_ptr(), size_of::<TablesMemory>());
             must(trueaxis_tables_new(
@@ -86,7 +86,7 @@ impl Memory {
     }
 }
 
-/// Measures one way of updating, which is to give the same corrections as the others.
+/// Measures one way of updating, which must give the same corrections as the others.
 fn measure(
     counter: &mut Counter,
     key: &str,
@@ -138,7 +138,7 @@ fn main() -> ! {
         });
         core::array::from_fn(|k| servo.correction().dq[k])
     });
-    // As C calls them: not inlined.
+    // Called as from C: not inlined.
     let (double, single) = (DOUBLE.servo(), SINGLE.servo());
     type Update<F> =
         unsafe extern "C" fn(*mut trueaxis_capi::Servo, *const F, usize, u32, F, *mut F) -> Code;
@@ -146,7 +146,7 @@ fn main() -> ! {
     let floats = measure(counter, "f32", &path, COUNTS, |q, count| {
         let mut dq = [0.0; AXES];
         let to = dq.as_mut_ptr();
-        // SAFETY: the servo is there, and the arrays have so many values.
+        // SAFETY: the servo exists, and the arrays have this many values.
         count(&mut || must(unsafe { update(single, q.as_ptr(), AXES, 0xFFFF, PERIOD, to) }));
         dq
     });
@@ -154,7 +154,7 @@ fn main() -> ! {
     let doubles = measure(counter, "f64", &path, COUNTS, |q, count| {
         let (q, mut dq) = (q.map(f64::from), [0.0; AXES]);
         let (to, period) = (dq.as_mut_ptr(), f64::from(PERIOD));
-        // SAFETY: the servo is there, and the arrays have so many values.
+        // SAFETY: the servo exists, and the arrays have this many values.
         count(&mut || must(unsafe { update(double, q.as_ptr(), AXES, 0xFFFF, period, to) }));
         dq.map(|dq: f64| dq as f32)
     });

@@ -1,4 +1,4 @@
-//! Instructions, counted with SysTick in QEMU, and marked where each of them is traced.
+//! Counts instructions with SysTick in QEMU, and marks each measurement in the trace.
 
 use core::arch::asm;
 
@@ -7,26 +7,25 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use semihosting::println;
 
-/// Ticks that SysTick makes in 5 instructions: with `-icount shift=10` one instruction takes 2¹⁰ ns
-/// of the emulated time, and SysTick counts with the 25 MHz of the board.
+/// SysTick ticks in 5 instructions: with `-icount shift=10` one instruction takes 2¹⁰ ns of emulated time, and SysTick
+/// counts at the board's 25 MHz.
 const TICKS: u32 = 128;
 /// SysTick counts down from here.
 const TOP: u32 = 0x00FF_FFFF;
-/// So many calls of each kind are traced.
+/// Number of traced calls of each kind.
 const TRACED: usize = 8;
 
-/// An instruction that does nothing and that no compiler writes. Between two of them are the two
-/// reads of the counter and what is counted: `cargo xtask bench-target` finds it in the trace of a run.
+/// An instruction that does nothing and that no compiler generates. A pair of them encloses the two reads of the
+/// counter and the measured code, so that `cargo xtask bench-target` can find it in the trace of a run.
 #[inline(always)]
 fn mark() {
     // SAFETY: moves a register to itself.
     unsafe { asm!("mov r8, r8", options(nomem, nostack, preserves_flags)) };
 }
 
-/// Counts executed instructions, not cycles: QEMU knows neither the pipeline nor the wait states of
-/// a flash.
+/// Counts executed instructions, not cycles: QEMU models neither the pipeline nor the wait states of a flash.
 pub struct Counter {
-    /// Every instruction of this run is written down, which takes long: few calls, each with its count.
+    /// Every instruction of this run is recorded, which takes long: only a few calls, each with its own count.
     pub traced: bool,
     syst: SYST,
     /// Ticks of an empty measurement.
@@ -66,13 +65,13 @@ impl Counter {
         self.instructions(ten) == 10
     }
 
-    /// How many of `counts` are measured.
+    /// The part of `counts` that is measured.
     pub fn some<'c>(&self, counts: &'c mut [u32]) -> &'c mut [u32] {
         let all = counts.len();
         &mut counts[..if self.traced { TRACED.min(all) } else { all }]
     }
 
-    /// Instructions of one call of `work`; at most 650 000.
+    /// Number of instructions in one call of `work`; at most 650 000.
     pub fn instructions(&mut self, work: impl FnOnce()) -> u32 {
         let ticks = self.ticks(work) - self.empty;
         let count = (ticks * 5 + TICKS / 2) / TICKS;
@@ -95,7 +94,7 @@ impl Counter {
     }
 }
 
-/// Smallest, middle and largest of many counts.
+/// Smallest, median and largest of many counts.
 pub struct Spread {
     pub least: u32,
     pub typical: u32,
@@ -103,7 +102,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of `counts`, which are sorted by this.
+    /// Sorts `counts`.
     pub fn of(counts: &mut [u32]) -> Self {
         counts.sort_unstable();
         let at = |i: usize| counts.get(i).copied().unwrap_or(0);

@@ -1,8 +1,7 @@
-//! Counts the instructions of one evaluation, of one servo update, and of what one would do without
-//! tables, on a Cortex-M4F in QEMU; and how much stack they need. Prints one `key value` per line;
-//! `cargo xtask bench-target` builds the blobs, runs this and judges the figures. With the argument
-//! `trace` it makes a few calls of each kind only, and prints the count of each as `call value` before:
-//! for a run in which QEMU writes down every instruction.
+//! Counts the instructions of one evaluation, of one servo update, and of the alternatives without tables, on a
+//! Cortex-M4F in QEMU, and the stack they need. Prints one `key value` per line; `cargo xtask bench-target` builds the
+//! blobs, runs this and checks the figures. With the argument `trace` it makes only a few calls of each kind, and
+//! prints the count of each as `call value` beforehand, for a run in which QEMU records every instruction.
 #![no_std]
 #![no_main]
 
@@ -25,23 +24,23 @@ use trueaxis::{Compensation, Inputs, Room, Row, Servo, Travel, Travelling, capac
 use trueaxis_kinematics::{Kinematics, Policy};
 use workloads::{CUBIC, DOCUMENT, FIK, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR};
 
-/// Positions of each measurement.
+/// Number of positions per measurement.
 const POSITIONS: usize = 512;
-/// Servo updates of each measurement; several reversals of every axis.
+/// Number of servo updates per measurement, with several reversals of every axis.
 const UPDATES: usize = 4096;
-/// Servo updates that are measured after the corrections are taken out; axes reverse meanwhile.
+/// Number of measured servo updates after the corrections are disabled; axes reverse meanwhile.
 const RAMPING: usize = 1024;
-/// Servo updates that are measured of a change of compensation, to its end and beyond.
+/// Number of measured servo updates during a change of compensation, to its end and beyond.
 const FADING: usize = 1200;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
-/// Most bytes of the command line: the path of the program, and the argument.
+/// Maximum length of the command line in bytes: the path of the program, and the argument.
 const COMMAND: usize = 4096;
-/// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
-/// about 1e-3.
+/// Permitted difference between a rival and the tables, mm or degrees: f32 rounds products of matrices of 1 m to about
+/// 1e-3.
 const AGREE: f32 = 0.005;
 
-/// The capacities that the runtime has unless told otherwise: for the headline figures.
+/// The default capacities of the runtime, for the headline figures.
 type Usual = Compensation<'static>;
 /// Capacities of a controller for five axes.
 type Tight =
@@ -75,7 +74,7 @@ fn report(key: &str, counts: &mut [u32]) {
     println!("{key}_max {most}");
 }
 
-/// Evaluations anywhere in the travel.
+/// Evaluations at random positions in the travel.
 fn evaluate<C: Room>(counter: &mut Counter, key: &str, c: &Compensation<'static, C>) {
     let mut path = Path::new(c);
     let (travel, weights) = (
@@ -102,7 +101,7 @@ fn evaluate<C: Room>(counter: &mut Counter, key: &str, c: &Compensation<'static,
     println!("stack_{key} {stack}");
 }
 
-/// Servo updates with all axes moving, one per period from period `first` on.
+/// Servo updates with all axes moving, one per period, starting at period `first`.
 fn updates<C: Room>(
     counter: &mut Counter,
     key: &str,
@@ -136,8 +135,8 @@ fn updates<C: Room>(
     println!("stack_{key} {stack}");
 }
 
-/// Updates from period `first` on until the corrections are in, and many more of them unless traced;
-/// the period that follows.
+/// Updates from period `first` on until the corrections are fully in, and many more of them unless traced; returns the
+/// next period.
 fn let_in<C: Room>(
     servo: &mut Servo<&'static Compensation<'static, C>>,
     path: &Path,
@@ -157,8 +156,7 @@ fn let_in<C: Room>(
     period
 }
 
-/// Servo updates in the steady state, while the corrections go out and come in, and through a change
-/// of compensation.
+/// Servo updates in the steady state, while the corrections ramp out and in, and through a change of compensation.
 fn servo<C: Room>(
     counter: &mut Counter,
     keys: [&str; 3],
@@ -197,8 +195,8 @@ fn servo<C: Room>(
     }
 }
 
-/// What one would do without tables, at the same positions; it must find the same. How far it is off
-/// at most is printed in nm (of rotary axes: 1e-6°).
+/// An alternative without tables, at the same positions; it must give the same corrections. Prints its largest
+/// difference in nm (for rotary axes: 1e-6°).
 fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32; 5]) -> [f32; 5]) {
     let mut path = Path::new(c);
     let (travel, weights) = (Travelling::default(), c.weights());

@@ -1,11 +1,11 @@
-//! Where the machine is during a measurement.
+//! Positions of the machine during a measurement.
 
 use trueaxis::{Compensation, Inputs, Room, Row};
 
-/// Half of the way of an axis of endless travel, degrees.
+/// Half the stroke of an endless axis, degrees.
 const ENDLESS: f32 = 720.0;
 
-/// The first positions of `q`, of as many axes as there is room for.
+/// The first positions of `q`, as many as the axis capacity.
 pub fn inputs<A: Row<f32>>(q: [f32; 8]) -> Inputs<A> {
     let mut axes = A::all(0.0);
     for (axis, q) in axes.as_mut().iter_mut().zip(q) {
@@ -14,7 +14,7 @@ pub fn inputs<A: Row<f32>>(q: [f32; 8]) -> Inputs<A> {
     Inputs::at(axes)
 }
 
-/// Travel of each axis, and what draws positions within it.
+/// Travel of each axis, and a generator of positions within it.
 pub struct Path {
     travel: [[f32; 2]; 8],
     state: u32,
@@ -44,7 +44,7 @@ impl Path {
         (self.state >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// Anywhere in the travel.
+    /// A random position in the travel.
     pub fn random(&mut self) -> [f32; 8] {
         let mut q = self.travel;
         core::array::from_fn(|k| {
@@ -54,8 +54,7 @@ impl Path {
         })
     }
 
-    /// All axes to and fro within half of their travel, in 1 s to 3 s each way, one period of 1 ms
-    /// after the other.
+    /// All axes move to and fro within half of their travel, in 1 s to 3 s each way; successive periods are 1 ms apart.
     pub fn smooth(&self, period: usize) -> [f32; 8] {
         core::array::from_fn(|k| {
             let [low, high] = self.travel[k];

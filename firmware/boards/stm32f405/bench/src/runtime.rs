@@ -1,5 +1,5 @@
-//! The runtime as a controller links it, and nothing else: for its size, and to see what the servo
-//! path can reach. It is linked, not run.
+//! Only the runtime, as linked into a controller: to measure its size, and to determine what the servo path can reach.
+//! It is linked, not run.
 #![no_std]
 #![no_main]
 
@@ -9,7 +9,7 @@ use cortex_m as _;
 use cortex_m_rt::entry;
 use trueaxis::{Compensation, Correction, Inputs, Servo, Travel, Travelling, Weights};
 
-/// What `cargo xtask bench-target` walks from.
+/// Entry points from which `cargo xtask bench-target` walks the call graph.
 mod servo_path {
     use super::*;
 
@@ -39,7 +39,7 @@ fn main() -> ! {
     static mut FIRST: Compensation<'static> = Compensation::empty();
     static mut SECOND: Compensation<'static> = Compensation::empty();
 
-    // Nothing is known about the slots, so that nothing is left out.
+    // The slots are opaque to the compiler, so that nothing is optimised away.
     black_box(FIRST.load_slot(black_box(&[])).is_ok());
     black_box(SECOND.load_slot(black_box(&[])).is_ok());
     let mut servo = Servo::new(&*FIRST);

@@ -1,19 +1,19 @@
-//! How much stack a call needs: the free part is painted, and looked at afterwards. All `unsafe` of
-//! this program but the mark of `counter.rs`.
+//! Stack usage of a call: the free part is painted, and inspected afterwards. Contains all `unsafe` of this program
+//! except the mark in `counter.rs`.
 
 use core::arch::asm;
 
-/// So many bytes below the stack pointer are painted.
+/// Number of bytes painted below the stack pointer.
 const AREA: usize = 16 * 1024;
-/// Bytes left between the stack pointer and the paint, for the painting itself.
+/// Bytes between the stack pointer and the paint, for the painting itself.
 const MARGIN: usize = 256;
 const PAINT: u32 = 0x5AC3_A53C;
 
-/// Where the stack pointer is.
+/// The stack pointer.
 #[inline(always)]
 fn pointer() -> usize {
     let sp: usize;
-    // SAFETY: reads a register and touches neither memory nor flags.
+    // SAFETY: reads a register and accesses neither memory nor flags.
     unsafe { asm!("mov {}, sp", out(reg) sp, options(nomem, nostack, preserves_flags)) };
     sp
 }
@@ -24,9 +24,9 @@ pub fn peak(work: impl FnOnce()) -> usize {
     let top = (pointer() - MARGIN) & !3;
     let bottom = top - AREA;
     for address in (bottom..top).step_by(4) {
-        // SAFETY: the stack starts at the end of 4 MiB of RAM, of which the statics of this program
-        // take a few hundred kB, and grows down; `main` is at most a few kB deep. So this is RAM,
-        // below every live frame (by MARGIN, more than this function needs), and belongs to nothing.
+        // SAFETY: the stack starts at the end of 4 MiB of RAM, of which this program's statics take a few hundred kB,
+        // and grows down; `main` is at most a few kB deep. So this is RAM below every live frame (by MARGIN, more than
+        // this function needs), and belongs to nothing.
         unsafe { (address as *mut u32).write_volatile(PAINT) };
     }
     work();

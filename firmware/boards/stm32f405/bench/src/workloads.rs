@@ -1,6 +1,6 @@
-//! The blobs that are measured.
+//! The measured blobs.
 
-/// Bytes that start at a multiple of 32, as blobs in a table slot do.
+/// Bytes aligned to 32, like blobs in a table slot.
 #[repr(C, align(32))]
 pub struct Aligned<B: ?Sized>(pub B);
 
@@ -24,8 +24,8 @@ pub static KOLIBRI_DIRECTION: &Aligned<[u8]> = blob!("kolibri10-direction.trax")
 pub static GRID: &Aligned<[u8]> = blob!("grid25.trax");
 /// The 40 tables of the source document: 13, 11, 14, 1 and 1 for X, Y, Z, A and C.
 pub static DOCUMENT: &Aligned<[u8]> = blob!("document40.trax");
-/// The thirteen errors of the Huron by the scheme `fik`, and with five weights that can be set.
+/// The thirteen errors of the Huron with the scheme `fik`, and with five adjustable weights.
 pub static FIK: [&Aligned<[u8]>; 2] = [blob!("huron13-fik.trax"), blob!("huron13-fik-5.trax")];
-/// One bank of one table and one of nine, linear and cubic, each table a term.
+/// Banks with one and with nine tables, linear and cubic, each table a term.
 pub static LINEAR: [&Aligned<[u8]>; 2] = [blob!("linear1.trax"), blob!("linear9.trax")];
 pub static CUBIC: [&Aligned<[u8]>; 2] = [blob!("cubic1.trax"), blob!("cubic9.trax")];

@@ -19,7 +19,7 @@ fn main() -> ! {
     let stand = Stand {
         name: "qemu mps2-an386",
         rate: RATE,
-        // As on the STM32F405, so that the same is tried here.
+        // As on the STM32F405, so that the same behaviour is tested here.
         while_busy: WhileBusy::Standstill,
     };
     trueaxis_qemu::run::<_, 4>(stand, &BUFFERS, &SHELL, MEMORY)

@@ -32,7 +32,7 @@ use trueaxis_stm32f405::stm32f405::{
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 
-/// What the servo interrupt owns.
+/// State owned by the servo interrupt.
 struct Servo {
     frames: ByFrames<Motion, Silence, AXES>,
     heart: Heart<PB0<Output>, Dog>,
@@ -40,12 +40,12 @@ struct Servo {
 
 static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
-/// Between two servo interrupts.
+/// Holds it between servo interrupts.
 static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
 
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
 
-/// A start that fails is tried again: until then the fault pin is not driven, which is a fault.
+/// A failed start is repeated; until it succeeds the fault pin is not driven, which signals a fault.
 fn fail(line: u32, what: &str) -> ! {
     let file = Tail::of(what);
     stop(&Restart::Panic { line, file })
@@ -53,7 +53,7 @@ fn fail(line: u32, what: &str) -> ! {
 
 #[entry]
 fn main() -> ! {
-    // Their first values would be stored in flash.
+    // Otherwise their initial values would be stored in flash.
     static mut SIDE: MaybeUninit<ServoSide<Tables>> = MaybeUninit::uninit();
     static mut OWN: MaybeUninit<Servo> = MaybeUninit::uninit();
     static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
@@ -71,7 +71,7 @@ fn main() -> ! {
     if restart.is_fault() {
         defmt::warn!("started after: {}", restart);
     }
-    // Without its crystal it stays here, with the fault pin low.
+    // Without its crystal it waits here, with the fault pin low.
     #[cfg(not(feature = "hsi"))]
     let source = Config::hse(CRYSTAL);
     #[cfg(feature = "hsi")]
@@ -81,7 +81,7 @@ fn main() -> ! {
     supply::watch_crystal(&rcc);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    // A probe that halts the program is no fault of it.
+    // A probe that halts the program must not cause a fault.
     chip.DBGMCU
         .apb1_fz()
         .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
@@ -102,7 +102,7 @@ fn main() -> ! {
 
     let mut lines = chip.SYSCFG.constrain(&mut rcc);
     let mut edges = chip.EXTI;
-    // Without a motion side it is not selected.
+    // Without a motion side it is deselected.
     let mut select = a.pa4.into_pull_up_input();
     select.make_interrupt_source(&mut lines);
     select.trigger_on_edge(&mut edges, Edge::Rising);
@@ -117,7 +117,7 @@ fn main() -> ! {
     let fast = StreamsTuple::new(chip.DMA2, &mut rcc);
     let motion = Motion::new(chip.SPI1, fast.2, fast.3, select, edges);
 
-    // Not the peripheral: its driver waits for ever on a line that is stuck.
+    // Not the hardware peripheral: its driver waits for ever on a stuck line.
     let mut clock = b.pb6.into_open_drain_output_in_state(PinState::High);
     clock.set_internal_resistor(Pull::Up);
     let mut data = b.pb7.into_open_drain_output_in_state(PinState::High);
@@ -152,7 +152,7 @@ fn main() -> ! {
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
-/// One servo period: a frame has ended, or none has come in time.
+/// One servo period: a frame has ended, or none has arrived in time.
 #[inline(never)] // Once, for both interrupts.
 fn servo() {
     let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
@@ -161,7 +161,7 @@ fn servo() {
     if let Some(healthy) = own.frames.period(&SHELL, &Cycles)
         && own.heart.beat(SHELL.liveness(), healthy) == Beat::Dead
     {
-        // It is not fed any more; this is why.
+        // The watchdog is no longer fed; this is the reason.
         leave(&Restart::MainLoopStopped);
     }
     critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
@@ -177,15 +177,14 @@ fn TIM2() {
     servo();
 }
 
-/// The crystal has stopped; the processor goes on with its internal oscillator.
+/// The crystal has stopped; the processor continues with its internal oscillator.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
     stop(&Restart::ClockStopped)
 }
 
-/// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
-/// driven.
-// Inlined, the compiler sees that nobody reads the message, and leaves out all that would write it.
+/// Restarts: disabled, with corrections at zero, after an interval in which the fault pin is not driven.
+// When inlined, the compiler sees that the message is never read, and omits all code that would write it.
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]

@@ -12,7 +12,7 @@ use trueaxis_firmware::slots::{Mapped, Slot, TableFlash, WhileBusy};
 use super::watchdog::while_nothing_runs;
 use crate::bare::slots;
 
-/// The internal flash: addresses of the driver count from its start.
+/// The internal flash: addresses of the driver are offsets from its start.
 pub struct InternalFlash {
     flash: FLASH,
 }
@@ -23,7 +23,7 @@ impl InternalFlash {
         Self { flash }
     }
 
-    /// Errors stay in the register until they are cleared, and would be those of what comes next.
+    /// Errors stay in the register until they are cleared, and would be attributed to the next operation.
     fn clear_errors(&mut self) {
         self.flash.sr().write(|w| {
             w.pgserr().clear_bit_by_one();
@@ -34,7 +34,7 @@ impl InternalFlash {
         });
     }
 
-    /// The data cache may hold what was there before an erase (RM0090, 3.5.2).
+    /// The data cache may contain data from before an erase (RM0090, 3.5.2).
     fn reset_cache(&mut self) {
         self.flash.acr().modify(|_, w| w.dcen().clear_bit());
         self.flash.acr().modify(|_, w| w.dcrst().set_bit());

@@ -1,8 +1,7 @@
-//! The motion side, which is the master of SPI1: frames by DMA, their end as an interrupt.
+//! The motion side, which is the master of SPI1: frames by DMA, with an interrupt at their end.
 //!
-//! While the select line is low the hardware does everything. At its rising edge
-//! [`frame`](Slave::frame) takes what has come, and [`arm`](Slave::arm) lays out the next answer: from
-//! then on the next frame may begin.
+//! While the select line is low the hardware does everything. At its rising edge [`frame`](Slave::frame) takes the
+//! received bytes, and [`arm`](Slave::arm) prepares the next answer: after that the next frame may begin.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -17,7 +16,7 @@ use crate::AXES;
 use crate::bare::dma::{self, End};
 use crate::bare::reset_spi1;
 
-/// Bytes of a frame.
+/// Length of a frame in bytes.
 const LENGTH: usize = length(AXES);
 
 static RECEIVED: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
@@ -26,7 +25,7 @@ static SENT: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
 /// SPI1 as a slave.
 pub struct Motion {
     spi: SPI1,
-    /// DMA2, RM0090 table 43: both are channel 3.
+    /// DMA2, RM0090 table 43: both use channel 3.
     receive: Stream2<DMA2>,
     send: Stream3<DMA2>,
     select: PA4<Alternate<5>>,
@@ -35,8 +34,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Takes SPI1, whose clock runs and whose pins are connected, and the select line, whose rising
-    /// edge is an interrupt.
+    /// Takes SPI1, whose clock must be running and whose pins must be connected, and the select line, whose rising edge
+    /// triggers an interrupt.
     pub const fn new(
         spi: SPI1,
         receive: Stream2<DMA2>,
@@ -85,10 +84,9 @@ impl Slave for Motion {
         for (place, byte) in SENT.iter().zip(answer) {
             place.store(*byte, Ordering::Relaxed);
         }
-        // A frame that was cut off leaves a byte in the transmit buffer, which nothing else takes
-        // out.
+        // A frame that was cut off leaves a byte in the transmit buffer, which can only be removed this way.
         reset_spi1(&mut self.spi);
-        // The order of RM0090, 28.3.9.
+        // In the order required by RM0090, 28.3.9.
         self.spi.cr2().write(|w| w.rxdmaen().enabled());
         let channel = DmaChannel::Channel3;
         let to_memory = DmaDirection::PeripheralToMemory;
@@ -110,7 +108,7 @@ impl Slave for Motion {
             false,
         );
         self.spi.cr2().modify(|_, w| w.txdmaen().enabled());
-        // Slave, mode 0, 8 bits, most significant first, select by its pin.
+        // Slave, mode 0, 8 bits, most significant bit first, hardware select.
         self.spi.cr1().write(|w| w.spe().enabled());
         self.armed = true;
         self.select.is_high()

@@ -4,7 +4,7 @@ use stm32f4xx_hal::pac::RNG;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 use trueaxis_firmware::link::BootNonce;
 
-/// Looks at its status until a word is there: 40 periods of its 48 MHz, at 168 MHz.
+/// Number of status polls until a word is ready: 40 periods of its 48 MHz, at 168 MHz.
 const TRIES: u32 = 10_000;
 
 /// The random number generator.
@@ -18,7 +18,7 @@ impl Random {
         Self(generator)
     }
 
-    /// A word; `None` if the generator finds a fault of itself or of its clock.
+    /// A random word; `None` if the generator detects a fault of itself or of its clock.
     fn word(&mut self) -> Option<u32> {
         for _ in 0..TRIES {
             let status = self.0.sr().read();
@@ -35,7 +35,7 @@ impl Random {
 
 impl BootNonce for Random {
     fn boot_nonce(&mut self) -> Option<u64> {
-        // The manual wants the first one not to be used.
+        // The manual requires the first word to be discarded.
         self.word()?;
         Some(u64::from(self.word()?) << 32 | u64::from(self.word()?))
     }

@@ -1,4 +1,4 @@
-//! The serial line to the host: both directions by DMA, no interrupt.
+//! The serial line to the host: both directions by DMA, without an interrupt.
 
 use stm32f4xx_hal::dma::traits::Stream;
 use stm32f4xx_hal::dma::{DmaChannel, DmaDirection, Stream5, Stream6};
@@ -12,19 +12,19 @@ use crate::bare::dma::{self, End};
 
 static MEMORY: LineMemory = LineMemory::new();
 
-/// DMA1, RM0090 table 42: both are channel 4.
+/// DMA1, RM0090 table 42: both use channel 4.
 const CHANNEL: DmaChannel = DmaChannel::Channel4;
 
 /// The hardware of the line.
 pub struct Uart {
-    /// The pins, and what has set up the rate.
+    /// Owns the pins and the configured baud rate.
     _line: Serial<USART2>,
     receive: Stream5<DMA1>,
     send: Stream6<DMA1>,
 }
 
 impl Uart {
-    /// Takes a line that is set up for DMA in both directions, once.
+    /// Takes a line that is configured for DMA in both directions; call this once.
     pub fn start(
         line: Serial<USART2>,
         mut receive: Stream5<DMA1>,

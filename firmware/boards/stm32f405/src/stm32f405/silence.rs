@@ -1,4 +1,4 @@
-//! The servo clock while no frames come: TIM2.
+//! The servo clock while frames are missing: TIM2.
 
 use stm32f4xx_hal::pac::TIM2;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
@@ -6,15 +6,15 @@ use trueaxis_firmware::controller;
 
 use crate::RATE;
 
-/// The timer.
+/// The timer for missing frames.
 pub struct Silence {
     timer: TIM2,
-    /// Ticks of half a period.
+    /// Number of ticks in half a period.
     half: u32,
 }
 
 impl Silence {
-    /// Starts it.
+    /// Starts the timer.
     pub fn start(timer: TIM2, rcc: &mut Rcc) -> Self {
         TIM2::enable(rcc);
         TIM2::reset(rcc);
@@ -35,7 +35,7 @@ impl controller::Silence for Silence {
     fn is_over(&mut self) -> bool {
         let over = self.timer.sr().read().uif().bit_is_set();
         if over {
-            // Of the one period and a half that it counts, half a period is over already.
+            // It counts one and a half periods, of which half a period has already passed.
             self.timer.cnt().write(|w| w.cnt().set(self.half));
             self.timer.sr().write(|w| w.uif().clear());
         }

@@ -1,9 +1,9 @@
-//! Supply, clock, and why the last reset was.
+//! Supply, clock, and the cause of the last reset.
 
 use stm32f4xx_hal::pac::{FLASH, RCC};
 use trueaxis_firmware::record::Flags;
 
-/// Why the last reset was, as the hardware says; the next one begins with a clean slate.
+/// Reads the cause of the last reset from the hardware and clears it for the next one.
 pub fn flags(rcc: &RCC) -> Flags {
     let csr = rcc.csr().read();
     let flags = Flags {
@@ -17,12 +17,11 @@ pub fn flags(rcc: &RCC) -> Flags {
     flags
 }
 
-/// Sees to it that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and
-/// clock are beyond what they are specified for. True if it has just been set, which happens once in
-/// the life of a chip: the option bytes keep it.
+/// Makes sure that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and clock are out of
+/// specification. Returns true if the level has just been set, which happens once in the life of a chip because the
+/// option bytes keep it.
 ///
-/// RM0090, 3.6.2. Of the option bytes nothing but this level changes; of a chip that is read-protected
-/// they stay as they are.
+/// RM0090, 3.6.2. Changes only this level in the option bytes, and nothing on a read-protected chip.
 pub fn watch_over(flash: &FLASH) -> bool {
     let options = flash.optcr().read();
     if options.bor_lev().is_bor_level3() || !options.rdp().is_level0() {
@@ -39,7 +38,7 @@ pub fn watch_over(flash: &FLASH) -> bool {
     true
 }
 
-/// Lets the processor notice when the crystal stops: an exception that nothing masks (NMI).
+/// Makes the processor detect a stopped crystal: a non-maskable exception (NMI).
 #[cfg(not(feature = "hsi"))]
 pub fn watch_crystal(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.csson().on());

@@ -1,4 +1,4 @@
-//! The independent watchdog, which has an oscillator of its own (17 to 47 kHz, nominally 32).
+//! The independent watchdog, which has its own oscillator (17 to 47 kHz, nominally 32).
 
 use trueaxis_firmware::controller::Watchdog;
 
@@ -6,15 +6,15 @@ use crate::bare::iwdg;
 
 /// Nominally 10 ms, at most 19 and at least 6.8 (prescaler 4).
 const SHORT: (u8, u16) = (0, 80);
-/// Nominally 16 s, at least 10.9 (prescaler 256): longer than the erase of a sector, 4 s at most,
-/// during which nothing runs that could feed it.
+/// Nominally 16 s, at least 10.9 (prescaler 256): longer than the erase of a sector, at most 4 s, during which nothing
+/// can run to feed it.
 const LONG: (u8, u16) = (6, 2000);
 
-/// The watchdog, as the servo interrupt feeds it.
+/// The watchdog, fed by the servo interrupt.
 pub struct Dog(());
 
 impl Dog {
-    /// Starts it: only a reset ends it. There is one.
+    /// Starts the only watchdog, which can be stopped only by a reset.
     pub fn start() -> Self {
         iwdg::start();
         set(SHORT);
@@ -28,7 +28,7 @@ impl Watchdog for Dog {
     }
 }
 
-/// Does something during which the servo interrupt cannot run.
+/// Executes `f`, during which the servo interrupt cannot run.
 pub fn while_nothing_runs<R>(f: impl FnOnce() -> R) -> R {
     set(LONG);
     let done = f();
@@ -37,7 +37,7 @@ pub fn while_nothing_runs<R>(f: impl FnOnce() -> R) -> R {
 }
 
 fn set((prescaler, reload): (u8, u16)) {
-    // Its oscillator takes some 0.3 ms over each change.
+    // Its oscillator takes about 0.3 ms for each change.
     while iwdg::is_changing() {}
     critical_section::with(|_| iwdg::set(prescaler, reload));
     while iwdg::is_changing() {}

@@ -19,7 +19,7 @@ fn main() -> ! {
     let stand = Stand {
         name: "qemu mps2-an500",
         rate: RATE,
-        // As on the STM32H743, so that the same is tried here; and so are words of 32 bytes.
+        // As on the STM32H743, including words of 32 bytes, so that the same behaviour is tested here.
         while_busy: WhileBusy::DualBank,
     };
     trueaxis_qemu::run::<_, 32>(stand, &BUFFERS, &SHELL, MEMORY)

@@ -33,7 +33,7 @@ use trueaxis_stm32h743::stm32h743::{
 };
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
 
-/// What the servo interrupt owns.
+/// State owned by the servo interrupt.
 struct Servo {
     frames: ByFrames<Motion, Silence, AXES>,
     heart: Heart<Output<'static>, Dog>,
@@ -48,7 +48,7 @@ impl Watchdog for Dog {
     }
 }
 
-/// Nominally so long without a servo interrupt or a main loop until the watchdog bites, µs.
+/// Nominal watchdog timeout without a servo interrupt or a main loop, µs.
 const BITES: u32 = 10_000;
 
 static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
@@ -56,16 +56,16 @@ static SHELL: Shell<Tables> = Shell::new(RATE);
 
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
 
-/// Between two servo interrupts.
+/// Holds it between servo interrupts.
 static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
 
-/// A start that fails is tried again: until then the fault pin is not driven, which is a fault.
+/// A failed start is repeated; until it succeeds the fault pin is not driven, which signals a fault.
 fn fail(line: u32, what: &str) -> ! {
     let file = Tail::of(what);
     stop(&Restart::Panic { line, file })
 }
 
-/// The main loop lives, wherever it is; the time, ms.
+/// Reports that the main loop is alive, from anywhere; returns the time, ms.
 fn alive() -> u32 {
     SHELL.liveness().main_loop();
     SHELL.milliseconds()
@@ -73,7 +73,7 @@ fn alive() -> u32 {
 
 #[entry]
 fn main() -> ! {
-    // Their first values would be stored in flash.
+    // Otherwise their initial values would be stored in flash.
     static mut SIDE: MaybeUninit<ServoSide<Tables>> = MaybeUninit::uninit();
     static mut OWN: MaybeUninit<Servo> = MaybeUninit::uninit();
     static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
@@ -88,7 +88,7 @@ fn main() -> ! {
     if restart.is_fault() {
         defmt::warn!("started after: {}", restart);
     }
-    // Without its clock it stays here, with the fault pin low.
+    // Without its clock it waits here, with the fault pin low.
     let chip = embassy_stm32::init(clocks());
     supply::watch_clock();
     supply::wait_for_probe();
@@ -157,7 +157,7 @@ fn main() -> ! {
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
-/// One servo period: a frame has ended, or none has come in time.
+/// One servo period: a frame has ended, or none has arrived in time.
 #[inline(never)] // Once, for both interrupts.
 fn servo() {
     let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
@@ -166,7 +166,7 @@ fn servo() {
     if let Some(healthy) = own.frames.period(&SHELL, &Cycles)
         && own.heart.beat(SHELL.liveness(), healthy) == Beat::Dead
     {
-        // It is not fed any more; this is why.
+        // The watchdog is no longer fed; this is the reason.
         leave(&Restart::MainLoopStopped);
     }
     critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
@@ -182,16 +182,15 @@ fn TIM2() {
     servo();
 }
 
-/// The external clock has stopped; the processor goes on with its internal oscillator.
-// SAFETY: called by the processor alone, and it does not return.
+/// The external clock has stopped; the processor continues with its internal oscillator.
+// SAFETY: called only by the processor, and it does not return.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
     stop(&Restart::ClockStopped)
 }
 
-/// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
-/// driven.
-// Inlined, the compiler sees that nobody reads the message, and leaves out all that would write it.
+/// Restarts: disabled, with corrections at zero, after an interval in which the fault pin is not driven.
+// When inlined, the compiler sees that the message is never read, and omits all code that would write it.
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]

@@ -8,17 +8,17 @@ use embassy_stm32::pac::dma::vals::{Dir, Dmdis, Pl};
 use embassy_stm32::pac::{DMA1, DMA2, DMAMUX1, SPI1, USART3};
 use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH1, DMA2_CH0, DMA2_CH1};
 
-/// What asks for bytes, or gives them: its number for the multiplexer (RM0433, table 121).
+/// Source of a DMA request: its number for the multiplexer (RM0433, table 121).
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Request {
-    /// SPI1 has received.
+    /// SPI1 has received a byte.
     Spi1Receives = 37,
-    /// SPI1 sends.
+    /// SPI1 can send a byte.
     Spi1Sends = 38,
-    /// USART3 has received.
+    /// USART3 has received a byte.
     Usart3Receives = 45,
-    /// USART3 sends.
+    /// USART3 can send a byte.
     Usart3Sends = 46,
 }
 
@@ -45,7 +45,7 @@ impl Request {
     }
 }
 
-/// A stream, which belongs to its owner alone.
+/// A stream with exclusive ownership.
 pub struct Stream {
     dma: Dma,
     number: usize,
@@ -64,28 +64,28 @@ impl Stream {
         }
     }
 
-    /// What SPI1 receives.
+    /// The stream for bytes received by SPI1.
     pub fn spi1_receives(_: Peri<'static, DMA2_CH0>) -> Self {
         Self::new(DMA2, 0, 8, Request::Spi1Receives)
     }
 
-    /// What SPI1 sends.
+    /// The stream for bytes sent by SPI1.
     pub fn spi1_sends(_: Peri<'static, DMA2_CH1>) -> Self {
         Self::new(DMA2, 1, 9, Request::Spi1Sends)
     }
 
-    /// What USART3 receives.
+    /// The stream for bytes received by USART3.
     pub fn usart3_receives(_: Peri<'static, DMA1_CH0>) -> Self {
         Self::new(DMA1, 0, 0, Request::Usart3Receives)
     }
 
-    /// What USART3 sends.
+    /// The stream for bytes sent by USART3.
     pub fn usart3_sends(_: Peri<'static, DMA1_CH1>) -> Self {
         Self::new(DMA1, 1, 1, Request::Usart3Sends)
     }
 
-    /// Starts a transfer of all `bytes`, or of all of them again and again. They are in memory that
-    /// [`bare::shared`](crate::bare::shared) has opened.
+    /// Starts a transfer of all `bytes`, once or cyclically. They must be in memory that was opened by
+    /// [`bare::shared`](crate::bare::shared).
     pub fn start(&mut self, bytes: &'static [AtomicU8], again: bool) {
         self.stop();
         let stream = self.dma.st(self.number);
@@ -94,10 +94,10 @@ impl Stream {
             .write(|w| w.set_dmareq_id(self.request as u8));
         stream.par().write_value(self.request.register());
         stream.m0ar().write_value(bytes.as_ptr() as u32);
-        // All that is shared is 32 KiB.
+        // The shared memory is 32 KiB in total.
         let count = u16::try_from(bytes.len()).unwrap_or(0);
         stream.ndtr().write(|w| w.set_ndt(count));
-        // Direct mode: each byte at once.
+        // Direct mode: each byte immediately.
         stream.fcr().write(|w| w.set_dmdis(Dmdis::ENABLED));
         // Bytes on both ends, as they are after a reset.
         stream.cr().write(|w| {
@@ -105,16 +105,16 @@ impl Stream {
             w.set_minc(true);
             w.set_circ(again);
             w.set_pl(Pl::HIGH);
-            // Without it a stream of a USART may stop for ever (ES0392, 2.3.1).
+            // Without it a stream of a USART may stop permanently (ES0392, 2.3.1).
             w.set_trbuff(self.request.is_of_usart());
         });
-        // What has been stored before is there when the hardware reads it.
+        // Earlier stores must be visible to the hardware.
         cortex_m::asm::dsb();
         fence(Ordering::SeqCst);
         stream.cr().modify(|w| w.set_en(true));
     }
 
-    /// Ends a transfer wherever it is.
+    /// Ends a transfer at any point.
     pub fn stop(&mut self) {
         let stream = self.dma.st(self.number);
         stream.cr().modify(|w| w.set_en(false));
@@ -127,16 +127,16 @@ impl Stream {
             w.set_htif(place, true);
             w.set_tcif(place, true);
         });
-        // What is read after this is what the hardware has written.
+        // Later reads must see what the hardware has written.
         fence(Ordering::SeqCst);
     }
 
-    /// Bytes that are left of a transfer; of one that begins again, until then.
+    /// Bytes left in a transfer, or until a cyclic one restarts.
     pub fn left(&self) -> usize {
         self.dma.st(self.number).ndtr().read().ndt().into()
     }
 
-    /// Whether a transfer is under way.
+    /// Whether a transfer is in progress.
     pub fn is_busy(&self) -> bool {
         self.dma.st(self.number).cr().read().en()
     }

@@ -1,7 +1,7 @@
 //! The table slots in the second bank of the internal flash.
 //!
-//! While it erases a sector (up to 4 s) or programs, every access to this bank waits. The program is in
-//! the other one, and the samples are read in the mirror.
+//! While it erases a sector (up to 4 s) or programs, every access to this bank waits. The program is in the other bank,
+//! and the samples are read from the mirror.
 
 use cortex_m::peripheral::{CPUID, SCB};
 use embassy_stm32::flash::{Blocking, Error, Flash};
@@ -12,33 +12,33 @@ use embedded_storage::nor_flash::{
 
 use crate::bare;
 
-/// Longer than any sector takes to be erased, ms (data sheet: 4 s).
+/// Longer than the erase of any sector, ms (data sheet: 4 s).
 const ERASE: u32 = 6000;
 
 /// First address of the flash.
 const START: usize = 0x0800_0000;
-/// Bytes of a bank.
+/// Length of a bank in bytes.
 const BANK: u32 = 1024 * 1024;
 
-/// The flash: addresses of the driver count from its start.
+/// The flash: addresses of the driver are offsets from its start.
 pub struct SecondBank {
     flash: Flash<'static, Blocking>,
-    /// For the data cache, which keeps what was there before.
+    /// For the data cache, which may contain old data.
     scb: SCB,
-    /// Says that the main loop lives, and gives the time, ms.
+    /// Reports that the main loop is alive; returns the time, ms.
     alive: fn() -> u32,
 }
 
-/// Why the flash did not do what it was asked.
+/// Why an operation of the flash failed.
 #[derive(Clone, Copy, Debug)]
 pub enum FlashError {
-    /// The controller of the flash.
+    /// The flash controller reported an error.
     Controller(Error),
-    /// A word whose error-correcting code does not hold: the power went while it was programmed.
+    /// A word whose error-correcting code reports an error: power was lost while it was being programmed.
     Unreadable,
     /// A sector was not erased.
     NotErased,
-    /// A place that does not exist, or where the program is.
+    /// An address that does not exist, or is in the program's bank.
     Place,
 }
 
@@ -53,8 +53,8 @@ impl embedded_storage::nor_flash::NorFlashError for FlashError {
 }
 
 impl SecondBank {
-    /// Takes the flash and what knows the caches, which it enables. While a sector is erased, the main
-    /// loop is here and says that it is `alive`, and gets the time, ms.
+    /// Takes the flash and the cache control, and enables the caches. While a sector is being erased, the main loop is
+    /// in here: it calls `alive` to report that it is alive and to get the time, ms.
     #[must_use]
     pub fn new(
         flash: Flash<'static, Blocking>,
@@ -67,8 +67,8 @@ impl SecondBank {
         Self { flash, scb, alive }
     }
 
-    /// Erases a sector of bank 2 (RM0433, 4.3.10). The driver of the HAL would be silent for so long
-    /// that the main loop counts as dead.
+    /// Erases a sector of bank 2 (RM0433, 4.3.10). The driver of the HAL would be silent for so long that the main loop
+    /// would count as dead.
     fn erase_sector(&mut self, sector: u8) -> Result<(), FlashError> {
         let bank = FLASH.bank(1);
         bank.ccr().write(|w| {
@@ -93,7 +93,7 @@ impl SecondBank {
             status.bsy() || status.qw()
         };
         while busy() {
-            // One that never ends is left to the watchdog.
+            // An erase that never ends is left to the watchdog.
             if (self.alive)().wrapping_sub(start) > ERASE {
                 while busy() {}
             }
@@ -107,9 +107,9 @@ impl SecondBank {
         Ok(())
     }
 
-    /// Nothing of what was there is kept in the cache.
+    /// Discards old data from the cache.
     fn forget(&mut self, offset: u32, length: usize) {
-        // Flash is never written through the cache: there is nothing to clean.
+        // Flash is never written through the cache, so there is nothing to clean.
         self.scb
             .clean_invalidate_dcache_by_address(START + offset as usize, length);
     }

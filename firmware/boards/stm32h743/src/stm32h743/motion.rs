@@ -1,8 +1,7 @@
-//! The motion side, which is the master of SPI1: frames by DMA, their end as an interrupt.
+//! The motion side, which is the master of SPI1: frames by DMA, with an interrupt at their end.
 //!
-//! While the select line is low the hardware does everything. At its rising edge
-//! [`frame`](Slave::frame) takes what has come, and [`arm`](Slave::arm) lays out the next answer: from
-//! then on the next frame may begin.
+//! While the select line is low the hardware does everything. At its rising edge [`frame`](Slave::frame) takes the
+//! received bytes, and [`arm`](Slave::arm) prepares the next answer: after that the next frame may begin.
 
 use core::sync::atomic::Ordering;
 
@@ -17,12 +16,12 @@ use super::dma::Stream;
 use crate::AXES;
 use crate::bare::shared::Shared;
 
-/// Bytes of a frame.
+/// Length of a frame in bytes.
 pub const LENGTH: usize = length(AXES);
 
 /// Line of the select pin among the external interrupts.
 const LINE: usize = 4;
-/// Looks at the DMA until the last byte has certainly come through the FIFO of the SPI: a microsecond.
+/// Number of DMA polls until the last byte has certainly passed the FIFO of the SPI: a microsecond.
 const LOOKS: u32 = 32;
 
 /// The pins: select, clock, out, in.
@@ -46,7 +45,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Takes SPI1; the rising edge of select is an interrupt from now on.
+    /// Takes SPI1; from now on the rising edge of select triggers an interrupt.
     pub fn new(
         spi: Peri<'static, SPI1>,
         (select, clock, out, into): Pins,
@@ -59,7 +58,7 @@ impl Motion {
             pin.set_as_af_unchecked(5, kind);
             pin
         };
-        // Without a motion side it is not selected.
+        // Without a motion side it is deselected.
         let select = connected(Flex::new(select), AfType::input(Pull::Up));
         let fast = AfType::output(OutputType::PushPull, Speed::VeryHigh);
         let others = [
@@ -87,7 +86,7 @@ impl Slave for Motion {
     fn has_ended(&mut self) -> bool {
         let ended = EXTI.pr(0).read().line(LINE);
         if ended {
-            // What is written as one is cleared.
+            // Writing a one clears a bit.
             EXTI.pr(0).write(|w| w.set_line(LINE, true));
         }
         ended
@@ -120,7 +119,7 @@ impl Slave for Motion {
             place.store(*byte, Ordering::Relaxed);
         }
         let spi = pac::SPI1;
-        // Empties both FIFOs: of a frame that was cut off there are bytes in them.
+        // Empties both FIFOs, which contain bytes of a frame that was cut off.
         spi.cr1().write(|w| w.set_spe(false));
         spi.ifcr().write(|w| {
             w.set_udrc(true);
@@ -128,15 +127,15 @@ impl Slave for Motion {
             w.set_modfc(true);
             w.set_tifrec(true);
         });
-        // Slave, mode 0, most significant first, select by its pin: all as after a reset. 8 bits, each
-        // byte asked for by itself.
+        // Slave, mode 0, most significant bit first, hardware select: all as after a reset. 8 bits, with a request for
+        // each byte.
         spi.cfg2().write(|_| ());
         spi.cfg1().write(|w| {
             w.set_dsize(7);
             w.set_crcsize(7);
             w.set_rxdmaen(true);
         });
-        // The order of RM0433, 50.4.14.
+        // In the order required by RM0433, 50.4.14.
         self.receive.start(&self.memory.received, false);
         self.send.start(&self.memory.sent, false);
         spi.cfg1().modify(|w| w.set_txdmaen(true));

@@ -1,4 +1,4 @@
-//! The serial line to the host: both directions by DMA, no interrupt.
+//! The serial line to the host: both directions by DMA, without an interrupt.
 
 use core::sync::atomic::AtomicU8;
 
@@ -12,14 +12,14 @@ use crate::bare::shared::Shared;
 
 /// The hardware of the line.
 pub struct Serial {
-    /// The pins, and what has set up the rate.
+    /// Owns the pins and the configured baud rate.
     _line: Uart<'static, Blocking>,
     receive: Stream,
     send: Stream,
 }
 
 impl Serial {
-    /// Takes USART3, which is set up, and its streams.
+    /// Takes USART3, which must be configured, and its streams.
     pub fn start(
         line: Uart<'static, Blocking>,
         mut receive: Stream,

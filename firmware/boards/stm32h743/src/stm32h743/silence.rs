@@ -1,4 +1,4 @@
-//! The servo clock while no frames come: TIM2.
+//! The servo clock while frames are missing: TIM2.
 
 use embassy_stm32::Peri;
 use embassy_stm32::pac;
@@ -7,15 +7,15 @@ use trueaxis_firmware::controller;
 
 use crate::RATE;
 
-/// The timer.
+/// The timer for missing frames.
 pub struct Silence {
     _timer: Peri<'static, TIM2>,
-    /// Ticks of half a period.
+    /// Number of ticks in half a period.
     half: u32,
 }
 
 impl Silence {
-    /// Starts it.
+    /// Starts the timer.
     pub fn start(timer: Peri<'static, TIM2>) -> Self {
         embassy_stm32::rcc::enable_and_reset::<TIM2>();
         let half = embassy_stm32::rcc::frequency::<TIM2>().0 / (2 * RATE);
@@ -33,14 +33,14 @@ impl Silence {
 impl controller::Silence for Silence {
     fn restart(&mut self) {
         pac::TIM2.cnt().write_value(0);
-        // What is written as zero is cleared.
+        // Writing a zero clears a bit.
         pac::TIM2.sr().write(|w| w.set_uif(false));
     }
 
     fn is_over(&mut self) -> bool {
         let over = pac::TIM2.sr().read().uif();
         if over {
-            // Of the one period and a half that it counts, half a period is over already.
+            // It counts one and a half periods, of which half a period has already passed.
             pac::TIM2.cnt().write_value(self.half);
             pac::TIM2.sr().write(|w| w.set_uif(false));
         }

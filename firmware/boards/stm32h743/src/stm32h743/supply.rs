@@ -1,14 +1,14 @@
-//! Supply, clock, and why the last reset was.
+//! Supply, clock, and the cause of the last reset.
 
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use trueaxis_firmware::record::Flags;
 
 /// Brown-out level 3.
 const LEVEL: u8 = 3;
-/// Level 0 of the read protection: none.
+/// Read protection level 0: none.
 const OPEN: u8 = 0xAA;
 
-/// Why the last reset was, as the hardware says; the next one begins with a clean slate.
+/// Reads the cause of the last reset from the hardware and clears it for the next one.
 pub fn flags() -> Flags {
     let rsr = RCC.rsr().read();
     RCC.rsr().modify(|w| w.set_rmvf(true));
@@ -21,12 +21,12 @@ pub fn flags() -> Flags {
     }
 }
 
-/// Sees to it that the chip is held in reset below 2.7 V (brown-out level 3): of 3.3 V that is a supply
-/// which fails, and flash must not be programmed while it does. True if it has just been set, which
-/// happens once in the life of a chip: the option bytes keep it.
+/// Makes sure that the chip is held in reset below 2.7 V (brown-out level 3): with a nominal supply of 3.3 V that means
+/// the supply is failing, and flash must not be programmed then. Returns true if the level has just been set, which
+/// happens once in the life of a chip because the option bytes keep it.
 ///
-/// RM0433, 4.4.3. Of the option bytes nothing but this level changes; of a chip that is read-protected
-/// they stay as they are. Before the servo interrupt: the program waits meanwhile.
+/// RM0433, 4.4.3. Changes only this level in the option bytes, and nothing on a read-protected chip. Call it before the
+/// servo interrupt starts, because the program waits meanwhile.
 pub fn watch_over() -> bool {
     let options = FLASH.optsr_cur().read();
     if options.bor_lev() == LEVEL || options.rdp() != OPEN {
@@ -46,12 +46,12 @@ pub fn watch_over() -> bool {
     FLASH.optsr_cur().read().bor_lev() == LEVEL
 }
 
-/// Lets the processor notice when the external clock stops: an exception that nothing masks (NMI).
+/// Makes the processor detect a stopped external clock: a non-maskable exception (NMI).
 pub fn watch_clock() {
     RCC.cr().modify(|w| w.set_hsecsson(true));
 }
 
-/// A probe that halts the program is no fault of it: watchdog and timer wait too.
+/// A probe that halts the program must not cause a fault: watchdog and timer stop too.
 pub fn wait_for_probe() {
     DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
     DBGMCU.apb1lfzr1().modify(|w| w.set_tim2(true));

@@ -1,18 +1,18 @@
-//! The corrections written out (Eq. 59 of the source document, with its misprints corrected, as
-//! `tests/tests/desktop/eq42.rs` proves them), with the trigonometry of a library.
+//! The corrections in closed form (Eq. 59 of the source document, with its misprints corrected as proved in
+//! `tests/tests/desktop/eq42.rs`), with the trigonometry of a library.
 
 use super::errors::*;
 use super::{DEGREES, TIP};
 
 const R: f32 = core::f32::consts::SQRT_2;
 
-/// Δq at a position, with the sine and cosine of `libm`.
+/// Δq at a position, with sine and cosine from `libm`.
 #[inline(never)]
 pub fn with_libm(q: &[f32; 5]) -> [f32; 5] {
     correction(q, libm::sincosf)
 }
 
-/// The same with those of `micromath`, which approximates.
+/// The same with those of `micromath`, which are approximations.
 #[inline(never)]
 pub fn with_micromath(q: &[f32; 5]) -> [f32; 5] {
     correction(q, micromath::F32Ext::sin_cos)
@@ -25,7 +25,7 @@ fn correction(q: &[f32; 5], sin_cos: impl Fn(f32) -> (f32, f32)) -> [f32; 5] {
     let (s, c) = sin_cos(a * (1.0 / DEGREES));
     let (s2, cc, ss) = (2.0 * s * c, c * c, s * s);
     let c2 = cc - ss;
-    // From the tip along Z, and along X and Z together.
+    // From the tip along Z, and along X and Z combined.
     let l = TIP - z;
     let m = l - x;
 
@@ -57,6 +57,6 @@ fn correction(q: &[f32; 5], sin_cos: impl Fn(f32) -> (f32, f32)) -> [f32; 5] {
         - EC0A * c
         + EA0C * R;
     let dc = -EC0X * c + EA0Z * c + EB0Z * R * s - EB0A * R * s + EC0A * R * c - EA0C;
-    // The motions that are equivalent to the errors; the correction undoes them.
+    // The motions equivalent to the errors; the correction reverses them.
     [-dy, -da * DEGREES, -dc * DEGREES, -dx, -dz]
 }

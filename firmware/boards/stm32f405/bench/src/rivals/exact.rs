@@ -1,5 +1,5 @@
-//! The exact kinematic correction, which the tables are sampled from: `trueaxis-kinematics`, f64 with
-//! the trigonometry of `libm`, iterated until nothing moves.
+//! The exact kinematic correction, from which the tables are sampled: `trueaxis-kinematics`, f64 with the trigonometry
+//! of `libm`, iterated to convergence.
 
 use super::{TIP, errors};
 use core::f64::consts::FRAC_PI_4;
@@ -43,7 +43,7 @@ pub fn errors(machine: &Machine) -> ErrorModel {
     model
 }
 
-/// Δq at a position; not a number where there is none.
+/// Δq at a position; NaN where there is none.
 #[inline(never)]
 pub fn correction(kinematics: &Kinematics<'_>, position: &[f32; 5]) -> [f32; 5] {
     let machine = kinematics.machine;

@@ -1,19 +1,18 @@
-//! The correction from the matrices of the machine in every call, as one would write it down with
-//! `nalgebra`: f32, one step, without iteration. The same as `tests/benches/speed/direct.rs`, with
-//! arrays in place of vectors.
+//! The correction from the machine's matrices in every call, as one would write it with `nalgebra`: f32, one step,
+//! without iteration. The same as `tests/benches/speed/direct.rs`, with arrays in place of vectors.
 
 use super::errors::*;
 use super::{DEGREES, TIP};
 use nalgebra::{Matrix3, Matrix4, Rotation3, SMatrix, SVector, Vector3};
 
-/// One axis: what is constant is multiplied out beforehand.
+/// One axis, with constant factors multiplied in advance.
 struct Joint {
     index: usize,
     rotary: bool,
     component: usize,
-    /// From the frame before it.
+    /// Relative to the previous frame.
     relative: Matrix4<f32>,
-    /// The same with its location error.
+    /// The same, including its location error.
     located: Matrix4<f32>,
     /// Scale error along its own direction, per mm.
     scale: f32,
@@ -148,8 +147,8 @@ impl Direct {
                 }
             }
         }
-        // Least squares by QR: the normal equations square the condition, mm beside rad, and in
-        // f32 leave nothing of the result.
+        // Least squares by QR: the normal equations square the condition number, with mm beside rad, and in f32 leave
+        // no correct digits.
         let qr = jacobian.qr();
         let right = qr.q().tr_mul(&twist);
         let dq = qr

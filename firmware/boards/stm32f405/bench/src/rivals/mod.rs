@@ -1,4 +1,4 @@
-//! What one would do without tables, for the Huron K2X8-Five and its thirteen errors.
+//! Alternatives without tables, for the Huron K2X8-Five and its thirteen errors.
 //!
 //! Positions and corrections are in the order of the blob, Y A C X Z, mm and degrees.
 
@@ -6,10 +6,10 @@ pub mod closed_form;
 pub mod exact;
 pub mod htm;
 
-/// Degrees of one radian.
+/// Degrees per radian.
 pub const DEGREES: f32 = 180.0 / core::f32::consts::PI;
 
-/// Along the tool axis from the spindle frame to the tip, mm.
+/// Distance along the tool axis from the spindle frame to the tip, mm.
 pub const TIP: f32 = 130.0;
 
 /// The thirteen errors, as published (`examples/huron-k2x8/errors-13.toml`); mm, rad, mm/mm.
