@@ -7,7 +7,7 @@
 
 #include "loading.h"
 
-/* What comes in from the pins, and what goes out to them. Machine units. */
+/* Values read from the pins and values written to them. Machine units. */
 struct cycle {
     double position[MOST_JOINTS];
     bool referenced[MOST_JOINTS];
@@ -16,25 +16,25 @@ struct cycle {
     double kelvin[TRUEAXIS_AUXILIARIES];
     double wanted[TRUEAXIS_ADJUSTABLE];
 
-    double corrections[MOST_JOINTS]; /* stay from period to period */
-    int shown;                       /* the joint whose two next are of this period */
+    double corrections[MOST_JOINTS]; /* kept from period to period */
+    int shown;                       /* the joint to which the two next values belong in this period */
     double would_be;
     double share;
     float in;                        /* the common factor */
     bool cut_off;
-    unsigned taken;                  /* files */
+    unsigned taken;                  /* number of files */
 };
 
-/* Of the real-time thread. */
+/* State of the real-time thread. */
 static trueaxis_servo_memory servo_memory;
 static trueaxis_servo *servo;
 static struct place *current;
 static enum trouble refused;
 static double weight_set[TRUEAXIS_ADJUSTABLE];
 static bool told_on, told_dry;
-static bool retiring; /* tables before the current ones are, or were not taken back */
+static bool retiring; /* earlier tables are still being read, or were not taken back */
 
-/* Nothing is corrected, and nothing is wanted to be. */
+/* Corrections are out and are not requested. */
 static bool idle(const struct cycle *c)
 {
     if (c->on || c->in > 0)
@@ -45,7 +45,7 @@ static bool idle(const struct cycle *c)
     return true;
 }
 
-/* The first tables, or any others. */
+/* Starts with the first tables, or with any others. */
 static trueaxis_result begin_with(struct place *next)
 {
     trueaxis_result result;
@@ -61,7 +61,7 @@ static trueaxis_result begin_with(struct place *next)
     return result;
 }
 
-/* Takes tables that were loaded, as soon as that can be. */
+/* Adopts loaded tables as soon as possible. */
 static void take_offered(struct cycle *c)
 {
     struct place *next = loading_offered();
@@ -86,7 +86,7 @@ static void take_offered(struct cycle *c)
     loading_take();
 }
 
-/* Gives tables back that are no longer read. */
+/* Returns tables that are no longer read. */
 static void give_back(void)
 {
     trueaxis_tables *retired;
@@ -96,7 +96,7 @@ static void give_back(void)
     loading_free_all_but(current);
 }
 
-/* Inputs besides positions; the first that is not as it should be. */
+/* Sets the inputs other than positions; returns the first problem. */
 static enum trouble set_inputs(const struct cycle *c)
 {
     enum trouble found = TROUBLE_NONE;
@@ -118,7 +118,7 @@ static enum trouble set_inputs(const struct cycle *c)
     return found;
 }
 
-/* What is only to be looked at: of one joint after the other, one in each period. */
+/* Values for display only: one joint per period, in turn. */
 static void show(struct cycle *c, const double *computed)
 {
     int k;
@@ -128,7 +128,7 @@ static void show(struct cycle *c, const double *computed)
     c->share = k < 0 ? 0 : fabs(computed[k]) * current->per_bound[k];
 }
 
-/* Switches of the servo, which change seldom. */
+/* Switches of the servo, which rarely change. */
 static void set_switches(const struct cycle *c)
 {
     if (told_on != c->on)
@@ -137,7 +137,7 @@ static void set_switches(const struct cycle *c)
         trueaxis_servo_dry_run(servo, told_dry = c->dry);
 }
 
-/* New corrections from the positions; what is not as it should be. */
+/* Computes new corrections from the positions; returns a problem, if any. */
 static enum trouble update(struct cycle *c, double period)
 {
     double commands[TRUEAXIS_AXES], corrections[TRUEAXIS_AXES], computed[TRUEAXIS_AXES];
@@ -146,13 +146,13 @@ static enum trouble update(struct cycle *c, double period)
     trueaxis_status status;
     trueaxis_result result;
     enum trouble found = set_inputs(c);
-    /* From the last joint to the first: of the joints of an axis, the position of the first one counts. */
+    /* From the last joint to the first: if an axis has several joints, the position of the first one counts. */
     for (int j = configured.joints - 1; j >= 0; j--) {
         int k = current->axis_of[j];
         if (k < 0)
             continue;
         commands[k] = c->position[j] * current->unit[k];
-        /* No corrections while any joint is not homed: a switch is to be found where it is. */
+        /* No corrections while any joint is not homed: a switch must be found at its real place. */
         if (!c->referenced[j])
             referenced = 0;
         if (!isfinite(commands[k]))
@@ -164,7 +164,7 @@ static enum trouble update(struct cycle *c, double period)
         result = trueaxis_servo_computed(servo, computed, axes);
     if (result == TRUEAXIS_RESULT_OK)
         result = trueaxis_servo_status(servo, &status);
-    /* No step: the corrections stay as they are. */
+    /* To avoid a step, the corrections stay unchanged. */
     if (result != TRUEAXIS_RESULT_OK)
         return TROUBLE_LIBRARY;
     for (int j = 0; j < configured.joints; j++)

@@ -12,7 +12,7 @@
 
 #define MOST_BYTES (64 * 1024 * 1024)
 
-/* Reads a file into memory of its own, at a multiple of 16 bytes; NULL and `why` not. */
+/* Reads a file into memory of its own, aligned to 16 bytes; on failure returns NULL and the reason in `why`. */
 static void *read_file(const char *path, size_t *length, const char **why)
 {
     FILE *from = fopen(path, "rb");

@@ -10,7 +10,7 @@
 
 #define MOST_JOINTS 16
 
-/* mm in a linear unit of the machine, as [TRAJ]LINEAR_UNITS names it; 0 for any other word. */
+/* Length of a linear unit of the machine in mm, as named in [TRAJ]LINEAR_UNITS; 0 for any other word. */
 static double mm_of(const char *unit)
 {
     static const char *const METRIC[] = {"mm", "metric"}, *const INCHES[] = {"inch", "in", "imperial"};
@@ -23,7 +23,7 @@ static double mm_of(const char *unit)
     return 0.0;
 }
 
-/* The number of joints with these letters; 0 if they are none. */
+/* The number of joints with these letters; 0 if the letters are invalid. */
 static int joints_of(const char *letters)
 {
     size_t joints = strlen(letters);

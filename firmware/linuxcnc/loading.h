@@ -61,33 +61,33 @@ static const char *const TROUBLES[] = {
     "a mistake in the library: please report it",
 };
 
-/* From the line that loads the component; constant. */
+/* Parameters from the line that loads the component; constant. */
 static struct {
     const char *path;
     const char *letters; /* one per joint */
     int joints;
     int temperatures;
     int weights;
-    double mm; /* in a linear unit of the machine */
+    double mm; /* length of a linear unit of the machine */
 } configured;
 
-/* Tables, and how they fit the machine. */
+/* Tables, and their mapping to the machine. */
 struct place {
     trueaxis_tables_memory memory;
     trueaxis_tables *tables;
     void *blob;
-    int in_use; /* atomic: 1 from being offered until the real-time thread needs it no more */
+    int in_use; /* atomic: 1 from the offer until the real-time thread no longer needs it */
     uint32_t sum;
     int axes;
-    int axis_of[MOST_JOINTS];           /* of a joint: its axis, or -1 */
-    double unit[TRUEAXIS_AXES];         /* mm or degrees in a unit of the machine */
-    double per_unit[TRUEAXIS_AXES];     /* the other way */
+    int axis_of[MOST_JOINTS];           /* for each joint: its axis, or -1 */
+    double unit[TRUEAXIS_AXES];         /* length of a machine unit in mm or degrees */
+    double per_unit[TRUEAXIS_AXES];     /* its inverse */
     double per_bound[TRUEAXIS_AXES];    /* 1 / the largest correction */
     int auxiliaries;
-    int pin_of[TRUEAXIS_AUXILIARIES];   /* of an auxiliary input: its temperature pin, or -1 for the tool length */
+    int pin_of[TRUEAXIS_AUXILIARIES];   /* for each auxiliary input: its temperature pin, or -1 for the tool length */
     bool needed[TRUEAXIS_AUXILIARIES];  /* a correction depends on it */
     int terms;
-    uint32_t term[TRUEAXIS_ADJUSTABLE]; /* number of the term of each weight pin */
+    uint32_t term[TRUEAXIS_ADJUSTABLE]; /* index of the term of each weight pin */
 };
 
 static struct place places[2];
@@ -115,7 +115,7 @@ static inline bool loading_busy(void) { return GET(asked) != GET(answered) || GE
 static inline enum trouble loading_trouble(void) { return (enum trouble)GET(load_trouble); }
 static inline void loading_report(enum trouble trouble) { SET(reported, (int)trouble); }
 
-/* Places that no servo reads any more. */
+/* Frees the places that no servo reads any more. */
 static inline void loading_free_all_but(const struct place *kept)
 {
     for (int p = 0; p < 2; p++)
@@ -123,9 +123,9 @@ static inline void loading_free_all_but(const struct place *kept)
             SET(places[p].in_use, 0);
 }
 
-/* The other side. */
+/* The loading thread's side. */
 
-/* Which joint has which axis, in which unit. */
+/* Maps joints to axes and units. */
 static enum trouble fit_axes(struct place *p)
 {
     for (int j = 0; j < configured.joints; j++) {
@@ -156,7 +156,7 @@ static enum trouble fit_axes(struct place *p)
     return TROUBLE_NONE;
 }
 
-/* Which input has which pin. */
+/* Maps inputs to pins. */
 static enum trouble fit_inputs(struct place *p, const trueaxis_facts *facts)
 {
     int temperatures = 0;
@@ -208,7 +208,7 @@ static enum trouble load_into(struct place *p)
         free(blob);
         return TROUBLE_LIBRARY;
     }
-    /* Nobody reads the one before: this place is free. */
+    /* The previous content is no longer read: this place is free. */
     free(p->blob);
     p->blob = blob;
     if (result != TRUEAXIS_RESULT_OK) {
@@ -230,7 +230,7 @@ static enum trouble load_into(struct place *p)
     return trouble;
 }
 
-/* Loads into the free place and offers it; false if none is free. */
+/* Loads into the free place and offers it; returns false if none is free. */
 static bool load(void)
 {
     for (int n = 0; n < 2; n++) {
@@ -263,7 +263,7 @@ static void *loader_main(void *nothing)
                 SAY(RTAPI_MSG_ERR, "fault %d: %s\n", now, TROUBLES[now]);
             said = now;
         }
-        /* One after the other: what was offered is taken or refused before the next is read. */
+        /* One at a time: the offered tables must be accepted or refused before the next file is read. */
         if (want != GET(answered) && GET(offered) == NULL && load())
             SET(answered, want);
         nanosleep(&nap, NULL);
@@ -271,7 +271,7 @@ static void *loader_main(void *nothing)
     return nothing;
 }
 
-/* Takes the parameters; the number of joints, or a negative error. */
+/* Checks and stores the parameters; returns the number of joints, or a negative error. */
 static int loading_configure(const char *path, const char *letters, const char *unit, int temperatures, int weights)
 {
     configured.path = path;
@@ -331,7 +331,7 @@ static void loading_stop(void)
     loader_runs = false;
 }
 
-/* When the component leaves the process: after the functions have left their threads. */
+/* Runs when the component is unloaded, after its functions have been removed from their threads. */
 static void __attribute__((destructor)) loading_end(void)
 {
     for (int n = 0; n < 2; n++)

@@ -3,22 +3,22 @@
 component trueaxis "Volumetric compensation of a machine tool, at servo rate";
 
 description """
-Adds to the command of each joint what the geometric errors of the machine ask for, and takes it out of the
+Adds a correction for the geometric errors of the machine to the command of each joint, and removes it from the
 feedback again, so that the motion controller, its displays, limits and probing see uncorrected positions.
 The compensation is a file made by the program \\fBtrueaxis\\fR. It may depend on the positions of all axes, on
-the length of the tool and on temperatures; all joints are corrected together.
+the tool length and on temperatures; all joints are corrected together.
 
 .B trueaxis.read
-stands before \\fBmotion\\-controller\\fR and takes the correction of the last period out of the feedback;
+runs before \\fBmotion\\-controller\\fR and removes the correction of the last period from the feedback;
 .B trueaxis.write
-stands after it and adds the new one. Corrections come in, go and change with bounded rate and acceleration:
-enabling, disabling, homing, faults and other files never make a step.
+runs after it and adds the new one. Corrections change only with bounded rate and acceleration: enabling,
+disabling, homing, faults and new files never cause a step.
 
-A file that is missing, damaged or of another machine does not keep LinuxCNC from starting: the outputs are the
-inputs, \\fBfault\\fR is true, \\fBfault\\-code\\fR says which kind of reason it is, and the log says it in words. The
-same file is read again after a rising edge of \\fBreload\\fR. While \\fBenable\\fR and \\fBactive\\fR are false any
-file that fits the joints is taken; otherwise one with the same axes, travels and inputs, to which the corrections fade. If it cannot be
-taken, what was loaded before stays in use, with \\fBfault\\fR true.
+If the file is missing, damaged or for another machine, LinuxCNC still starts: the outputs equal the inputs,
+\\fBfault\\fR is true, \\fBfault\\-code\\fR gives the kind of fault, and the log explains it. A rising edge of
+\\fBreload\\fR reads the same file again. While \\fBenable\\fR and \\fBactive\\fR are false, any file that fits the
+joints is accepted. Otherwise it must have the same axes, travels and inputs, and the corrections fade over to it.
+If it is not accepted, the previous compensation stays in use, with \\fBfault\\fR true.
 """;
 
 examples """
@@ -48,27 +48,27 @@ notes """
 .nf
  0  none
  1  the file cannot be read
- 2  the file is damaged, of another format, or needs more than this component holds
- 3  its axes are not those of \\fBaxes=\\fR
- 4  it needs more temperatures than there are pins
- 5  it was not taken because corrections are active: its axes, travels or inputs differ
+ 2  the file is damaged, has another format, or exceeds the capacities of this component
+ 3  its axes differ from \\fBaxes=\\fR
+ 4  it needs more temperature pins than there are
+ 5  it was not accepted while corrections are active, because its axes, travels or inputs differ
  6  \\fBpos\\-in\\fR of a joint is not connected, or not a number
  7  \\fBtool\\-length\\fR is not connected, or not a number
  8  a temperature is not connected, or not a number
- 9  a weight is not within its limits
-10  the period of the thread is not from 1 µs to 10 ms
+ 9  a weight is outside its limits
+10  the period of the thread is outside 1 µs to 10 ms
 11  a position is out of reach
-12  a mistake in the library: please report it
+12  a bug in the library: please report it
 .fi
-.SS What is not connected
+.SS Unconnected pins
 \\fBpos\\-in\\fR, \\fBtool\\-length\\fR, \\fBtemperature\\-N\\fR and \\fBweight\\-N\\fR are not a number (shown as \\fBnan\\fR)
-until something is connected to them or they are set. Where a correction depends on one of the first three, that is
-a fault, never 0. A signal that nothing writes counts as connected.
+until they are connected or set. If a correction depends on one of the first three, that is a fault; they never
+count as 0. A signal without a writer counts as connected.
 .SS Real time
-Files are read by a thread of their own, which is not a real\\-time thread.
+Files are read by a separate thread, which is not a real\\-time thread.
 .SS Licence
-The source of this component is MIT. Together with LinuxCNC it is a work under the GNU General Public License,
-version 2.
+The source of this component is under the MIT licence. Combined with LinuxCNC it is a work under the GNU General
+Public License, version 2.
 """;
 see_also """\\fBmotion\\fR(9), https://docs.rs/trueaxis""";
 author "The trueaxis maintainers";
@@ -81,33 +81,33 @@ pin in  bit   joint.#.homing[16 : personality & 31] "From joint.N.homing";
 pin in  float joint.#.motor_cmd_in[16 : personality & 31] "From joint.N.motor\\-pos\\-cmd";
 pin out float joint.#.motor_cmd_out[16 : personality & 31] "motor\\-cmd\\-in with the correction added: to the drive";
 pin in  float joint.#.motor_fb_in[16 : personality & 31] "Feedback of the drive, or motor\\-cmd\\-out without one";
-pin out float joint.#.motor_fb_out[16 : personality & 31] "motor\\-fb\\-in with the correction of the last period taken out: to joint.N.motor\\-pos\\-fb";
-pin out float joint.#.correction[16 : personality & 31] "What is added, in machine units";
-pin out float joint.#.computed[16 : personality & 31] "What would be added if all corrections were in: also while disabled or in a dry run. Of one joint after the other, one in each period";
-pin out float joint.#.bound_used[16 : personality & 31] "computed as a share of the largest correction of its axis, 0 to 1; as often";
+pin out float joint.#.motor_fb_out[16 : personality & 31] "motor\\-fb\\-in with the correction of the last period removed: to joint.N.motor\\-pos\\-fb";
+pin out float joint.#.correction[16 : personality & 31] "The added correction, in machine units";
+pin out float joint.#.computed[16 : personality & 31] "The correction with factor 1, in machine units: also while disabled or in a dry run. Updated for one joint per period, in turn";
+pin out float joint.#.bound_used[16 : personality & 31] "computed as a fraction of the largest correction of its axis, 0 to 1; updated together with it";
 
-pin in  bit   enable "Lets the corrections in, or takes them out, over some time";
-pin in  bit   dry_run "Everything is computed and shown, the corrections go to 0";
-pin in  bit   reload "At a rising edge the file is read again";
-pin out bit   loading "A file is being read, or waits until it can be taken";
-pin out unsigned loads "How many files were taken";
-pin out unsigned checksum "Checksum of the file in use, which tells files apart; 0 without one";
-pin out bit   active "Corrections are in, at least partly";
+pin in  bit   enable "Ramps the corrections in or out";
+pin in  bit   dry_run "Everything is computed and shown, while the corrections ramp to 0";
+pin in  bit   reload "A rising edge reads the file again";
+pin out bit   loading "A file is being read, or is waiting to be used";
+pin out unsigned loads "Number of files accepted";
+pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
+pin out bit   active "Corrections are applied, at least partly";
 pin out float factor "The common factor of all corrections, 0 to 1";
-pin out bit   saturated "A correction is cut off at the largest of its axis";
-pin out bit   fault "Something is not as it should be: see fault\\-code";
-pin out unsigned fault_code "What is not as it should be: see NOTES";
+pin out bit   saturated "A correction is limited to the largest of its axis";
+pin out bit   fault "There is a fault: see fault\\-code";
+pin out unsigned fault_code "The kind of fault: see NOTES";
 pin in  float tool_length = NAN "From motion.tooloffset.z, in machine units";
 pin in  float temperature_#[8 : (personality >> 5) & 31] = NAN "Temperatures in °C, in the order of the file";
-pin in  float weight_#[16 : (personality >> 10) & 31] = NAN "Weights of the adjustable terms, in the order of the file; until set, as stored in the file";
+pin in  float weight_#[16 : (personality >> 10) & 31] = NAN "Weights of the adjustable terms, in the order of the file; until set, those stored in the file";
 
-modparam dummy file "Path of the compensation, FILE.trax; without one that is a fault, and nothing is corrected";
-modparam dummy axes "Letter of the axis of each joint, from joint 0, as in the file: XYZAC. XYYZ is a gantry, both joints get the correction of Y, the first one's position counts. \\- is a joint that is not corrected";
+modparam dummy file "Path of the compensation, FILE.trax; if missing, that is a fault, and nothing is corrected";
+modparam dummy axes "Letter of the axis of each joint, from joint 0, as in the file: XYZAC. XYYZ is a gantry: both joints get the correction of Y, at the position of the first one. \\- is a joint without correction";
 modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 modparam dummy temperatures "Number of temperature pins (0)";
 modparam dummy weights "Number of weight pins (0)";
 
-function read_ "Takes the correction of the last period out of the feedback: before motion\\-controller";
+function read_ "Removes the correction of the last period from the feedback: before motion\\-controller";
 function write_ "Adds the new correction to the commands: after motion\\-controller";
 
 option singleton yes;
@@ -131,8 +131,8 @@ RTAPI_MP_INT(weights, "number of weight pins");
 static struct cycle now;
 static bool reload_before;
 
-/* What is written only when it changes, for it lies in memory of its own that the processor would have to fetch in
- * every period; and one after the other all the same, for a pin that is connected while HAL runs. */
+/* Pins written only when they change, because they are in separate memory that the processor would otherwise fetch
+ * in every period. They are also written in turn, one per period, for pins that are connected while HAL runs. */
 static struct {
     float in;
     unsigned taken, sum, code;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Copyright (c) 2026 The trueaxis maintainers. The licence is in LICENSE-MIT.
-component trueaxis_model "Plays the real machine: where the tool is with known geometric errors";
+component trueaxis_model "Simulates the real machine: the tool position with known geometric errors";
 
 description """
-Takes what the drives are told and what the motion controller has commanded, and says where the tool really is,
-seen from the workpiece, on a machine with known errors: so many µm from where it should be without a
-compensation, and next to none with one. The machine is a file made by
+From the commands of the drives and of the motion controller, computes where the tool really is relative to the
+workpiece, on a machine with known errors: several µm from its nominal position without a compensation, and almost
+exactly there with one. The machine is a file made by
 .RS
 trueaxis linuxcnc model machine.toml errors.toml \\-o FILE
 .RE
-which is computed with exact kinematics, not with the tables of the compensation.
+It is computed with exact kinematics, not with the tables of the compensation.
 
-Add its function to the thread behind all that write commands for the drives.
+Add its function to the thread after all functions that write commands for the drives.
 """;
 
 examples """
@@ -28,7 +28,7 @@ net N\\-offset  joint.N.motor\\-offset  => trueaxis\\-model.joint.N.motor\\-offs
 
 notes """
 Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the hysteresis of the machine file, as the
-compensation follows them. Temperatures are at their references.
+compensation does it. Temperatures are at their references.
 """;
 see_also """\\fBtrueaxis\\fR(9), https://docs.rs/trueaxis""";
 author "The trueaxis maintainers";
@@ -36,25 +36,25 @@ license "Dual MIT/GPL";
 
 // Joints are counted in EXTRA_SETUP.
 pin in  float joint.#.pos_in[16 : personality] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd";
-pin in  float joint.#.motor_in[16 : personality] = NAN "What the drive of the joint is told, with its correction";
-pin in  float joint.#.motor_offset[16 : personality] "From joint.N.motor\\-offset: what homing has put between the two";
-pin in  float tool_length = NAN "Length of the tool along its axis from the spindle frame, machine units; until set, that of the machine file";
+pin in  float joint.#.motor_in[16 : personality] = NAN "Command to the drive of the joint, including the correction";
+pin in  float joint.#.motor_offset[16 : personality] "From joint.N.motor\\-offset: the offset between the two due to homing";
+pin in  float tool_length = NAN "Tool length along its axis from the spindle frame, machine units; until set, that of the machine file";
 
-pin out float error "How far the tip of the tool is from where it should be, µm";
-pin out float error_x "Its part along x of the workpiece, µm";
-pin out float error_y "Its part along y of the workpiece, µm";
-pin out float error_z "Its part along z of the workpiece, µm";
-pin out float direction_error "Angle between the axis of the tool and where it should point, µrad";
-pin out float tip_x "The tip of the tool as it is, in the workpiece frame of the machine file, mm";
+pin out float error "Distance of the tool tip from its nominal position, µm";
+pin out float error_x "Its component along x of the workpiece, µm";
+pin out float error_y "Its component along y of the workpiece, µm";
+pin out float error_z "Its component along z of the workpiece, µm";
+pin out float direction_error "Angle between the tool axis and its nominal direction, µrad";
+pin out float tip_x "Actual position of the tool tip along x, in the workpiece frame of the machine file, mm";
 pin out float tip_y "The same along y, mm";
 pin out float tip_z "The same along z, mm";
-pin out float direction_x "Unit vector from the tip to the spindle as it is, along x";
+pin out float direction_x "Actual unit vector from the tip to the spindle, along x";
 pin out float direction_y "The same along y";
 pin out float direction_z "The same along z";
 pin out bit   fault "There is no model, or a position is not a number: the other pins are 0";
 
 modparam dummy file "Path of the model";
-modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with one letter the first counts; \\- is a joint that is no axis of the model";
+modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with the same letter the first counts; \\- is a joint that is not an axis of the model";
 modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 
 function _;

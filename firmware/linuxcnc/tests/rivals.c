@@ -83,7 +83,7 @@ static matrix turn(int axis, double angle)
     return m;
 }
 
-/* Small: a shift and a turn. */
+/* A small shift and rotation. */
 static matrix error_of(double x, double y, double z, double a, double b, double c)
 {
     matrix t = shift(x, y, z), r = turn(0, a), m;
@@ -132,7 +132,7 @@ static matrix motion(const struct joint *joint, double q, double scale)
                  joint->direction == 2 ? moved : 0);
 }
 
-/* Least squares of 6 equations for 5 unknowns, by Householder's reflections. */
+/* Least squares for 6 equations in 5 unknowns, with Householder reflections. */
 static void solve(double a[6][AXES], double b[6], double x[AXES])
 {
     for (int k = 0; k < AXES; k++) {

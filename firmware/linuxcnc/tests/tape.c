@@ -129,7 +129,7 @@ int rtapi_app_main(void)
     recorded = malloc((size_t)(rows + 1) * strlen(in) * sizeof *recorded + 1);
     if (pins == NULL || recorded == NULL)
         return -ENOMEM;
-    /* Touched now, so that no page is fetched in the real-time thread. */
+    /* Touched now, so that the real-time thread causes no page faults. */
     memset(recorded, 0, (size_t)(rows + 1) * strlen(in) * sizeof *recorded);
     error = out[0] ? read_rows() : 0;
     if (!error) error = export_pins(out, "out", HAL_OUT, pins->out);
