@@ -8,14 +8,14 @@
 
 #include <stddef.h>
 
-/* The place of the tables. */
+/* The location of the tables. */
 #ifdef TRUEAXIS_FLASH
 #define TXA_BLOB_PLACE "flash"
 #else
 #define TXA_BLOB_PLACE TRUEAXIS_FILE
 #endif
 
-/* The bytes, which stay until the next call, and how many they are; null and `why` not. */
+/* The bytes, which remain valid until the next call, and their number; on failure null, with the reason in `why`. */
 const void *txa_blob(size_t *length, const char **why);
 
 #endif

@@ -43,7 +43,7 @@ static void set_target_position(uint_fast8_t axis)
 
 static void set_machine_positions(axes_signals_t cycle)
 {
-    /* By hand there is nothing to pull off from, as without these entries. */
+    /* When homed by hand there is no pull-off distance, as without these entries. */
     limits_set_machine_positions(cycle, state_get() == STATE_HOMING);
 }
 

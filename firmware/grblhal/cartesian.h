@@ -8,7 +8,7 @@
 
 #include "controller.h"
 
-/* Fills the entries that are null and that grblHAL calls without asking. */
+/* Fills the null entries that grblHAL calls without checking. */
 void txa_cartesian(kinematics_t *entries);
 
 #endif

@@ -106,7 +106,7 @@ bool txa_load_and_say(void)
     return loaded;
 }
 
-/* True if the argument begins with the word, in any case; `rest` is what follows. */
+/* True if the argument begins with the word, in any case; `rest` is the remainder. */
 static bool is(const char *argument, const char *word, const char **rest)
 {
     for (; *word != '\0'; word++, argument++)

@@ -10,7 +10,7 @@
 
 /* Registers the command. */
 void txa_commands(void);
-/* Loads, while the machine is at rest, and says what came of it. */
+/* Loads the tables, while the machine is at rest, and reports the result. */
 bool txa_load_and_say(void);
 
 #endif

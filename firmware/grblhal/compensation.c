@@ -8,10 +8,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Steps of 10 ms at one place in which every transition has ended: a cross-fade of large corrections takes some
- * seconds. */
+/* Number of 10 ms steps at one place after which every transition has ended: a cross-fade of large corrections takes
+ * several seconds. */
 #define MOST_STEPS 500
-/* What has to be said when it begins. */
+/* Conditions that are reported when they begin. */
 #define FAULTS (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED)
 
 static trueaxis_tables_memory tables_memory;
@@ -56,7 +56,7 @@ static bool refuse_axis(char name, const char *reason)
     return refuse(text);
 }
 
-/* Finds the axes of the tables in the controller. */
+/* Finds the controller's axes for those of the tables. */
 static bool find_axes(void)
 {
     trueaxis_facts facts;
@@ -155,7 +155,7 @@ void txa_set_length_without_g43(float length)
 
 static void set_auxiliary(size_t number, double value)
 {
-    /* What was never set stays so: a fault if a correction depends on it, never 0. */
+    /* An input that was never set stays so: a fault if a correction depends on it; it never counts as 0. */
     if (isnan(value) && isnan(auxiliary_value[number]))
         return;
     auxiliary_value[number] = value;
@@ -181,7 +181,7 @@ bool trueaxis_set_temperature(const char *name, float celsius)
     return false;
 }
 
-/* Says what is wrong, once when it begins. */
+/* Reports faults, once each when they begin. */
 static void report_faults(void)
 {
     uint16_t now = txa_status().conditions & FAULTS;

@@ -30,14 +30,15 @@
 #ifndef TRUEAXIS_FILE_MOST
 #define TRUEAXIS_FILE_MOST 16384
 #endif
-/* Tables in flash instead: the address, at a multiple of 4, and TRUEAXIS_FLASH_SIZE, the bytes of the area.
+/* To keep tables in flash instead: the address, aligned to 4, and TRUEAXIS_FLASH_SIZE, the size of the area in
+ * bytes.
  * #define TRUEAXIS_FLASH ((const void *)0x080E0000) */
 
-/* 1: the corrections are let in from the start on, else with `$TRUEAXIS=ON`. */
+/* 1: corrections are enabled from the start, otherwise with `$TRUEAXIS=ON`. */
 #ifndef TRUEAXIS_ON_AT_START
 #define TRUEAXIS_ON_AT_START 0
 #endif
-/* Planned segments that are remembered, for the position that is shown: more than the planner has blocks. */
+/* Number of planned segments remembered for the shown position: more than the planner has blocks. */
 #ifndef TRUEAXIS_TRACE
 #define TRUEAXIS_TRACE 128
 #endif

@@ -9,34 +9,34 @@
 #include <math.h>
 #include <string.h>
 
-/* States whose motions bypass the kinematics, towards positions of the motors: they must be shown those. */
+/* States whose motions bypass the kinematics and go to motor positions, which must be shown then. */
 #define OF_MOTORS (STATE_HOMING | STATE_SAFETY_DOOR | STATE_SLEEP)
-/* A position of the planner is the one that was planned if it is as near: rounding to steps, and of large floats. */
+/* A position counts as the planned one within this distance, which allows for rounding to steps and of large floats. */
 #define SAME_STEPS 1.5
-/* No step of the servo is longer, nor shorter (trueaxis_servo_update). */
+/* Limits of one step of the servo (trueaxis_servo_update). */
 #define MOST_PERIOD 0.01
 #define LEAST_PERIOD 1e-6
-/* A piece that takes longer is given this many steps: what it lacks is made up in the next ones. */
+/* Maximum number of servo steps for a long piece: any remaining time is made up in the next pieces. */
 #define MOST_STEPS 64
-/* Rounds after which position and correction agree: each leaves as much as the correction is steep, 1e-3 at most. */
+/* Rounds until position and correction agree: each reduces the error by the slope of the correction, at most 1e-3. */
 #define ROUNDS 4
 
 static kinematics_t inner;
 
-/* Where the planned path ends: uncorrected command, and where the motors go. */
+/* End of the planned path: uncorrected command, and motor positions. */
 static float command[N_AXIS], motors[N_AXIS];
-static bool known;         /* the two are */
-static bool positions_set; /* by homing, since */
+static bool known;         /* the two are known */
+static bool positions_set; /* by homing, since then */
 
-/* The motion under way, from `from` to `to`, in pieces. */
+/* The current motion, from `from` to `to`, in pieces. */
 static float from[N_AXIS], to[N_AXIS];
-static coord_data_t *within; /* where the kinematics within have its targets */
+static coord_data_t *within; /* targets of the inner kinematics */
 static uint32_t pieces, piece;
 static float feed;
-static bool ours;    /* there were tables when it began */
-static volatile bool on_its_way; /* a piece was given out, and the planner may not have it yet */
-static float behind[N_AXIS];     /* where the motors go before it */
-static bool by_time; /* its feed was turned into a time */
+static bool ours;    /* tables were in use when it began */
+static volatile bool on_its_way; /* a piece was issued, and the planner may not have it yet */
+static float behind[N_AXIS];     /* motor positions before that piece */
+static bool by_time; /* its feed was converted to a time */
 static volatile bool cancelled;
 
 static bool same(const float *a, const float *b)
@@ -59,9 +59,9 @@ static void uncorrected(float *position, const float *at, const double *correcti
         position[i] = (float)((double)at[i] - correction[i]);
 }
 
-/* The motors stand at `at`, where no planned path led or not to its end: after homing, a reset, a probe, a jog that
- * was cancelled. The corrections become those of this place, by the servo's own way, and the command what leads here:
- * no axis moves. */
+/* The motors are at `at`, which is not the end of the planned path: after homing, a reset, a probe, a cancelled jog.
+ * The corrections become those of this place, as the servo computes them, and the command becomes the one that leads
+ * here: no axis moves. */
 static void align(const float *at)
 {
     double correction[N_AXIS];
@@ -73,7 +73,7 @@ static void align(const float *at)
     positions_set = false;
     bool on_path = txa_trace_find(at, correction, directions);
     uncorrected(command, at, on_path ? correction : txa_correction());
-    /* To the servo what follows looks like a move: it is told how the axes really came here. */
+    /* The servo would take this for a move, so it is given the actual directions of the axes. */
     txa_set_travel(directions);
     for (int round = 0; round < ROUNDS && txa_status().factor > 0.0f; round++) {
         txa_settle(command);
@@ -84,7 +84,7 @@ static void align(const float *at)
     txa_trace_begin(motors, txa_correction());
 }
 
-/* Where the machine stands or was, without corrections. */
+/* The current or earlier position of the machine, without corrections. */
 static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
 {
     if (!txa_present() || (state_get() & OF_MOTORS))
@@ -94,24 +94,24 @@ static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
     for (size_t i = 0; i < N_AXIS; i++)
         at[i] = (float)steps->values[i] / settings.axis[i].steps_per_mm;
     bool now = memcmp(steps->values, sys.position, sizeof sys.position) == 0;
-    /* While a piece is on its way to the planner nothing may be planned, and the motors stand at its begin: to align
-     * there would begin the motion anew behind it, with corrections that have had no time. */
+    /* While a piece is on its way to the planner nothing may be planned, and the motors are at its start: aligning
+     * there would restart the motion after it, with corrections that have had no time. */
     bool begins = on_its_way && known && !positions_set && same(at, behind);
     if (now && !begins && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
         align(at);
     if (!txa_trace_find(at, correction, NULL)) {
-        /* A place of earlier, as that of the last probing. */
+        /* An earlier place, such as that of the last probing. */
         if (!txa_correction_at(at, correction))
             memcpy(correction, txa_correction(), sizeof correction);
     }
-    /* By whole steps: a command that is a whole number of steps is shown as it was given. */
+    /* In whole steps, so that a command that is a whole number of steps is shown as it was given. */
     mpos_t without;
     for (size_t i = 0; i < N_AXIS; i++)
         without.values[i] = steps->values[i] - (int32_t)lround(correction[i] * (double)settings.axis[i].steps_per_mm);
     return inner.transform_steps_to_cartesian(position, &without);
 }
 
-/* Time passes along the piece; the corrections are those of its end. */
+/* Advances time along the piece; the corrections are those at its end. */
 static void pass(const float *begin, const float *end, const plan_line_data_t *data)
 {
     double time = txa_least_time(begin, end, data);
@@ -132,7 +132,7 @@ static void pass(const float *begin, const float *end, const plan_line_data_t *d
     }
 }
 
-/* The next motion of the kinematics within: false if there is none. */
+/* The next motion of the inner kinematics; false if there is none. */
 static bool next(plan_line_data_t *data)
 {
     if (inner.segment_line(within, NULL, data, false) == NULL)
@@ -156,12 +156,12 @@ static coord_data_t *begin_line(coord_data_t *out, coord_data_t *target, const c
     pieces = piece = 0;
     on_its_way = false;
     within = inner.segment_line(target, &start, data, true);
-    /* This is what is checked against the soft limits: not corrected. */
+    /* Soft limits check this position, which is uncorrected. */
     memcpy(out, within, sizeof *out);
     return out;
 }
 
-/* As the kinematics of grblHAL have it, every target is at the place that the first call returned. */
+/* As in the kinematics of grblHAL, every target is stored where the first call returned. */
 static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, plan_line_data_t *data, bool init)
 {
     static coord_data_t out;
@@ -191,7 +191,7 @@ static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, 
     if (memcmp(begin, command, sizeof begin) != 0)
         pass(begin, command, data);
     if (txa_turns_only(begin, command, data, &degrees)) {
-        /* With the correction of a linear axis the planner would take the feed for that of the linear axis. */
+        /* With corrections of linear axes the planner would apply the feed to the linear axes. */
         bool inches = gc_state.modal.units_imperial && settings.flags.revert_metric_conversion;
         data->feed_rate = (float)((inches ? feed / MM_PER_INCH : feed) / degrees);
         data->condition.inverse_time = On;

@@ -8,15 +8,15 @@
 
 #include "controller.h"
 
-/* Chains the entries of `kinematics` as they are now, if they are not chained. */
+/* Wraps the current entries of `kinematics`, unless they are already wrapped. */
 void txa_motion_chain(void);
-/* Looks how far the planned path has been executed: as often as possible. */
+/* Checks how far the planned path has been executed; call it as often as possible. */
 void txa_motion_watch(void);
-/* What is left of the motion under way is not planned any more: may be called from an interrupt. */
+/* Drops the unplanned rest of the current motion; may be called from an interrupt. */
 void txa_motion_cancel(void);
-/* True while the machine stands and nothing is planned. */
+/* True while the machine is at rest and nothing is planned. */
 bool txa_motion_at_rest(void);
-/* At rest: the corrections are out from here on, and no axis has moved: the shown position changes instead. */
+/* At rest: removes the corrections without moving any axis; the shown position changes instead. */
 void txa_motion_restart(void);
 
 #endif

@@ -6,20 +6,20 @@
 
 #include <math.h>
 
-/* What the straight line between two ends of a piece may deviate from the correction: 0.5 µm, and as much as that
- * is at a lever of 100 mm. */
+/* Permitted deviation between the correction and the straight line between the ends of a piece: 0.5 µm, and the
+ * equivalent angle at a lever of 100 mm. */
 #define DEVIATION_MM 0.0005
 #define DEVIATION_DEGREES 0.0003
-/* A piece takes no less at top speed, for the planner has to keep up, and no more. */
+/* Shortest and longest time of a piece at top speed; the planner must be able to keep up. */
 #define LEAST_TIME 0.001
 #define MOST_TIME 0.1
-/* No motion is cut into more. */
+/* Maximum number of pieces of a motion. */
 #define MOST_PIECES 100000
 
 static double piece_time = MOST_TIME;
 
-/* How fast the correction of an axis changes at most while all axes move at top speed, mm/s or degrees/s: at the
- * steepest place. The bound in the tables is that with a quarter of room, and a ramp on top. */
+/* Maximum rate of change of an axis's correction while all axes move at top speed, mm/s or degrees/s, at the
+ * steepest place. The bound in the tables is this with a margin of a quarter, plus a ramp. */
 static double steepest(size_t number)
 {
     size_t place;
@@ -33,7 +33,7 @@ void txa_pieces_from_tables(void)
     for (size_t k = 0; k < txa_axes(); k++) {
         size_t place;
         bool degrees = txa_axis(k, &place)->unit == TRUEAXIS_DEGREES;
-        /* What changes by no more than r per second is off the straight line by r t / 2 at most. */
+        /* A value that changes by at most r per second deviates from the straight line by at most r t / 2. */
         double time = 2.0 * (degrees ? DEVIATION_DEGREES : DEVIATION_MM) / steepest(k);
         if (time > 0.0 && time < piece_time)
             piece_time = time;
@@ -71,7 +71,7 @@ uint32_t txa_pieces(const float *from, const float *to)
     return pieces < MOST_PIECES ? (uint32_t)pieces : MOST_PIECES;
 }
 
-/* The lengths of a motion: of its linear axes and of its rotary axes. */
+/* The lengths of a motion: for its linear axes and for its rotary axes. */
 static void lengths(const float *from, const float *to, double *linear, double *rotary)
 {
     *linear = *rotary = 0.0;

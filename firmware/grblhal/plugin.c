@@ -20,7 +20,7 @@ static void execute_realtime(sys_state_t state)
     on_execute_realtime(state);
 }
 
-/* From an interrupt. */
+/* Called from an interrupt. */
 static void jog_cancel(sys_state_t state)
 {
     txa_motion_cancel();
@@ -38,7 +38,7 @@ static void report_options(bool newopt)
 #ifndef TRUEAXIS_FLASH
 static on_vfs_mount_ptr on_mount;
 
-/* A card that comes later than the start. */
+/* Called for a card inserted after the start. */
 static void mount(const char *path, const vfs_t *fs, vfs_st_mode_t mode)
 {
     if (on_mount != NULL)
@@ -48,14 +48,14 @@ static void mount(const char *path, const vfs_t *fs, vfs_st_mode_t mode)
 }
 #endif
 
-/* Some kinematics change over with an M-code. */
+/* Some kinematics are switched with an M-code. */
 static void mcode(sys_state_t state, parser_block_t *block)
 {
     execute_mcode(state, block);
     txa_motion_chain();
 }
 
-/* Once everything is there: grblHAL sets up its kinematics after the plugins. */
+/* Runs once everything is initialised: grblHAL sets up its kinematics after the plugins. */
 static void start(void *data)
 {
     (void)data;

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-/* How far from the path a position may be for the rounding to steps, steps: half a step at each end, and half a
- * step of where it stands. */
+/* Permitted distance of a position from the path due to rounding to steps, in steps: half a step at each end, and
+ * half a step for the position itself. */
 #define ROUNDING 1.5
 
 struct place {
@@ -17,10 +17,10 @@ struct place {
 };
 
 static struct place ring[TRUEAXIS_TRACE];
-/* Places that were added, that are still there, and where the motors were when somebody looked last. */
+/* Number of places added, number still stored, and the one at which the motors were seen last. */
 static uint32_t added, held, reached;
 
-/* Place number `number`, from 1: the last ones are there. */
+/* Place number `number`, counted from 1; only the last ones are stored. */
 static struct place *at(uint32_t number)
 {
     return &ring[number % TRUEAXIS_TRACE];
@@ -57,7 +57,7 @@ void txa_trace_add(const float *position, const double *correction)
         float steps = settings.axis[i].steps_per_mm;
         moves = moves || lroundf(position[i] * steps) != lroundf(at(added)->position[i] * steps);
     }
-    /* The planner makes no block of less. */
+    /* The planner makes no block for less. */
     if (moves)
         add(position, correction, false);
 }
@@ -67,7 +67,7 @@ void txa_trace_planned(uint32_t blocks)
     reached = blocks > 0 ? added - blocks + 1 : added;
 }
 
-/* How far along from `a` to `b` the position is nearest, 0…1; negative: nowhere within the rounding to steps. */
+/* Fraction of the way from `a` to `b` that is nearest to the position, 0…1; negative if it is not within rounding. */
 static double along(const struct place *a, const struct place *b, const float *position)
 {
     double way = 0.0, square = 0.0;
@@ -87,7 +87,7 @@ static double along(const struct place *a, const struct place *b, const float *p
     return share;
 }
 
-/* In which direction each axis moved last, up to place `number`. */
+/* Direction in which each axis moved last, up to place `number`. */
 static void directions_to(uint32_t number, int8_t *directions)
 {
     memset(directions, 0, N_AXIS);
@@ -96,7 +96,7 @@ static void directions_to(uint32_t number, int8_t *directions)
         for (size_t i = 0; !b->begins && i < N_AXIS; i++) {
             double way = ((double)b->position[i] - (double)b->correction[i]) -
                          ((double)a->position[i] - (double)a->correction[i]);
-            /* What is less is the rounding of positions. */
+            /* Anything smaller is rounding of positions. */
             if (directions[i] == 0 && fabs(way) > 1e-4)
                 directions[i] = way > 0.0 ? 1 : -1;
         }
@@ -118,8 +118,8 @@ static bool on_segment(uint32_t number, const float *position, double *correctio
 
 bool txa_trace_find(const float *position, double *correction, int8_t *directions)
 {
-    /* A path may lead to and fro over the same place, with backlash between: the way that is nearest to where the
-     * motors were seen last. */
+    /* A path may pass the same place several times, with backlash in between: choose the segment nearest to where
+     * the motors were seen last. */
     for (uint32_t off = 0; off < TRUEAXIS_TRACE; off++)
         for (int side = 0; side < 2; side++) {
             uint32_t number = side == 0 ? reached - off : reached + off;

@@ -8,16 +8,16 @@
 
 #include "controller.h"
 
-/* Nothing of before holds any more. */
+/* Forgets everything recorded so far. */
 void txa_trace_forget(void);
-/* A path begins here: corrected position and correction, by axes. */
+/* A path begins here: corrected position and correction, in the order of the axes. */
 void txa_trace_begin(const float *position, const double *correction);
-/* It goes on straight to here. */
+/* The path continues straight to here. */
 void txa_trace_add(const float *position, const double *correction);
-/* So many of the segments are still in the planner. */
+/* This many of the segments are still in the planner. */
 void txa_trace_planned(uint32_t blocks);
-/* The correction at a corrected position on the path, and in which direction the axes came there (may be null).
- * False: it is not on the path, by more than the rounding to steps. */
+/* The correction at a corrected position on the path, and the directions in which the axes arrived there (may be
+ * null). Returns false if it is not on the path within the rounding to steps. */
 bool txa_trace_find(const float *position, double *correction, int8_t *directions);
 
 #endif

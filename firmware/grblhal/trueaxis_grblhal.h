@@ -8,12 +8,12 @@
 
 #include <stdbool.h>
 
-/* Registers the plugin: once, from `driver_init`. `my_plugin_init` does it, unless TRUEAXIS_NO_MY_PLUGIN is
+/* Registers the plugin; call it once, from `driver_init`. `my_plugin_init` does so unless TRUEAXIS_NO_MY_PLUGIN is
  * defined. */
 void trueaxis_init(void);
 
-/* Sets the temperature (°C; NAN: the sensor is lost) of the auxiliary input with this name. False if there is
- * none. Not from an interrupt. */
+/* Sets the temperature (°C; NAN: the sensor has failed) of the auxiliary input with this name. Returns false if
+ * there is no such input. Not from an interrupt. */
 bool trueaxis_set_temperature(const char *name, float celsius);
 
 #endif

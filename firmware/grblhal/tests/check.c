@@ -118,7 +118,7 @@ void within_rate_bound(const char *what, const float *motors, const float *from,
         for (size_t i = 0; i < 3; i++)
             square += ((double)end[i] - (double)begin[i]) * ((double)end[i] - (double)begin[i]);
         double time = top_speed_time(begin, end);
-        /* The override for feeds goes to 200 %. */
+        /* The feed override goes up to 200 %. */
         if (feed > 0.0f)
             time = fmax(time, 30.0 * sqrt(square) / (double)feed);
         const float *before = k == 1 ? motors : blocks[first + k - 2].plan.target_mm;
@@ -176,7 +176,7 @@ void start_corrected(const struct blob *file)
         CHECK(line_to(place, 3000), "a line");
         execute();
     }
-    /* Time for backlash to be caught up with. */
+    /* Time to catch up with backlash. */
     for (int moves = 0; moves < 4; moves++) {
         place[0] += moves % 2 ? 1.0f : -1.0f;
         CHECK(line_to(place, 50), "a line");

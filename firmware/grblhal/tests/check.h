@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Ends the program where something does not hold. */
+/* Ends the program if a condition is false. */
 #define CHECK(holds, ...)                                                                                             \
     do {                                                                                                              \
         if (!(holds)) {                                                                                               \
@@ -28,7 +28,7 @@
 /* A random number from `low` to `high`. */
 double between(double low, double high);
 
-/* Blobs, by the names of tests/golden. */
+/* Blobs, named as in tests/golden. */
 struct blob {
     const char *name;
     uint32_t bytes[4096];
@@ -37,16 +37,16 @@ struct blob {
 struct blob *blob(const char *name);
 void read_blobs(const char *folder);
 
-/* Starts a controller with this file; what came of it is in `said`. */
+/* Starts a controller with this file; `said` contains its messages. */
 void start_with(const struct blob *file);
-/* The same, homed, in the middle of the travel, the corrections all in. */
+/* The same, homed, in the middle of the travel, with the corrections fully in. */
 void start_corrected(const struct blob *file);
-/* Where that is: what was commanded last. */
+/* That position: the last command. */
 extern float started_at[N_AXIS];
 /* A random place in the travel of the tables, a whole number of steps. */
 void random_place(float *place);
 
-/* The tables of the last start, once more: their axes, and the corrections of a servo that stands at a place. */
+/* The tables of the last start again: their axes, and the corrections of a servo at rest. */
 struct oracle {
     size_t axes;
     trueaxis_axis axis[TRUEAXIS_AXES];
@@ -61,12 +61,12 @@ double top_speed_time(const float *from, const float *to);
 
 /* The uncorrected end of piece `k` of `n`. */
 void piece_end(const float *from, const float *to, size_t k, size_t n, float *end);
-/* No correction changes faster than its rate bound, whatever the overrides, along a line whose first block is `first`:
- * from where the motors were and what was shown there (exact, or to a step). */
+/* Checks that no correction changes faster than its rate bound, whatever the overrides, along a line whose first
+ * block is `first`, starting at the previous motor and shown positions (exact, or to a step). */
 void within_rate_bound(const char *what, const float *motors, const float *from, const float *to, float feed,
                        size_t first, double steps);
 
-/* A random block of those from `first` on that are not executed. */
+/* A random block, not yet executed, from `first` on. */
 size_t random_block(size_t first);
 
 /* The tests. */

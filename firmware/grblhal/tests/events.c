@@ -14,7 +14,7 @@ static void cancel(size_t block)
         grbl.on_jog_cancel(STATE_JOG);
 }
 
-/* How far what is shown may be from the motors: the value bounds, and a step. */
+/* Permitted distance of the shown position from the motors: the value bounds, and a step. */
 static void shown_is_near(const char *what)
 {
     float at[N_AXIS];
@@ -44,7 +44,7 @@ static void a_line(const char *name)
     meanwhile = cancel;
     CHECK(line_to(to, feed), "%s", name);
     meanwhile = NULL;
-    /* Of a line that was cancelled only the begin is planned. */
+    /* Only the start of a cancelled line is planned. */
     if (cancel_at == (size_t)-1)
         within_rate_bound(name, motors, from, to, feed, first, 1.2);
     else
@@ -86,7 +86,7 @@ static void an_event(const char *name)
             int32_t expected = mask & bit(i) ? (int32_t)lroundf(home_at[i] * settings.axis[i].steps_per_mm) : before[i];
             CHECK(sys.position[i] == expected, "%s: homing leaves axis %zu at %d, not %d", name, i, (int)sys.position[i],
                   (int)expected);
-            /* From here on the motors are where they are shown: the corrections begin with 0. */
+            /* From here on the motors are where they are shown: the corrections start at 0. */
             float at[N_AXIS];
             shown(at);
             CHECK(at[i] == motor(i), "%s: corrected after homing", name);
@@ -100,8 +100,8 @@ static void an_event(const char *name)
     shown_is_near(name);
 }
 
-/* A reset on the way there, with the way back planned behind it or not: to the servo the machine has reversed, but it
- * has not, and its backlash is still that of the way there. */
+/* A reset on the way there, with or without the way back planned after it: for the servo the machine has reversed,
+ * but in fact it has not, and its backlash is still that of the way there. */
 static void direction_is_that_of_the_motors(void)
 {
     start_corrected(blob("router-10"));
@@ -114,7 +114,7 @@ static void direction_is_that_of_the_motors(void)
         to[0] = there ? 140.0f : 100.0f;
         CHECK(line_to(to, 300), "there");
         size_t reversal = planned;
-        /* Motions of less than a step, of which the planner makes no blocks. */
+        /* Motions of less than a step, for which the planner makes no blocks. */
         for (int none = 0; none < 40; none++) {
             to[1] = none % 2 ? 300.0f : 300.0001f;
             CHECK(line_to(to, 300), "less than a step");
@@ -122,18 +122,18 @@ static void direction_is_that_of_the_motors(void)
         CHECK(planned == reversal, "blocks");
         to[0] = there ? 100.0f : 140.0f;
         CHECK(moves % 4 < 2 || line_to(to, 300), "and back");
-        /* In the second half, where backlash is caught up with. */
+        /* In the second half, where backlash is being caught up. */
         execute_to((first + reversal) / 2 + (size_t)between(0, (double)(reversal - first) / 2), between(0, 1));
         shown(before);
         reset();
         shown(after);
-        /* A step for each, and as far as the path may be from the correction. */
+        /* One step for each, plus the permitted deviation of the path from the correction. */
         CHECK(fabsf(before[0] - after[0]) <= 2.0f / 1600.0f + 0.0005f, "shown at %g, then at %g", (double)before[0],
               (double)after[0]);
     }
 }
 
-/* A probe stops a line, and only the planner is told; the next line begins where the motors are. */
+/* A probe stops a line, and only the planner is informed; the next line begins where the motors are. */
 static void a_line_begins_at_the_motors(void)
 {
     start_corrected(blob("huron-13"));

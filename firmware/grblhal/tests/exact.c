@@ -5,11 +5,11 @@
  */
 #include "check.h"
 
-/* An axis with backlash: it stays where it is, for all axes catch up after the reversal of one (`events`). */
+/* An axis with backlash: it does not move, because all axes catch up after one of them reverses (`events`). */
 #define NONE N_AXIS
 static size_t backlash;
 
-/* The blocks of a line are as many as the feed rule says, and end where the library says to the last bit. */
+/* The number of blocks of a line follows the feed rule, and they end exactly where the library says. */
 static void ends_are_exact(const char *name, const float *from, const float *to, size_t first)
 {
     size_t n = planned - first;
@@ -30,14 +30,14 @@ static void ends_are_exact(const char *name, const float *from, const float *to,
     }
 }
 
-/* Half a step each: the ends of the block, where the motor stands on it, and what is shown. At an end two of them. And
- * f32 at 1000 mm. */
+/* Half a step each: the ends of the block, the motor position on it, and the shown position; at an end two of them.
+ * Plus f32 rounding at 1000 mm. */
 static double shown_within(size_t axis, double steps)
 {
     return steps / (double)settings.axis[axis].steps_per_mm + 6e-5;
 }
 
-/* Ends of lines, and how many of them are shown as they were given, to the step. */
+/* Number of line ends, and number shown exactly as given, to the step. */
 static size_t stands, as_given;
 
 static void shown_is_commanded(const char *name, const float *from, const float *to, size_t first)
@@ -67,7 +67,7 @@ static void shown_is_commanded(const char *name, const float *from, const float 
     }
 }
 
-/* Along each block the motors go straight; the correction is nowhere further off than the feed rule promises. */
+/* Along each block the motors move straight; the correction is nowhere farther away than the feed rule permits. */
 static void path_is_near(const char *name, const float *from, const float *to, size_t first)
 {
     size_t n = planned - first;
@@ -104,7 +104,7 @@ void exact(void)
         for (int moves = 0; moves < 60; moves++) {
             size_t first = planned;
             random_place(to);
-            /* Short ones too, as arcs have. */
+            /* Including short ones, as in arcs. */
             for (size_t i = 0; moves % 3 == 0 && i < N_AXIS; i++)
                 to[i] = (float)(from[i] + floor(0.01f * (to[i] - from[i]) * 100.0f) / 100.0f);
             if (backlash != NONE)
@@ -119,13 +119,13 @@ void exact(void)
                 memcpy(earlier_steps.values, sys.position, sizeof sys.position);
             }
         }
-        /* A place of long ago, as where a probe touched. */
+        /* A place from long ago, such as where a probe touched. */
         float at[N_AXIS];
         system_convert_array_steps_to_mpos(at, earlier_steps.values);
         for (size_t i = 0; i < N_AXIS; i++)
             CHECK(i == backlash || fabs((double)at[i] - (double)earlier[i]) <= shown_within(i, 1.0),
                   "%s: %zu was shown at %g", names[k], i, (double)at[i]);
     }
-    /* Not where the rounding of f32 positions, up to a tenth of a step, decides between two steps. */
+    /* Except where the rounding of f32 positions, up to a tenth of a step, decides between two steps. */
     CHECK(as_given * 20 > stands * 19, "%zu of %zu shown as given", as_given, stands);
 }

@@ -6,7 +6,7 @@
 #include "check.h"
 #include "../pieces.h"
 
-/* The time of a line, min, as the planner takes the feeds of its blocks for a way of `length`. */
+/* Duration of a line, min, as the planner applies the feeds of its blocks to a length of `length`. */
 static double minutes(size_t first, double length)
 {
     double sum = 0.0, pieces = (double)(planned - first);
@@ -43,7 +43,7 @@ static void feeds_are_kept(void)
     takes("mm/min", to, data, 100, 0.1);
     to[0] = 0;
     takes("inverse time", to, by_time, 100, 0.25);
-    /* Only C turns: linear corrections of µm must not be taken for the way that the feed is meant for. */
+    /* Only C turns: the feed must not be applied to linear corrections of µm. */
     to[5] = 90;
     takes("degrees/min", to, data, 90, 0.09);
     CHECK(blocks[planned - 1].data.condition.inverse_time, "of degrees");
@@ -73,8 +73,8 @@ static void feeds_are_kept(void)
     execute();
 }
 
-/* The time that is given to the servo is never longer than what the planner can make of it: at twice the feed, unless
- * overrides are off, and at most at top speed, 500 mm/s and 180 degrees/s. */
+/* The time given to the servo is never longer than the planner's shortest: at twice the feed, unless overrides are
+ * off, and at most at top speed, 500 mm/s and 180 degrees/s. */
 static void no_piece_is_faster(void)
 {
     const float from[N_AXIS] = {0}, by_x[N_AXIS] = {100}, by_c[N_AXIS] = {[N_AXIS - 1] = 90},

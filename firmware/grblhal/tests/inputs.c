@@ -6,8 +6,8 @@
 #include "check.h"
 #include "../trueaxis_grblhal.h"
 
-/* Goes to a place and back until every transition is over; how far the axes are corrected there, in a sum in which
- * each counts differently. */
+/* Goes to a place and back until every transition is over; returns the corrections there, as a sum with a different
+ * weight for each axis. */
 static double corrected_by(void)
 {
     float to[N_AXIS] = {50, 40, -30}, away[N_AXIS] = {60, 40, -30};
@@ -26,7 +26,8 @@ void inputs(void)
     start_with(blob("everything"));
     home(0xFF);
     CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
-    /* Neither length nor temperature is known: a fault that is named once, and no correction; never 0 mm. */
+    /* Neither length nor temperature is known: a fault that is reported once, and no correction; they never count as
+       0 mm. */
     said_nothing();
     CHECK(corrected_by() == 0.0, "corrected");
     CHECK(strstr(said, "bad auxiliary") != NULL && strchr(said, '\n') == strrchr(said, '\n'), "%s", said);
@@ -43,7 +44,7 @@ void inputs(void)
     gc_state.modal.tool_length_offset[Z_AXIS] = 20.0f;
     double with_20 = corrected_by();
     CHECK(fabs(with_20 - with_120) > 0.002, "%g and %g", with_20, with_120);
-    /* G49: not known again; unless it was said. */
+    /* G49: unknown again, unless it was set. */
     said_nothing();
     gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
     CHECK(corrected_by() == 0.0 && strstr(said, "bad auxiliary") != NULL, "G49: %s", said);
@@ -53,13 +54,13 @@ void inputs(void)
     CHECK(command("$TRUEAXIS=LENGTH 12x") == Status_BadNumberFormat, "12x");
     CHECK(command("$TRUEAXIS=LENGTH nan") == Status_BadNumberFormat, "nan");
     CHECK(command("$TRUEAXIS=SIDEWAYS") == Status_InvalidStatement, "sideways");
-    /* A sensor is lost, and comes back. */
+    /* A sensor fails and recovers. */
     CHECK(trueaxis_set_temperature("bed", NAN) && corrected_by() == 0.0, "lost");
     CHECK(trueaxis_set_temperature("bed", 21.0f) && corrected_by() == with_120, "back");
-    /* Homing forgets neither. */
+    /* Homing preserves both. */
     home(0xFF);
     CHECK(corrected_by() == with_120, "after homing");
-    /* Nor is anything corrected whose axes are not homed, all of them. */
+    /* Nor is anything corrected unless all its axes are homed. */
     start_with(blob("router-10"));
     CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
     said_nothing();

@@ -5,11 +5,11 @@
  */
 #include "check.h"
 
-/* C carries the workpiece 50 mm beside its axis: X and Y follow. A line is cut into five. */
+/* C carries the workpiece 50 mm from its axis: X and Y follow. A line is cut into five. */
 #define PARTS 5
 static float emitted[PARTS * 100][N_AXIS]; /* uncorrected motor targets */
 static size_t emissions, set_positions;
-static coord_data_t told; /* where the line begins, as it was told */
+static coord_data_t told; /* reported start of the line */
 static float speed = 1.0f;
 
 static void to_motors(float *motors, const float *program)
@@ -115,7 +115,7 @@ static void random_line(bool exactly)
     CHECK(!exactly || block == planned, "%zu blocks, not %zu", planned - first, block - first);
     execute();
     shown(at);
-    /* A step each for the motors and for what is shown. */
+    /* One step each for the motors and for the shown position. */
     for (size_t i = 0; exactly && i < N_AXIS; i++)
         CHECK(fabsf(at[i] - to[i]) <= 2.0f / settings.axis[i].steps_per_mm, "%zu shown at %g, not %g", i, (double)at[i],
               (double)to[i]);
@@ -125,7 +125,7 @@ static void random_line(bool exactly)
 
 void kinematics_within(void)
 {
-    start_corrected(blob("huron-13")); /* for what the library says */
+    start_corrected(blob("huron-13")); /* to know the library's result */
     controller_start(set_up);
     CHECK(said[0] == '\0', "%s", said);
     home(0xFF);
@@ -138,7 +138,7 @@ void kinematics_within(void)
         speed = moves < 20 ? 1.0f : 2.0f;
         random_line(emissions > 0);
     }
-    /* An M-code replaces the entries: they are chained anew, once. */
+    /* An M-code replaces the entries: they are wrapped again, once. */
     parser_block_t block = {.user_mcode = 851};
     for (int again = 0; again < 3; again++) {
         coord_data_t *(*chained)(coord_data_t *, coord_data_t *, plan_line_data_t *, bool) = kinematics.segment_line;

@@ -22,7 +22,7 @@ static void seal(struct blob *file)
     file->bytes[3] = ~crc(bytes + 16, file->length - 16, crc(bytes, 12, 0xFFFFFFFFu));
 }
 
-/* Nothing is corrected, and the motors go where they would go without the plugin, to the last bit. */
+/* Nothing is corrected, and the motors move exactly as they would without the plugin. */
 static void moves_uncorrected(const char *reason)
 {
     CHECK(strstr(said, "Warning: trueaxis: not in use: /trueaxis.trax: ") != NULL, "%s", said);
@@ -90,7 +90,7 @@ void refused(void)
     start_with(&bad);
     moves_uncorrected("the header states 896 bytes");
 
-    /* Any one flip of a bit. */
+    /* Any single bit flip. */
     for (int trial = 0; trial < 200; trial++) {
         bad = *blob("router-10");
         size_t place = (size_t)between(0, (double)bad.length);
@@ -131,7 +131,8 @@ void refused(void)
     start_as(blob("huron-13"), belts);
     moves_uncorrected("axis Y: the kinematics move it with more than its motor");
 
-    /* A good file that comes later, with a card, is taken; then a bad one is refused, and what was there is gone. */
+    /* A good file that appears later, with a card, is loaded; then a bad one is refused, and the previous tables are
+       gone. */
     start_with(NULL);
     file_bytes = blob("router-10")->bytes;
     file_size = blob("router-10")->length;

@@ -14,7 +14,7 @@ static void change(size_t block)
         CHECK(command("$TRUEAXIS=LOAD") == Status_IdleError, "loaded in motion");
 }
 
-/* How many blocks had a factor between 0 and 1. */
+/* Number of blocks with a factor between 0 and 1. */
 static size_t on_the_way;
 
 static void one_factor(const float *from, const float *to, size_t first)
@@ -42,7 +42,8 @@ static void one_factor(const float *from, const float *to, size_t first)
     }
 }
 
-/* Asks where the machine is before the planner has taken the segment: at first it still stands, with nothing planned. */
+/* Queries the position before the planner has taken the segment: initially the machine is at rest, with nothing
+   planned. */
 static float asked_at[N_AXIS];
 
 static void ask(size_t block)
@@ -63,7 +64,7 @@ static void a_report_changes_nothing_in_the_midst_of_a_motion(void)
     for (int moves = 0; moves < 60; moves++) {
         size_t first = planned;
         float feed = moves % 4 == 0 ? 0.0f : (float)between(100, 20000);
-        /* From rest, with what the ramp then brings. */
+        /* From rest, followed by the ramp. */
         CHECK(command(moves % 2 == 0 ? "$TRUEAXIS=OFF" : "$TRUEAXIS=ON") == Status_OK, "a command");
         random_place(to);
         shown(before);
@@ -71,7 +72,7 @@ static void a_report_changes_nothing_in_the_midst_of_a_motion(void)
         for (size_t i = 0; i < N_AXIS; i++)
             CHECK(fabsf(asked_at[i] - before[i]) <= 1.0f / settings.axis[i].steps_per_mm + 1e-4f,
                   "axis %zu stands at %g, and is shown at %g", i, (double)before[i], (double)asked_at[i]);
-        /* The motors stand where they were sent, to half a step. */
+        /* The motors are at their targets, to half a step. */
         within_rate_bound("asked", motors, from, to, feed, first, moves == 0 ? 0.6 : 0.0);
         memcpy(motors, blocks[planned - 1].plan.target_mm, sizeof motors);
         memcpy(from, to, sizeof from);
@@ -90,7 +91,7 @@ static void abort_line(size_t block)
     aborted = block == abort_at;
 }
 
-/* A reset while a piece is on its way to the planner: nobody asks for the next one. */
+/* A reset while a piece is on its way to the planner: the next one is never requested. */
 static void a_motion_that_is_aborted_leaves_nothing_behind(void)
 {
     start_corrected(blob("huron-13"));
@@ -137,7 +138,7 @@ void transitions(void)
         float feed = moves % 4 == 0 ? 0.0f : (float)between(100, 20000);
         random_place(to);
         CHECK(line_to(to, feed), "a line");
-        /* The motors stand where they were sent, to half a step. */
+        /* The motors are at their targets, to half a step. */
         within_rate_bound("a program", motors, from, to, feed, first, moves == 0 ? 0.6 : 0.0);
         one_factor(from, to, first);
         memcpy(motors, blocks[planned - 1].plan.target_mm, sizeof motors);
@@ -148,7 +149,7 @@ void transitions(void)
         }
     }
     CHECK(on_the_way > 100, "only %zu blocks in a ramp", on_the_way);
-    /* At rest a command moves nothing, and shows nothing else. */
+    /* At rest a command moves nothing, and the shown position does not change. */
     execute();
     meanwhile = NULL;
     float before[N_AXIS], after[N_AXIS];
@@ -157,7 +158,7 @@ void transitions(void)
     CHECK(command("$TRUEAXIS=OFF") == Status_OK && command("$TRUEAXIS=DRY") == Status_OK, "commands");
     shown(after);
     CHECK(planned == blocks_before && memcmp(before, after, sizeof after) == 0, "a command moved an axis");
-    /* Out means out: to the last bit; a dry run computes, and corrects nothing. */
+    /* Disabled means exactly zero; a dry run computes, but corrects nothing. */
     for (int moves = 0; moves < 10; moves++) {
         random_place(to);
         CHECK(line_to(to, 2000), "a line");

@@ -183,7 +183,7 @@ static void plan(const float *target, const plan_line_data_t *data)
     grbl.on_execute_realtime(state);
 }
 
-/* Every target is where the first call said: later calls only say whether there is one. */
+/* Every target is stored where the first call said: later calls only report whether there is one. */
 bool line(const float *target, plan_line_data_t data)
 {
     coord_data_t to, at;
@@ -247,7 +247,7 @@ void reset(void)
 void home(uint8_t mask)
 {
     state = STATE_HOMING;
-    /* Axes that are not homed must not be asked to move: what is shown must be where the motors are. */
+    /* Axes that are not homed must not be asked to move; the shown position must be that of the motors. */
     coord_data_t at, to;
     system_convert_array_steps_to_mpos(at.values, sys.position);
     coord_data_t *towards = kinematics.transform_from_cartesian(&to, &at);

@@ -12,44 +12,44 @@
 /* A planned segment. */
 struct block {
     plan_block_t plan;
-    int32_t from[N_AXIS], steps[N_AXIS]; /* its begin and its end */
+    int32_t from[N_AXIS], steps[N_AXIS]; /* its start and its end */
     plan_line_data_t data;
 };
 
 /* Blocks since `controller_start`, and how many of them are executed: all but the last hundred. */
 extern struct block blocks[];
 extern size_t planned, executed;
-/* What is called before the planner takes a segment: null, or what a user does meanwhile. */
+/* Called before the planner takes a segment: null, or a user's action. */
 extern void (*meanwhile)(size_t block);
-/* Set by that: the line ends there, and no later call says so; a reset follows. */
+/* Set by that action: the line ends there without a report by a later call; a reset follows. */
 extern bool aborted;
-/* The data of the last line, as they were left. */
+/* The data of the last line, in their final state. */
 extern plan_line_data_t last_data;
-/* Where axes are after homing. */
+/* Axis positions after homing. */
 extern float home_at[N_AXIS];
-/* The ends of the travel, uncorrected, and whether they are looked at. */
+/* The ends of the travel, uncorrected, and whether they are checked. */
 extern float soft_lower[N_AXIS], soft_upper[N_AXIS];
 extern bool soft_limits;
-/* The file that is there: null, none. */
+/* The existing file; null if there is none. */
 extern const void *file_bytes;
 extern size_t file_size;
-/* What was said since the last `said_nothing`. */
+/* Messages since the last `said_nothing`. */
 extern char said[8192];
 void said_nothing(void);
 
-/* Starts, with kinematics that are set up after the plugin, or null. */
+/* Starts, with kinematics set up after the plugin, or null. */
 void controller_start(void (*set_up_kinematics)(void));
 void set_state(sys_state_t to);
-/* A line as of G1 (mm/min), G0 (feed 0), or with whatever `data` says. False: refused by the soft limits. */
+/* A line as with G1 (mm/min), G0 (feed 0), or as specified in `data`. Returns false if refused by the soft limits. */
 bool line_to(const float *target, float feed);
 bool line(const float *target, plan_line_data_t data);
-/* Executes everything, or up to a share of one block; then the controller stands. */
+/* Executes everything, or up to a fraction of one block; then the controller is at rest. */
 void execute(void);
 void execute_to(size_t block, double share);
-/* What is not executed is forgotten, and planner and parser are told where the machine stands. */
+/* Drops everything not executed, and informs planner and parser of the machine's position. */
 void reset(void);
 void home(uint8_t mask);
-/* Positions as they are shown, and as the motors have them. */
+/* Shown positions, and motor positions. */
 void shown(float *position);
 float motor(size_t axis);
 status_code_t command(const char *text);
