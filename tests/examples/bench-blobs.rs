@@ -1,5 +1,5 @@
-//! Writes the blobs that `cargo xtask bench-target` measures beside the Huron's, into the folder
-//! that is its argument.
+//! Writes the blobs, other than the Huron's, that `cargo xtask bench-target` measures, into the folder given as
+//! argument.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -48,9 +48,9 @@ fn grid() -> Draft {
     }
 }
 
-/// The layout of the source document for thirteen errors: 13, 11, 14, 1 and 1 tables correct X, Y,
-/// Z, A and C. All but one of a linear axis' tables are pairs of a linear axis and A multiplied with
-/// each other, as in its Eq. 59; tables have 15 points, as in its Figure 7.3. Values are random.
+/// The layout of the source document for thirteen errors: 13, 11, 14, 1 and 1 tables correct X, Y, Z, A and C. All
+/// tables of a linear axis except one are products of a pair of a linear axis and A, as in its Eq. 59; tables have 15
+/// points, as in its Figure 7.3. Values are random.
 fn document() -> Draft {
     const POINTS: usize = 15;
     const X: usize = 0;
@@ -95,7 +95,7 @@ fn document() -> Draft {
             columns: Vec::new(),
         })
         .collect();
-    // Tables are numbered through the banks, so that these must be complete first.
+    // Tables are numbered through the banks, so the banks must be complete first.
     let mut places = Vec::new();
     for (_, inputs) in &terms {
         for &input in inputs {
@@ -135,7 +135,7 @@ fn document() -> Draft {
     }
 }
 
-/// One bank of so many tables, each a term: what a bank and a table cost.
+/// One bank of `tables` tables, each a term: the cost of a bank and of a table.
 fn one_bank(tables: usize, interpolation: Interpolation) -> Draft {
     const SAMPLES: usize = 24;
     let mut random = Fixed::new(tables as u64);

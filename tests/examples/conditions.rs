@@ -1,5 +1,5 @@
-//! The condition number of the Jacobian of the source document's strategies, by every definition that may be
-//! meant: `cargo run --release -p trueaxis-tests --example conditions`.
+//! The condition number of the Jacobian of the source document's strategies, under every possible definition: `cargo
+//! run --release -p trueaxis-tests --example conditions`.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use trueaxis_measure::formats::probings::Probings;
@@ -62,19 +62,19 @@ fn main() {
     });
 }
 
-/// Columns of the Jacobian: of parameters that are seen, of the stylus, of balls.
+/// Columns of the Jacobian: of identifiable parameters, of the stylus, of balls.
 struct Parts {
     parameters: DMatrix<f64>,
     stylus: DMatrix<f64>,
     balls: DMatrix<f64>,
-    /// True for what is a length per mm or an angle: its column is mm.
+    /// True for a length per mm or an angle: its column is in mm.
     angular: Vec<bool>,
 }
 
 impl Parts {
     fn of(folder: &str, errors: &str, model: &str) -> Self {
         let mut case = Case::new(folder, errors);
-        // Where the axes came from is not published: by turns, so that backlash can be seen.
+        // The approach directions of the axes are not published: they alternate, so that backlash is visible.
         for (k, row) in case.strategy.rows.iter_mut().enumerate() {
             for direction in &mut row.direction {
                 *direction = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -105,7 +105,7 @@ impl Parts {
         self.join(&[&self.parameters, &self.stylus, &self.balls])
     }
 
-    /// With lengths in metres: a column of an angle is a thousandth.
+    /// With lengths in metres: a column of an angle becomes a thousandth.
     fn metres(&self, mut all: DMatrix<f64>) -> DMatrix<f64> {
         for (mut column, is_angular) in all.column_iter_mut().zip(&self.angular) {
             column *= if *is_angular { 1e-3 } else { 1.0 };
@@ -113,7 +113,7 @@ impl Parts {
         all
     }
 
-    /// What balls and stylus cannot make up for.
+    /// The part that balls and stylus cannot absorb.
     fn eliminated(&self, unit_before: bool) -> DMatrix<f64> {
         let parameters = match unit_before {
             true => unit(self.parameters.clone()),
@@ -182,7 +182,7 @@ fn largest(mut j: DMatrix<f64>) -> DMatrix<f64> {
     j
 }
 
-/// Of what is seen: singular values that are rounding do not count.
+/// Of the identifiable part: singular values due to rounding are ignored.
 fn condition(j: DMatrix<f64>) -> f64 {
     let values = j.singular_values();
     let most = values.max();

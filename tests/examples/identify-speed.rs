@@ -1,6 +1,6 @@
-//! How long an identification takes, and the same problem for a rival: `cargo xtask bench identify`.
+//! Duration of an identification, and the same problem for a rival: `cargo xtask bench identify`.
 //!
-//! `identify-speed FOLDER` writes each problem into the folder, with the time that it took here.
+//! `identify-speed FOLDER` writes each problem into the folder, with the time it took here.
 
 use nalgebra::Vector3;
 use serde_json::json;
@@ -15,9 +15,9 @@ use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::{Fixed, machine};
 
-/// Unknowns, probings, balls, and the degree up to which parameters are looked for among which to choose.
+/// Unknowns, probings, balls, and the highest degree of the candidate parameters.
 const PROBLEMS: [(usize, usize, usize, u8); 2] = [(100, 1000, 8, 4), (300, 3000, 12, 12)];
-/// The mean of so many.
+/// Number of runs averaged.
 const TIMES: u32 = 5;
 
 fn main() -> ExitCode {
@@ -53,18 +53,18 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Processor time of this process (s), where the system tells it: other programs do not count.
+/// Processor time of this process (s), if the system reports it: other programs do not count.
 fn processor() -> Option<f64> {
-    /// Ticks in a second, of what Linux shows.
+    /// Ticks per second in the figures of Linux.
     const TICKS: f64 = 100.0;
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // Behind the name, which may have spaces: utime and stime are the fields 14 and 15.
+    // After the name, which may contain spaces: utime and stime are fields 14 and 15.
     let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
     let ticks = |field: usize| fields.get(field - 3)?.parse::<f64>().ok();
     Some((ticks(14)? + ticks(15)?) / TICKS)
 }
 
-/// A machine, probings of it, and parameters all of which they show.
+/// A machine, probings of it, and parameters that these can all identify.
 struct Task<'a> {
     machine: &'a Machine,
     measured: Probings,
@@ -88,7 +88,7 @@ impl<'a> Task<'a> {
                 artefact: case.artefact,
                 parameters: all,
             };
-            // Of what is seen, as many as are wanted; then once more with nothing else in the machine.
+            // The requested number of identifiable parameters; then again with nothing else in the machine.
             let seen = task.identified().parameters;
             let seen: Vec<Parameter> = seen.iter().map(|e| e.parameter).take(wanted).collect();
             if task.parameters.len() == wanted && seen.len() == wanted {
@@ -111,7 +111,7 @@ impl<'a> Task<'a> {
         identify(&problem, Options::default()).expect("a result")
     }
 
-    /// All that it takes to solve it elsewhere: mm, rad.
+    /// Everything needed to solve it elsewhere: mm, rad.
     fn json(&self, seconds: f64, identified: &Identified) -> String {
         let kinds = |p: &Parameter| match p.kind {
             ParameterKind::Inter => ("inter", 0),

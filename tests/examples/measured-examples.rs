@@ -1,4 +1,4 @@
-//! Writes the error files of `examples/mill-21` and `examples/five-axis-30` anew, into this workspace.
+//! Rewrites the error files of `examples/mill-21` and `examples/five-axis-30` in this workspace.
 
 use trueaxis_tests::measured::{five_axis_30, mill_21};
 

@@ -1,4 +1,4 @@
-//! The scheme `exact` on machines nobody drew: `cargo xtask random-machines`.
+//! The scheme `exact` on randomly generated machines: `cargo xtask random-machines`.
 
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -49,7 +49,7 @@ fn arguments() -> Option<Arguments> {
     (arguments.tolerance > 0.0 && arguments.count > 0).then_some(arguments)
 }
 
-/// Panics where a finer tolerance leaves more than a coarser one.
+/// Panics if a finer tolerance leaves larger errors than a coarser one.
 fn best_effort(cases: &[Case]) -> ExitCode {
     let mut missed = 0;
     for (number, case) in (1..).zip(cases) {
@@ -105,8 +105,8 @@ fn main() -> ExitCode {
             judged.push(new);
         }
     };
-    // Not with rayon, which the scheme itself uses: it would begin a machine in the middle of
-    // another, and the times would mean nothing.
+    // Not with rayon, which the scheme itself uses: it would start one machine in the middle of another, and the times
+    // would be meaningless.
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(one_after_another);

@@ -10,9 +10,9 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use trueaxis_controllers::link::{Client, Controller, Tcp};
 
-/// Where the programs are, and where files may be made.
+/// Locations of programs and output files.
 pub struct Setup<'c> {
-    /// Which board of QEMU runs it.
+    /// The QEMU board that runs it.
     pub machine: String,
     /// The firmware for QEMU.
     pub firmware: PathBuf,
@@ -20,7 +20,7 @@ pub struct Setup<'c> {
     pub command: PathBuf,
     /// For flash contents and logs.
     pub folder: PathBuf,
-    /// What is flashed.
+    /// The compensations to flash.
     pub compiled: &'c Compiled,
 }
 
@@ -35,7 +35,7 @@ impl Setup<'_> {
         self.answer(words).map(drop)
     }
 
-    /// The same; what it prints.
+    /// Like [`Self::succeed`]; returns the output.
     pub fn answer(&self, words: &[&str]) -> Result<String, Failure> {
         let output = self.trueaxis(words)?;
         if output.status.success() {
@@ -45,10 +45,10 @@ impl Setup<'_> {
         Err(format!("trueaxis {}: {said}", words.join(" ")).into())
     }
 
-    /// A board of its own, called `name`, with blank flash; off.
+    /// A new board called `name`, with blank flash; off.
     pub fn board(&self, name: &str) -> Result<Board<'_>, Failure> {
         let folder = self.folder.join(name);
-        // What an earlier run has left.
+        // Left by an earlier run.
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder)?;
         Ok(Board {
@@ -74,10 +74,10 @@ impl Board<'_> {
         self.start_wanting(None)
     }
 
-    /// The same; something may be wanted to go wrong.
+    /// The same, optionally with a requested failure.
     pub fn start_wanting(&mut self, wanted: Option<&str>) -> Result<(), Failure> {
         self.stop();
-        // Free a moment ago; QEMU takes no port of its own choice.
+        // This port was free a moment ago; QEMU cannot choose one itself.
         self.port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
         let log = |name: &str| {
             File::options()
@@ -107,7 +107,7 @@ impl Board<'_> {
             .spawn()?;
         self.running = Some(child);
         let end = Instant::now() + Duration::from_secs(20);
-        // A connection that says nothing does no harm, and ends at once.
+        // A connection without data does no harm, and is closed at once.
         while Tcp::open(&self.address()).is_err() {
             if Instant::now() > end {
                 return Err("QEMU does not open its port".into());
@@ -120,7 +120,7 @@ impl Board<'_> {
     /// Cuts the power.
     pub fn stop(&mut self) {
         if let Some(mut child) = self.running.take() {
-            // It may have ended by itself.
+            // It may have ended already.
             let _ = child.kill();
             let _ = child.wait();
         }
@@ -130,23 +130,23 @@ impl Board<'_> {
         format!("127.0.0.1:{}", self.port)
     }
 
-    /// As the command takes it.
+    /// Port in the command's notation.
     pub fn port(&self) -> String {
         format!("tcp:{}", self.address())
     }
 
-    /// A line to it that knows nothing of the link.
+    /// A raw line to it, without the link protocol.
     pub fn line(&self) -> Result<Tcp, Failure> {
         Ok(Tcp::open(&self.address())?)
     }
 
-    /// The link.
+    /// Opens the link.
     pub fn connect(&self) -> Result<(Client<Tcp>, Controller), Failure> {
         Ok(Client::connect(self.line()?)?)
     }
 
-    /// Uploads with the real command. A machine that has just moved counts as standing still only
-    /// after a while: until then the command is refused, and given again.
+    /// Uploads with the real command. A machine that has just moved counts as standing still only after a while: until
+    /// then the command is refused and repeated.
     pub fn flash(&self, blob: &Path, further: &[&str]) -> Result<(), Failure> {
         let mut words = vec!["flash", text(blob)?, "--port"];
         let port = self.port();
@@ -163,7 +163,7 @@ impl Board<'_> {
         self.setup.succeed(&words)
     }
 
-    /// `trueaxis control WORDS`, with the real command; how things are after it.
+    /// Runs `trueaxis control WORDS` with the real command; returns the status afterwards.
     pub fn control(&self, words: &[&str]) -> Result<Value, Failure> {
         let port = self.port();
         let first = ["control", "--port", &port, "--json"];
@@ -172,7 +172,7 @@ impl Board<'_> {
         Ok(answer["after"].take())
     }
 
-    /// Starts an upload with the real command, without waiting for its end.
+    /// Starts an upload with the real command, without waiting for it to finish.
     pub fn begin_flash(&self, blob: &Path) -> Result<Child, Failure> {
         let child = Command::new(&self.setup.command)
             .arg("flash")

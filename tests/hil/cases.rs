@@ -1,4 +1,4 @@
-//! The compensations that are flashed: one of every example, by the real command.
+//! The compensations to flash: one for every example, built with the real command.
 
 use crate::Failure;
 use crate::board::Setup;
@@ -28,7 +28,7 @@ pub const CASES: [(&str, &str, &str, &[&str]); 10] = [
         "hu40-84",
         "hu40/machine",
         "hu40/errors-84",
-        // Finer ones, which are tried otherwise, take minutes.
+        // Finer tolerances, which are tried otherwise, take minutes.
         &["--allow-large", "--tolerance", "1"],
     ),
     ("kolibri-10", "kolibri/machine", "kolibri/errors-10", &[]),
@@ -37,7 +37,7 @@ pub const CASES: [(&str, &str, &str, &[&str]); 10] = [
         "kolibri-81",
         "kolibri/machine",
         "kolibri/errors-81",
-        // `exact` looks for minutes for what its corrections of 6 mm leave.
+        // `exact` would search for minutes for what its corrections of 6 mm leave.
         &["--allow-large", "--scheme", "poly25"],
     ),
     (
@@ -62,7 +62,7 @@ pub struct Case {
     pub blob: AlignedBlob,
 }
 
-/// The examples, each compiled when it is wanted first, for all boards.
+/// The examples, each compiled when first needed, for all boards.
 pub struct Compiled {
     /// The command `trueaxis`.
     command: PathBuf,
@@ -72,7 +72,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// None yet.
+    /// Nothing compiled yet.
     pub fn new(command: PathBuf, folder: PathBuf) -> Self {
         Self {
             command,
@@ -81,12 +81,12 @@ impl Compiled {
         }
     }
 
-    /// Compiles an example with the real command; the file.
+    /// Compiles an example with the real command; returns the file.
     fn compile(&self, number: usize) -> Result<PathBuf, String> {
         let (name, machine, errors, further) = CASES[number];
         let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
         let path = self.folder.join(format!("{name}.trax"));
-        // What an earlier run has left must not stand in.
+        // The result of an earlier run must not be used instead.
         let _ = std::fs::remove_file(&path);
         let output = Command::new(&self.command)
             .arg("compile")
@@ -95,7 +95,7 @@ impl Compiled {
             .arg("-o")
             .arg(&path)
             .args(further)
-            // The published coefficients of some do not allow the tolerance.
+            // The published coefficients of some examples cannot meet the tolerance.
             .arg("--best-effort")
             .output()
             .map_err(|e| e.to_string())?;
@@ -123,16 +123,16 @@ pub fn compile(setup: &Setup<'_>, name: &str) -> Result<Case, Failure> {
 }
 
 impl Case {
-    /// With the capacities of the board.
+    /// Loads it with the capacities of the board.
     pub fn load(&self) -> Result<Compensation<'_>, Failure> {
         Ok(Compensation::decode(&self.blob)?)
     }
 }
 
-/// Half of the way of an axis of endless travel.
+/// Half the stroke of an endless axis.
 const ENDLESS: f32 = 720.0;
 
-/// Travel of axis `k`, or a part of it if it is endless; 0 beyond the axes.
+/// Travel of axis `k`, or part of it if the axis is endless; 0 beyond the axes.
 fn travel(c: &Compensation<'_>, k: usize) -> [f32; 2] {
     let part = |end: f32| {
         if end.abs() > 1e6 {
@@ -146,7 +146,7 @@ fn travel(c: &Compensation<'_>, k: usize) -> [f32; 2] {
         .map_or([0.0; 2], |axis| axis.travel.map(part))
 }
 
-/// Anywhere in the travel, and a little beyond.
+/// A random position in the travel or slightly beyond.
 pub fn position(c: &Compensation<'_>, random: &mut Fixed) -> [f32; 8] {
     std::array::from_fn(|k| {
         let [low, high] = travel(c, k);
@@ -155,7 +155,7 @@ pub fn position(c: &Compensation<'_>, random: &mut Fixed) -> [f32; 8] {
     })
 }
 
-/// Auxiliary values: tool lengths around that of the tables, temperatures within ±20 K.
+/// Random auxiliary values: tool lengths around that of the tables, temperatures within ±20 K.
 pub fn auxiliaries(c: &Compensation<'_>, random: &mut Fixed) -> [f32; AUXILIARIES] {
     let mut values = [0.0; AUXILIARIES];
     for (value, auxiliary) in values.iter_mut().zip(c.auxiliaries()) {
@@ -167,7 +167,7 @@ pub fn auxiliaries(c: &Compensation<'_>, random: &mut Fixed) -> [f32; AUXILIARIE
     values
 }
 
-/// Anywhere, with any directions of travel.
+/// A random position with random directions of travel.
 pub fn row(c: &Compensation<'_>, random: &mut Fixed) -> EvaluateRow {
     const { assert!(MOST_AXES >= 8) };
     EvaluateRow {
@@ -181,15 +181,15 @@ pub fn row(c: &Compensation<'_>, random: &mut Fixed) -> EvaluateRow {
     }
 }
 
-/// A path of all axes at once, as a five-axis part is milled: rows of lines across the part while
-/// the rotary axes swing, each axis with its own period, smooth, with reversals; `n` periods.
+/// A path of all axes at once, as in milling a five-axis part: lines across the part while the rotary axes swing, each
+/// axis with its own period, smooth, with reversals; `n` periods.
 pub fn tool_path(c: &Compensation<'_>, n: usize) -> Vec<[f32; 8]> {
     (0..n)
         .map(|i| {
             std::array::from_fn(|k| {
                 let [low, high] = travel(c, k);
                 let (middle, half) = (0.5 * (low + high), 0.4 * (high - low));
-                // Slow beside fast axes, none a multiple of another.
+                // Slow axes beside fast ones, none a multiple of another.
                 let turns = i as f64 * [1.0, 0.31, 0.17, 0.73, 0.43, 0.23, 0.11, 0.07][k] / 4000.0;
                 let swing = (std::f64::consts::TAU * turns).sin() as f32;
                 middle + half * swing

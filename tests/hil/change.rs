@@ -1,4 +1,4 @@
-//! A change of compensation while commands stream: no step, and the desktop's bits throughout.
+//! A change of compensation during streaming commands: no step, and the same bits as on the desktop throughout.
 
 use crate::board::{Board, Setup};
 use crate::cases;
@@ -10,11 +10,11 @@ use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
 use trueaxis_controllers::link::{Client, LinkError, Tcp};
 
-/// Servo periods between two questions.
+/// Number of servo periods between two queries.
 const STRETCH: usize = 500;
-/// Most stretches of a fade or ramp: about 10 s.
+/// Maximum number of stretches in a fade or ramp: about 10 s.
 const STRETCHES: usize = 80;
-/// Rounding of a difference of two corrections of up to 1.
+/// Rounding of the difference between two corrections of up to 1.
 const ROUNDING: f32 = 1.2e-7;
 
 pub fn run(setup: &Setup<'_>) -> Seen {
@@ -39,7 +39,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
         return Err("the corrections have not come in".into());
     }
 
-    // The flash stalls the processor, so that nothing begins while the machine moves.
+    // The flash stalls the processor, so nothing begins while the machine moves.
     match client.upload(&Request::Begin {
         length: 1000,
         crc: 1,
@@ -47,11 +47,11 @@ pub fn run(setup: &Setup<'_>) -> Seen {
         Err(LinkError::Refused(Refusal::NotStandstill)) => {}
         other => return Err(format!("begin while moving: {other:?}").into()),
     }
-    // Nothing waits on the line of a client that is gone.
+    // Nothing is left on the line of a closed client.
     drop(client);
     std::thread::sleep(Duration::from_millis(400));
     board.flash(&new.path, &[])?;
-    // The upload has taken the corrections to zero, at the last command, and let them in again.
+    // The upload has ramped the corrections to zero, at the last command, and in again.
     let last = twin.inputs.axes;
     twin.servo.disable();
     while twin.servo.factor() != 0.0
@@ -66,7 +66,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
         twin.follow(&mut client, stretch()?)?;
     }
 
-    // The change itself, while commands stream.
+    // The change itself, with streaming commands.
     let garbled = garbled(&mut client)?;
     let mut dq = twin.last;
     match client.activate(Slot::B, false)? {
@@ -98,7 +98,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     drop(client);
     rollback(&mut board)?;
 
-    // Another machine is refused, unless that is wanted.
+    // Another machine is refused, unless forced.
     let other = cases::compile(setup, "router-10")?;
     std::thread::sleep(Duration::from_millis(400));
     if board.flash(&other.path, &[]).is_ok() {
@@ -112,15 +112,14 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     ))
 }
 
-/// Frames that have lost bytes on their way to the controller.
+/// Number of frames that lost bytes on their way to the controller.
 fn garbled(client: &mut Client<Tcp>) -> Result<u32, Failure> {
     Ok(client.health()?.ok_or("health is not known")?.garbled)
 }
 
-/// Back to A, and corrections let in at start: both by the real command, and still so after the power
-/// has gone.
+/// Back to A, with corrections enabled at start: both with the real command, and still in effect after a power cut.
 fn rollback(board: &mut Board<'_>) -> Result<(), Failure> {
-    // That B is in use is stored when the machine has stood still for two seconds.
+    // The choice of B is stored once the machine has stood still for two seconds.
     let stored = |board: &Board<'_>| {
         Ok::<_, Failure>(board.control(&["show"])?["at_start"]["storing"] == "stored")
     };
@@ -160,7 +159,7 @@ fn rollback(board: &mut Board<'_>) -> Result<(), Failure> {
     )?)
 }
 
-/// The largest change of a correction in one period, as a part of what its rate bound allows.
+/// The largest change of a correction in one period, as a fraction of that permitted by its rate bound.
 fn step(
     before: &Compensation<'_>,
     after: &Compensation<'_>,

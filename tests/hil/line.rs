@@ -1,4 +1,4 @@
-//! Garbage on the line, frames that are cut off or damaged, another version: no harm.
+//! Garbage on the line, truncated or damaged frames, and another version do no harm.
 
 use crate::board::Setup;
 use crate::cases;
@@ -12,9 +12,9 @@ use trueaxis::link::{
 use trueaxis_controllers::link::{Client, Port, Tcp, flash};
 use trueaxis_tests::Fixed;
 
-/// Bytes of noise.
+/// Number of noise bytes.
 const NOISE: usize = 64 * 1024;
-/// Damaged frames of each kind.
+/// Number of damaged frames of each kind.
 const FRAMES: usize = 300;
 
 pub fn run(setup: &Setup<'_>) -> Seen {
@@ -30,7 +30,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     say(&mut line, &noise)?;
     for _ in 0..FRAMES {
         let frame = frame(&mut random)?;
-        // Cut off, with and without its end; one bit flipped; said twice at once.
+        // Cut off, with and without its end; one bit flipped; sent twice in a row.
         let cut = random.bits() as usize % frame.len();
         say(&mut line, &frame[..cut])?;
         say(&mut line, &[0])?;
@@ -55,7 +55,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     evaluations(&mut client, &c, &mut random)?;
     drop(client);
 
-    // An upload over a bad line: what is lost or damaged is asked for again.
+    // An upload over a bad line: lost or damaged data is requested again.
     let next = cases::compile(setup, "kolibri-12")?;
     let line = Noisy {
         line: board.line()?,
@@ -73,7 +73,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     ))
 }
 
-/// Sends, and throws away what is answered.
+/// Sends bytes and discards the answer.
 fn say(line: &mut Tcp, bytes: &[u8]) -> Result<(), Failure> {
     for piece in bytes.chunks(1024) {
         line.send(piece)?;
@@ -111,15 +111,14 @@ fn frame(random: &mut Fixed) -> Result<Vec<u8>, Failure> {
     Ok(sent.to_vec())
 }
 
-/// A frame of a version that does not exist yet is answered with the versions that there are.
+/// A frame of a future version is answered with the supported versions.
 fn other_version(line: &mut Tcp) -> Result<(), Failure> {
     let mut wire = [0; 1 + MOST_WIRE];
     let content = [PROTOCOL + 40, 1, 2, 3, 4, 5, 6];
     let sent = encode_frame(&content, &[], &mut wire[1..]).map_err(|e| format!("{e:?}"))?;
     let length = 1 + sent.len();
     let mut receiver = Receiver::new();
-    // The frames before are still being answered, and the line has no flow control: this one may
-    // be lost.
+    // The previous frames are still being answered, and the line has no flow control, so this one may be lost.
     let end = Instant::now() + Duration::from_secs(20);
     while Instant::now() < end {
         line.send(&wire[..length])?;
@@ -146,8 +145,7 @@ struct Noisy {
 }
 
 impl Noisy {
-    /// One of some 3000 bytes is spoiled, whatever pieces they come in: one of three chunks of an
-    /// upload does not arrive.
+    /// One of about 3000 bytes is damaged, however they are split: one in three chunks of an upload does not arrive.
     fn spoil(&mut self, bytes: &mut Vec<u8>) {
         if self.random.bits() as usize % 3000 >= bytes.len() {
             return;

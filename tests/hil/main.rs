@@ -1,8 +1,8 @@
-//! Hardware in the loop: the firmware in QEMU, driven by the real command and by the host's end of
-//! the link. `cargo xtask hil` builds everything and runs this.
+//! Hardware in the loop: the firmware in QEMU, driven by the real command and by the host's end of the link. `cargo
+//! xtask hil` builds everything and runs this.
 //!
-//! What the emulated processor computes must have the bits that this computer computes: that has no tolerance. One
-//! part goes the whole way from a plan to a machine that is measured with its compensation on.
+//! The emulated processor must compute the same bits as this computer: there is no tolerance. One part covers the whole
+//! process, from a plan to a machine that is measured with its compensation on.
 
 mod board;
 mod cases;
@@ -22,15 +22,15 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
-/// What went wrong.
+/// Why a part failed.
 type Failure = Box<dyn std::error::Error>;
-/// What a part has seen, in a few words.
+/// Result of a part, in a few words.
 type Seen = Result<String, Failure>;
 
-/// A part: its name, and what runs it.
+/// A part: its name, and the function that runs it.
 type Part = (&'static str, fn(&Setup<'_>) -> Seen);
 
-/// The longest first, so that none of them is left alone at the end.
+/// The longest first, so that it is not left running alone at the end.
 const PARTS: [Part; 7] = [
     ("bit identity", same::run),
     ("power cuts", power::run),
@@ -87,8 +87,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs parts side by side, also after one has failed; whether all of them hold. As many at a time as
-/// there are processors: each has two boards, of which one may wait for the other end of its line.
+/// Runs parts in parallel, continuing after a failure; returns whether all succeeded. As many at a time as there are
+/// processors: each has two boards, one of which may be waiting for the other end of its line.
 fn run_all(jobs: &[(&Setup<'_>, &Part)]) -> bool {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let work = || {

@@ -1,5 +1,4 @@
-//! The power goes during uploads, and bits flip in the flash: after every restart one complete
-//! compensation is active.
+//! Power cuts during uploads, and bit flips in the flash: after every restart one complete compensation is active.
 
 use crate::board::{Board, Setup};
 use crate::cases::{self, Case};
@@ -11,15 +10,15 @@ use trueaxis::link::{Fault, Slot, SlotState};
 use trueaxis_controllers::link::Controller;
 use trueaxis_tests::Fixed;
 
-/// Power cuts of an upload.
+/// Number of power cuts during uploads.
 const CUTS: u32 = 40;
-/// Evaluations after each, to see which compensation is active.
+/// Number of evaluations after each, to determine which compensation is active.
 const LOOKS: usize = 40;
-/// Bytes of a slot.
+/// Length of a slot in bytes.
 const SLOT: usize = 256 * 1024;
 
 pub fn run(setup: &Setup<'_>) -> Seen {
-    // Two boards at a time, with every other cut: each waits for its line and its file now and then.
+    // Two boards at a time, each with every other cut, because each sometimes waits for its line and its file.
     let [even, odd] = thread::scope(|scope| {
         let other = scope.spawn(|| cuts(setup, "power-odd", 1).map_err(|e| e.to_string()));
         let own = cuts(setup, "power-even", 0).map_err(|e| e.to_string());
@@ -30,7 +29,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     });
     let (even, odd) = (even?, odd?);
     let (unfinished, finished) = (even.0 + odd.0, even.1 + odd.1);
-    // Otherwise nothing was tried.
+    // Otherwise nothing was tested.
     if unfinished < CUTS / 5 {
         return Err(format!("only {unfinished} of {CUTS} cuts hit an upload").into());
     }
@@ -40,7 +39,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     ))
 }
 
-/// Every other cut from the `first`; how many were within an upload, and how many behind it.
+/// Every second cut from `first` on; returns how many were within an upload, and how many after it.
 fn cuts(setup: &Setup<'_>, name: &str, first: u32) -> Result<(u32, u32), Failure> {
     let old = cases::compile(setup, "kolibri-10")?;
     let new = cases::compile(setup, "kolibri-12")?;
@@ -50,7 +49,7 @@ fn cuts(setup: &Setup<'_>, name: &str, first: u32) -> Result<(u32, u32), Failure
     board.stop();
     let before = fs::read(board.flash_file())?;
 
-    // How long an upload takes, to spread the cuts over it.
+    // Duration of an upload, to spread the cuts over it.
     board.start()?;
     let start = Instant::now();
     board.flash(&new.path, &[])?;
@@ -71,7 +70,7 @@ fn cuts(setup: &Setup<'_>, name: &str, first: u32) -> Result<(u32, u32), Failure
     Ok((unfinished, finished))
 }
 
-/// One upload that is cut, the restart, and the upload again; what the controller said between.
+/// One interrupted upload, the restart, and the upload again; returns the controller's report in between.
 fn cut_once(
     board: &mut Board<'_>,
     first: &[u8],
@@ -84,7 +83,7 @@ fn cut_once(
     let mut upload = board.begin_flash(&new.path)?;
     std::thread::sleep(moment);
     board.stop();
-    // The host does not go on before the power is back.
+    // The host does not continue before power is back.
     let _ = upload.kill();
     upload.wait()?;
 
@@ -139,7 +138,7 @@ pub fn run_bad_slots(setup: &Setup<'_>) -> Seen {
         restart_with(&mut board, &bad)?;
         active_is(&board, &[&old]).map_err(|e| format!("bit {bit}: {e}"))?;
     }
-    // Nothing but noise, and nothing at all: no corrections, and the reason.
+    // Only noise, and an empty flash: no corrections, and the reason is reported.
     let noise: Vec<u8> = (0..2 * SLOT).map(|_| random.bits() as u8).collect();
     for bytes in [noise, vec![0; 2 * SLOT], vec![0xFF; 2 * SLOT], Vec::new()] {
         restart_with(&mut board, &bytes)?;

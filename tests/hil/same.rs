@@ -1,4 +1,4 @@
-//! Every correction that the firmware gives has the bits of the desktop's.
+//! Every correction of the firmware equals the desktop's in every bit.
 
 use crate::board::{Board, Setup};
 use crate::cases::{self, CASES, Case};
@@ -9,15 +9,15 @@ use trueaxis::{AuxiliaryKind, Compensation, Correction, Inputs, Servo};
 use trueaxis_controllers::link::{Client, Tcp};
 use trueaxis_tests::Fixed;
 
-/// Evaluations of each example at random positions.
+/// Number of evaluations of each example at random positions.
 const EVALUATIONS: usize = 5_000;
-/// Servo periods of its tool path, 1.25 s: longer than the corrections need to come in.
+/// Number of servo periods of its tool path, 1.25 s: longer than the corrections need to ramp in.
 const PERIODS: usize = 5_000;
-/// Servo periods at places without any connection.
+/// Number of servo periods at unrelated places.
 const JUMPS: usize = 1_000;
 
 pub fn run(setup: &Setup<'_>) -> Seen {
-    // Two boards at a time: each waits for the other end of its line now and then.
+    // Two boards at a time, because each sometimes waits for the other end of its line.
     let (next, positions) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || -> Result<(), String> {
         loop {
@@ -65,7 +65,7 @@ fn one(board: &Board<'_>, case: &Case, seed: u64) -> Result<usize, Failure> {
     let mut jumps: Vec<_> = (0..JUMPS)
         .map(|_| cases::position(&c, &mut random))
         .collect();
-    // NaN positions too: held, then ramped out.
+    // Includes NaN positions: held, then ramped out.
     for k in [100, 300] {
         jumps[k][0] = f32::NAN;
     }
@@ -94,7 +94,7 @@ pub fn evaluations(
     Ok(())
 }
 
-/// The servo of the desktop, given what the firmware's is given.
+/// The desktop's servo, with the same inputs as the firmware's.
 pub struct Twin<'c> {
     pub servo: Servo<&'c Compensation<'c>>,
     pub inputs: Inputs<[f32; 8]>,
@@ -104,7 +104,7 @@ pub struct Twin<'c> {
 }
 
 impl<'c> Twin<'c> {
-    /// Of a firmware that has just activated `c`: enabled and referenced by this.
+    /// For firmware that has just activated `c`: enables and references it.
     pub fn new(
         client: &mut Client<Tcp>,
         c: &'c Compensation<'c>,
@@ -120,7 +120,7 @@ impl<'c> Twin<'c> {
                 *value = auxiliary.reference + 12.5;
                 client.set(&Request::ToolLength(*value))?;
             } else {
-                // The board has no sensor of this name.
+                // The board has no sensor with this name.
                 *value = 0.0;
             }
         }
@@ -138,14 +138,14 @@ impl<'c> Twin<'c> {
         })
     }
 
-    /// One period of the desktop.
+    /// One period on the desktop.
     pub fn update(&mut self, position: &[f32; 8]) -> Correction<[f32; 8]> {
         self.inputs.axes = *position;
         self.last = self.servo.update(&self.inputs, u16::MAX, self.period);
         self.last
     }
 
-    /// Commands a path to the firmware and to the desktop; the corrections.
+    /// Commands a path to the firmware and to the desktop; returns the corrections.
     pub fn follow(
         &mut self,
         client: &mut Client<Tcp>,
@@ -165,7 +165,7 @@ impl<'c> Twin<'c> {
     }
 }
 
-/// Everything that a correction says, as integers.
+/// All fields of a correction, as integers.
 pub fn bits(c: &Correction<[f32; 8]>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
     (
         c.dq.map(f32::to_bits),

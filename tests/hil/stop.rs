@@ -1,4 +1,4 @@
-//! A program that ends: it starts again and says why.
+//! A program that stops: it restarts and reports the reason.
 
 use crate::board::Setup;
 use crate::cases;
@@ -10,7 +10,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     let mut shown = Vec::new();
     for wanted in ["panic", "exception"] {
         let mut board = setup.board(wanted)?;
-        // First as usual, so that there is something to start with.
+        // First a normal start, so that there is a compensation to start with.
         board.start()?;
         board.flash(&case.path, &["--activate"])?;
         board.start_wanting(Some(wanted))?;
@@ -23,7 +23,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
             ("panic", Restart::Panic { line, file }) => {
                 line > 0 && file.to_string().ends_with("lib.rs")
             }
-            // Undefined instruction, in the program.
+            // Undefined instruction, inside the program.
             ("exception", Restart::Exception { address, status }) => {
                 status == 1 << 16 && (0x400..0x40_0000).contains(&address)
             }
@@ -34,7 +34,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
         }
         drop(client);
         shown.push(monitor(setup, &board.port(), &health.restart)?);
-        // The reason counts once.
+        // The reason is reported once.
         board.start()?;
         let (mut client, _) = board.connect()?;
         let health = client.health()?.ok_or("health is not known")?;
@@ -45,7 +45,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     Ok(shown.join("; "))
 }
 
-/// What the command shows of it.
+/// The command's output about it.
 fn monitor(setup: &Setup<'_>, port: &str, restart: &Restart) -> Result<String, Failure> {
     let output = setup.trueaxis(&["monitor", "--port", port, "--count", "1"])?;
     let text = String::from_utf8(output.stdout)?;

@@ -1,8 +1,8 @@
-//! The whole way: a plan, probings of a machine whose errors are known, the errors that are found, tables of them in the
-//! board, and the same machine probed with the corrections that the board gives.
+//! The whole process: a plan, probings of a machine with known errors, identification of these errors, their tables on
+//! the board, and the same machine probed with the board's corrections.
 //!
-//! All but the last is done by the command. The probings with the compensation on are simulated here: where the axes
-//! are follows from what the board answers.
+//! The command performs everything except the last step. The probings with the compensation on are simulated here: the
+//! axis positions follow from the board's answers.
 
 use crate::board::{Board, Setup, text};
 use crate::{Failure, Seen};
@@ -23,19 +23,19 @@ use trueaxis_tables::uncertainty;
 use trueaxis_tables::validate::Command;
 use trueaxis_tests::{Fixed, errors, machine, read};
 
-/// A machine, its true errors, what is planned, and the strategy by which the compensation is validated.
+/// A machine, its true errors, the plan, and the strategy that validates the compensation.
 struct Way {
     folder: &'static str,
     errors: &'static str,
     model: &'static str,
     parameters: usize,
-    /// What `plan` may choose from.
+    /// Candidates for `plan`.
     plan: &'static [&'static str],
     validation: &'static str,
 }
 
-/// The Kolibri with the strategy by which its compensation was validated (one ball, 60 pairs of A and C), and the
-/// HU40 with its strategy of four balls, a bar and an indexed spindle.
+/// The Kolibri with the strategy that validated its compensation (one ball, 60 pairs of A and C), and the HU40 with its
+/// strategy of four balls, a bar and an indexed spindle.
 const WAYS: [Way; 2] = [
     Way {
         folder: "kolibri",
@@ -69,16 +69,16 @@ const WAYS: [Way; 2] = [
 
 /// Noise of a coordinate (µm).
 const NOISE: &str = "1";
-/// Calibrations of each machine, each with noise of its own; the first one is validated.
+/// Number of calibrations of each machine, each with its own noise; the first one is validated.
 const CALIBRATIONS: usize = 4;
-/// Positions in the range that was probed at which the volumetric error that is left is looked at, each time.
+/// Number of positions in the probed range at which the remaining volumetric error is examined, each time.
 const POSITIONS: usize = 500;
-/// What tables may leave besides (mm): the tolerance of `compile`.
+/// Additional error permitted for tables (mm): the tolerance of `compile`.
 const TABLES: f64 = 5e-5;
-/// The least part of these positions in the band: errors of one calibration are alike, so that a part of 0.95 scatters
-/// as if each of four were one position or more, by 0.11 or less; two and a half times that.
+/// Minimum fraction of these positions in the band: errors of one calibration are correlated, so a fraction of 0.95
+/// scatters as if each of four were one position or more, by 0.11 or less; two and a half times that.
 const LEAST_INSIDE: f64 = 0.67;
-/// Of 25 errors of parameters one of 6000 is larger than so many of its standard uncertainties.
+/// Among 25 errors of parameters, one in 6000 exceeds this number of its standard uncertainties.
 const FARTHEST: f64 = 4.5;
 
 pub fn run(setup: &Setup<'_>) -> Seen {
@@ -90,7 +90,7 @@ pub fn run(setup: &Setup<'_>) -> Seen {
     Ok(seen)
 }
 
-/// A machine on its way.
+/// State of one machine.
 struct Walk<'s> {
     setup: &'s Setup<'s>,
     way: &'s Way,
@@ -114,7 +114,7 @@ struct Remaining {
 impl<'s> Walk<'s> {
     fn new(setup: &'s Setup<'s>, way: &'s Way) -> Result<Self, Failure> {
         let folder = setup.folder.join(format!("way-{}-files", way.folder));
-        // What an earlier run has left.
+        // Left by an earlier run.
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder)?;
         let mut board = setup.board(&format!("way-{}", way.folder))?;
@@ -139,12 +139,12 @@ impl<'s> Walk<'s> {
         format!("{examples}/{}/{name}", self.way.folder)
     }
 
-    /// A file that is made on the way.
+    /// A file produced along the way.
     fn file(&self, name: &str) -> Result<String, Failure> {
         Ok(text(&self.folder.join(name))?.to_owned())
     }
 
-    /// `trueaxis WORDS` for this machine: what it prints.
+    /// Runs `trueaxis WORDS` for this machine; returns the output.
     fn trueaxis(&self, words: &[&str], further: &[&str]) -> Result<String, Failure> {
         let machine = self.example("machine.toml");
         self.setup.answer(&[words, &[&machine], further].concat())
@@ -174,7 +174,7 @@ impl<'s> Walk<'s> {
         let [before, left, band] =
             [remaining.before, remaining.left, remaining.band].map(|sum| sum / positions * 1e3);
         let inside = remaining.inside as f64 / positions;
-        // What is left is less than the band on average, whatever the noise.
+        // The remaining error is below the band on average, whatever the noise.
         if inside < LEAST_INSIDE || left > band {
             return Err(format!("{left} µm are left, {inside} of them in the band, {band}").into());
         }
@@ -186,7 +186,7 @@ impl<'s> Walk<'s> {
         Ok(told)
     }
 
-    /// Simulates a calibration, identifies, compiles, flashes; what was found.
+    /// Simulates a calibration, identifies, compiles, flashes; returns the errors found.
     fn calibrated(&self, seed: usize, strategy: &str) -> Result<ErrorModel, Failure> {
         let [probings, errors, blob] =
             ["probings.csv", "errors.toml", "machine.trax"].map(|name| self.file(name));
@@ -228,7 +228,7 @@ impl<'s> Walk<'s> {
         self.trueaxis(&["identify"], &[&words[..], more].concat())
     }
 
-    /// What the board adds to the axes (mm, deg) at these commands.
+    /// What the board adds to the axes (mm, deg) for these commands.
     fn corrections(
         &self,
         client: &mut Client<Tcp>,
@@ -240,7 +240,7 @@ impl<'s> Walk<'s> {
         Ok(found.into_iter().map(of).collect())
     }
 
-    /// Probes with another strategy, before and with the corrections of the board: what is gone of each parameter.
+    /// Probes with another strategy, without and with the board's corrections: the eliminated part of each parameter.
     fn validated(&self, known: &ErrorModel) -> Result<String, Failure> {
         let strategy = self.example(self.way.validation);
         let [before, old, after, twin, blob] = [
@@ -274,7 +274,7 @@ impl<'s> Walk<'s> {
         )?;
         drop(client);
         fs::write(&after, probings::write(&measured, &self.machine))?;
-        // The command says the same of the same tables.
+        // The command reports the same for the same tables.
         self.probed(&strategy, 1002, &twin, &["--active", &blob])?;
         if fs::read(&after)? != fs::read(&twin)? {
             return Err(format!("{after} is not {twin}").into());
@@ -283,8 +283,8 @@ impl<'s> Walk<'s> {
         self.compensability(&serde_json::from_str(&found)?, known)
     }
 
-    /// The table of a validation. What is left of each parameter is what the calibration and the validation are
-    /// uncertain by.
+    /// The table of a validation. The remainder of each parameter is explained by the uncertainties of the calibration
+    /// and the validation.
     fn compensability(&self, found: &Value, known: &ErrorModel) -> Result<String, Failure> {
         let compensated = &found["compensated"];
         let all = compensated["parameters"]
@@ -329,8 +329,8 @@ impl<'s> Walk<'s> {
         Ok(told)
     }
 
-    /// The volumetric error that is left where the board corrects, beside what the uncertainty of the parameters
-    /// predicts.
+    /// The remaining volumetric error with the board's corrections, and the one predicted from the uncertainty of the
+    /// parameters.
     fn remaining(
         &self,
         known: &ErrorModel,
@@ -388,7 +388,7 @@ fn row(command: &Command) -> EvaluateRow {
     row
 }
 
-/// In what a parameter is shown, of mm, rad or mm/mm.
+/// Unit in which a parameter is shown, relative to mm, rad or mm/mm.
 fn unit(parameter: Parameter) -> (f64, &'static str) {
     match (parameter.is_angular(), parameter.kind) {
         (true, _) => (1e6, "µrad"),

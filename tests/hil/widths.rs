@@ -1,5 +1,5 @@
-//! A compensation with banks of every width and outputs with every number of products: the kernel of a
-//! Cortex-M takes rows seven values at once and products two by two, and has code of its own for the rest.
+//! A compensation with banks of every width and outputs with every number of products: the Cortex-M kernel processes
+//! rows in groups of seven values and products in pairs, with separate code for the remainder.
 
 use crate::Failure;
 use crate::board::Setup;
@@ -7,7 +7,7 @@ use crate::cases::Case;
 use trueaxis::{Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
 use trueaxis_tests::Fixed;
 
-/// Tables of each bank: all remainders of seven, with and without sevens before them.
+/// Number of tables in each bank: all remainders of seven, with and without groups of seven before them.
 const WIDTHS: [usize; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 13, 14, 20];
 const TRAVEL: f32 = 300.0;
 
@@ -31,10 +31,10 @@ pub fn case(setup: &Setup<'_>) -> Result<Case, Failure> {
             .collect(),
     };
     let mut banks: Vec<DraftBank> = WIDTHS.into_iter().enumerate().map(|w| bank(w, 9)).collect();
-    // Straight ones too.
+    // Includes straight ones.
     banks.extend((0..5).map(|k| bank((k, 1), 2)));
     let tables: usize = banks.iter().map(|bank| bank.columns.len()).sum();
-    // One product for the first output, two for the second, and so on; then the rest.
+    // One product for the first output, two for the second, and so on; then the remaining terms.
     let outputs = (0..5).flat_map(|output| std::iter::repeat_n(output, usize::from(output) + 1));
     let outputs = outputs.chain(std::iter::repeat(4));
     let term = |(k, output)| Term {

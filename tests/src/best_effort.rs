@@ -1,12 +1,12 @@
-//! Whatever the tolerance asked for: what is made leaves no more than what is made for a coarser one. Shown
-//! with a target that is too small for most machines.
+//! Whatever the requested tolerance: the result leaves no larger error than the result for a coarser one. Tested with a
+//! target that is too small for most machines.
 
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{Best, Options, TOLERANCES, best};
 use trueaxis_tables::target::Target;
 
-/// What is left (µm, µrad alike) for a tolerance, and whether that is met.
+/// The remaining error (µm or µrad) for a tolerance, and whether the tolerance is met.
 fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64) -> (f64, bool) {
     let mut options = Options {
         random: 1000,
@@ -18,12 +18,12 @@ fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64)
     (proof.finest(), proof.meets(tolerance))
 }
 
-/// Finer tolerances first. What a finer one leaves that is missed is at most what a coarser one leaves that is
-/// missed, and meets a coarser one that is met: how much less than that is left then is chance. Returns whether
-/// the finer one is missed.
+/// Takes finer tolerances first. If a finer and a coarser one are both missed, the finer one leaves at most the error
+/// of the coarser one. If the coarser one is met, the finer one meets it as well; how far below it stays is chance.
+/// Returns whether the finer one is missed.
 ///
 /// # Panics
-/// Where that does not hold.
+/// If that does not hold.
 #[must_use]
 pub fn is_finer_missed(name: &str, machine: &Machine, errors: &ErrorModel) -> bool {
     let target = Target {

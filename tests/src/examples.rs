@@ -18,7 +18,7 @@ impl Fixed {
 /// The text of a file of this workspace.
 ///
 /// # Panics
-/// There is no such file.
+/// If there is no such file.
 #[must_use]
 pub fn read(path: &str) -> String {
     let path = format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"));
@@ -28,7 +28,7 @@ pub fn read(path: &str) -> String {
 /// The machine of a file of this workspace.
 ///
 /// # Panics
-/// It cannot be read.
+/// If it cannot be read.
 #[must_use]
 pub fn machine(path: &str) -> Machine {
     Machine::from_toml(&read(path)).unwrap_or_else(|e| panic!("{path}: {e:?}"))
@@ -37,7 +37,7 @@ pub fn machine(path: &str) -> Machine {
 /// The errors of a file of this workspace.
 ///
 /// # Panics
-/// They cannot be read.
+/// If they cannot be read.
 #[must_use]
 pub fn errors(path: &str, machine: &Machine) -> ErrorModel {
     ErrorModel::from_toml(&read(path), machine).unwrap_or_else(|e| panic!("{path}: {e:?}"))

@@ -1,11 +1,11 @@
-//! Numbers that look random. Needs only `core`: `firmware/boards/portable` includes this file.
+//! Pseudo-random numbers. Needs only `core`: `firmware/boards/portable` includes this file.
 
-/// Pseudo-random numbers that are the same for ever: xorshift64*, in integers only.
+/// Pseudo-random numbers that never change: xorshift64*, in integers only.
 #[derive(Clone, Debug)]
 pub struct Fixed(u64);
 
 impl Fixed {
-    /// A sequence of its own for every seed.
+    /// A separate sequence for every seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)

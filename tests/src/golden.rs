@@ -1,4 +1,4 @@
-//! What the golden blobs of format version 1 are made of and how their corrections are hashed.
+//! Contents of the golden blobs of format version 1, and hashes of their corrections.
 
 use crate::moves;
 use trueaxis::{
@@ -50,7 +50,7 @@ fn grid_axis(input: u8, start: f32, step: f32, points: u32, modulo: bool) -> Gri
     }
 }
 
-/// One of everything that format version 1 has: the golden blob `everything.trax`.
+/// Every feature of format version 1: the golden blob `everything.trax`.
 #[must_use]
 pub fn everything() -> Draft {
     let directional = |direction, format, columns: &[&[f32]]| DraftBank {
@@ -201,7 +201,7 @@ pub fn hash_of_evaluation(c: &Largest<'_>) -> u64 {
 /// The bits of the corrections of a servo through 20 000 periods of fixed moves and events.
 ///
 /// # Panics
-/// An adjustable term may not have the weight 0.
+/// If an adjustable term does not permit the weight 0.
 #[must_use]
 pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
     let mut hash = Hash::new();
@@ -215,10 +215,10 @@ pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
     hash.0
 }
 
-/// A golden blob of version 1, wherever it is in memory.
+/// A golden blob of version 1, with any alignment.
 ///
 /// # Panics
-/// There is no such blob.
+/// If there is no such blob.
 #[must_use]
 pub fn blob(name: &str) -> trueaxis::AlignedBlob {
     let path = format!("{}/golden/v1/{name}.trax", env!("CARGO_MANIFEST_DIR"));
@@ -229,7 +229,7 @@ pub fn blob(name: &str) -> trueaxis::AlignedBlob {
 /// Loads a blob on the heap.
 ///
 /// # Panics
-/// It is refused.
+/// If it is refused.
 #[must_use]
 pub fn load(blob: &[u8]) -> Box<Largest<'_>> {
     let mut c = Box::new(Largest::empty());

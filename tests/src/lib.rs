@@ -1,5 +1,5 @@
-//! End-to-end tests of trueaxis: the tests are the files in `tests/`, the benchmarks those in
-//! `benches/`. Here is what they share.
+//! End-to-end tests of trueaxis: the tests are the files in `tests/`, the benchmarks those in `benches/`. This crate
+//! contains their shared code.
 
 #[cfg(feature = "desktop")]
 pub mod best_effort;

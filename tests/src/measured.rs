@@ -1,9 +1,8 @@
-//! Error motions as an instrument would give them: the error files of `examples/mill-21` and
-//! `examples/five-axis-30`, made up of smooth curves and noise.
+//! Error motions as an instrument would report them: the error files of `examples/mill-21` and `examples/five-axis-30`,
+//! composed of smooth curves and noise.
 //!
-//! Sizes are those of a good machine, the noise that of a laser or a tracker. Only
-//! `+ − × /` on f64 and rounding are used, no library's sine, so that the digits are the same on
-//! every machine.
+//! Magnitudes are those of a good machine, the noise that of a laser or a tracker. Only `+ − × /` on f64 and rounding
+//! are used, without a library's sine, so that the digits are the same on every machine.
 
 use crate::Fixed;
 use std::f64::consts::PI;
@@ -11,18 +10,18 @@ use std::fmt::Write as _;
 
 /// Standard deviation of the noise of displacements (µm) and of angles (µrad).
 const NOISE: [f64; 2] = [0.2, 0.5];
-/// Displacements and angles are read to a tenth of a µm and of a µrad.
+/// Displacements and angles are read with a resolution of a tenth of a µm or µrad.
 const READINGS_PER_UNIT: f64 = 10.0;
-/// Numbers in one line of a file.
+/// Numbers per line of a file.
 const PER_LINE: usize = 12;
 
-/// An axis and where it was measured.
+/// An axis and its measured positions.
 struct Measured {
     letter: char,
     /// First position and step, mm or degrees.
     start: f64,
     step: f64,
-    /// The last of an endless axis is the first, a turn later.
+    /// For an endless axis the last point is the first, one turn later.
     points: usize,
     endless: bool,
 }
@@ -42,7 +41,7 @@ impl Measured {
         matches!(self.letter, 'A' | 'B' | 'C')
     }
 
-    /// Largest magnitudes, from … to, of an error motion: µm of displacements, µrad of angles.
+    /// Range of the largest magnitude of an error motion: µm for displacements, µrad for angles.
     fn size(&self, angular: bool) -> [f64; 2] {
         match (self.is_rotary(), angular) {
             (false, false) => [5.0, 15.0],
@@ -79,8 +78,8 @@ impl Measured {
         readings
     }
 
-    /// Chebyshev polynomials of degree 1 to 6 over the travel, the higher, the smaller: their slopes at
-    /// the ends grow with the square of the degree.
+    /// Chebyshev polynomials of degree 1 to 6 over the travel, smaller for higher degrees, because their slopes at the
+    /// ends grow with the square of the degree.
     fn polynomial(&self, random: &mut Fixed) -> Vec<f64> {
         let coefficients: [f64; 6] =
             std::array::from_fn(|k| random.within(-1.0, 1.0) / ((k + 1) * (k + 1)) as f64);
@@ -97,7 +96,7 @@ impl Measured {
         .collect()
     }
 
-    /// One to four waves per turn: the more, the smaller.
+    /// One to four waves per turn, smaller for larger numbers.
     fn waves(&self, random: &mut Fixed) -> Vec<f64> {
         let coefficients: [[f64; 2]; 4] = std::array::from_fn(|k| {
             std::array::from_fn(|_| random.within(-1.0, 1.0) / (k + 1) as f64)
@@ -116,7 +115,7 @@ impl Measured {
     }
 }
 
-/// Their series. Up to a turn the largest term is 87 and the 40th below 1e-14.
+/// Computed by their series. Up to one turn the largest term is 87 and the 40th is below 1e-14.
 fn cosine_and_sine(angle: f64) -> (f64, f64) {
     let (mut cosine, mut sine, mut term) = (0.0, 0.0, 1.0);
     for k in 0..40 {
@@ -132,7 +131,7 @@ fn normal(random: &mut Fixed) -> f64 {
     (0..12).map(|_| random.within(-0.5, 0.5)).sum()
 }
 
-/// Numbers of a TOML array over several lines.
+/// A TOML array of numbers over several lines.
 fn array(name: &str, numbers: &[String]) -> String {
     let lines: Vec<String> = numbers.chunks(PER_LINE).map(|c| c.join(", ")).collect();
     format!("{name} = [\n    {},\n]\n", lines.join(",\n    "))

@@ -1,10 +1,10 @@
-//! Fixed evaluations and servo periods, whose corrections are compared bit for bit between builds and
-//! processors. Needs only `core`: `firmware/boards/portable` includes this file.
+//! Fixed evaluations and servo periods, whose corrections are compared bit for bit between builds and processors. Needs
+//! only `core`: `firmware/boards/portable` includes this file.
 
 use crate::fixed::Fixed;
 use trueaxis::{Compensation, Correction, Inputs, Room, Row, Servo, Travel, Travelling};
 
-/// A little more than ± the travel (endless: 3 turns), with few enough bits to be exact.
+/// A position slightly beyond ± the travel (endless: 3 turns), with few enough bits to be exact.
 fn beyond(random: &mut Fixed, travel: [f32; 2]) -> f32 {
     let half = if travel[1] > 1e6 {
         1080.0
@@ -14,7 +14,7 @@ fn beyond(random: &mut Fixed, travel: [f32; 2]) -> f32 {
     ((random.bits() >> 8) as f32 - 8_388_608.0) * (half / 8_388_608.0)
 }
 
-/// A position anywhere in the travel and a little beyond, and auxiliary values within ±100.
+/// A random position in the travel or slightly beyond, and auxiliary values within ±100.
 pub fn inputs<C: Room>(random: &mut Fixed, c: &Compensation<'_, C>) -> Inputs<C::Axes<f32>> {
     let mut inputs = Inputs::at(C::Axes::all(0.0));
     for (q, axis) in inputs.axes.as_mut().iter_mut().zip(c.axes()) {
@@ -26,7 +26,7 @@ pub fn inputs<C: Room>(random: &mut Fixed, c: &Compensation<'_, C>) -> Inputs<C:
     inputs
 }
 
-/// Evaluates at `count` positions with any directions of travel; `each` gets the corrections of the axes.
+/// Evaluates at `count` positions with random directions of travel; `each` gets the corrections of the axes.
 pub fn evaluations<C: Room>(c: &Compensation<'_, C>, count: u32, mut each: impl FnMut(&[f32])) {
     let mut random = Fixed::new(1);
     for _ in 0..count {
@@ -45,11 +45,11 @@ pub fn evaluations<C: Room>(c: &Compensation<'_, C>, count: u32, mut each: impl 
     }
 }
 
-/// A servo through `moves` of 100 periods. Before each move something may happen: it is disabled or enabled,
-/// an axis loses its reference, the compensations change over, weights are set to 0, a dry run begins or ends.
+/// A servo through `moves` of 100 periods. Before each move an event may occur: corrections are disabled or enabled, an
+/// axis loses its reference, the compensations are swapped, weights are set to 0, a dry run begins or ends.
 ///
-/// `None` if a change is refused: the compensations have different axes, or an adjustable term does not allow
-/// the weight 0.
+/// `None` if a change is refused: the compensations have different axes, or an adjustable term does not permit the
+/// weight 0.
 pub fn periods<C: Room>(
     both: [&Compensation<'_, C>; 2],
     moves: u32,
@@ -94,7 +94,7 @@ pub fn periods<C: Room>(
     Some(())
 }
 
-/// A servo at rest whose first command is not a number at times, or infinite.
+/// A servo at rest whose first command is sometimes NaN or infinite.
 pub fn faults<C: Room>(c: &Compensation<'_, C>, mut each: impl FnMut(&Correction<C::Axes<f32>>)) {
     let at = inputs(&mut Fixed::new(4), c);
     let mut servo = Servo::new(c);

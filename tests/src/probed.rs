@@ -1,4 +1,4 @@
-//! Machines whose errors are known, and how they are probed.
+//! Machines with known errors, and their probing strategies.
 
 use crate::{Fixed, read};
 use nalgebra::Vector3;
@@ -10,24 +10,24 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine};
 
-/// A machine, its errors, and how it is probed.
+/// A machine, its errors, and its probing strategy.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The machine.
     pub machine: Machine,
     /// Its errors.
     pub errors: ErrorModel,
-    /// Where the balls are.
+    /// Positions of the balls.
     pub artefact: Artefact,
-    /// Which ball at which rotary positions.
+    /// The balls and the rotary positions at which they are probed.
     pub strategy: Probings,
 }
 
-/// Balls of a strategy that was drawn.
+/// Number of balls in a random strategy.
 const BALLS: usize = 4;
-/// Rotary positions that are tried for each row that is wanted.
+/// Number of rotary positions tried for each requested row.
 const TRIES: usize = 10;
-/// Size of drawn angles (rad) and lengths (mm) at the ends of the travel.
+/// Magnitude of random angles (rad) and lengths (mm) at the ends of the travel.
 const ANGLE: f64 = 1e-4;
 const LENGTH: f64 = 0.02;
 
@@ -35,13 +35,13 @@ impl Case {
     /// One of the examples that have a strategy.
     ///
     /// # Panics
-    /// There is no such example.
+    /// If there is no such example.
     #[must_use]
     pub fn new(folder: &str, errors: &str) -> Self {
         let file = |name: &str| read(&format!("examples/{folder}/{name}"));
         let machine = Machine::from_toml(&file("machine.toml")).expect("a machine");
         let mut errors = ErrorModel::from_toml(&file(errors), &machine).expect("its errors");
-        // Polynomials that go on to the ends, as those that are looked for do.
+        // Polynomials that extend to the ends, like the identified ones.
         for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
             *range = axis.travel.map(|t| axis.to_kinematic(t));
         }
@@ -54,7 +54,7 @@ impl Case {
         }
     }
 
-    /// The same with axes that come to each row from the one before it.
+    /// The same, with axes that approach each row from the previous one.
     #[must_use]
     pub fn coming(mut self) -> Self {
         let rotary =
@@ -70,8 +70,8 @@ impl Case {
         self
     }
 
-    /// Any machine with drawn values of these parameters, four balls at drawn places and so many rows at drawn
-    /// rotary positions that can be reached; `None` if too few can.
+    /// A machine with random values of these parameters, four balls at random places and `rows` rows at random,
+    /// reachable rotary positions; `None` if too few are reachable.
     #[must_use]
     pub fn drawn(
         machine: &Machine,
@@ -82,7 +82,7 @@ impl Case {
         Self::spread(machine, parameters, BALLS, rows, random)
     }
 
-    /// The same with so many balls.
+    /// The same with a given number of balls.
     #[must_use]
     pub fn spread(
         machine: &Machine,
@@ -106,7 +106,7 @@ impl Case {
             errors,
         };
         for name in &case.strategy.balls {
-            // Where the tip is somewhere in the middle half of the travel.
+            // The tip at a random place in the middle half of the travel.
             let q: Vec<f64> = (machine.axes.iter())
                 .map(|axis| {
                     let [low, high] = axis.travel;
@@ -165,7 +165,7 @@ impl Case {
     /// The probings, with disturbances.
     ///
     /// # Panics
-    /// A ball cannot be reached.
+    /// If a ball cannot be reached.
     #[must_use]
     pub fn measured(&self, disturbances: &Disturbances) -> Probings {
         let kinematics = Kinematics::new(&self.machine, &self.errors);
@@ -173,7 +173,7 @@ impl Case {
             .expect("balls in reach")
     }
 
-    /// The same with errors of no other parameters than these.
+    /// The same with errors of these parameters only.
     #[must_use]
     pub fn only(&self, parameters: &[Parameter]) -> Self {
         let mut case = self.clone();
@@ -206,17 +206,17 @@ impl Case {
     /// The parameters of a model.
     ///
     /// # Panics
-    /// The machine has no such model.
+    /// If the machine has no such model.
     #[must_use]
     pub fn parameters(&self, model: &str) -> Vec<Parameter> {
         let model: Model = model.parse().expect("a model");
         model.parameters(&self.machine, 0, &[]).expect("the model")
     }
 
-    /// What is identified from probings, or why nothing is.
+    /// The result of an identification from probings.
     ///
     /// # Errors
-    /// As [`identify`].
+    /// As for [`identify`].
     pub fn tried(
         &self,
         model: &str,
@@ -235,10 +235,10 @@ impl Case {
         identify(&problem, options)
     }
 
-    /// What is identified from probings.
+    /// The result of an identification from probings.
     ///
     /// # Panics
-    /// Nothing is.
+    /// If the identification fails.
     #[must_use]
     pub fn found(&self, model: &str, measured: &Probings, options: Options) -> Identified {
         self.tried(model, measured, options).expect("a result")
@@ -254,24 +254,24 @@ impl Case {
             .unwrap_or(0.0)
     }
 
-    /// Where a ball is (mm).
+    /// Position of a ball (mm).
     ///
     /// # Panics
-    /// There is no such ball.
+    /// If there is no such ball.
     #[must_use]
     pub fn ball(&self, index: usize) -> Vector3<f64> {
         self.artefact.balls[index].nominal.expect("a place")
     }
 }
 
-/// The largest distance from tip to ball that is left (mm).
+/// The largest remaining distance between tip and ball (mm).
 #[must_use]
 pub fn worst(identified: &Identified) -> f64 {
     let left = identified.rows.iter().map(|row| row.after.norm());
     left.fold(0.0, f64::max)
 }
 
-/// What a parameter may be: by so much that it does about as much as any other.
+/// Magnitude of a parameter: chosen so that all parameters have about the same effect.
 fn size(machine: &Machine, parameter: Parameter) -> f64 {
     let whole = if parameter.is_angular() {
         ANGLE

@@ -1,9 +1,9 @@
-//! Machines nobody drew, with errors nobody measured: what the scheme `exact` is tried on.
+//! Randomly generated machines with random errors, on which the scheme `exact` is tested.
 //!
-//! Drawn wider than users go: three rotary axes, quills, six axes, tilted frames, rotary travels
-//! down to ±3° and endless ones, error motions of degree 3 in every direction on every axis,
-//! measured ones, other errors for each direction of travel, temperatures, ranges nobody measured.
-//! A drawing is what a user writes, a machine file and an error file: what is refused is not tried.
+//! The range is wider than in practice: three rotary axes, quills, six axes, tilted frames, rotary travels down to ±3°
+//! and endless ones, error motions of degree 3 in every direction on every axis, measured ones, different errors for
+//! each direction of travel, temperatures, unmeasured ranges. A drawing consists of the files a user writes, a machine
+//! file and an error file: if they are refused it is not tested.
 
 mod counts;
 mod errors;
@@ -21,7 +21,7 @@ use crate::Fixed;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
-/// How many drawings there are claims about.
+/// Number of drawings to which the claims refer.
 pub const ALL: usize = 300;
 
 /// A machine that can be corrected, with its errors.
@@ -37,14 +37,14 @@ pub struct Case {
     pub errors: ErrorModel,
 }
 
-/// So many of the drawings that make a machine that can be corrected: up to [`ALL`], evenly out of
-/// these, so that a few are of all kinds; beyond, the first ones.
+/// `count` of the drawings with a correctable machine: up to [`ALL`], evenly selected, so that a few cover all kinds;
+/// beyond that, the first ones.
 #[must_use]
 pub fn cases(count: usize) -> Vec<Case> {
     chosen(count, |_| true)
 }
 
-/// The same of those drawings that have no measured motions.
+/// The same for drawings without measured motions.
 #[must_use]
 pub fn unmeasured(count: usize) -> Vec<Case> {
     chosen(count, |case| Kinds::of(case).tabulated == 0)
@@ -60,7 +60,7 @@ fn chosen(count: usize, wanted: fn(&Case) -> bool) -> Vec<Case> {
 #[must_use]
 pub fn case(seed: u64) -> Option<Case> {
     let mut random = Fixed::new(seed + 1);
-    // Seeds that differ little begin alike.
+    // Similar seeds begin with similar numbers.
     for _ in 0..16 {
         random.bits();
     }
@@ -82,12 +82,12 @@ impl Fixed {
         ((u64::from(self.bits()) * n as u64) >> 32) as usize
     }
 
-    /// True with a probability.
+    /// True with probability `p`.
     fn chance(&mut self, p: f64) -> bool {
         self.within(0.0, 1.0) < p
     }
 
-    /// A value for each direction.
+    /// One value for each direction.
     fn three(&mut self, size: f64) -> [f64; 3] {
         std::array::from_fn(|_| self.within(-size, size))
     }

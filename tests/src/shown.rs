@@ -1,6 +1,6 @@
-//! What is printed, compared with what the manual shows.
+//! Compares printed output with that shown in the manual.
 
-/// Whether a number that is printed is one that is shown.
+/// Whether a printed number matches a shown one.
 fn same_number(printed: &str, shown: &str, least: f64) -> bool {
     let (Ok(a), Ok(b)) = (printed.parse::<f64>(), shown.parse::<f64>()) else {
         return false;
@@ -8,13 +8,13 @@ fn same_number(printed: &str, shown: &str, least: f64) -> bool {
     let Some((_, decimals)) = shown.split_once('.') else {
         return false;
     };
-    // A unit and a little for the rounding of this subtraction.
+    // One unit, plus a margin for the rounding of this subtraction.
     let unit = 10_f64.powi(-i32::try_from(decimals.len()).unwrap());
     (a - b).abs() <= (1.001 * unit).max(least)
 }
 
-/// Whether a line that is printed is one that is shown, whatever the spaces: words alike, numbers to a unit of the last
-/// digit shown, or to `least`.
+/// Whether a printed line matches a shown one, ignoring spaces: words must be equal, numbers equal to a unit in the
+/// last digit shown, or to `least`.
 #[must_use]
 pub fn same(printed: &str, shown: &str, least: f64) -> bool {
     let words = |line: &str| -> Vec<String> {

@@ -1,7 +1,7 @@
 //! The same blob gives the same bits in every build and on every machine.
 //!
-//! `cargo xtask test` runs this in debug, in release, and in release with `-C target-cpu=native`:
-//! always against the same stored hashes.
+//! `cargo xtask test` runs this in debug, in release, and in release with `-C target-cpu=native`, always against the
+//! same stored hashes.
 
 use trueaxis_tests::golden::{blob, hash_of_evaluation, hash_of_servo, load};
 

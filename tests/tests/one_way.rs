@@ -1,21 +1,21 @@
-//! No module of a crate uses one that uses it, over however many others; nor do the files of a folder in it.
+//! No module of a crate uses a module that uses it, directly or indirectly; nor do the files within a folder.
 //!
-//! What counts is what stands in the files of the workspace's crates outside comments and tests: `crate::MODULE`, and
-//! between the files of a folder, at any depth, `crate::FOLDER::FILE` and `super::FILE`.
+//! Considered are the files of the workspace's crates without comments and tests: `crate::MODULE`, and between the
+//! files of a folder, at any depth, `crate::FOLDER::FILE` and `super::FILE`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Which modules each module uses.
+/// For each module, the modules that it uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;
 
-/// The folder of the workspace.
+/// Path of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Where the crates of the workspace have their sources, from its folder on.
+/// Source folders of the workspace's crates, relative to the workspace.
 fn sources() -> Vec<String> {
     let text = fs::read_to_string(workspace().join("Cargo.toml")).unwrap();
     let (_, members) = text.split_once("members = [").unwrap();
@@ -24,7 +24,7 @@ fn sources() -> Vec<String> {
     quoted.map(|member| format!("{member}/src")).collect()
 }
 
-/// The code of a file without comments, and without the tests that it ends with.
+/// The code of a file without comments, and without the tests at its end.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
     let lines = text.lines().map(str::trim_start);
@@ -59,7 +59,7 @@ fn modules(folder: &Path) -> BTreeMap<String, Vec<PathBuf>> {
     found
 }
 
-/// What follows `before` wherever that stands in `code` as a word of its own: a name.
+/// The names that follow `before` where it occurs in `code` as a separate word.
 fn names<'c>(code: &'c str, before: &str) -> Vec<&'c str> {
     let follows = code.match_indices(before).filter(|&(place, _)| {
         let last = code[..place].chars().next_back();
@@ -74,13 +74,12 @@ fn names<'c>(code: &'c str, before: &str) -> Vec<&'c str> {
         .collect()
 }
 
-/// Which modules in a folder use which others there. `path` is what stands before their names from the root of the
-/// crate on.
+/// For each module in a folder, the modules there that it uses. `path` precedes their names from the root of the crate.
 fn uses(folder: &Path, path: &str) -> Uses {
     let all = modules(folder);
     let mut uses = Uses::new();
     for (module, files) in &all {
-        // The file of the folder itself uses what is in it.
+        // The file of the folder itself may use its contents.
         if ["lib", "main", "mod"].contains(&module.as_str()) {
             continue;
         }
@@ -99,7 +98,7 @@ fn uses(folder: &Path, path: &str) -> Uses {
     uses
 }
 
-/// The circles in a folder and in those below it.
+/// The cycles in a folder and in its subfolders.
 fn circles(folder: &Path, path: &str) -> Vec<String> {
     let way = circle(&uses(folder, path));
     let mut found = Vec::new();
@@ -114,7 +113,7 @@ fn circles(folder: &Path, path: &str) -> Vec<String> {
     found
 }
 
-/// A way from a module back to itself.
+/// A path from a module back to itself.
 fn circle(uses: &Uses) -> Option<Vec<String>> {
     fn follow(uses: &Uses, way: &mut Vec<String>, clear: &mut BTreeSet<String>) -> bool {
         let last = way[way.len() - 1].clone();
@@ -173,7 +172,7 @@ fn what_modules_use_is_found() {
     }
 }
 
-// A name that the root only hands on would hide what is used.
+// A name merely re-exported by the root would hide the real dependency.
 #[test]
 fn what_the_runtime_uses_from_its_root_is_a_module() {
     let root = workspace().join("shared/src");

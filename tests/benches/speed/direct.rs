@@ -1,19 +1,19 @@
-//! The rival of the tables: the correction computed from the matrices of the machine in every
-//! call, as one would write it down with `nalgebra`. One step, without iteration.
+//! The alternative to tables: the correction computed from the machine's matrices in every call, as one would write it
+//! with `nalgebra`. One step, without iteration.
 
 use nalgebra::{Matrix4, RealField, SMatrix, SVector, Vector3, convert};
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Htm;
 use trueaxis_model::machine::{Branch, Machine};
 
-/// One axis: what is constant is multiplied out beforehand.
+/// One axis, with constant factors multiplied in advance.
 struct Joint<T> {
     index: usize,
     rotary: bool,
     component: usize,
-    /// From the frame before it.
+    /// Relative to the previous frame.
     relative: Matrix4<T>,
-    /// The same with its location error.
+    /// The same, including its location error.
     located: Matrix4<T>,
     /// Scale error along its own direction, per mm.
     scale: T,
@@ -158,8 +158,8 @@ impl<T: RealField + Copy> Direct<T> {
                 }
             }
         }
-        // Least squares by QR: the normal equations square the condition, mm beside rad, and in
-        // f32 leave nothing of the result.
+        // Least squares by QR: the normal equations square the condition number, with mm beside rad, and in f32 leave
+        // no correct digits.
         let qr = jacobian.qr();
         let right = qr.q().tr_mul(&twist);
         let dq = qr

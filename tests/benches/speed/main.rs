@@ -1,8 +1,7 @@
-//! Run times beside their rivals, in one run: `cargo xtask bench`.
+//! Run times compared with rivals, in one run: `cargo xtask bench`.
 //!
-//! Every figure is the median over many batches, in nanoseconds per call, on one thread. With
-//! `--calls WORKLOAD N` nothing is timed: the workload is called N times, for a program that counts
-//! instructions.
+//! Every figure is the median over many batches, in nanoseconds per call, on one thread. With `--calls WORKLOAD N`
+//! nothing is timed: the workload is called N times, for a program that counts instructions.
 
 mod direct;
 mod steady;
@@ -28,7 +27,7 @@ const HURON: [&str; 2] = [
     "examples/huron-k2x8/errors-13.toml",
 ];
 
-/// Positions in the travel of the Huron, in the order of its blob, and the compensation itself.
+/// Positions in the travel of the Huron, in the order of its blob, and its compensation.
 struct Huron {
     blob: AlignedBlob,
     inputs: Vec<Inputs<[f32; 8]>>,
@@ -164,7 +163,7 @@ fn thirteen_errors() {
         Direct::<f32>::new(&machine, &errors),
         Direct::<f64>::new(&machine, &errors),
     );
-    // The same thing is computed: to second order in f64, to rounding of 1 m in f32.
+    // Both compute the same: to second order in f64, to rounding of 1 m in f32.
     let (travel, weights) = (Travelling::default(), compensation.weights());
     for q in &huron.inputs {
         let tables = compensation.evaluate(q, &travel, &weights);
@@ -288,7 +287,7 @@ fn compiling() {
     }
 }
 
-/// Calls a workload a number of times, after the same preparation whatever the number.
+/// Calls a workload `count` times, after the same preparation for any count.
 fn calls(workload: &str, count: usize) -> Result<(), String> {
     let huron = Huron::new();
     let cube = Cube::new();
@@ -330,7 +329,7 @@ fn main() -> ExitCode {
                 return ExitCode::from(2);
             }
         }
-        // `cargo test --benches` starts it as well: there is nothing to test.
+        // `cargo test --benches` starts it as well, but there is nothing to test.
         ["--test"] => {}
         _ => {
             thirteen_errors();

@@ -1,5 +1,5 @@
-//! Servo updates while nothing but positions changes, beside the same with what must not make them
-//! long: a tool length, an axis without a reference, an endless axis, an axis at the end of its travel.
+//! Servo updates while only positions change, compared with cases that must not take longer: a tool length, an axis
+//! without a reference, an endless axis, an axis at the end of its travel.
 
 use crate::timing::POINTS;
 use std::hint::black_box;
@@ -9,7 +9,7 @@ use trueaxis::{
 };
 use trueaxis_tests::Fixed;
 
-/// What is asked of an update.
+/// The situation during an update.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Case {
     /// All axes move on.
@@ -49,7 +49,7 @@ impl Case {
 const PERIOD: f32 = 0.001;
 /// Travel of Y A C X Z.
 const TRAVEL: [f32; 5] = [350.0, 120.0, 360.0, 350.0, 350.0];
-/// Periods until the corrections are in.
+/// Number of periods until the corrections are fully in.
 const BEFORE: usize = 2 * POINTS;
 
 /// Tables and terms in the layout of the thirteen errors of the Huron; values are random.
@@ -136,7 +136,7 @@ fn draft(case: Case) -> Draft {
     }
 }
 
-/// Positions of one period after the other: to and fro, so that they can be repeated without a jump.
+/// Positions of successive periods, to and fro, so that they can be repeated without a jump.
 fn path(case: Case) -> Vec<Inputs<[f32; 8]>> {
     let at = |period: usize| {
         let there = period.min(POINTS - period) as f32 / (POINTS / 2) as f32;
@@ -148,7 +148,7 @@ fn path(case: Case) -> Vec<Inputs<[f32; 8]>> {
             inputs.axes[0] = TRAVEL[0];
         }
         if case == Case::Endless {
-            // Whole turns in all, each reduced.
+            // Whole turns in total, each reduced.
             inputs.axes[2] = (period % 256) as f32 * (360.0 / 256.0);
         }
         if case == Case::ToolLength {
@@ -159,7 +159,7 @@ fn path(case: Case) -> Vec<Inputs<[f32; 8]>> {
     (0..POINTS).map(at).collect()
 }
 
-/// A servo whose corrections are in, and the positions that follow.
+/// A servo with its corrections fully in, and the positions that follow.
 pub struct Steady<'a> {
     servo: Servo<&'a Compensation<'a>>,
     path: Vec<Inputs<[f32; 8]>>,
@@ -192,7 +192,7 @@ impl<'a> Steady<'a> {
         steady
     }
 
-    /// So many updates, one period after the other from the begin of the path on.
+    /// Runs `count` updates, one per period, from the start of the path.
     pub fn updates(&mut self, count: usize) {
         for q in &self.path[..count] {
             let correction = self.servo.update(black_box(q), self.referenced, PERIOD);

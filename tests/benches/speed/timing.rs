@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-/// Different inputs of one batch.
+/// Number of different inputs per batch.
 pub const POINTS: usize = 2048;
-/// Batches; the median ignores those that something else disturbed.
+/// Number of batches; the median ignores those disturbed by other activity.
 const BATCHES: usize = 301;
 
-/// Nanoseconds per call of what `batch` calls [`POINTS`] times.
+/// Nanoseconds per call, where `batch` makes [`POINTS`] calls.
 pub fn per_call(mut batch: impl FnMut()) -> f64 {
     for _ in 0..BATCHES / 10 {
         batch();

@@ -11,16 +11,16 @@ use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
 use trueaxis_tables::compile::Built;
 use trueaxis_tables::validate::Runtime;
 
-/// Every so many readings are drawn.
+/// Every n-th reading is drawn.
 const DRAWN: usize = 25;
 
-/// What the bar tells (µm).
+/// Figures derived from the bar (µm).
 #[derive(Clone, Copy)]
 struct Told {
     range: f64,
     deviation: f64,
     size: f64,
-    /// Largest less smallest reading without the setup, and their root mean square.
+    /// Range of the readings without the setup errors, and their root mean square.
     readings: f64,
     rms: f64,
 }
@@ -28,7 +28,7 @@ struct Told {
 /// One of these figures.
 type OfTold = fn(&Told) -> f64;
 
-/// Readings of a machine with something that corrects, or nothing.
+/// Readings of a machine with or without a correction.
 fn read(
     example: &Example,
     errors: &ErrorModel,
@@ -79,7 +79,7 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
         .into_iter()
         .chain(tables.built.iter().flatten().map(Some))
         .collect();
-    // Of a machine with 13 errors, and with 84 coefficients.
+    // For a machine with 13 errors, and with 84 coefficients.
     let mut found: Vec<Vec<(Told, Vec<f64>)>> = Vec::new();
     for errors in &tables.errors {
         let all: Result<_, ReproduceError> = (with.par_iter())

@@ -1,5 +1,5 @@
-//! The machines of the document with their parameters, artefacts and strategies: the files of `examples/`, which are
-//! part of the program.
+//! The document's machines with their parameters, artefacts and strategies: the files of `examples/`, embedded in the
+//! program.
 
 use super::ReproduceError;
 use trueaxis_measure::formats::artefact::Artefact;
@@ -43,14 +43,14 @@ pub fn huron() -> Result<Example, ReproduceError> {
     })
 }
 
-/// Parameters of a table of the document.
+/// Parameters from a table of the document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameters {
-    /// Table 6-4: the Kolibri as it was calibrated.
+    /// Table 6-4: the Kolibri as calibrated.
     Kolibri10,
     /// Table 5-5, setups 1 to 4.
     Kolibri12,
-    /// Table 5-5, setup S: the same machine as it was validated.
+    /// Table 5-5, setup S: the same machine as validated.
     Kolibri12AtValidation,
     /// Appendix of Chapter 5.
     Kolibri81,
@@ -71,14 +71,14 @@ pub enum Strategy {
     KolibriCalibration,
     /// Table 5-4: its validation, one ball.
     KolibriValidation,
-    /// Table 6-3: both again, with other angles in four pairs.
+    /// Table 6-3: both, with other angles in four pairs.
     KolibriCalibration63,
     KolibriValidation63,
     /// Table 4-1: the HU40.
     Hu40,
 }
 
-/// A and C (deg) of the pairs of Tables 5-3 and 5-4 that Table 6-3 prints otherwise, and its A.
+/// A and C (deg) of the pairs of Tables 5-3 and 5-4 that Table 6-3 prints differently, and its A.
 pub const TABLE_6_3: [([f64; 2], f64); 4] = [
     ([55.0, 340.0], 50.0),
     ([-50.0, -310.0], -55.0),
@@ -137,8 +137,8 @@ impl Example {
         Ok(Artefact::from_toml(self.artefact, self.machine.tool_axis)?)
     }
 
-    /// The same with the tip in the frame of Z, where Chapter 6 has it (Eq. 44 has no tool), and the travel of Z where the
-    /// tip goes.
+    /// The same with the tip in the frame of Z, as in Chapter 6 (Eq. 44 has no tool), and the travel of Z where the tip
+    /// goes.
     pub fn tip_at_z(mut self) -> Self {
         let along = self.machine.tip[2];
         self.machine.tip = [0.0; 3];
@@ -149,7 +149,7 @@ impl Example {
         self
     }
 
-    /// The same with every axis within the range that was probed (sections 5.9.2 and 6.8).
+    /// The same with every axis limited to the probed range (sections 5.9.2 and 6.8).
     pub fn within_probed(mut self, probed: &Probings) -> Self {
         for (index, axis) in self.machine.axes.iter_mut().enumerate() {
             let at = probed.rows.iter().map(|row| row.position[index]);
@@ -160,7 +160,7 @@ impl Example {
         self
     }
 
-    /// The same with an axis within so many degrees on either side.
+    /// The same with an axis limited to ±`degrees`.
     pub fn within(mut self, letter: char, degrees: f64) -> Self {
         if let Some(index) = self.machine.index(letter) {
             self.machine.axes[index].travel = [-degrees, degrees];

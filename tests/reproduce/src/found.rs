@@ -1,4 +1,4 @@
-//! What was recomputed: figures beside those of the document, tables, pictures.
+//! The recomputed results: figures beside those of the document, tables, pictures.
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -7,23 +7,23 @@ use trueaxis_report::picture::{Bars, Chart};
 /// A figure, rounded as it is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Figure {
-    /// A number with so many decimals: rounded, so that it is the same on every system.
+    /// A number with a fixed number of decimals: rounded, so that it is the same on every system.
     Number {
         /// Its value.
         value: f64,
-        /// Decimals that are shown.
+        /// Number of decimals shown.
         decimals: usize,
     },
-    /// A count, which is the same everywhere.
+    /// A count, which is the same on every system.
     Count(u64),
     /// Words.
     Words(String),
-    /// None.
+    /// No figure.
     Nothing,
 }
 
 impl Figure {
-    /// A number with so many decimals.
+    /// A number shown with `decimals` decimals.
     #[must_use]
     pub fn new(value: f64, decimals: usize) -> Self {
         Self::Number { value, decimals }
@@ -35,11 +35,11 @@ impl Figure {
         Self::Count(count as u64)
     }
 
-    /// As it is shown: `-` for none.
+    /// The displayed text: `-` for no figure.
     #[must_use]
     pub fn text(&self) -> String {
         match self {
-            // No negative zero.
+            // Avoids a negative zero.
             Self::Number { value, decimals } => {
                 let text = format!("{value:.decimals$}");
                 match text.trim_start_matches('-').parse() == Ok(0.0_f64) {
@@ -68,28 +68,28 @@ impl Serialize for Figure {
     }
 }
 
-/// A figure of the document, and what it is here.
+/// A figure of the document, and its recomputed value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compared {
-    /// What it is of.
+    /// Name of the figure.
     pub what: String,
     /// Its unit, if it has one.
     pub unit: &'static str,
-    /// In the document.
+    /// Value in the document.
     pub document: Figure,
-    /// Recomputed, with the same scheme.
+    /// Recomputed value, with the same scheme.
     pub ours: Figure,
-    /// The scheme `exact` instead, under the policy *orientation*.
+    /// Value with the scheme `exact`, under the policy *orientation*.
     pub exact_orientation: Figure,
     /// The same under the policy *direction*.
     pub exact_direction: Figure,
-    /// Why the two differ, where they do.
+    /// Why the two differ, if they do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<&'static str>,
 }
 
 impl Compared {
-    /// A figure that has nothing to do with a scheme.
+    /// A figure that is independent of the scheme.
     #[must_use]
     pub fn plain(what: impl Into<String>, document: Figure, ours: Figure) -> Self {
         Self {
@@ -110,14 +110,14 @@ impl Compared {
         self
     }
 
-    /// The same with what `exact` does under *orientation* and *direction*.
+    /// The same with the results of `exact` under *orientation* and *direction*.
     #[must_use]
     pub fn beside(mut self, [orientation, direction]: [Figure; 2]) -> Self {
         (self.exact_orientation, self.exact_direction) = (orientation, direction);
         self
     }
 
-    /// The same with why it differs.
+    /// The same with the reason for a difference.
     #[must_use]
     pub fn because(mut self, why: &'static str) -> Self {
         self.why = Some(why);
@@ -130,26 +130,26 @@ impl Compared {
 pub struct Fixed {
     /// The statement.
     pub statement: String,
-    /// What was found.
+    /// The value found.
     pub found: String,
     /// Whether it holds.
     pub holds: bool,
 }
 
-/// Figures that belong together.
+/// A table of related figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// What they are, with their unit.
+    /// Title, including the unit.
     pub title: String,
-    /// What the rows are.
+    /// Meaning of the rows.
     pub of: &'static str,
-    /// What the columns are.
+    /// Titles of the columns.
     pub columns: Vec<String>,
     /// Name and figures of each row.
     pub rows: Vec<(String, Vec<Figure>)>,
 }
 
-/// A row by its columns' names.
+/// A row with its column names.
 struct ByColumn<'a>(&'a [String], &'a str, &'a [Figure]);
 
 impl Serialize for ByColumn<'_> {
@@ -176,19 +176,19 @@ impl Serialize for Table {
     }
 }
 
-/// A picture: a figure of the document, recomputed.
+/// A picture: a recomputed figure of the document.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Picture {
     /// Name of its file, without `.svg`.
     pub name: &'static str,
     /// What it shows.
     pub title: String,
-    /// What is drawn.
+    /// The drawing.
     #[serde(skip)]
     pub drawn: Drawn,
 }
 
-/// What is drawn.
+/// The content of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drawn {
     /// Curves or points over an axis.
@@ -211,7 +211,7 @@ impl Picture {
 /// A chapter or section of the document.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Chapter {
-    /// What of the document it is.
+    /// Title of the part of the document.
     pub title: &'static str,
     /// How it was recomputed.
     pub how: &'static str,
@@ -219,29 +219,29 @@ pub struct Chapter {
     pub compared: Vec<Compared>,
     /// More figures.
     pub tables: Vec<Table>,
-    /// Statements that our computation meets, or fails.
+    /// Statements that our computation meets or fails.
     pub fixed: Vec<Fixed>,
-    /// Arithmetic on the document's own figures and lists, which tests no computation of ours.
+    /// Arithmetic on the document's own figures and lists, which does not test our computation.
     pub arithmetic: Vec<Fixed>,
     /// Its pictures.
     pub pictures: Vec<Picture>,
 }
 
-/// What cannot be recomputed.
+/// A result that cannot be recomputed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct NotReproduced {
-    /// What of the document.
+    /// The part of the document.
     pub what: &'static str,
-    /// What would be needed.
+    /// The data that would be needed.
     pub needed: &'static str,
 }
 
-/// Everything.
+/// All results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reproduced {
     /// What was recomputed.
     pub chapters: Vec<Chapter>,
-    /// What was not.
+    /// Results that cannot be recomputed.
     pub not_reproduced: Vec<NotReproduced>,
 }
 

@@ -1,4 +1,4 @@
-//! Sections 4.5 and 4.7: how large a grid has to be (Fig. 4.5), and what it leaves.
+//! Sections 4.5 and 4.7: the required size of a grid (Fig. 4.5), and its remaining error.
 
 use super::embedded::{Example, Parameters, hu40};
 use super::validated::{both, built, exact};
@@ -13,15 +13,15 @@ use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::schemes::grid3d::{Rms, Wanted, left_by_size};
 use trueaxis_tables::validate::{Quality, Region, Runtime, random_commands, verify};
 
-/// Grids that are looked at.
+/// Grid sizes examined.
 const SIZES: RangeInclusive<usize> = 2..=25;
 /// Random commands (section 4.5.1).
 const RANDOM: usize = 2000;
 /// The document's threshold (mm).
 const THRESHOLD: f64 = 1e-4;
 
-/// The machine of Chapter 4 with 13 or 84 parameters, known over the whole travel: the zone of the grid is that of
-/// the calibration there (Fig. 4.8).
+/// The machine of Chapter 4 with 13 or 84 parameters, known over the whole travel: there the zone of the grid is that
+/// of the calibration (Fig. 4.8).
 pub fn machine(example: &Example, parameters: Parameters) -> Result<ErrorModel, ReproduceError> {
     let mut errors = example.errors(parameters)?;
     for (calibrated, axis) in errors.calibrated.iter_mut().zip(&example.machine.axes) {
@@ -30,7 +30,7 @@ pub fn machine(example: &Example, parameters: Parameters) -> Result<ErrorModel, 
     Ok(errors)
 }
 
-/// A grid for linear axes alone, as the document has it.
+/// A grid for linear axes only, as in the document.
 pub fn grid(
     example: &Example,
     errors: &ErrorModel,
@@ -51,7 +51,7 @@ fn nodes(built: &Built) -> Result<[usize; 3], ReproduceError> {
     Ok([0, 1, 2].map(points))
 }
 
-/// What is left (µm) at random commands with the rotary axes at zero: before, and with each of these.
+/// The remaining error (µm) at random commands with the rotary axes at zero: before, and with each of these.
 fn at_rest<const N: usize>(
     example: &Example,
     errors: &ErrorModel,
@@ -64,7 +64,7 @@ fn at_rest<const N: usize>(
         for (i, axis) in machine.axes.iter().enumerate() {
             if axis.letter.is_rotary() {
                 command.axes[i] = 0.0;
-                // It does not move: its backlash is no matter of the grid.
+                // It does not move, so its backlash does not concern the grid.
                 command.travel[i] = Travel::Unknown;
             }
         }
@@ -87,7 +87,7 @@ fn largest(example: &Example, built: &Built) -> f64 {
     1e3 * linear.map(|(_, b)| b.largest).fold(0.0, f64::max)
 }
 
-/// What corrects the HU40: of its 13 and of its 84 parameters.
+/// Corrections of the HU40: for its 13 and for its 84 parameters.
 pub struct Tables {
     pub example: Example,
     /// The machines.
@@ -251,21 +251,21 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
     })
 }
 
-/// The nodes along each axis at which one more adds less than the threshold.
+/// The number of nodes along each axis beyond which one more adds less than the threshold.
 fn large_enough(curve: &[(usize, f64)]) -> Option<usize> {
     let mut pairs = curve.windows(2);
     let found = pairs.find(|pair| pair[0].1 - pair[1].1 < THRESHOLD)?;
     Some(found[0].0)
 }
 
-/// Where the travel of an axis is, as parts of its length.
+/// Position of an axis's travel, as fractions of its length.
 const PLACES: [(&str, [f64; 2]); 3] = [
     ("−L to 0", [-1.0, 0.0]),
     ("−L/2 to L/2", [-0.5, 0.5]),
     ("0 to L", [0.0, 1.0]),
 ];
 
-/// Nodes that the 84 coefficients need, for travels of the same length at other places.
+/// Number of nodes needed for the 84 coefficients, for travels of the same length at other places.
 fn placements() -> Result<Table, ReproduceError> {
     let nodes = |places: [usize; 3]| -> Result<Figure, ReproduceError> {
         let mut example = hu40()?;
@@ -306,7 +306,7 @@ fn picture([few, many]: &[Vec<(usize, f64)>; 2]) -> Picture {
         mark: Mark::Line,
         points: curve.iter().map(|(n, mm)| [*n as f64, 1e3 * mm]).collect(),
     };
-    // The change from one grid to the next is what is compared with the threshold.
+    // The change from one grid to the next is compared with the threshold.
     let found = large_enough(many);
     let mut series = vec![
         line("84 coefficients", Ink::Accent, many),

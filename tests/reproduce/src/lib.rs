@@ -1,8 +1,8 @@
-//! The figures of the source document that can be recomputed, beside those that it prints.
+//! The figures of the source document that can be recomputed, compared with the printed ones.
 //!
-//! Parameters, strategies and machines are those that the document publishes, as the files of `examples/` have them;
-//! what it does not publish (places of balls, tool lengths, some travels) is what these files assume. Nothing is
-//! fitted to the document's results.
+//! Parameters, strategies and machines are those published in the document, as contained in the files of `examples/`.
+//! What it does not publish (ball positions, tool lengths, some travels) is assumed in these files. Nothing is fitted
+//! to the document's results.
 
 mod ballbar;
 mod embedded;
@@ -40,22 +40,22 @@ pub enum ReproduceError {
     /// A file of the examples cannot be read.
     #[error("{}", .0.message)]
     File(Box<FileError>),
-    /// A scheme finds nothing.
+    /// A scheme finds no tables.
     #[error(transparent)]
     Compile(#[from] CompileError),
-    /// The same, before there is a blob.
+    /// A scheme fails before there is a blob.
     #[error(transparent)]
     Scheme(#[from] SchemeError),
-    /// Positions cannot be drawn.
+    /// Positions cannot be generated.
     #[error(transparent)]
     Draw(#[from] DrawError),
-    /// Parameters that are left cannot be identified.
+    /// The remaining parameters cannot be identified.
     #[error(transparent)]
     Unknown(#[from] Unknown),
-    /// The places of the ball-bar's path do not meet.
+    /// The ends of the ball-bar's path do not meet.
     #[error(transparent)]
     Uneven(#[from] Uneven),
-    /// Readings of the ball-bar tell nothing.
+    /// The ball-bar's readings cannot be evaluated.
     #[error(transparent)]
     TooFew(#[from] TooFew),
     /// A machine has no axes X, Y and Z.
@@ -87,7 +87,7 @@ impl From<FileError> for ReproduceError {
 /// Recomputes everything.
 ///
 /// # Errors
-/// [`ReproduceError`]: none of them should happen, for nothing comes from outside.
+/// [`ReproduceError`]: none of them should occur, because there is no external input.
 pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> {
     progress.stage("Chapter 4: tables", 0);
     let tables = grids::Tables::new()?;
@@ -111,5 +111,5 @@ pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> 
     })
 }
 
-/// Recomputes a chapter.
+/// A function that recomputes a chapter.
 type Computed = fn() -> Result<Chapter, ReproduceError>;

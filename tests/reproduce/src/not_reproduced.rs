@@ -1,8 +1,8 @@
-//! What cannot be recomputed for want of raw data.
+//! Results that cannot be recomputed for lack of raw data.
 
 use super::NotReproduced;
 
-/// What of the document, and what would be needed.
+/// The part of the document, and the data that would be needed.
 const LIST: [(&str, &str); 12] = [
     (
         "Table 4-2, Table 4-3: the parameters of the HU40 as identified, their standard deviations (section 4.7)",
@@ -55,7 +55,7 @@ const LIST: [(&str, &str); 12] = [
     ),
 ];
 
-/// All of it.
+/// The whole list.
 pub fn list() -> Vec<NotReproduced> {
     let one = |(what, needed)| NotReproduced { what, needed };
     LIST.map(one).to_vec()

@@ -110,10 +110,10 @@ fn write_table(text: &mut String, table: &Table) {
     }
 }
 
-/// Characters of a line of the manual.
+/// Maximum line width of the manual, in characters.
 const WIDE: usize = 118;
 
-/// Words in lines, the first behind a mark, the others below its text.
+/// Wraps words into lines, with a mark before the first and the others indented below its text.
 fn wrap(text: &mut String, mark: &str, words: &str) {
     let mut line = mark.to_owned();
     let mut is_empty = true;

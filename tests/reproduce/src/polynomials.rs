@@ -15,10 +15,10 @@ use trueaxis_tables::schemes::poly25::Objective;
 use trueaxis_tables::validate::Statistics;
 
 const PROBED: f64 = 55.0;
-/// Points of a table (section 5.6).
+/// Number of points in a table (section 5.6).
 const POINTS: usize = 50;
 
-/// Table 5-5: mean volumetric error (µm) by each parameter, setup S, setups 1 to 4.
+/// Table 5-5: mean volumetric error (µm) due to each parameter, setup S, setups 1 to 4.
 const EFFECTS: [(&str, [f64; 2]); 12] = [
     ("EB0A", [50.6, 42.4]),
     ("EC0A", [88.8, 76.5]),
@@ -33,7 +33,7 @@ const EFFECTS: [(&str, [f64; 2]); 12] = [
     ("EYY1", [25.2, 22.0]),
     ("EZZ1", [36.5, 28.2]),
 ];
-/// Table 5-7: before, after with the tables of 12 errors, of 81 coefficients (mrad, µm, µm/mm).
+/// Table 5-7: before, and after with the tables for 12 errors and for 81 coefficients (mrad, µm, µm/mm).
 const AFTER: [(&str, [f64; 3]); 10] = [
     ("EB0A", [1.290, -0.962, -0.893]),
     ("EC0A", [-0.984, -0.242, -0.173]),
@@ -47,22 +47,22 @@ const AFTER: [(&str, [f64; 3]); 10] = [
     ("EZZ1", [-0.253, -0.047, -0.044]),
 ];
 
-/// A parameter that moves the tip by less (mm) before is too small to be compensated.
+/// A parameter that initially moves the tip by less than this (mm) is too small to be compensated.
 const LEAST: f64 = 1e-3;
 
-/// What a validation tells.
+/// Results of a validation.
 struct Told {
     /// Root mean square of the volumetric error along x, y and z of the tool frame (µm).
     rms: [f64; 3],
-    /// Its length at each probing (µm), the smallest first.
+    /// Its length at each probing (µm), in ascending order.
     norms: Vec<f64>,
-    /// Mean by the parameters that are identified, and mean that they do not explain (µm).
+    /// Mean due to the identified parameters, and unexplained mean (µm).
     estimated: f64,
     unexplained: f64,
     compensated: Compensated,
 }
 
-/// The volumetric error at each probing, seen from the tool, without what a wrong place of ball or stylus does.
+/// The volumetric error at each probing, in the tool frame, without the effect of misplaced ball or stylus.
 fn errors_at(
     machine: &Machine,
     identified: &Identified,
@@ -87,7 +87,7 @@ fn told(
     let nothing = Disturbances::default();
     let identified = validation.identified(actual, corrector, &nothing)?;
     let rows = validation.strategy.rows.iter();
-    // Rotary positions alone decide how the tool is turned.
+    // Only rotary positions determine the orientation of the tool.
     let positions: Vec<Vec<f64>> = rows.map(|row| row.position.to_vec()).collect();
     let errors = errors_at(validation.machine, &identified, &positions);
     let rms = |k: usize| Statistics::of(errors.iter().map(|e| e[k])).rms;
@@ -104,8 +104,8 @@ fn told(
     })
 }
 
-/// Tables of an error model: both objectives of polynomials, `exact` under both policies.
-/// Polynomials are `fitted` over what was probed.
+/// Tables for an error model: both polynomial objectives, `exact` under both policies. Polynomials are `fitted` over
+/// the probed range.
 fn tables(
     fitted: &Example,
     zone: &Example,
@@ -215,7 +215,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
                 .because(why),
         );
     }
-    // Of the same machine, probed both ways.
+    // On the same machine, probed with both strategies.
     let of_calibration =
         calibration.identified(&known, &Corrector::Nothing, &Disturbances::default())?;
     let both_ways = [
@@ -287,7 +287,7 @@ fn after(few: &[Told], all: &[Told]) -> Table {
         let parameter = Parameter::parse(name);
         let mut parameters = told.compensated.parameters.iter();
         let found = parameters.find(|p| Some(p.parameter) == parameter);
-        // Of what hardly was there no part can be gone.
+        // A parameter that was hardly present cannot be eliminated.
         let found = found.filter(|p| p.effect[0] > LEAST);
         let part = found.and_then(|p| Some(p.part()?[0]));
         part.map_or(Figure::Nothing, |p| Figure::new(100.0 * p, 0))

@@ -1,5 +1,5 @@
-//! Section 6.8: the Kolibri calibrated with four balls, validated with one (Tables 6-4 to 6-7), with probings that are
-//! as uncertain as the document's.
+//! Section 6.8: the Kolibri calibrated with four balls and validated with one (Tables 6-4 to 6-7), with probings of the
+//! document's uncertainty.
 
 use super::embedded::{Example, Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Validation, both, built, poly25, trigo23};
@@ -13,10 +13,10 @@ use trueaxis_tables::schemes::poly25::Objective;
 
 /// Pooled standard deviations of three probings along X, Y and Z (mm), section 5.9.1.
 const POOLED: [f64; 3] = [1.8e-3, 2.2e-3, 1.5e-3];
-/// Points of a table (section 6.8).
+/// Number of points in a table (section 6.8).
 const POINTS: usize = 100;
 const PROBED: f64 = 55.0;
-/// Where the noise of each measurement begins.
+/// Seeds of the noise in each measurement.
 const CALIBRATION: u64 = 1;
 const BEFORE: u64 = 2;
 const AFTER: u64 = 3;
@@ -58,14 +58,14 @@ fn quiet(_: u64) -> Disturbances {
     Disturbances::default()
 }
 
-/// What was validated of one machine.
+/// The validation of one machine.
 struct Validated {
     before: Identified,
     left: Vec<Compensated>,
 }
 
-/// A machine with `actual` errors, corrected by what is `known` of it.
-/// The document's tables are `fitted` over what the calibration probed.
+/// A machine with `actual` errors, corrected for the `known` ones. The document's tables are `fitted` over the range
+/// probed in the calibration.
 fn validated(
     [fitted, zone]: [&Example; 2],
     validation: &Validation<'_>,
@@ -206,7 +206,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             );
         }
     }
-    // Small parameters are not known well enough for a statement; the offset has no term in Eq. 44.
+    // Small parameters are not known well enough for a statement, and the offset has no term in Eq. 44.
     let small = ["EB0C", "EB0Z", "EC0X", "EA0C", "EZZ1", "EY0C"];
     let least = (EFFECTIVENESS.iter())
         .filter(|(name, _)| !small.contains(name))
@@ -335,7 +335,7 @@ fn picture(moved: &Validated) -> Picture {
         mark: Mark::Points,
         points: (EFFECTIVENESS.iter().enumerate())
             .filter_map(|(i, (name, _))| Some([i as f64 + 1.0, part(&moved.left[scheme], name)?]))
-            // What is worse than before is at the lower end.
+            // Results worse than before are drawn at the lower end.
             .map(|[x, y]| [x, y.max(-20.0)])
             .collect(),
     };

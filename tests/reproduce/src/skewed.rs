@@ -1,4 +1,4 @@
-//! Section 6.6: the scheme of Chapter 6 on a machine whose A is tilted by 45 degrees.
+//! Section 6.6: the scheme of Chapter 6 on a machine with A tilted by 45 degrees.
 
 use super::embedded::{Example, Parameters, huron};
 use super::validated::{both, options, trigo23};
@@ -13,17 +13,17 @@ use trueaxis_tables::validate::Runtime;
 
 const RANDOM: usize = 2000;
 const SEED: u64 = 1;
-/// Where A is (deg): as the document probed its other machine, and its travel here.
+/// Range of A (deg): as probed on the document's other machine, and its travel here.
 const RANGES: [f64; 2] = [55.0, 120.0];
-/// Points of tables: sections 6.5.3 and 6.8.
+/// Number of points in a table: sections 6.5.3 and 6.8.
 const POINTS: [usize; 2] = [10, 100];
 
-/// Parts that are gone (%).
+/// Eliminated part (%).
 #[derive(Clone, Copy)]
 struct Gone {
     mean: f64,
     max: f64,
-    /// Of the parameter that is compensated least.
+    /// For the least compensated parameter.
     least: Option<f64>,
 }
 
@@ -64,7 +64,7 @@ const SMALL: &str =
 pub fn chapter() -> Result<Chapter, ReproduceError> {
     let errors = huron()?.errors(Parameters::Huron13)?;
     let [orientation, direction] = both();
-    // Forms, ranges and points; then `exact` with both ranges and policies.
+    // Forms, ranges and numbers of points; then `exact` with both ranges and policies.
     let mut all = Vec::new();
     for free in [false, true] {
         for range in RANGES {

@@ -8,10 +8,10 @@ use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::Model;
 use trueaxis_measure::simulate::Disturbances;
 
-/// Seconds of a probing (section 5.8).
+/// Duration of a probing (s; section 5.8).
 const SECONDS: f64 = 110.0;
 
-/// Different positions of rotary axes and spindle.
+/// Number of different positions of rotary axes and spindle.
 fn positions(strategy: &Probings) -> usize {
     let key = |row: &trueaxis_measure::formats::probings::Probing| {
         let mut key: Vec<u64> = row.position.iter().map(|p| p.to_bits()).collect();
@@ -24,7 +24,7 @@ fn positions(strategy: &Probings) -> usize {
     all.len()
 }
 
-/// Ball and stylus: three coordinates of each.
+/// Number of unknowns of ball and stylus: three coordinates of each.
 fn setup(strategy: &Probings) -> usize {
     3 * (strategy.balls.len() + 1)
 }
@@ -158,7 +158,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     })
 }
 
-/// The pairs in which Table 6-3 prints the same lists otherwise.
+/// The pairs for which Table 6-3 prints the same lists differently.
 fn pairs_of_table_6_3() -> Table {
     let rows = TABLE_6_3.iter().map(|([a, c], there)| {
         let figures = [*a, *there].map(|angle| Figure::new(angle, 0));

@@ -1,4 +1,4 @@
-//! Section 6.6: ten machines with one error each (Table 6-2), what corrects them (Figs. 6.6, 6.7).
+//! Section 6.6: ten machines with one error each (Table 6-2), and their corrections (Figs. 6.6, 6.7).
 
 use super::embedded::{Example, Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Validation, both, built, fik, options, poly25, trigo23};
@@ -26,18 +26,18 @@ pub const CASES: [(&str, f64); 10] = [
     ("EYY1", 0.04e-3),
     ("EZZ1", 0.04e-3),
 ];
-/// Of these the document's polynomials leave nothing (Fig. 6.6).
+/// The document's polynomials eliminate these completely (Fig. 6.6).
 pub const LINEAR: [&str; 5] = ["EY0C", "EA0C", "EA0Z", "EYY1", "EZZ1"];
-/// Points of the document's tables (section 6.5.3), and ours.
+/// Number of points in the document's tables (section 6.5.3), and in ours.
 const PRINTED_POINTS: usize = 10;
 const POINTS: usize = 101;
-/// Where A is (deg): where it was probed (section 6.7), and its travel.
+/// Range of A (deg): where it was probed (section 6.7), and its travel.
 const PROBED: f64 = 55.0;
 const TRAVEL: f64 = 120.0;
-/// Positions of the whole travel.
+/// Number of positions in the whole travel.
 const RANDOM: usize = 2000;
 
-/// What corrects, in this order.
+/// The corrections, in this order.
 const SCHEMES: [&str; 7] = [
     "kinematic correction",
     "poly25, corrections",
@@ -56,12 +56,12 @@ fn alone(example: &Example, (name, value): (&str, f64)) -> ErrorModel {
     errors
 }
 
-/// What is left of one case with one corrector.
+/// Result of one case with one correction.
 #[derive(Clone, Copy)]
 struct Left {
     /// Mean and largest movement of the tip at the probings (µm).
     tip: [f64; 2],
-    /// What part of the parameter itself is gone (Eq. 38).
+    /// Eliminated part of the parameter itself (Eq. 38).
     part: Option<f64>,
 }
 
@@ -70,7 +70,7 @@ struct OfCase {
     left: Vec<Left>,
 }
 
-/// Tables are made for the `zone` where A was probed.
+/// Tables are made for the `zone` in which A was probed.
 fn probed(example: &Example, zone: &Example, case: (&str, f64)) -> Result<OfCase, ReproduceError> {
     let machine = &zone.machine;
     let errors = alone(example, case);
@@ -119,7 +119,7 @@ fn over_travel(
     Ok(compiled.proof.travel.after.translation_um)
 }
 
-/// What tables leave over the travel of 240 degrees.
+/// Remaining error with tables over the travel of 240 degrees.
 const OVER_TRAVEL: [&str; 6] = [
     "trigo23:free, 101 points",
     "trigo23:free, 10 points",

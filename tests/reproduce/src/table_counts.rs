@@ -1,4 +1,4 @@
-//! Section 7.4: the tables of the closed form, and what they did to the Huron (Table 7-2, the 79 %).
+//! Section 7.4: the tables of the closed form, and their effect on the Huron (Table 7-2, the 79 %).
 
 use super::embedded::{Example, Parameters, huron};
 use super::validated::{both, built, fik};
@@ -16,13 +16,13 @@ use trueaxis_tables::validate::{Command, Region, Runtime, Statistics, random_com
 
 const RANDOM: usize = 2000;
 const SEED: u64 = 7;
-/// Machines that are drawn, and positions on each.
+/// Number of machines drawn, and number of positions on each.
 const MACHINES: u64 = 200;
 const POSITIONS: usize = 200;
 
-/// Tables of each output (section 7.4.1).
+/// Number of tables of each output (section 7.4.1).
 const COUNTS: [(char, usize); 5] = [('X', 13), ('Y', 11), ('Z', 14), ('A', 1), ('C', 1)];
-/// Table 7-2: mean volumetric error by each parameter before and after (µm).
+/// Table 7-2: mean volumetric error due to each parameter before and after (µm).
 const EFFECTS: [(&str, [f64; 2]); 13] = [
     ("EZ0S", [55.6, 7.3]),
     ("EA0Z", [17.2, 1.8]),
@@ -39,7 +39,7 @@ const EFFECTS: [(&str, [f64; 2]); 13] = [
     ("EY0C", [1.0, 3.9]),
 ];
 
-/// How far (µm) errors move the tip at commands, mean; with tables or without.
+/// Mean movement of the tip due to errors at commands (µm), with or without tables.
 fn mean(
     example: &Example,
     errors: &ErrorModel,
@@ -70,8 +70,8 @@ fn alone(example: &Example, errors: &ErrorModel, name: &str) -> ErrorModel {
     one
 }
 
-/// A machine whose parameters differ from those that are known by their standard uncertainties: half of the U that
-/// Table 7-2 states.
+/// A machine whose parameters deviate from the known ones by their standard uncertainties: half of the U stated in
+/// Table 7-2.
 fn drawn(example: &Example, known: &ErrorModel, seed: u64) -> ErrorModel {
     let mut random = Pcg64Mcg::seed_from_u64(SEED ^ (seed << 8));
     let mut machine = ErrorModel::perfect(&example.machine);
@@ -268,7 +268,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     })
 }
 
-/// How many tables each output reads.
+/// Number of tables that each output reads.
 fn output_counts(built: &Built) -> Result<Vec<(char, usize)>, ReproduceError> {
     let runtime = Runtime::load(&built.blob)?;
     let compensation = runtime.compensation();

@@ -1,5 +1,5 @@
-//! The document's way to validate (Figs. 5.6, 6.2, 6.5): a ball is probed while something corrects the axes, and the
-//! parameters are identified once more.
+//! The document's validation (Figs. 5.6, 6.2, 6.5): a ball is probed while the axes are corrected, and the parameters
+//! are identified again.
 
 use super::ReproduceError;
 use super::embedded::Example;
@@ -16,7 +16,7 @@ use trueaxis_tables::compile::{self, Built};
 use trueaxis_tables::schemes::{self, Scheme, poly25, trigo23};
 use trueaxis_tables::validate::Runtime;
 
-/// Nodes along each axis that polynomials and trigonometric functions are fitted on (sections 5.9.1, 6.8).
+/// Number of nodes along each axis at which polynomials and trigonometric functions are fitted (sections 5.9.1, 6.8).
 const NODES: usize = 10;
 
 pub fn poly25(objective: poly25::Objective) -> Scheme {
@@ -36,12 +36,12 @@ pub fn fik() -> Scheme {
     }
 }
 
-/// Both policies that `exact` is shown under.
+/// The two policies under which `exact` is shown.
 pub fn both() -> [Policy; 2] {
     [Policy::Orientation, Policy::default()]
 }
 
-/// Options of a compensation, proven at so many positions.
+/// Options of a compensation, verified at `positions` random positions.
 pub fn options(
     scheme: Scheme,
     policy: Policy,
@@ -61,7 +61,7 @@ pub fn options(
     }
 }
 
-/// The tables of a scheme, without a proof.
+/// The tables of a scheme, without verification.
 pub fn built(
     machine: &Machine,
     errors: &ErrorModel,
@@ -73,10 +73,10 @@ pub fn built(
     Ok(compile::build(machine, errors, &options, &())?)
 }
 
-/// Tolerance (mm) of `exact` where there are error motions: what the document's coefficients mean is no finer.
+/// Tolerance (mm) of `exact` for error motions: the document's coefficients are no more accurate.
 const COARSE: f64 = 1e-3;
 
-/// The tables of `exact`: to its usual tolerance for errors that are numbers, to 1 µm for polynomials.
+/// The tables of `exact`: to its default tolerance for constant errors, to 1 µm for polynomials.
 pub fn exact(
     machine: &Machine,
     errors: &ErrorModel,
@@ -89,11 +89,11 @@ pub fn exact(
     Ok(compile::build(machine, errors, &options, &())?)
 }
 
-/// What corrects the axes while a machine is probed.
+/// The correction of the axes while a machine is probed.
 pub enum Corrector<'a> {
-    /// Nothing does.
+    /// No correction.
     Nothing,
-    /// The kinematic correction of errors that are known: the document's K-B.
+    /// The kinematic correction for known errors: the document's K-B.
     Kinematic(Box<Kinematics<'a>>),
     /// Tables.
     Tables(Runtime<'a>),
@@ -105,7 +105,7 @@ impl<'a> Corrector<'a> {
         Ok(Self::Tables(Runtime::load(&built.blob)?))
     }
 
-    /// The kinematic correction as the document has it.
+    /// The kinematic correction as in the document.
     pub fn kinematic(machine: &'a Machine, known: &'a ErrorModel) -> Self {
         Self::Kinematic(Box::new(
             Kinematics::new(machine, known).with_policy(Policy::Orientation),
@@ -136,7 +136,7 @@ impl<'a> Corrector<'a> {
     }
 }
 
-/// A machine that is probed, and what is looked for.
+/// A probed machine, and the parameters to identify.
 pub struct Validation<'a> {
     pub machine: &'a Machine,
     pub artefact: Artefact,
@@ -176,7 +176,7 @@ impl<'a> Validation<'a> {
         )
     }
 
-    /// What is identified on a machine with these errors.
+    /// The parameters identified on a machine with these errors.
     pub fn identified(
         &self,
         actual: &ErrorModel,
@@ -200,8 +200,8 @@ impl<'a> Validation<'a> {
         Ok((problem, identified))
     }
 
-    /// The effective parameters with something that corrects, beside those `before` it (Eq. 38), and how far all of
-    /// them move the tip at the probings.
+    /// The effective parameters with a correction, compared with those `before` it (Eq. 38), and how far all of them
+    /// move the tip at the probings.
     pub fn left(
         &self,
         actual: &ErrorModel,

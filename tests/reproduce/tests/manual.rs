@@ -1,4 +1,4 @@
-//! What the manual shows of the source document's figures is what `cargo xtask reproduce` writes.
+//! The manual's pages about the source document's figures equal the output of `cargo xtask reproduce`.
 
 use serde_json::Value;
 use trueaxis_reproduce::{page, reproduce};
@@ -9,7 +9,7 @@ fn manual(name: &str) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// A page, or a picture, is the same where its words are, and its numbers to a unit of their last digit.
+/// Pages or pictures are equal if their words are equal, and their numbers to a unit in the last digit.
 #[track_caller]
 fn shows(name: &str, written: &str) {
     let shown = manual(name);
@@ -26,7 +26,7 @@ fn shows(name: &str, written: &str) {
     }
 }
 
-/// Numbers of a picture, which are whole units of the drawing, and everything between them.
+/// The numbers of a picture, which are whole drawing units, and everything between them.
 fn parts(svg: &str) -> (Vec<f64>, String) {
     let (mut numbers, mut words) = (Vec::new(), String::new());
     for part in svg.split_inclusive(|c: char| !c.is_ascii_digit() && c != '.') {
@@ -42,7 +42,7 @@ fn parts(svg: &str) -> (Vec<f64>, String) {
 
 #[test]
 fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
-    // As much stack as a program has: that of a test is a quarter of it.
+    // As much stack as a program has; a test has a quarter of that.
     let computing = std::thread::Builder::new().stack_size(8 << 20);
     let computing = computing.spawn(|| reproduce(&()).unwrap()).unwrap();
     let found = computing.join().unwrap();
@@ -72,7 +72,7 @@ fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
             (parts(&picture.svg()), parts(&manual(&name)));
         assert_eq!(words, shown_words, "{name}");
         assert_eq!(numbers.len(), shown.len(), "{name}");
-        // A quarter of a CSS pixel is a unit.
+        // A unit is a quarter of a CSS pixel.
         let near = numbers
             .iter()
             .zip(&shown)
@@ -80,7 +80,7 @@ fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
         assert!(near, "{name}: run cargo xtask reproduce");
         pictures += 1;
     }
-    // So that this test does not end up with nothing to look at.
+    // Ensures that this test has something to compare.
     assert!(
         fixed >= 7 && arithmetic >= 15 && pictures >= 5 && compared >= 150,
         "{fixed} {arithmetic} {pictures} {compared}"

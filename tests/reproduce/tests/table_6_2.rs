@@ -10,7 +10,7 @@ use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Statistics;
 use trueaxis_tests::machine;
 
-/// The Kolibri, with A within so many degrees.
+/// The Kolibri, with A limited to ±`a` degrees.
 fn kolibri(a: f64) -> Machine {
     let mut machine = machine("examples/kolibri/machine.toml");
     let index = machine.index('A').unwrap();
@@ -18,7 +18,7 @@ fn kolibri(a: f64) -> Machine {
     machine
 }
 
-/// The same with the tip in the frame of Z, where the document has it.
+/// The same with the tip in the frame of Z, as in the document.
 fn without_tool(a: f64) -> Machine {
     let mut machine = kolibri(a);
     machine.tip = [0.0; 3];
@@ -31,7 +31,7 @@ fn alone(machine: &Machine, name: &str, value: f64) -> ErrorModel {
     errors
 }
 
-/// As the document corrects, on a controller with room for all.
+/// Corrected as in the document, on a controller with unlimited capacity.
 fn compiled(machine: &Machine, errors: &ErrorModel, scheme: Scheme, points: usize) -> Compiled {
     let options = compile::Options {
         scheme,
@@ -72,7 +72,7 @@ fn the_free_form_with_101_points_leaves_a_twentieth_of_a_micrometre_of_every_cas
         assert_eq!(compiled.built.size.tables, 23);
         let [before, after] = translation(&compiled);
         assert!(before.mean > 3.0, "{name}: {before:?}");
-        // 101 points of 240° leave 5.5e-4 of a sine in 2A: 0.05 µm of 80 µm.
+        // With 101 points over 240°, the error of a sine in 2A is 5.5e-4: 0.05 µm of 80 µm.
         assert!(after.mean <= 0.05 && after.max <= 0.1, "{name}: {after:?}");
     }
 }
@@ -102,7 +102,7 @@ fn the_documents_ten_points_cost_fik_what_they_cost_a_sine() {
             "{name}, 10 points: mean {:.3}, max {:.3} of {:.1} µm",
             left.mean, left.max, before.max
         );
-        // A chord is off by 1 − cos(h/2) of a sine, 2.7 %, and of twice the angle by 11 %: of the largest lever
+        // A chord deviates by 1 − cos(h/2) for a sine, 2.7 %, and by 11 % for twice the angle: of the largest lever
         // (half of 420 mm, with 240 + 74 mm above it, and 130 mm aside) twice, in two outputs.
         let chord = 1.0 - step.cos();
         assert!(
@@ -122,7 +122,7 @@ fn the_printed_form_holds_all_cases_but_the_offset_of_a_rotary_axis() {
         let errors = alone(&machine, name, value);
         let [_, after] = translation(&compiled(&machine, &errors, trigo23(false), 1001));
         if name == "EY0C" {
-            // No term of Eq. 44 turns with A but does not grow with a linear position.
+            // Eq. 44 has no term that turns with A without growing with a linear position.
             assert!(after.mean > 1.5 && after.max > 8.0, "{name}: {after:?}");
         } else {
             // The second order of 0.4 mrad at 400 mm is 0.064 µm.
@@ -151,12 +151,13 @@ fn the_cubic_polynomials_leave_nothing_of_what_is_linear_and_much_of_the_rest() 
             // A cubic polynomial misses a cosine by 0.4 % over ±55°.
             assert!(left < 5e-3, "{name}: {left}");
         } else {
-            // Found by another program: 34 to 87 % of the mean.
+            // According to another program: 34 to 87 % of the mean.
             assert!((0.335..0.875).contains(&left), "{name}: {left}");
         }
     }
-    // The other objective, by the same program: 13 % of EB0C over ±55°, 65 % over ±120°, next to nothing of the other
-    // four. Its tool and its travels are not known, and they count: without a tool it is 10 and 59 % here.
+    // The other objective, according to the same program: 13 % of EB0C over ±55°, 65 % over ±120°, almost nothing of
+    // the other four. Its tool and its travels are unknown, and they matter: without a tool the values here are 10 and
+    // 59 %.
     for (range, expected, slack) in [(55.0, 0.13, 0.03), (120.0, 0.65, 0.06)] {
         let machine = kolibri(range);
         for name in ["EB0A", "EC0A", "EB0C", "EC0X", "EB0Z"] {

@@ -1,45 +1,45 @@
-//! What came of many drawings, and what is claimed about it.
+//! Results of many drawings, and the claims about them.
 
 use super::judged::NEAR;
 use super::{Judged, Kinds, Outcome, TIMES};
 use std::fmt;
 
-/// The share of drawings that meet the tolerance.
+/// The fraction of drawings that must meet the tolerance.
 const MET: f64 = 0.95;
-/// The share of drawings, with measured motions all of them, that may miss it by more than [`NEAR`] times: where
-/// rotary axes nearly depend on each other, a measured motion bends at each of its points by more than terms
-/// of first order follow (`docs/src/exact.md`, Limits).
+/// The fraction of drawings, all with measured motions, that may miss it by more than a factor of [`NEAR`]: where
+/// rotary axes nearly depend on each other, a measured motion bends at each of its points by more than first-order
+/// terms can follow (`docs/src/exact.md`, Limits).
 const FAR: f64 = 0.01;
-/// The finest tolerance (µm, µrad) for which that is claimed: finer ones may be missed, and then say so.
+/// The finest tolerance (µm, µrad) for which this is claimed: finer ones may be missed, which is then reported.
 const FINEST: f64 = 1.0;
 
-/// How many drawings there are, and how many of them are of some sort.
+/// The number of drawings, in total and of each kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
-    /// The tolerance (µm, µrad) that was asked for.
+    /// The requested tolerance (µm, µrad).
     pub tolerance: f64,
-    /// All of them.
+    /// Total number.
     pub all: usize,
-    /// What was drawn.
+    /// Number of each kind.
     pub kinds: Kinds,
-    /// Those that were tried with each of the tolerances of [`TIMES`], and those that meet it.
+    /// Drawings tested with each of the tolerances of [`TIMES`], and drawings that meet it.
     pub met: [[usize; 2]; TIMES.len()],
-    /// Those that come within three times the one asked for.
+    /// Drawings within three times the requested tolerance.
     pub near: usize,
-    /// Those that do not, and have no measured motions.
+    /// Drawings beyond that, without measured motions.
     pub far_unmeasured: usize,
-    /// Those with an axis that is worse off than without tables, at any of the tolerances.
+    /// Drawings with an axis that is worse than without tables, at any of the tolerances.
     pub harmed: usize,
-    /// Those for which the scheme says that a tolerance is met, or a coarser one, that is not.
+    /// Drawings for which the scheme wrongly reports that this or a coarser tolerance is met.
     pub falsely: usize,
-    /// Those that are worse than a coarser tolerance's, and miss their own.
+    /// Drawings that are worse than with a coarser tolerance, and miss their own.
     pub worse: usize,
-    /// Those that were tried on the reference board, and those of them that meet the tolerance there.
+    /// Drawings tested on the reference board, and those that meet the tolerance there.
     pub board: [usize; 2],
 }
 
 impl Counts {
-    /// Counts.
+    /// Counts the results.
     #[must_use]
     pub fn of(judged: &[Judged], tolerance: f64) -> Self {
         let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|j| is(j)).count();
@@ -70,7 +70,7 @@ impl Counts {
         }
     }
 
-    /// What is claimed and does not hold.
+    /// Claims that do not hold.
     #[must_use]
     pub fn shortfalls(&self) -> Vec<String> {
         let claimed = self.tolerance >= FINEST;

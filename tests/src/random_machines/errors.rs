@@ -6,35 +6,35 @@ use std::fmt::Write;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::{Axis, Machine};
 
-/// Size of an error in mm, and in rad.
+/// Magnitude of an error in mm, and in rad.
 const SIZE: [f64; 2] = [0.03, 8e-5];
 /// Highest degree of error motions, and highest harmonic.
 const DEGREE: u8 = 3;
-/// Temperatures (K) that sensors see on either side of their reference.
+/// Temperature range (K) of sensors on either side of their reference.
 const KELVIN: f64 = 15.0;
 const SENSORS: [&str; 2] = ["frame", "spindle"];
-/// Least distance of measured points (mm, deg): nobody measures closer.
+/// Minimum distance of measured points (mm, deg): in practice they are never closer.
 const APART: [f64; 2] = [5.0, 1.0];
-/// Least number of measured points in a wave of what they show: who measures fewer does not see it.
+/// Minimum number of measured points per wave of the curve: with fewer it would not be visible.
 const IN_A_WAVE: f64 = 6.0;
-/// Noise of measured values, as a part of the error's size.
+/// Noise of measured values, as a fraction of the error's magnitude.
 const NOISE: f64 = 0.05;
 
-/// What the errors of one machine are like.
+/// Character of the errors of one machine.
 struct Character {
     /// Every motion of every axis has every degree.
     everything: bool,
-    /// The share of what there could be, from a few locations to every motion of every axis.
+    /// Fraction of all possible errors, from a few locations to every motion of every axis.
     density: f64,
     inter: bool,
     backlash: bool,
     degrees: [bool; DEGREE as usize + 1],
     harmonics: bool,
-    /// Some motions are measured points, some of them for each direction of travel.
+    /// Some motions are measured points, some of these separate for each direction of travel.
     tabulated: bool,
     reversal: bool,
     thermal: bool,
-    /// Motions are known in a part of the travel only.
+    /// Motions are known in part of the travel only.
     partly: bool,
 }
 
@@ -56,7 +56,7 @@ impl Character {
     }
 }
 
-/// The parts of the file, which are drawn together and stand apart.
+/// The parts of the file, which are generated together and written separately.
 #[derive(Default)]
 struct File {
     parameters: String,
@@ -76,7 +76,7 @@ pub fn draw(machine: &Machine, random: &mut Fixed) -> String {
             let reversal = character.reversal && reversal;
             let measured = reversal || (character.tabulated && tabulated);
             if measured {
-                // Mostly all motions of an axis are measured at the same points.
+                // Usually all motions of an axis are measured at the same points.
                 let own = match random.chance(0.3) {
                     true => &points(axis, range, random),
                     false => &shared,
@@ -103,7 +103,7 @@ pub fn draw(machine: &Machine, random: &mut Fixed) -> String {
     file.text(&machine.name)
 }
 
-/// Where the motions of an axis are known (mm, deg).
+/// Range in which the motions of an axis are known (mm, deg).
 fn known(axis: &Axis, character: &Character, file: &mut File, random: &mut Fixed) -> [f64; 2] {
     let [low, high] = axis.travel;
     if !character.partly || axis.modulo || random.chance(0.4) {
@@ -139,7 +139,7 @@ fn location(
     }
 }
 
-/// Polynomials and harmonics. A motion of an endless axis closes: only these do.
+/// Polynomials and harmonics. A motion of an endless axis must be periodic, so it has only harmonics.
 fn coefficients(
     axis: &Axis,
     component: usize,
@@ -148,7 +148,7 @@ fn coefficients(
     random: &mut Fixed,
 ) {
     let size = SIZE[component / 3];
-    // The largest position, in mm or rad: a coefficient of degree k has its effect there.
+    // The largest position, in mm or rad, at which the magnitude of a coefficient of degree k applies.
     let ends = axis.travel.map(|t| axis.to_kinematic(t).abs());
     let reach = ends[0].max(ends[1]);
     let letter = axis.letter.char();
@@ -181,7 +181,7 @@ fn coefficients(
     }
 }
 
-/// Five to a hundred positions (mm, deg): even steps, or nearly.
+/// Five to a hundred positions (mm, deg) with equal or nearly equal steps.
 fn points(axis: &Axis, [low, high]: [f64; 2], random: &mut Fixed) -> Vec<f64> {
     let apart = APART[usize::from(axis.letter.is_rotary())];
     let most = ((high - low) / apart) as usize + 1;
@@ -195,8 +195,8 @@ fn points(axis: &Axis, [low, high]: [f64; 2], random: &mut Fixed) -> Vec<f64> {
     at
 }
 
-/// Measured values: a smooth curve and noise; with `reversal` those after negative travel differ,
-/// more at one end than at the other.
+/// Measured values: a smooth curve and noise; with `reversal` those after negative travel differ, more at one end than
+/// at the other.
 fn table(
     axis: &Axis,
     component: usize,
@@ -208,7 +208,7 @@ fn table(
     let size = SIZE[component / 3];
     let most = (at.len() - 1) as f64 / IN_A_WAVE;
     let waves = random.within(0.3, 3.0).min(most);
-    // On an endless axis a whole number.
+    // A whole number on an endless axis.
     let waves = if axis.modulo { waves.ceil() } else { waves };
     let slope = if axis.modulo {
         0.0
@@ -268,7 +268,7 @@ impl File {
         let _ = writeln!(self.parameters, "{parameter} = {value:?}");
     }
 
-    /// Lets a parameter change with a temperature, on some machines some of them.
+    /// Makes a parameter change with temperature, for some parameters on some machines.
     fn warmed(
         &mut self,
         component: usize,

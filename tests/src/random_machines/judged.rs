@@ -1,4 +1,4 @@
-//! One drawing with the tables that the scheme finds for it.
+//! One drawing with the tables that the scheme generates for it.
 
 use super::{Case, Kinds, Measured, Places};
 use std::fmt;
@@ -7,28 +7,28 @@ use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::schemes::{Options, Scheme, find};
 use trueaxis_tables::target::Target;
 
-/// The tolerances that a drawing is tried with, as multiples of the one asked for: a finer one
-/// which is often missed, and a coarser one. None of them may do worse than a coarser one.
+/// The tolerances with which a drawing is tested, as multiples of the requested one: a finer one, which is often
+/// missed, and a coarser one. None of them may give a worse result than a coarser one.
 pub const TIMES: [f64; 3] = [0.05, 1.0, 5.0];
 
-/// A deviation that is as near to the tolerance as misses may be, in tolerances.
+/// Largest deviation that counts as a near miss, in tolerances.
 pub const NEAR: f64 = 3.0;
 
-/// Positions inside, where the tolerance counts, below which it would be no wonder if it is met.
+/// Minimum number of inside positions, where the tolerance applies; with fewer, meeting it would mean little.
 const LEAST_INSIDE: usize = 1000;
 
-/// What came of one tolerance.
+/// Result for one tolerance.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The tolerance asked for (µm, µrad).
+    /// The requested tolerance (µm, µrad).
     pub tolerance: f64,
-    /// The one that the scheme says it meets.
+    /// The tolerance that the scheme reports as met.
     pub meets: Option<f64>,
-    /// What is true, or why there are no tables.
+    /// The measured result, or why there are no tables.
     pub measured: Result<Measured, String>,
-    /// Tables and terms.
+    /// Number of tables and terms.
     pub size: [usize; 2],
-    /// How long the scheme took.
+    /// Run time of the scheme.
     pub elapsed: Duration,
 }
 
@@ -66,7 +66,7 @@ impl Outcome {
         }
     }
 
-    /// Largest deviation (µm, µrad) where the tolerance counts.
+    /// Largest deviation (µm, µrad) where the tolerance applies.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.measured.as_ref().map_or(f64::INFINITY, |m| m.reached)
@@ -78,17 +78,17 @@ impl Outcome {
         self.reached() <= self.tolerance
     }
 
-    /// True if there had better be no tables on some axis.
+    /// True if some axis would be better off without tables.
     #[must_use]
     pub fn is_harmed(&self) -> bool {
         let harm = |m: &Measured| m.harm(self.tolerance);
         self.measured.as_ref().map_or(f64::INFINITY, harm) > 1.0
     }
 
-    /// True if the scheme says that a tolerance is met that is not.
+    /// True if the scheme wrongly reports that a tolerance is met.
     #[must_use]
     pub fn is_false(&self) -> bool {
-        // Tolerances went to mm and back.
+        // Tolerances were converted to mm and back.
         self.meets
             .is_some_and(|m| self.reached() > m * (1.0 + 1e-9))
     }
@@ -99,7 +99,7 @@ fn size(draft: &trueaxis::Draft) -> [usize; 2] {
     [tables, draft.terms.len()]
 }
 
-/// What is tried that takes most of the time.
+/// Optional tests that take most of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
     /// The finest tolerance.
@@ -108,26 +108,26 @@ pub struct Effort {
     pub board: bool,
 }
 
-/// All that came of one drawing.
+/// All results of one drawing.
 #[derive(Clone, Debug)]
 pub struct Judged {
     /// Number of the drawing.
     pub seed: u64,
-    /// What is special about it.
+    /// Its special features.
     pub kinds: Kinds,
-    /// The tolerances of [`TIMES`], or all but the finest, on a controller that holds all that a blob
-    /// can; finer ones first.
+    /// The tolerances of [`TIMES`], or all but the finest, on a controller with the maximum capacities; finer ones
+    /// first.
     pub outcomes: Vec<Outcome>,
-    /// The tolerance asked for, on the reference board; unless that was left out.
+    /// The requested tolerance on the reference board, unless omitted.
     pub board: Option<Outcome>,
     line: String,
-    /// Positions within one correction of a measured point, and those where the tolerance counts.
+    /// Number of positions within one correction of a measured point, and number of those where the tolerance applies.
     places: [usize; 2],
 }
 
 impl Judged {
-    /// Tries a drawing with [`TIMES`] a tolerance (µm, µrad), and with that on the reference board, or
-    /// without these two where they are left out.
+    /// Tests a drawing with [`TIMES`] a tolerance (µm, µrad), and with the tolerance itself on the reference board,
+    /// unless the finest or the board is omitted.
     #[must_use]
     pub fn new(case: &Case, tolerance: f64, effort: Effort) -> Self {
         let places = Places::new(case).map_err(|e| e.to_string()).and_then(|p| {
@@ -159,7 +159,7 @@ impl Judged {
         }
     }
 
-    /// The outcome of one of [`TIMES`], by its number, if it was tried.
+    /// The result for one of [`TIMES`], by its index, if it was tested.
     #[must_use]
     pub fn outcome(&self, number: usize) -> Option<&Outcome> {
         let left_out = TIMES.len() - self.outcomes.len();
@@ -168,19 +168,19 @@ impl Judged {
             .map(|number| &self.outcomes[number])
     }
 
-    /// The outcome of the tolerance that was asked for.
+    /// The result for the requested tolerance.
     #[must_use]
     pub fn asked(&self) -> &Outcome {
         &self.outcomes[self.outcomes.len() - 2]
     }
 
-    /// True if the tolerance that was asked for is missed by more than three times.
+    /// True if the requested tolerance is missed by more than a factor of three.
     #[must_use]
     pub fn is_far(&self) -> bool {
         self.asked().reached() > NEAR * self.asked().tolerance
     }
 
-    /// True if a tolerance is missed with more than a coarser one reaches.
+    /// True if a tolerance is missed with a larger deviation than that of a coarser one.
     #[must_use]
     pub fn is_worse_than_coarser(&self) -> bool {
         self.outcomes.iter().enumerate().any(|(k, finer)| {
@@ -190,7 +190,7 @@ impl Judged {
         })
     }
 
-    /// Its marks: what is wrong with it, nothing if all is well.
+    /// Its marks: its problems, or nothing if all is well.
     #[must_use]
     pub fn marks(&self) -> String {
         let any = |wrong: fn(&Outcome) -> bool| self.outcomes.iter().any(wrong);
@@ -240,7 +240,7 @@ impl fmt::Display for Judged {
     }
 }
 
-/// Without what multiplying left behind.
+/// Removes rounding errors of the multiplication.
 fn short(tolerance: f64) -> String {
     format!("{:.3}", tolerance)
         .trim_end_matches('0')

@@ -1,4 +1,4 @@
-//! What is special about a drawing.
+//! Special features of a drawing.
 
 use super::Case;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::ops::AddAssign;
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_tables::validate::is_partly_calibrated;
 
-/// How many drawings are of each kind; of one drawing, 0 or 1.
+/// Number of drawings of each kind; 0 or 1 for a single drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kinds {
     /// Three rotary axes.
@@ -25,14 +25,14 @@ pub struct Kinds {
     pub reversal: usize,
     /// Errors that change with temperatures.
     pub thermal: usize,
-    /// Motions that are not known in a part of the travel.
+    /// Motions that are unknown in part of the travel.
     pub partly: usize,
     /// The tool length is an input.
     pub length: usize,
 }
 
 impl Kinds {
-    /// Those of one drawing.
+    /// The kinds of one drawing.
     #[must_use]
     pub fn of(case: &Case) -> Self {
         let (machine, errors) = (&case.machine, &case.errors);
@@ -89,7 +89,7 @@ impl Kinds {
         ]
     }
 
-    /// The names of those there are.
+    /// The names of the kinds present.
     #[must_use]
     pub fn names(&self) -> String {
         let names = self.named().into_iter().filter(|(_, count)| *count > 0);

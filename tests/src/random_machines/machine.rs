@@ -9,17 +9,17 @@ const LETTERS: [&str; 16] = [
     "XYZABC", "XYZABC", "XYZUC", "XYZWBC", "XYZWAC",
 ];
 
-/// Half of a narrow rotary travel (deg).
+/// Half the width of a narrow rotary travel (deg).
 const NARROW: [f64; 4] = [3.0, 10.0, 30.0, 45.0];
 
 pub fn draw(random: &mut Fixed) -> String {
     let letters = LETTERS[random.below(LETTERS.len())];
     let tilted = random.chance(0.4);
-    // Half of the machines have narrow rotary axes: tilting heads, swivelling tables. Three of them
-    // are independent on a part of a turn only.
+    // Half of the machines have narrow rotary axes: tilting heads, swivelling tables. Three of them are independent
+    // only on part of a turn.
     let narrow = random.chance(if letters.ends_with("ABC") { 0.95 } else { 0.5 });
     let rotary: Vec<char> = letters.chars().filter(|l| "ABC".contains(*l)).collect();
-    // A round table mostly; the last letter is C where there is one.
+    // Usually a round table; the last letter is C if there is one.
     let endless = rotary.last().filter(|_| random.chance(0.3)).copied();
     let mut order: Vec<char> = letters.chars().collect();
     for i in (1..order.len()).rev() {

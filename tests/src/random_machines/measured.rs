@@ -1,4 +1,4 @@
-//! What tables do on a machine: measured apart from the scheme, at positions of its own.
+//! The effect of tables on a machine, measured independently of the scheme, at separate positions.
 
 use super::Case;
 use crate::Fixed;
@@ -8,10 +8,10 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::validate::{Command, Runtime, calibrated, holds, is_near_point};
 
-/// Positions of each way to choose them.
+/// Number of positions for each way of choosing them.
 const EACH: usize = 900;
-/// How far an axis stays from an end of what is known, in corrections of its own, so that it is
-/// still inside when it is corrected.
+/// Distance that an axis keeps from an end of its known range, in units of its correction, so that it is still inside
+/// when corrected.
 const STAYS: f64 = 1.3;
 
 /// How the position of each axis is chosen.
@@ -41,17 +41,17 @@ struct Place {
     correction: PerAxis,
     /// No motion holds its end value.
     is_inside: bool,
-    /// An axis is within its correction of a measured point: the tolerance does not count here.
+    /// An axis is within its correction of a measured point: the tolerance does not apply here.
     is_near: bool,
 }
 
-/// What was measured.
+/// The measured result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Largest deviation (µm, µrad) from the exact correction where no motion holds, farther than one correction
-    /// from measured points.
+    /// Largest deviation (µm, µrad) from the exact correction where no motion holds, farther than one correction from
+    /// measured points.
     pub reached: f64,
-    /// The same within one correction of a measured point; 0 if no position is there.
+    /// The same within one correction of a measured point; 0 if there is no such position.
     pub near: f64,
     /// Largest deviation of each axis anywhere in the travel (µm, µrad).
     pub anywhere: PerAxis,
@@ -63,7 +63,7 @@ impl<'a> Places<'a> {
     /// Chooses positions: half of them over the travel, half of them where motions are known.
     ///
     /// # Errors
-    /// There is no exact correction somewhere.
+    /// If there is no exact correction at some position.
     pub fn new(case: &'a Case) -> Result<Self, NotConverged> {
         let kinematics =
             Kinematics::new(&case.machine, &case.errors).with_policy(Policy::Orientation);
@@ -74,7 +74,7 @@ impl<'a> Places<'a> {
                 let known = number % 2 == 0;
                 let mut command = choose(case, way, known, &mut random);
                 let mut place = Place::new(&kinematics, command)?;
-                // An end is outside as soon as its correction leads there: just before it.
+                // An end is outside as soon as its correction leads there, so stay just before it.
                 for _ in 0..3 {
                     if place.is_inside || !known {
                         break;
@@ -96,14 +96,14 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// How many positions there are where the tolerance counts.
+    /// Number of positions where the tolerance applies.
     #[must_use]
     pub fn inside(&self) -> usize {
         let counts = |p: &&Place| p.is_inside && !p.is_near;
         self.places.iter().filter(counts).count()
     }
 
-    /// How many of those where no motion holds are within one correction of a measured point.
+    /// Number of positions where no motion holds that are within one correction of a measured point.
     #[must_use]
     pub fn near(&self) -> usize {
         let near = |p: &&Place| p.is_inside && p.is_near;
@@ -113,11 +113,11 @@ impl<'a> Places<'a> {
     /// Encodes a draft, decodes it, and evaluates it at every position.
     ///
     /// # Errors
-    /// It cannot be encoded or decoded.
+    /// If it cannot be encoded or decoded.
     pub fn measure(&self, draft: &Draft) -> Result<Measured, String> {
         let mut draft = draft.clone();
         for axis in &mut draft.axes {
-            // Bounds of corrections are found later; tables do not depend on them.
+            // Bounds of corrections are determined later; tables do not depend on them.
             axis.value_bound = 1e6;
         }
         let blob = draft.encode().map_err(|e| e.to_string())?;
@@ -133,7 +133,7 @@ impl<'a> Places<'a> {
             let table = machine.to_kinematic(&table);
             for i in 0..machine.axes.len() {
                 let deviation = (table[i] - place.correction[i]).abs() * units[i];
-                // What is not a number is as bad as can be.
+                // NaN counts as the worst case.
                 let deviation = if deviation.is_nan() {
                     f64::INFINITY
                 } else {
@@ -157,8 +157,8 @@ impl<'a> Places<'a> {
 }
 
 impl Measured {
-    /// The largest deviation of any axis anywhere, as a part of what it may be: the larger of the
-    /// tolerance (µm, µrad) and the axis' largest correction. Above 1 there had better be no tables.
+    /// The largest deviation of any axis anywhere, as a fraction of the permitted one: the larger of the tolerance (µm,
+    /// µrad) and the axis's largest correction. Above 1 it would be better to have no tables.
     #[must_use]
     pub fn harm(&self, tolerance: f64) -> f64 {
         let axes = self.anywhere.iter().zip(self.largest);
@@ -181,7 +181,7 @@ impl Place {
     }
 }
 
-/// The ends of an axis (mm, deg): of the travel, or of what is known of it.
+/// The ends of an axis (mm, deg): of its travel, or of its known range.
 fn ends(case: &Case, axis: usize, known: bool) -> [f64; 2] {
     let [low, high] = case.machine.axes[axis].travel;
     if !known {
@@ -219,7 +219,7 @@ fn choose(case: &Case, way: Way, known: bool, random: &mut Fixed) -> Command {
     command
 }
 
-/// A position in a range, as the runtime sees it.
+/// A position in a range, rounded as in the runtime.
 fn one([low, high]: [f64; 2], at_end: bool, random: &mut Fixed) -> f32 {
     let position = match (at_end, random.chance(0.5)) {
         (false, _) => random.within(low, high),
@@ -229,12 +229,12 @@ fn one([low, high]: [f64; 2], at_end: bool, random: &mut Fixed) -> f32 {
     position as f32
 }
 
-/// Moves the axes off the ends of what is known by more than their corrections.
+/// Moves the axes away from the ends of their known range by more than their corrections.
 fn draw_in(case: &Case, command: &mut Command, correction: &PerAxis) {
     for (i, axis) in case.machine.axes.iter().enumerate() {
         let way = STAYS * axis.to_command(correction[i].abs());
         let [low, high] = ends(case, i, true);
-        // Rounding towards the middle.
+        // Rounds towards the middle.
         let low = ((low + way) as f32).next_up();
         let high = ((high - way) as f32).next_down();
         if low < high {

@@ -1,4 +1,4 @@
-//! Best effort, on examples. On random machines: `cargo xtask random-machines --best-effort 30`.
+//! Best effort, on the examples. On random machines: `cargo xtask random-machines --best-effort 30`.
 
 use trueaxis_tests::{best_effort, errors, machine};
 

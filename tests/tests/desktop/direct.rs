@@ -1,5 +1,5 @@
-//! Direct measurements: instruments are simulated on machines whose errors are known, and what is imported
-//! from them is compared with these.
+//! Direct measurements: instruments are simulated on machines with known errors, and the imported errors are compared
+//! with these.
 
 mod instruments;
 
@@ -23,7 +23,7 @@ fn import(machine: &Machine, measured: &[Measurement]) -> DirectResult {
     solve(machine, measured, &perfect, Options::default()).unwrap()
 }
 
-/// A slope by least squares.
+/// Least-squares slope.
 fn slope(at: &[f64], values: &[f64]) -> f64 {
     let count = at.len() as f64;
     let mean = at.iter().sum::<f64>() / count;
@@ -31,8 +31,8 @@ fn slope(at: &[f64], values: &[f64]) -> f64 {
     along / at.iter().map(|q| (q - mean).powi(2)).sum::<f64>()
 }
 
-/// Motions of every kind on every axis, other ones for each direction: zero in the mean of both at the target
-/// next to zero, straightnesses without slope; and the squarenesses.
+/// Motions of every kind on every axis, different for each direction: their mean is zero at the target next to zero,
+/// and straightnesses have no slope; plus the squarenesses.
 fn drawn(machine: &Machine, found: &DirectResult, random: &mut Fixed) -> ErrorModel {
     let mut errors = ErrorModel::perfect(machine);
     for motion in &found.motions {
@@ -78,8 +78,7 @@ fn drawn(machine: &Machine, found: &DirectResult, random: &mut Fixed) -> ErrorMo
     errors
 }
 
-/// True if no rotary axis carries a linear one: otherwise the directions of linear axes turn, and may become
-/// the same.
+/// True if no rotary axis carries a linear one: otherwise the directions of linear axes turn, and may coincide.
 fn is_usual(machine: &Machine) -> bool {
     [Branch::Workpiece, Branch::Tool].iter().all(|branch| {
         let own = machine.axes.iter().filter(|axis| axis.branch == *branch);
@@ -88,12 +87,12 @@ fn is_usual(machine: &Machine) -> bool {
     })
 }
 
-/// Simulates every instrument on a machine with drawn errors, and expects these errors back.
+/// Simulates every instrument on a machine with random errors, and expects to recover these errors.
 fn check(name: &str, machine: &Machine, seed: u64) {
     let mut random = Fixed::new(seed + 7);
     let perfect = ErrorModel::perfect(machine);
     let home = Bench::new(machine, &perfect, Default::default()).home();
-    // Linear axes anywhere; rotary ones where the directions of linear axes are right-angled.
+    // Linear axes anywhere; rotary ones where the directions of linear axes are orthogonal.
     let mut place = || {
         let mut at = random.position(machine);
         for (i, axis) in machine.axes.iter().enumerate() {
@@ -104,7 +103,7 @@ fn check(name: &str, machine: &Machine, seed: u64) {
         at
     };
     let plan = everything(machine, 6, &mut place);
-    // On a perfect machine they say which motions and locations show.
+    // On a perfect machine this determines which motions and locations are visible.
     let found = import(machine, &simulate(machine, &perfect, &plan, [0.0; 2], 0));
     assert_eq!(found.motions.len(), 6 * machine.axes.len(), "{name}");
     assert_eq!(found.locations.len(), 3, "{name}");
@@ -115,7 +114,7 @@ fn check(name: &str, machine: &Machine, seed: u64) {
             .table
             .as_ref()
             .unwrap();
-        // Rounds end at 2e-11 mm; what is left then are a few of these.
+        // Iterations end at 2e-11 mm; the remaining error is a few times that.
         let close = if motion.component >= 3 { 1e-11 } else { 1e-9 };
         let pairs = motion.positive.iter().zip(&table.positive);
         let others = motion.negative.as_ref().unwrap().iter();
@@ -138,7 +137,7 @@ fn check(name: &str, machine: &Machine, seed: u64) {
             location.parameter
         );
     }
-    // All angular motions are known: no lever is.
+    // All angular motions are known, so no lever is unknown.
     assert!(found.doubts.is_empty(), "{name}: {:?}", found.doubts);
 }
 
@@ -177,8 +176,8 @@ fn the_errors_of_random_machines_come_back_from_their_instruments() {
     assert!(count >= 20, "only {count}");
 }
 
-/// Readings of files are imported with the sign that the manual derives (measurement.md): what moves the tool
-/// too far is + on the router, whose axes carry the tool, and − on the mill, whose table moves and is reversed.
+/// Readings in files are imported with the sign derived in the manual (measurement.md): a tool that moves too far is +
+/// on the router, whose axes carry the tool, and − on the mill, whose table moves and is reversed.
 #[test]
 fn a_reading_has_the_sign_that_the_manual_says() {
     let laser = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 0, Z = 0 }\n\
@@ -209,7 +208,7 @@ fn a_reading_has_the_sign_that_the_manual_says() {
             };
             assert_eq!(motion.name(&machine), expected, "{name}");
             let near = |found: &[f64], expected: [f64; 2]| {
-                // The second order of 20 µrad over 500 mm is 1e-7 mm; of displacements there is none.
+                // The second-order effect of 20 µrad over 500 mm is 1e-7 mm; displacements have none.
                 found
                     .iter()
                     .zip(expected)
@@ -235,9 +234,9 @@ fn a_reading_has_the_sign_that_the_manual_says() {
             let turns = [0.0, 20.0].map(urad);
             table(angle, "EAX", turns, Some(turns));
         }
-        // Z carries the tool on both: it goes to −Y at −100 mm.
+        // Z carries the tool on both: it deviates to −Y at −100 mm.
         table(dial, "EYZ", [-3e-3, 0.0], None);
-        // A square does not know which way the axis counts: +3 µm are EC0X = 30e-6 on both.
+        // A square does not depend on the sign of the axis: +3 µm is EC0X = 30e-6 on both.
         for square in [square, &lying] {
             let found = found(square);
             assert_eq!(found.locations[0].parameter.to_string(), "EC0X");
@@ -246,7 +245,7 @@ fn a_reading_has_the_sign_that_the_manual_says() {
     }
 }
 
-/// What is left (mm) of tips that are moved and turned as one part to fit best: root mean square and largest.
+/// Remaining errors (mm) of tips after the best rigid-body fit: root mean square and largest.
 fn left(off: &[(Vector3<f64>, Vector3<f64>)]) -> [f64; 2] {
     let rows = 3 * off.len();
     let matrix = DMatrix::from_fn(rows, 6, |row, column| {
@@ -282,7 +281,7 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
     let mut plan = Vec::new();
     for (letter, count) in [('X', 51), ('Y', 61), ('Z', 81)] {
         let moved = machine.index(letter).unwrap();
-        // Targets are where its errors have points: what is linear in between is then the same.
+        // Targets coincide with the points of its errors, so linear interpolation in between is the same.
         let points = truth.motions[moved][0].table.as_ref().unwrap().at.len();
         assert_eq!(points, count);
         let all = everything(&machine, count, || random.position(&machine));
@@ -304,7 +303,7 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
         }
         let measured = simulate(&machine, &truth, &plan, [noise * 1e-3, noise * 1e-6], 3);
         let found = import(&machine, &measured);
-        // As a file, which is what a user has.
+        // As a file, like a user would have.
         let text = error_file(&machine, &measured, &found);
         let found = ErrorModel::from_toml(&text, &machine).unwrap();
         let compiled = build(&machine, &found, &CompileOptions::default(), &()).unwrap();
@@ -330,7 +329,7 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
         unreachable!();
     };
     assert!(before[0] > 10.0, "{shown:?}");
-    // The tolerance of the tables is 0.05 µm of the tip; values in a file have 1e-6 µm.
+    // The tolerance of the tables is 0.05 µm at the tip; values in a file are rounded to 1e-6 µm.
     assert!(exact[1] < 0.06, "{shown:?}");
     // 0.2 µm in five runs of each direction: 0.06 µm (µrad) each, in three displacements of three axes and
     // nine angles over up to 0.5 m, two of which act on each displacement: 0.06·√3·√(3 + 6·0.25²) = 0.2.
@@ -345,7 +344,7 @@ fn files_are_read_as_they_were_written() {
     let mut plan = everything(&machine, 5, || random.position(&machine));
     for one in plan.iter_mut().step_by(2) {
         if let Measured::Line(line) = &mut one.measured {
-            // An instrument that counts the other way.
+            // An instrument with the opposite sign.
             line.setup.counts = -1.0;
             line.setup.keeps_slope = line.setup.is_straightness(&machine);
         }
@@ -369,7 +368,7 @@ fn files_are_read_as_they_were_written() {
             (a.setup.moved, a.setup.keeps_slope),
             (b.setup.moved, b.setup.keeps_slope)
         );
-        // From one axis to the other and counted negative is from the other to the one.
+        // Measured from one axis to the other with the opposite sign equals from the other to the one.
         let turned = if a.setup.sense == b.setup.sense {
             1.0
         } else {
@@ -398,8 +397,8 @@ fn positions(machine: &Machine, at: &str, readings: &str) -> Measurement {
 #[test]
 fn the_lever_of_a_known_angular_motion_is_taken_out_and_of_an_unknown_one_told() {
     let machine = machine("examples/router/machine.toml");
-    // The X carriage pitches: 50 µrad about Y at 400 mm. Its frame is in the origin, so a line at Z = −100,
-    // 60 mm below by the tool, moves by −160 mm · 50 µrad = −8 µm in X.
+    // The X carriage pitches: 50 µrad about Y at 400 mm. Its frame is at the origin, so a line at Z = −100, plus 60 mm
+    // below due to the tool, moves by −160 mm · 50 µrad = −8 µm in X.
     let run = positions(&machine, "Y = 0, Z = -100", "0,0\n400,12\n");
     let pitch = runs::read(
         "# axis = \"X\"\n# reads = \"tool +Z to +X\"\n# unit = \"urad\"\ntarget,+1\n0,0\n400,50\n",
@@ -452,7 +451,7 @@ fn a_straightness_with_a_slope_beside_a_squareness_may_count_it_twice() {
             .collect::<Vec<_>>()
     };
     let kept = found("# slope = \"keep\"\n");
-    // 30 µrad, of which the squareness is 10 already.
+    // 30 µrad, including 10 for the squareness.
     assert!(
         (kept.motions[0].positive[2] - 16e-3).abs() < 1e-6,
         "{kept:?}"
@@ -499,7 +498,7 @@ fn one_number_is_half_of_the_mean_reversal_value() {
     }
 }
 
-/// Readings of the C of a machine with an endless table.
+/// Readings of C on a machine with an endless table.
 fn calibrator(machine: &Machine, readings: &str) -> DirectResult {
     let text = format!(
         "# axis = \"C\"\n# reads = \"tool +C\"\n# unit = \"urad\"\n# at = {{ A = 0 }}\ntarget,+1\n{readings}"
@@ -535,14 +534,14 @@ fn runs_of_an_endless_axis_are_closed_and_a_large_gap_is_told() {
             ..found.clone()
         },
     );
-    // What does not close is refused there.
+    // An error that is not periodic is refused there.
     let read = ErrorModel::from_toml(&text, &machine).unwrap();
     let table = read.motions[machine.index('C').unwrap()][5]
         .table
         .clone()
         .unwrap();
     assert_eq!(table.at.len(), 13);
-    // Too far in the direction of the command is + on a table that is not reversed (measurement.md).
+    // Too far in the direction of the command is + for a table that is not reversed (measurement.md).
     let step = table.positive[1] - table.positive[0];
     assert!(
         (step.abs() - 5e-6).abs() < 1e-11 && step * sign > 0.0,
@@ -561,7 +560,7 @@ fn runs_of_an_endless_axis_are_closed_and_a_large_gap_is_told() {
 #[test]
 fn readings_of_no_small_errors_make_no_error_file() {
     let machine = machine("examples/router/machine.toml");
-    // A tenth of a radian and more in one step, and levers of a metre.
+    // A tenth of a radian or more in one step, and levers of a metre.
     let text = "# axis = \"X\"\n# reads = \"tool +Z to +X\"\n# unit = \"rad\"\ntarget,+1\n0,0.1\n1,-0.1\n800,0.1\n";
     let measured = runs::read(text, &machine).unwrap();
     let name = "x.csv".to_owned();
@@ -572,7 +571,7 @@ fn readings_of_no_small_errors_make_no_error_file() {
         &perfect,
         Options::default(),
     );
-    // Exact rotations are found even then; the error file refuses what is beyond 0.1 rad.
+    // Exact rotations are found even then; the error file refuses values above 0.1 rad.
     let found = solved.unwrap();
     let text = error_file(
         &machine,

@@ -1,6 +1,6 @@
-//! The closed forms of the source document against the general code: the control Jacobian of
-//! wCAYFXZt (Eq. 42), its pseudo-inverse (Eq. 43) and the corrections of the 45° machine (Eq. 59),
-//! as printed where they are right, and corrected where they are misprinted.
+//! The closed forms of the source document compared with the general code: the control Jacobian of wCAYFXZt (Eq. 42),
+//! its pseudo-inverse (Eq. 43) and the corrections of the 45° machine (Eq. 59), as printed where correct, and corrected
+//! where misprinted.
 
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
 use trueaxis_model::kinematics::{Kinematics, Linearised, Policy, Twist};
@@ -104,7 +104,7 @@ fn the_block_solution_is_the_pseudo_inverse_of_eq_43_with_two_entries_corrected(
                 t: [e[0], e[1], e[2]].into(),
                 r: [e[3], e[4], e[5]].into(),
             };
-            // The correction undoes the error: −J⁺·E.
+            // The correction reverses the error: −J⁺·E.
             let correction = solver.correct(&error);
             for (row, letter) in ORDER.into_iter().enumerate() {
                 let what = format!("{letter} for component {column}");
@@ -153,8 +153,8 @@ const R: f64 = std::f64::consts::SQRT_2;
 /// One entry, per unit of the error.
 type Entry = fn(At) -> f64;
 
-/// One line of Eq. 59: ΔX, ΔY, ΔZ, ΔA, ΔC per unit of the error, as printed, and the entries
-/// (by place) that are misprinted, as they must read.
+/// One line of Eq. 59: ΔX, ΔY, ΔZ, ΔA, ΔC per unit of the error, as printed, and the corrected values of the misprinted
+/// entries (by place).
 struct Line {
     name: &'static str,
     printed: fn(At) -> [f64; 5],
@@ -340,7 +340,7 @@ fn the_corrections_of_eq_59_agree_and_its_ten_misprints_do_not() {
     let mut count = 0;
     for (line, worst) in EQ_59.iter().zip(&misprints) {
         for (place, _) in line.corrected {
-            // Hundreds of mm per rad or more: no rounding.
+            // Hundreds of mm per rad or more, so not rounding.
             assert!(
                 worst[*place] > 10.0,
                 "{}, Δ{} is printed right",

@@ -1,4 +1,4 @@
-//! What `explain` says, against a second derivation of every reading, and signs derived by hand.
+//! The output of `explain`, compared with a second derivation of every reading, and with signs derived by hand.
 
 mod first_order;
 
@@ -9,7 +9,7 @@ use trueaxis_model::machine::Machine;
 use trueaxis_tests::random_machines::{ALL, cases};
 use trueaxis_tests::{Fixed, errors, machine};
 
-/// Checks every explanation of a machine against the first order.
+/// Compares every explanation of a machine with the first-order result.
 fn check(name: &str, machine: &Machine, errors: &ErrorModel) -> usize {
     let first = First {
         machine,
@@ -77,7 +77,7 @@ fn check(name: &str, machine: &Machine, errors: &ErrorModel) -> usize {
             (true, false) => 3.0 * size * size,
             (false, _) => 1e-9,
         };
-        // A scale over the whole length changes the square's legs by as much again.
+        // A scale over the whole length changes the legs of the square by the same amount again.
         let second = second + 3.0 * size * (size / 100.0).min(1e-3) + 1e-9;
         assert!(
             (reading.value - expected).abs() <= second,
@@ -186,9 +186,8 @@ fn router() -> Machine {
     machine("examples/router/machine.toml")
 }
 
-/// The signs by hand. On the router X carries the tool: 20 µm per m too long is too far, +2 µm. On the
-/// mill the table goes to −100 mm for X = +100, +2 µm too little of the way, so the tool is +100 mm
-/// less 2 µm along the part.
+/// The signs by hand. On the router X carries the tool: 20 µm per m too long is too far, +2 µm. On the mill the table
+/// goes to −100 mm for X = +100, 2 µm short of its target, so the tool is at +100 mm minus 2 µm along the part.
 #[test]
 fn a_scale_reads_the_other_way_on_a_reversed_workpiece_axis() {
     assert_eq!(
@@ -201,9 +200,9 @@ fn a_scale_reads_the_other_way_on_a_reversed_workpiece_axis() {
     );
 }
 
-/// On the router X leans towards +Y by 30 µrad: the angle between +X and +Y is less than a right one.
-/// On the mill the whole table on X is turned with X, by 30 µrad about z, so Y of the machine runs
-/// towards +x of the table: again less than a right angle.
+/// On the router X leans towards +Y by 30 µrad: the angle between +X and +Y is less than a right angle. On the mill the
+/// whole table on X is rotated together with X, by 30 µrad about z, so Y of the machine runs towards +x of the table:
+/// again less than a right angle.
 #[test]
 fn squareness_of_x_and_y_is_that_of_the_one_that_is_carried() {
     for machine in [mill(), router()] {
@@ -218,8 +217,8 @@ fn squareness_of_x_and_y_is_that_of_the_one_that_is_carried() {
     }
 }
 
-/// By hand, on the mill: the table is displaced by +30e-6·y in x for a command y, so the tool by as
-/// much in −x of the part.
+/// By hand, on the mill: the table is displaced by +30e-6·y in x for a command y, so the tool is displaced by the same
+/// amount in −x of the part.
 #[test]
 fn a_straightness_that_leans_is_a_squareness() {
     assert!(
@@ -232,8 +231,8 @@ fn a_straightness_that_leans_is_a_squareness() {
     );
 }
 
-/// By hand: turned about x by +30 µrad, the +Y end of a 100 mm arm goes up by 3 µm and the −Y end down,
-/// so the dial is pushed in by 6 µm less at +Y. About y, the +X end goes down.
+/// By hand: rotated about x by +30 µrad, the +Y end of a 100 mm arm rises by 3 µm and the −Y end falls, so the dial is
+/// pushed in by 6 µm less at +Y. About y, the +X end falls.
 #[test]
 fn the_tram_of_a_spindle_has_the_sign_of_its_rotation() {
     for machine in [mill(), router()] {
@@ -246,9 +245,9 @@ fn the_tram_of_a_spindle_has_the_sign_of_its_rotation() {
     }
 }
 
-/// By hand, Kolibri (A and C carry the workpiece): the centre of C lies 42.1 µm too far in +y of the
-/// machine, Y moves the workpiece in +y, so the tool is as much too far on the other side, which is +Y
-/// for a command, half a turn apart twice as much.
+/// By hand, Kolibri (A and C carry the workpiece): the centre of C is 42.1 µm too far in +y of the machine. Y moves the
+/// workpiece in +y, so the tool is too far by the same amount on the other side, which is +Y for a command, and by
+/// twice as much half a turn apart.
 #[test]
 fn a_centre_shows_twice_on_a_ball() {
     let kolibri = machine("examples/kolibri/machine.toml");
@@ -300,7 +299,7 @@ fn what_shifts_everything_changes_nothing_on_three_axes_but_does_with_rotary_one
         let text = sentence(&kolibri, name, 0.01);
         assert!(text.contains("a ball on the axis of"), "{text}");
     }
-    // The zero of the last rotary axis, and where it begins along itself.
+    // The zero of the last rotary axis, and its origin along itself.
     for name in ["EC0C", "EZ0C"] {
         let text = sentence(&kolibri, name, 1e-4);
         assert!(text.contains("changes nothing"), "{text}");

@@ -1,4 +1,4 @@
-//! The conventions of the kinematics against cases computed by another program.
+//! The conventions of the kinematics, compared with cases computed by another program.
 
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};

@@ -1,6 +1,6 @@
-//! Blobs written by released versions of the format stay readable and mean the same.
+//! Blobs written by released versions of the format stay readable and keep their meaning.
 //!
-//! What they evaluate to is checked by `bit_identical.rs`.
+//! Their evaluation is checked by `bit_identical.rs`.
 
 use trueaxis::{SampleFormat, VERSION};
 use trueaxis_tests::golden::{blob, everything, load};
@@ -39,7 +39,7 @@ fn a_golden_blob_with_one_of_everything_holds_what_was_put_in() {
             (term.output, term.weight, term.limits, &term.factors[..])
         );
     }
-    // An integer is off by half a scale, which is the largest value / 32767.
+    // An integer is off by half a scale, where the scale is the largest value / 32767.
     let close = |found: f32, put: f32, format, largest: f32| match format {
         SampleFormat::F32 => found == put,
         SampleFormat::I16 => (found - put).abs() <= 0.501 / 32767.0 * largest,

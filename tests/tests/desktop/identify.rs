@@ -1,4 +1,4 @@
-//! Identification against machines whose errors are known.
+//! Identification on machines with known errors.
 
 use trueaxis_measure::formats::artefact::Bar;
 use trueaxis_measure::formats::probings;
@@ -54,7 +54,7 @@ fn without_noise_the_truth_is_found() {
 fn the_order_of_rows_does_not_matter() {
     let case = Case::new("hu40", "errors-13.toml");
     let measured = case.noisy(0);
-    // As a file with its lines in another order: then balls come in another order, too.
+    // As a file with its lines in another order, so that the balls appear in another order too.
     let text = probings::write(&measured, &case.machine);
     let (header, rows) = text.split_once('\n').unwrap();
     let mut rows: Vec<&str> = rows.lines().rev().collect();
@@ -84,7 +84,7 @@ fn uncertainties_are_what_noise_does() {
             *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2) / seeds as f64;
         }
     }
-    // A standard deviation of 100 draws is known to 7 %: three and a half times that.
+    // The standard deviation of 100 draws is known to 7 %: three and a half times that.
     for square in squares {
         assert!((0.75..1.25).contains(&square.sqrt()), "{squares:?}");
     }
@@ -207,7 +207,7 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
             && fit(&levels[1]).left < fit(&levels[0]).left
             && held_out(&levels[1]) > held_out(&levels[0])
     );
-    // With motions that bend, more is worth it.
+    // With curved motions, higher degrees are worthwhile.
     let mut case = case;
     for (name, value) in [("EZX2", 4e-6), ("EXCc2", 0.02), ("EYY2", -3e-6)] {
         let parameter = Parameter::parse(name).unwrap();
@@ -245,7 +245,7 @@ fn bars_that_are_known_far_better_than_the_probe_repeats_do_no_harm() {
     let measured = case.noisy(0);
     let identified = case.found("81", &measured, Options::default());
     assert_eq!(identified.parameters.len(), 79);
-    // 1 µm, to a twentieth: 400 degrees of freedom tell it to 3.5 %.
+    // 1 µm, to a twentieth: with 400 degrees of freedom it is known to 3.5 %.
     assert!(
         (identified.noise - 1e-3).abs() < 5e-5,
         "{}",
@@ -272,11 +272,11 @@ fn a_row_of_another_ball_is_named() {
         assert_eq!(row.is_trusted, number != 130);
     }
     for (found, clean) in identified.parameters.iter().zip(&clean.parameters) {
-        // One row of 168 less.
+        // One row fewer of 168.
         let off = (found.value - clean.value).abs();
         assert!(off < 0.5 * clean.uncertainty, "{}", found.parameter);
     }
-    // Without being told to, it names the row and gives no parameters.
+    // By default it names the row and returns no parameters.
     let error = case.tried("10", &measured, Options::default()).unwrap_err();
     let line = measured.rows[130].line;
     assert!(

@@ -1,4 +1,4 @@
-//! What the automatic choice keeps, beside the coefficients that were published for machines of the same layout.
+//! The automatic choice, compared with the coefficients published for machines of the same layout.
 
 use trueaxis_measure::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
@@ -17,7 +17,7 @@ fn level(chosen: &Chosen) -> &Level {
 
 #[test]
 fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_same_errors() {
-    // Two of the Kolibri's are backlash, which rows must tell from where axes came.
+    // Two of the Kolibri's are backlash, for which rows must state the approach direction of the axes.
     for (folder, errors, count) in [
         ("kolibri", "errors-81.toml", 81),
         ("hu40", "errors-84.toml", 84),
@@ -31,7 +31,7 @@ fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_sam
             (3, Form::Polynomials, &None)
         );
         let beside = published(&case.machine, &chosen).unwrap();
-        // Others of those that cannot be told from each other.
+        // Alternatives among parameters that cannot be distinguished.
         assert!(beside.is_same, "{beside:?}");
         assert_eq!(beside.count, count);
         assert_eq!(beside.missing.len(), beside.besides.len());
@@ -48,7 +48,7 @@ fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_sam
 
 #[test]
 fn what_is_not_kept_has_its_reason() {
-    // Ten errors, and rows that do not tell from where axes came.
+    // Ten errors, and rows that do not state the approach direction of the axes.
     let case = Case::new("kolibri", "errors-10.toml");
     let chosen = chosen(&case);
     assert_eq!((chosen.chosen, chosen.identified.parameters.len()), (0, 10));
@@ -57,7 +57,7 @@ fn what_is_not_kept_has_its_reason() {
         let missing = beside.missing.iter();
         missing.filter(|(_, other)| *other == why).count()
     };
-    // Of 81: seven constants, two backlashes, two scales; the rest are motions, which this machine does not have.
+    // Of 81: seven constants, two backlashes, two scales; the rest are motions that this machine does not have.
     assert_eq!((count(Missing::Constant), count(Missing::Idle)), (7, 2));
     assert_eq!((count(Missing::Degree), beside.kept.len()), (70, 2));
     assert!(!beside.is_same);

@@ -1,4 +1,4 @@
-//! What an identification says of probings that are not as they should be.
+//! Diagnostics of an identification from faulty probings.
 
 use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Bar;
@@ -36,7 +36,7 @@ fn uncertainties_that_cannot_be_are_an_error_and_no_hang() {
             "{sigma}"
         );
     }
-    // A row that does not count at all is one less.
+    // Without the ignored row there is one row fewer.
     let without = tried(1e300).unwrap();
     assert!((without.noise - 1e-3).abs() < 1e-4, "{}", without.noise);
 }
@@ -45,7 +45,7 @@ fn uncertainties_that_cannot_be_are_an_error_and_no_hang() {
 fn parameters_that_the_machine_cannot_have_are_an_error_and_none_of_a_model() {
     let case = Case::new("kolibri", "errors-10.toml");
     let perfect = ErrorModel::perfect(&case.machine);
-    // Its step would move nothing, for ever.
+    // Its step would never move anything.
     let ninth = Parameter {
         component: 0,
         axis: 'C',
@@ -112,7 +112,7 @@ fn a_wrong_bar_is_named_if_others_tell() {
     let sizes: Vec<f64> = (identified.bars.iter())
         .map(|bar| bar.others.unwrap().normalised.abs())
         .collect();
-    // It pulls the others with it, but is the worst.
+    // It distorts the others, but is the worst.
     assert!(identified.bars[2].is_doubtful(), "{:?}", identified.bars);
     assert!(
         sizes
@@ -121,11 +121,11 @@ fn a_wrong_bar_is_named_if_others_tell() {
             .all(|(i, s)| i == 2 || *s < sizes[2]),
         "{sizes:?}"
     );
-    // The others make it as long as it is, to four standard uncertainties.
+    // The others determine its actual length, to four standard uncertainties.
     let others = identified.bars[2].others.unwrap();
     let off = others.length - (case.ball(1) - case.ball(3)).norm();
     assert!(off.abs() < 4.0 * others.uncertainty, "{off} {others:?}");
-    // Right ones are not in doubt.
+    // Correct ones are not doubted.
     case.artefact.bars.remove(2);
     let identified = case.found(all, &measured, Options::default());
     assert!(
@@ -134,11 +134,11 @@ fn a_wrong_bar_is_named_if_others_tell() {
             .iter()
             .all(|bar| bar.others.is_some() && !bar.is_doubtful())
     );
-    // One alone is what scales rest on.
+    // A single one defines the scales.
     case.artefact.bars.truncate(1);
     let identified = case.found(all, &measured, Options::default());
     assert!(identified.bars[0].others.is_none(), "{:?}", identified.bars);
-    // But if no scale is looked for, the machine tells.
+    // But if no scale is identified, the machine reveals it.
     case.artefact.bars[0].length += 0.02;
     match case.tried("10", &measured, Options::default()) {
         Ok(identified) => assert!(identified.bars[0].is_doubtful(), "{:?}", identified.bars),
@@ -169,7 +169,7 @@ fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
     .checks
 }
 
-/// Visits the balls in turn, so that drift does not look like a displaced ball.
+/// Visits the balls in turn, so that drift does not resemble a displaced ball.
 fn in_turn(case: &mut Case) {
     let rows = case.strategy.rows.clone();
     let quarter = rows.len() / 4;
@@ -201,9 +201,9 @@ fn drift_is_estimated_with_its_uncertainty_where_balls_repeat() {
         let off = trend.change - Vector3::from(drift);
         squares += off.component_div(&trend.uncertainty).norm_squared() / 60.0;
     }
-    // 60 squares, each 1 with a standard deviation of √2: 0.18 for their mean, four times that.
+    // 60 squares, each 1 with a standard deviation of √2: 0.18 for their mean, times four.
     assert!((0.27..1.73).contains(&squares), "{squares}");
-    // Without drift it is as large as chance, in all but one of a thousand: none of 20.
+    // Without drift it stays within chance in all but one of a thousand cases: none of 20.
     let is_significant = |seed| {
         checks(&case, &case.noisy(seed), "10")[0]
             .warning()
@@ -226,7 +226,7 @@ fn temperature_runs_and_directions_are_looked_at() {
     let mut measured = case.noisy(1);
     let x = case.machine.index('X').unwrap();
     for row in &mut measured.rows {
-        // The whole artefact has moved from one run to the other, if C stands still.
+        // The whole artefact moved between the runs, if C stands still.
         row.position[x] += 5e-3 * row.run.unwrap();
     }
     let found = checks(&case, &measured, "10");
@@ -244,7 +244,7 @@ fn temperature_runs_and_directions_are_looked_at() {
         "{:?}",
         found[3]
     );
-    // With the backlash in the model nothing is left of it.
+    // With the backlash in the model it disappears.
     let model = "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z,EYY1,EZZ1,EAAb";
     let found = checks(&case, &case.noisy(1), model);
     assert!(found.iter().all(|c| c.warning().is_none()), "{found:?}");
@@ -294,13 +294,13 @@ fn balls_that_were_left_out_are_predicted_as_well_as_noise_lets_them() {
     );
     let found = found.unwrap();
     assert_eq!(found.balls.len(), 4);
-    // √3 µm of noise, and little more for what the machine is not known to.
+    // √3 µm of noise, and little more for the uncertainty of the machine.
     assert!((1.6e-3..2.0e-3).contains(&found.rms), "{found:?}");
 }
 
 #[test]
 fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
-    // EXX1 is known beforehand, but not well: relative scales follow it.
+    // EXX1 is known in advance, but not accurately: relative scales follow it.
     let case = Case::new("kolibri", "errors-10.toml");
     let measured = case.noisy(1);
     let scale = Parameter::parse("EXX1").unwrap();
@@ -322,7 +322,7 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
         let name = found.parameter.to_string();
         let is_scale = ["EYY1", "EZZ1"].contains(&name.as_str());
         let both = alone.uncertainty.hypot(if is_scale { 1e-5 } else { 0.0 });
-        // Scales change by as much as EXX1 does, to the size of errors.
+        // Scales change by the same amount as EXX1, to within the size of the errors.
         assert!((found.uncertainty / both - 1.0).abs() < 0.01, "{name}");
         if is_scale {
             let covariance = matrix[(place(&name), place("EXX1"))];
@@ -332,7 +332,7 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
             );
         }
     }
-    // As if EXX1 were found to be so much larger.
+    // As if EXX1 were found to be larger by this amount.
     assert!(base.set(&case.machine, scale, 1e-5));
     let problem = Problem::new(&case.machine, &measured, &case.artefact, &parameters, &base);
     let moved = identify(&problem, Options::default()).unwrap();
@@ -373,7 +373,7 @@ fn good_probings_are_hardly_ever_suspected() {
             alarms += usize::from(!snoop(&problem, &found).is_empty());
         }
     }
-    // One in a thousand files: more than three of 350 has a chance of 1 in 2000.
+    // One file in a thousand: the probability of more than three in 350 is 1 in 2000.
     assert!(alarms <= 3, "{alarms}");
     println!("{alarms} alarms");
 }

@@ -1,4 +1,4 @@
-//! Identification on every machine, and again and again.
+//! Identification on every machine, with repetitions.
 
 use trueaxis_measure::identify::{
     Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
@@ -32,8 +32,8 @@ fn found(case: &Case, parameters: &[Parameter]) -> Option<Result<Identified, Ide
     Some(identify(&problem, Options::default()))
 }
 
-/// The same with nothing else in the machine than what these probings can tell: parameters that they cannot are
-/// taken out until none is left.
+/// The same with a machine that has only errors identifiable from these probings: other parameters are removed until
+/// none is left.
 fn seen_alone(
     mut case: Case,
     mut parameters: Vec<Parameter>,
@@ -48,7 +48,7 @@ fn seen_alone(
     }
 }
 
-/// So many rows.
+/// Number of rows.
 const ROWS: usize = 120;
 
 #[test]
@@ -88,7 +88,7 @@ fn without_noise_every_model_comes_back_on_every_example() {
         }
     }
     println!("{tried:#?}");
-    // Balls tell nothing of a machine without rotary axes: each is in one place.
+    // Balls reveal nothing on a machine without rotary axes: each is in one place.
     assert_eq!(blind, ["mill-21", "router"]);
     assert_eq!(tried.len(), 31);
 }
@@ -124,16 +124,16 @@ fn without_noise_errors_come_back_on_a_hundred_random_machines() {
         }
     }
     println!("{not_reached} out of reach, blind: {blind:#?}");
-    // No balls in the middle of the travel can be reached in enough positions; or parameters can be told from each
-    // other by next to nothing, so that steps do not come to an end.
+    // Balls in the middle of the travel cannot be reached in enough positions; or parameters are almost
+    // indistinguishable, so that the iteration does not end.
     assert!(
         not_reached <= 15 && blind.len() <= 3,
         "{not_reached} {blind:#?}"
     );
 }
 
-/// A machine with two rotary axes in a table that stands on two linear ones (`wCBXYFZ`, or with X and Y exchanged), at
-/// drawn places.
+/// A machine with two rotary axes in a table on two linear ones (`wCBXYFZ`, or with X and Y exchanged), at random
+/// places.
 fn table_on_two_slides(random: &mut Fixed) -> Machine {
     let mut place = |size: f64| [(); 3].map(|()| random.within(-size, size));
     let [b, c, tip] = [place(200.0), place(200.0), place(150.0)];
@@ -163,7 +163,7 @@ fn what_is_not_seen_does_not_depend_on_noise() {
     let mut random = Fixed::new(33);
     for drawn in 0..24 {
         let machine = table_on_two_slides(&mut random);
-        // Every location and scale is wrong, whether a model looks for it or not.
+        // Every location and scale has an error, whether a model includes it or not.
         let all = Model::Auto.parameters(&machine, 0, &[]).unwrap();
         let case = Case::drawn(&machine, &all, 60, &mut random).expect("balls in reach");
         for model in [Model::Ten, Model::Twelve, Model::Thirteen, Model::Auto] {
@@ -186,7 +186,7 @@ fn what_is_not_seen_does_not_depend_on_noise() {
                     unseen,
                     "{drawn} {model} {noise}"
                 );
-                // What is written can be read.
+                // The written file can be read.
                 let file = error_file(&machine, &measured, &found, "covariance.csv");
                 let covariance = covariance::write(&found.known);
                 let read =
@@ -201,7 +201,7 @@ fn what_is_not_seen_does_not_depend_on_noise() {
 fn uncertainties_and_bands_are_what_noise_does() {
     for (folder, errors, model, count) in [
         ("kolibri", "errors-10.toml", "10", 10),
-        // With a bar that is known to 0.6 µm, and an indexed spindle.
+        // With a bar known to 0.6 µm, and an indexed spindle.
         ("hu40", "errors-13.toml", "13", 13),
         ("kolibri", "errors-81.toml", "81", 79),
     ] {
@@ -220,13 +220,13 @@ fn uncertainties_and_bands_are_what_noise_does() {
         assert_eq!(found.parameters.len(), count);
         assert_eq!(found.positions, 100 * seeds);
         for p in &found.parameters {
-            // A standard deviation of 200 draws is known to 5 %, a mean to 7 %: four and a half times that, which
+            // The standard deviation of 200 draws is known to 5 %, a mean to 7 %: four and a half times that, which
             // chance exceeds once in 150 000.
             assert!((0.775..1.225).contains(&p.deviation), "{p:?}");
             assert!(p.mean.abs() < 0.32, "{p:?}");
         }
-        // Errors of one identification at 100 positions are alike: as if 200 to 2000 positions were drawn,
-        // with a standard deviation of the part of at most 1.5 %.
+        // Errors of one identification at 100 positions are correlated: as if 200 to 2000 positions were drawn, with a
+        // standard deviation of the fraction of at most 1.5 %.
         for inside in [found.tips_inside, found.directions_inside] {
             let part = inside as f64 / found.positions as f64;
             assert!((0.91..0.99).contains(&part), "{part}");
@@ -259,7 +259,7 @@ fn one_factorisation_serves_as_well_as_one_for_each() {
     for (square, p) in squares.iter().zip(&found.parameters) {
         let count = seeds as f64;
         let own = p.deviation.powi(2) * (count - 1.0) + count * p.mean.powi(2);
-        // The same noise: derivatives change by no more than the errors are large, 1e-3.
+        // The same noise: derivatives change by at most the size of the errors, 1e-3.
         assert!(
             (own / square - 1.0).abs() < 5e-3,
             "{}: {own} {square}",

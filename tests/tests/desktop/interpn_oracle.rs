@@ -1,11 +1,11 @@
-//! Grids against `interpn`, another program's multilinear interpolation, in f64.
+//! Grids compared with `interpn`, an independent implementation of multilinear interpolation, in f64.
 
 use interpn::MultilinearRegular;
 use trueaxis::{Axis, Draft, DraftGrid, GridAxis, Inputs, SampleFormat, Travelling};
 use trueaxis_tests::Fixed;
 use trueaxis_tests::golden::load;
 
-/// What one rounding to f32 may change, relative.
+/// Largest relative change due to one rounding to f32.
 const ROUND: f64 = 1.0 / 16_777_216.0;
 /// Steps that are powers of two, so that division by them is exact.
 const STEP: [f32; 3] = [32.0, 16.0, 8.0];
@@ -64,8 +64,8 @@ fn compare<const N: usize>(counts: [usize; N], seed: u64) {
         .each_ref()
         .map(|column| MultilinearRegular::<f64, N>::new(counts, starts, steps, column).unwrap());
 
-    // Each input's fraction is off by one rounding of up to `count` steps, and a step changes the
-    // value by up to 2·LARGEST; then come seven interpolations of three operations each.
+    // Each input's fraction is off by one rounding of up to `count` steps, and a step changes the value by up to
+    // 2·LARGEST; followed by seven interpolations of three operations each.
     let steps_off: f64 = counts.iter().map(|n| *n as f64).sum();
     let allowed = ROUND * 2.0 * LARGEST * (steps_off + 21.0);
     let mut worst = 0.0_f64;

@@ -1,5 +1,5 @@
-//! The linearised model against central differences of the exact one: every parameter of every
-//! axis, on the golden machines and on a tilted machine with three rotary axes.
+//! The linearised model compared with central differences of the exact one: every parameter of every axis, on the
+//! golden machines and on a tilted machine with three rotary axes.
 
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::{Kinematics, Linearised};
@@ -118,8 +118,8 @@ fn compare(machine: &Machine, seed: u64) {
             if largest == 0.0 {
                 continue;
             }
-            // So that the error itself is 1e-4 mm or rad: the cubic term of a rotation is then
-            // 1e-8 / 6 of it, the rounding of 1 m in f64 1e-13 / 1e-4.
+            // Chosen so that the error itself is 1e-4 mm or rad: the cubic term of a rotation is then 1e-8 / 6 of it,
+            // the rounding of 1 m in f64 1e-13 / 1e-4.
             let size = match parameter.kind {
                 ParameterKind::Degree(k) => q[machine.index(parameter.axis).unwrap()]
                     .powi(i32::from(k))

@@ -1,11 +1,10 @@
-//! Nominal kinematics against the published geometry of LinuxCNC's `xyzac-trt`: a table C on a
-//! trunnion A, both in the workpiece branch, X Y Z in the tool branch.
+//! Nominal kinematics compared with the published geometry of LinuxCNC's `xyzac-trt`: a table C on a trunnion A, both
+//! in the workpiece branch, X Y Z in the tool branch.
 //!
-//! How the parameters map is in the manual (`docs/src/machine-file.md`), and at the head of the files in
-//! `examples/linuxcnc-xyzac-trt`, from which the test of these reads them. By default LinuxCNC turns the
-//! table itself by +A and +C. ISO 841 counts an axis that moves the workpiece by the motion of the tool
-//! relative to it, the other way; `conventional-directions = 1` does that, and `reversed` is our word for
-//! it.
+//! The mapping of the parameters is described in the manual (`docs/src/machine-file.md`), and at the head of the files
+//! in `examples/linuxcnc-xyzac-trt`, from which the test reads them. By default LinuxCNC turns the table itself by +A
+//! and +C. ISO 841 counts an axis that moves the workpiece by the motion of the tool relative to it, which is opposite;
+//! `conventional-directions = 1` selects that, and our word for it is `reversed`.
 
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
@@ -32,7 +31,7 @@ impl Geometry {
         let (s, c) = (turn * c).sin_cos();
         let [xr, yr, zr] = self.rot;
         let dz = self.dz + self.dt;
-        // From the axis A, turned about it, seen from the axis C, turned about that.
+        // From the axis A, rotated about it; relative to the axis C, rotated about that.
         let (u, v, w) = (x - xr, y - self.dy - yr, z - dz - zr);
         let (v, w) = (ca * v + sa * w + self.dy, ca * w - sa * v + dz);
         [c * u + s * v + xr, c * v - s * u + yr, w + zr]
@@ -80,7 +79,7 @@ tip_mm = [0.0, 0.0, {:?}]
         .unwrap()
     }
 
-    /// What the comment of a machine file says that LinuxCNC is told.
+    /// The LinuxCNC parameters stated in the comment of a machine file.
     fn of_comment(text: &str) -> Self {
         let pin = |name: &str| -> f64 {
             let mut lines = text
@@ -177,7 +176,7 @@ fn the_examples_are_what_linuxcnc_is_told_at_their_heads() {
     }
 }
 
-/// The rows of the manual that show what `pose` says.
+/// The rows of the manual that show the results of `pose`.
 #[test]
 fn the_manual_shows_poses_of_the_example() {
     let text = read("examples/linuxcnc-xyzac-trt/machine.toml");

@@ -1,4 +1,4 @@
-//! What crosses crates of the host, in one program.
+//! Tests across host crates, in one program.
 
 mod best_effort;
 mod direct;

@@ -1,4 +1,4 @@
-//! The examples with measured error motions are those that the generator makes, and what they say.
+//! The examples with measured error motions equal the generator's output, and their results.
 
 use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::compile::{self, Options};
@@ -53,8 +53,8 @@ fn all_six_motions_of_every_axis_are_measured_over_the_whole_travel() {
 
 #[test]
 fn the_measured_examples_meet_their_tolerances_with_few_samples() {
-    // µm, and bytes at most: 8 kB for the mill at 0.05 µm and 30 kB for five axes at 1 µm are what
-    // measured points ask for; the rest is what the manual says, with a tenth to spare.
+    // µm, and maximum size in bytes: 8 kB for the mill at 0.05 µm and 30 kB for five axes at 1 µm are needed for
+    // measured points; the rest is as stated in the manual, plus a tenth.
     for (folder, number, limits) in [
         (
             "mill-21",

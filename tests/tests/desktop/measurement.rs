@@ -1,5 +1,5 @@
-//! The page "From measurement to parameter": every row of its tables, through `explain`, and through
-//! the exact model with the instruments written down here once more.
+//! The page "From measurement to parameter": every row of its tables, through `explain`, and through the exact model
+//! with an independent implementation of the instruments.
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
@@ -8,7 +8,7 @@ use trueaxis_model::kinematics::{Htm, Kinematics};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::{machine, read};
 
-/// A row: what is done, with … for the figure; the figure; what to write on each machine.
+/// A row: the procedure, with … for the figure; the figure; the entry for each machine.
 struct Row {
     done: String,
     shows: f64,
@@ -45,7 +45,7 @@ fn rows() -> Vec<Row> {
     rows
 }
 
-/// What an instrument shows of a machine with its errors (mm, rad), from exact poses.
+/// Reading of an instrument on a machine with errors (mm, rad), from exact poses.
 fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Reading) -> f64 {
     let kinematics = Kinematics::new(machine, errors);
     let nominal = |state: &State| kinematics.nominal(&state.q, None);
@@ -56,7 +56,7 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
         };
         kinematics.actual(&state.q, &situation, &Switches::ALL)
     };
-    // In the workpiece frame: along the tool's motion for a positive command, or about it.
+    // In the workpiece frame: along or about the tool's motion for a positive command.
     let way = |axis: usize, state: &State| -> Vector3<f64> {
         let [x, y, z, a, b, c] = kinematics.jacobian(&state.q, None).column(axis);
         let column = match machine.axes[axis].letter.is_rotary() {
@@ -77,7 +77,7 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
     let turn = turn.twist().r;
     match (reading.instrument, reading.sense) {
         (Instrument::Square, Sense::In(aligned)) => {
-            // Both legs as they run: the cosine of the angle between them, which is a right one.
+            // Both legs as they run: the cosine of the angle between them, which is nominally a right angle.
             let moved = reading.moved.unwrap();
             let mut ahead = *from;
             ahead.q[aligned] += REACH;
@@ -90,7 +90,7 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
             a.normalize().dot(&b) * REACH
         }
         (Instrument::Tram, Sense::In(axis)) => {
-            // Heights of the two ends of the arm over the table, which is across the nominal tool.
+            // Heights of the two ends of the arm above the table, which is perpendicular to the nominal tool.
             let tool = nominal(to).r.column(machine.tool_axis).into_owned();
             let height = |side: f64| {
                 let arm = nominal(to).r.transpose() * way(axis, to) * (side * REACH);
@@ -130,7 +130,7 @@ fn every_figure_of_the_page_is_what_explain_says_and_the_exact_model_shows() {
             assert!(sentence.starts_with(written), "{name}: {sentence}");
             let factor = if row.unit == "µm" { 1e3 } else { 1e6 };
             let found = exact(&machine, &errors, all[0].alone.nature(), &reading) * factor;
-            // Shown to a decimal.
+            // Shown to one decimal.
             assert!(
                 (found - row.shows).abs() < 0.051,
                 "{name}: {sentence}: {found}"

@@ -1,4 +1,4 @@
-//! Plans against what is identified in the end.
+//! Plans compared with the final identification.
 
 use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Artefact;
@@ -15,7 +15,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::read;
 
-/// A machine, its errors, and how it is probed.
+/// A machine, its errors, and its probing strategy.
 struct Case {
     machine: Machine,
     errors: ErrorModel,
@@ -38,7 +38,7 @@ impl Case {
         let file = |name: &str| read(&format!("examples/{folder}/{name}"));
         let machine = Machine::from_toml(&file("machine.toml")).unwrap();
         let mut errors = ErrorModel::from_toml(&file(errors), &machine).unwrap();
-        // Polynomials that go on to the ends, as those that are looked for do.
+        // Polynomials that extend to the ends, like the identified ones.
         for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
             *range = axis.travel.map(|t| axis.to_kinematic(t));
         }
@@ -95,11 +95,11 @@ fn names(parameters: impl Iterator<Item = Parameter>) -> Vec<String> {
 
 #[test]
 fn what_is_foreseen_is_what_identify_states() {
-    // Without noise the machine that is identified is the one that is assumed, and so are the equations. Only
-    // rounding is left: 1e-16, times the square of a condition of up to 7000.
+    // Without noise the identified machine equals the assumed one, and so do the equations. Only rounding is left:
+    // 1e-16, times the square of a condition number of up to 7000.
     let exact = 1e-8;
     for (folder, errors, model, without_noise, with_noise) in [
-        // With noise the machine is off by some µrad, and its levers by that part.
+        // With noise the machine is off by several µrad, and its levers by the same fraction.
         ("kolibri", "errors-10.toml", "10", exact, 1e-4),
         ("kolibri", "errors-12.toml", "12", exact, 1e-4),
         ("hu40", "errors-13.toml", "13", exact, 1e-4),
@@ -154,7 +154,7 @@ fn what_is_foreseen_is_what_identify_states() {
 #[test]
 fn an_added_position_shows_what_was_not_seen() {
     let mut case = Case::new("hu40", "errors-13.toml", "13");
-    // Without indexing, the spindle's place cannot be told from the stylus.
+    // Without indexing, the spindle's position cannot be distinguished from the stylus.
     case.strategy.rows.retain(|row| row.spindle == 0.0);
     let judged = judge(
         &case.setup(),
@@ -189,7 +189,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
     let cases: [(&str, &str, &str, Kept); 2] = [
         // The spindle is not indexed.
         ("hu40", "errors-13.toml", "13", |row| row.spindle == 0.0),
-        // C stays where it is.
+        // C does not move.
         ("kolibri", "errors-10.toml", "10", |row| {
             row.position[2] == 0.0
         }),
@@ -215,7 +215,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
                 .collect();
             let named: Vec<Unknown> = remedies.iter().map(|r| r.unseen).collect();
             assert_eq!(named, parameters, "{folder}");
-            // Each that is added shows what it is named for.
+            // Each addition reveals the parameters for which it is named.
             assert!(parameters.len() < last, "{folder}: {parameters:?}");
             last = parameters.len();
             let Some(add) = remedies.iter().find_map(|r| r.add.clone()) else {
@@ -227,7 +227,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
     }
 }
 
-/// The whole way, with balls that stand up to 2 mm from where they should.
+/// The whole process, with balls up to 2 mm from their nominal places.
 #[test]
 fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
     for (folder, errors, model, indexings) in [
@@ -262,12 +262,12 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
         };
         let strategy = design(&case.setup(), &allowed, &case.parameters, assumed, wanted).unwrap();
         assert_eq!(strategy.rows.len(), 50);
-        // As it is written and read again.
+        // As written and read back.
         let text = probings::write_strategy(&strategy, &case.machine);
         let strategy = probings::read(&text, &case.machine, false).unwrap();
         let mut real = case.artefact.clone();
         for ball in &mut real.balls {
-            // All alike, for a bar keeps its length.
+            // All by the same offset, because a bar keeps its length.
             *ball.nominal.as_mut().unwrap() += Vector3::new(1.2, -1.4, 0.8);
         }
         let kinematics = Kinematics::new(&case.machine, &case.errors);
@@ -286,8 +286,8 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             );
             let log = touch_log(&case.machine, &touched.unwrap());
             let log = read_log(&log, &case.machine).unwrap();
-            // Scales of 0.6 mm/m and squarenesses of 0.4 mrad make a ball with a radius of 13 mm no sphere, by
-            // 8 µm; touched 2 mm beside its middle, it is found up to 1 µm off. Not so with what that tells.
+            // Scales of 0.6 mm/m and squarenesses of 0.4 mrad distort a ball with a radius of 13 mm by 8 µm; touched 2
+            // mm from its centre, it is found up to 1 µm off. Correcting for them avoids this.
             let mut known = perfect.clone();
             for _ in 0..3 {
                 let found = to_probings(&case.machine, &strategy, &log, None, &known).unwrap();
@@ -313,7 +313,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                     .copied()
                     .unwrap_or(0.0);
                 let off = (e.value - truth).abs();
-                // Of 21 to 25 values one of 7000 is farther off than this.
+                // Among 21 to 25 values, one in 7000 deviates more than this.
                 assert!(
                     noise == 0.0 || off < 4.5 * e.uncertainty,
                     "{}: {off}",

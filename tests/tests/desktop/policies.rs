@@ -1,5 +1,5 @@
-//! What rotary axes are corrected for: the policies of the kinematic correction, against cases computed
-//! by another program, against the condition of their optimum, and for what they promise.
+//! What the rotary axes correct: the policies of the kinematic correction, compared with cases computed by another
+//! program, with the condition of their optimum, and with their guarantees.
 
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy, Twist};
@@ -10,14 +10,14 @@ use trueaxis_tests::{Fixed, errors, machine, read};
 
 const DIRECTION: Policy = Policy::Direction { damping: 0.1 };
 
-/// Rotation across the tool axis (rad).
+/// Rotation perpendicular to the tool axis (rad).
 fn direction(machine: &Machine, error: &Twist) -> f64 {
     let mut r = error.r;
     r[machine.tool_axis] = 0.0;
     r.norm()
 }
 
-/// The kinematic correction at a position, in the situation of every day.
+/// The kinematic correction at a position, in the default situation.
 fn correction(kinematics: &Kinematics<'_>, q: &PerAxis) -> PerAxis {
     let found = kinematics.correction(q, &Situation::default(), &Switches::ALL);
     found.unwrap_or_else(|e| panic!("{q:?}: {e}")).dq
@@ -69,7 +69,7 @@ fn direction_and_position_agree_with_the_golden_cases() {
     }
 }
 
-/// What Jᵀ·P·r + λ²·Δ leaves at most (rad), and the tip's largest error (mm).
+/// Largest residual of Jᵀ·P·r + λ²·Δ (rad), and the tip's largest error (mm).
 fn optimum(kinematics: &Kinematics<'_>, damping: f64, q: &PerAxis) -> [f64; 2] {
     let machine = kinematics.machine;
     let dq = correction(kinematics, q);
@@ -96,7 +96,7 @@ fn the_direction_is_at_its_optimum_and_the_tip_exact() {
             for _ in 0..500 {
                 let q = random.position(&machine);
                 let [rest, tip] = optimum(&kinematics, damping, &q);
-                // Where the iteration ends a step is 1e-12 or less; poses of 1 m are good to 1e-12 mm.
+                // The iteration ends with steps of 1e-12 or less; poses of 1 m are accurate to 1e-12 mm.
                 assert!(rest < 1e-13 && tip < 1e-11, "{name}: {rest:e} {tip:e}");
             }
         }
@@ -118,9 +118,9 @@ fn rotary_axes_stay_and_the_tip_is_exact_for_the_position() {
     }
 }
 
-/// Mean direction error (µrad) without correction, for the orientation, and for the direction with a
-/// damping of 0.1, at random positions where no error motion holds; and how many of these are worse
-/// than without correction, for the orientation and for the direction.
+/// Mean direction error (µrad) without correction, for the orientation, and for the direction with a damping of 0.1, at
+/// random positions where no error motion holds; and the number of positions that are worse than without correction,
+/// for the orientation and for the direction.
 fn means(machine: &Machine, errors: &ErrorModel) -> ([f64; 3], [usize; 2]) {
     const POSITIONS: usize = 2000;
     let mut random = Fixed::new(11);
@@ -167,8 +167,8 @@ fn the_direction_gets_better_on_average_by_what_is_known_of_it_and_nowhere_worse
         println!("{name} {file}: {found:.1?} µrad, worse at {worse:?}");
         assert_eq!(worse[1], 0, "{name} {file}");
         for (found, known) in found.iter().zip(known) {
-            // Errors spread about as much as they are large: a mean of 60 is good to 1/√60 of it, three
-            // times that is 40 %.
+            // Errors scatter by about their own size: a mean of 60 is accurate to 1/√60 of it, and three times that is
+            // 40 %.
             let ratio = found / known;
             assert!(
                 (0.6..1.4).contains(&ratio),
@@ -178,8 +178,7 @@ fn the_direction_gets_better_on_average_by_what_is_known_of_it_and_nowhere_worse
     }
 }
 
-/// By how much |P·r| (rad) grows at random positions at most: by the whole correction, and by its rotary
-/// part alone.
+/// Largest growth of |P·r| (rad) at random positions: due to the whole correction, and due to its rotary part alone.
 fn growth(kinematics: &Kinematics<'_>, random: &mut Fixed) -> [f64; 2] {
     let machine = kinematics.machine;
     let mut most = [0.0_f64; 2];
@@ -202,10 +201,10 @@ fn growth(kinematics: &Kinematics<'_>, random: &mut Fixed) -> [f64; 2] {
 
 #[test]
 fn the_direction_gets_worse_on_no_machine() {
-    // To first order |P·r| cannot grow: rotary axes that stay are among what the optimum is chosen from.
-    // Of second order are: that rotations add up only while they are small, which a damping of 0.01
-    // leaves to those of 7 mrad and more; and, with no rotary axis at all, that linear axes with angular
-    // motions turn the tool as they make the tip exact.
+    // To first order |P·r| cannot grow, because leaving the rotary axes unchanged is among the candidates of the
+    // optimum. Second-order effects: rotations add up only while they are small, which with a damping of 0.01 restricts
+    // them to 7 mrad and more; and, without any rotary axis, linear axes with angular motions rotate the tool while
+    // they make the tip exact.
     let mut random = Fixed::new(12);
     for case in cases(300) {
         for (damping, whole, turning) in [
@@ -226,7 +225,7 @@ fn the_direction_gets_worse_on_no_machine() {
     }
 }
 
-/// How far the correction at random rotary positions is from affine in the linear axes (mm, rad).
+/// Deviation of the correction at random rotary positions from an affine function of the linear axes (mm, rad).
 fn bend(kinematics: &Kinematics<'_>, random: &mut Fixed) -> PerAxis {
     let machine = kinematics.machine;
     let q = random.position(machine);
@@ -275,7 +274,7 @@ fn the_correction_is_affine_in_linear_axes_and_independent_of_the_table_s_own_tu
         }
     }
     println!("{bends:?} {turns:?}");
-    // Rounding alone: of angles, and of poses of half a metre, which are good to 6e-14 mm each.
+    // Rounding alone: of angles, and of poses of half a metre, which are accurate to 6e-14 mm each.
     for [linear, rotary] in [bends, turns] {
         assert!(rotary < 1e-13, "{rotary:e} rad");
         assert!(linear < 1e-12, "{linear:e} mm");

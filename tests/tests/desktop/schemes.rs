@@ -1,4 +1,4 @@
-//! The schemes of the source document against what is known of them from outside.
+//! The schemes of the source document, compared with independent results.
 
 use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::compile::{self, Compiled};
@@ -10,7 +10,7 @@ use trueaxis_tests::{errors, machine};
 fn sized(errors_file: &str, wanted: grid3d::Wanted) -> Result<([u32; 3], Compiled), SchemeError> {
     let machine = machine("examples/hu40/machine.toml");
     let mut errors = errors(errors_file, &machine);
-    // The zone of the grid is that of the calibration in the document.
+    // As in the document, the zone of the grid is that of the calibration.
     for (calibrated, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
         *calibrated = axis.travel.map(|t| axis.to_kinematic(t));
     }
@@ -45,7 +45,7 @@ fn two_nodes_along_each_axis_are_enough_for_13_errors() {
 fn the_84_coefficients_need_the_nodes_that_the_document_reports() {
     let errors = "examples/hu40/errors-84.toml";
     let (sizes, _) = sized(errors, grid3d::Wanted::default()).unwrap();
-    // 14 and 19 in the document, for parameters and zones of its own; 12 and 15 by another program.
+    // 14 and 19 in the document, for its own parameters and zones; 12 and 15 according to another program.
     assert!(sizes.iter().all(|n| (10..=25).contains(n)), "{sizes:?}");
     assert_eq!(sizes[0], sizes[1]);
     let wanted = |rms, per_axis| grid3d::Wanted {
@@ -56,7 +56,7 @@ fn the_84_coefficients_need_the_nodes_that_the_document_reports() {
     let (by_axis, _) = sized(errors, wanted(Rms::Usual, true)).unwrap();
     assert!(by_axis.iter().zip(sizes).all(|(one, all)| *one <= all + 1));
     assert!(by_axis.iter().product::<u32>() < sizes.iter().product::<u32>());
-    // As Eq. 12 is printed, the threshold is 45 times as coarse.
+    // As Eq. 12 is printed, the threshold is 45 times coarser.
     let (printed, _) = sized(errors, wanted(Rms::Printed, false)).unwrap();
     assert!(printed[0] < sizes[0], "{printed:?}");
     let few = grid3d::Wanted {
@@ -70,7 +70,7 @@ fn the_84_coefficients_need_the_nodes_that_the_document_reports() {
     assert!(change_um > 0.1);
 }
 
-/// Machines of two rotary axes, with their errors.
+/// Machines with two rotary axes, with their errors.
 const EXAMPLES: [(&str, &str); 10] = [
     ("five-axis-30/machine", "five-axis-30/errors-30"),
     ("fork-head/machine", "fork-head/errors-13"),
@@ -156,7 +156,8 @@ fn what_is_subtracted_at_a_position_is_subtracted_from_every_scheme() {
             let inside = compiled.proof.inside();
             [inside.difference_um, inside.difference_urad]
         });
-        // The same tables but for a constant: the same differences but for rounding of f32 and, of `exact`, its choice.
+        // The same tables except for a constant: the same differences except for rounding of f32 and, with `exact`, its
+        // choice.
         for (with, without) in with.into_iter().zip(without) {
             let near = (with - without).abs() < 1e-3 || scheme.keeps_tolerance() && with < 0.05;
             assert!(near, "{}: {with} {without}", scheme.name());

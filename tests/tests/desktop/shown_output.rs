@@ -1,5 +1,5 @@
-//! The figures of the manual that no command prints as they stand there. What commands print is
-//! compared in `host/cli/tests/command/shown.rs`.
+//! The figures of the manual that no command prints in that form. The output of commands is compared in
+//! `host/cli/tests/command/shown.rs`.
 
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
@@ -83,11 +83,11 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
     }
 }
 
-/// The same with the default policy: its rows in the manual, how much more than with `orientation` it may
-/// be, and the bytes that controllers have for it.
+/// The same with the default policy: its rows in the manual, its permitted size relative to `orientation`, and the
+/// capacity in bytes of controllers.
 #[test]
 fn the_manual_counts_what_the_direction_takes() {
-    // Of all but two; why these take more is in the manual.
+    // For all but two; the manual explains why these take more.
     let more = ["fork head, 13 errors", "Kolibri, 12 errors"];
     for (row, machine_file, errors_file, bytes) in [
         (
@@ -165,7 +165,7 @@ fn the_manual_counts_what_the_direction_takes() {
     }
 }
 
-/// The examples with many error parameters: their rows in the manual, and what is left of them.
+/// The examples with many error parameters: their rows in the manual, and their remaining errors.
 #[test]
 fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
     let (reproduction, exact) = ("docs/src/reproduction.md", "docs/src/exact.md");
@@ -184,7 +184,7 @@ fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
         compile::compile(&machine, &errors, &options, &()).unwrap()
     };
     let contains = |file: &str, shown: String| {
-        // Wherever its lines end.
+        // Ignores line breaks.
         let text = read(file).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(text.contains(&shown), "{file} does not say `{shown}`");
     };
@@ -223,8 +223,8 @@ fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
     contains(exact, format!("with {um:.2} µm at the tip left"));
 }
 
-/// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each
-/// of them, between the ends of the travel, is more than the tolerance.
+/// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each of them varies by
+/// more than the tolerance between the ends of the travel.
 #[test]
 fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
     let machine = machine("examples/kolibri/machine.toml");
@@ -262,7 +262,7 @@ fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
         smallest = largest.into_iter().fold(smallest, f64::min);
     }
     assert!(smallest > 0.05e-3);
-    // 0.06179 µm: no last bit of a mathematical library changes the third decimal.
+    // 0.06179 µm: the last bits of a mathematical library do not change the third decimal.
     let shown = format!("{:.3} µm", 1e3 * smallest);
     assert!(read("docs/src/reproduction.md").contains(&shown), "{shown}");
 }

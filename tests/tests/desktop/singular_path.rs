@@ -1,5 +1,5 @@
-//! Through the position where the tool is parallel to a rotary axis, at top speed, on the servo: the
-//! rotary corrections are largest there and change fastest, and no guard rail may act.
+//! A path at top speed through the position where the tool is parallel to a rotary axis, on the servo: rotary
+//! corrections are largest there and change fastest, and no guard rail may act.
 
 use trueaxis::{Inputs, Largest, Servo};
 use trueaxis_model::kinematics::Policy;
@@ -10,10 +10,10 @@ use trueaxis_tests::{errors, golden::load, machine};
 
 /// Servo period (s).
 const PERIOD: f64 = 0.001;
-/// Periods at the beginning in which directions of travel become known and the corrections of backlash
-/// come in: 50 ms at the rate bound, and as much to speed up and slow down.
+/// Number of initial periods in which directions of travel become known and the corrections of backlash come in: 50 ms
+/// at the rate bound, and as long to accelerate and brake.
 const SET_OUT: usize = 100;
-/// Half of the way of the rotary axes (deg), with the singular position in its middle.
+/// Half the stroke of the rotary axes (deg), with the singular position in the middle.
 const HALF: f64 = 30.0;
 
 fn compensation(machine: &Machine, errors_file: &str, damping: f64) -> trueaxis::AlignedBlob {
@@ -30,8 +30,8 @@ fn compensation(machine: &Machine, errors_file: &str, damping: f64) -> trueaxis:
     built.blob
 }
 
-/// Axis positions a time (s) after the start of a pass of so many seconds: rotary axes through 0, linear
-/// ones through a part of their travel, each at its top speed, `way` for way.
+/// Axis positions a time (s) after the start of a pass of the given duration: rotary axes through 0, linear ones
+/// through part of their travel, each at its top speed; the bits of `way` select the directions.
 fn position(machine: &Machine, time: f64, duration: f64, way: u32) -> Vec<f32> {
     let axes = machine.axes.iter().enumerate();
     axes.map(|(i, axis)| {
@@ -43,14 +43,14 @@ fn position(machine: &Machine, time: f64, duration: f64, way: u32) -> Vec<f32> {
             0.5 * (low + high)
         };
         let from_middle = sign * axis.max_speed * (time - 0.5 * duration);
-        // At top speed as long as there is travel.
+        // At top speed until the travel ends.
         (middle + from_middle).clamp(low, high) as f32
     })
     .collect()
 }
 
-/// In how many periods a guard rail acts on passes in all directions, and the largest part of a rate bound
-/// that a rotary correction takes.
+/// Number of periods in which a guard rail acts on passes in all directions, and the largest fraction of a rate bound
+/// used by a rotary correction.
 fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
     let fastest = machine.axes.iter().filter(|a| a.letter.is_rotary());
     let fastest = fastest.map(|a| a.max_speed).fold(0.0, f64::max);
@@ -84,7 +84,7 @@ fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
                 }
             }
             let rails = status.saturated | status.rate_limited | status.travel_limited;
-            // As axes set out, the corrections of their backlash come in.
+            // When axes start to move, the corrections of their backlash come in.
             acting += usize::from(rails != 0 && period > SET_OUT);
         }
     }
@@ -107,8 +107,8 @@ fn no_guard_rail_acts_at_top_speed_through_a_singular_position() {
         let (acting, taken) = passes(&machine, &c);
         println!("{folder} {damping}: {taken:.2} of a rate bound");
         assert_eq!(acting, 0, "{folder} {file} {damping}");
-        // The peak is on the way: a bound is 1.25 times the sum of what all axes can do, and a ramp; 0.1
-        // degrees per second at least, which is twice what the smallest of these corrections takes.
+        // The peak is on the path: a bound is 1.25 times the sum over all axes, plus a ramp; at least 0.1 degrees per
+        // second, which is twice the need of the smallest of these corrections.
         assert!(taken > 0.3, "{folder} {file} {damping}: {taken}");
     }
 }

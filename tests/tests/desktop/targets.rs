@@ -1,10 +1,10 @@
-//! The built-in targets hold what the controllers hold.
+//! The built-in targets equal the capacities of the controllers.
 
 use trueaxis::{Compensation, Largest, Room};
 use trueaxis_tables::target::Target;
 use trueaxis_tests::read;
 
-/// What stands behind `before` in a file.
+/// The text after `before` in a file.
 fn behind(file: &str, before: &str) -> String {
     let text = read(file);
     let rest = text.split_once(before).map(|(_, rest)| rest.to_owned());
@@ -38,7 +38,7 @@ fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
     let other = "firmware/boards/stm32h743/stm32h743.x";
     let other = 1024 * number(other, "SLOT_A : ORIGIN = 0x08100000, LENGTH = ");
     assert_eq!(other, slot, "so that a blob for one fits the other");
-    // The manual says so too.
+    // The manual states the same.
     let row = format!(
         "| {} | {} | {} | {} | {} | 261 760 |",
         target.axes, target.banks, target.tables, target.terms, target.grids
@@ -46,7 +46,7 @@ fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
     assert!(read("docs/src/commands.md").contains(&row), "{row}");
 }
 
-/// What a compensation has room for.
+/// Capacities of a compensation.
 fn capacities<C: Room>(_: &Compensation<'_, C>) -> [usize; 5] {
     [C::AXES, C::BANKS, C::TABLES, C::TERMS, C::GRIDS]
 }

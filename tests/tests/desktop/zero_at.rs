@@ -1,5 +1,5 @@
-//! What `--zero-at` does: the same reference before and after, and a part that is picked up at another
-//! rotary position.
+//! The effect of `--zero-at`: the same reference before and after, and a part that is set up at another rotary
+//! position.
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
@@ -43,8 +43,8 @@ fn tables_of_zeros_show_the_same_before_and_after() {
     assert!(proof.travel.before.translation_um.mean > 10.0);
 }
 
-/// Off (µm) at a rotary position of C (deg), of a part picked up at another, its tip in the centre of
-/// the table, with `left_out` of all corrections.
+/// Error (µm) at a rotary position of C (deg) of a part set up at another, with its tip at the centre of the table and
+/// `left_out` omitted from all corrections.
 fn off(picked_up: f64, machined: f64, left_out: &PerAxis) -> f64 {
     let (machine, errors) = kolibri();
     let kinematics = Kinematics::new(&machine, &errors);

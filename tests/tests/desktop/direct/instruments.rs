@@ -1,4 +1,4 @@
-//! Every instrument there is, and what it shows.
+//! All instruments, and their readings.
 
 use nalgebra::Vector3;
 use trueaxis_measure::direct::{Column, Line, Measured, Measurement, Setup, Square};
@@ -12,7 +12,7 @@ fn linear(machine: &Machine) -> [usize; 3] {
     ['X', 'Y', 'Z'].map(|letter| machine.index(letter).unwrap())
 }
 
-/// An instrument that is set up, with a run in each direction.
+/// An instrument setup, with a run in each direction.
 fn line(machine: &Machine, moved: usize, sense: Sense, at: &PerAxis, targets: &[f64]) -> Line {
     let perfect = ErrorModel::perfect(machine);
     let home = Bench::new(machine, &perfect, Default::default()).home();
@@ -36,7 +36,7 @@ fn line(machine: &Machine, moved: usize, sense: Sense, at: &PerAxis, targets: &[
     }
 }
 
-/// Everything that can be measured: each axis in six senses, the three squares.
+/// Every possible measurement: each axis in six senses, the three squares.
 pub fn everything(
     machine: &Machine,
     count: usize,
@@ -75,7 +75,7 @@ pub fn everything(
     all
 }
 
-/// The same with what instruments show.
+/// The same with the instruments' readings.
 pub fn simulate(
     machine: &Machine,
     errors: &ErrorModel,

@@ -1,5 +1,5 @@
-//! The second derivation: what an instrument reads to first order, from transport matrices and the control
-//! Jacobian of the linearised model, which have their own signs of branches and reversed axes.
+//! The second derivation: first-order readings of an instrument, from transport matrices and the control Jacobian of
+//! the linearised model, which have their own sign conventions for branches and reversed axes.
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Situation};
@@ -7,7 +7,7 @@ use trueaxis_model::explain::{EntryKind, Explained, Instrument, REACH, Reading, 
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::Machine;
 
-/// The first order of one parameter on a machine without others.
+/// The first-order effect of one parameter on an otherwise perfect machine.
 pub struct First<'a> {
     pub machine: &'a Machine,
     pub errors: &'a ErrorModel,
@@ -15,8 +15,7 @@ pub struct First<'a> {
 }
 
 impl First<'_> {
-    /// The error's size (mm, rad) at a position, in units of the parameter that the linearised model
-    /// is asked about.
+    /// The error's magnitude (mm, rad) at a position, in units of the parameter that the linearised model uses.
     fn size(&self, explained: &Explained<'_>, state: &State) -> f64 {
         let (alone, n) = (&explained.alone, self.machine.axes.len());
         let (index, component) = (alone.index(), alone.parameter.component);
@@ -37,7 +36,7 @@ impl First<'_> {
         }
     }
 
-    /// Tip and rotation of the tool, less without errors (mm, rad, workpiece frame).
+    /// Tip and rotation of the tool, minus the error-free values (mm, rad, workpiece frame).
     fn off(&self, explained: &Explained<'_>, state: &State) -> [Vector3<f64>; 2] {
         let kinematics = Kinematics::new(self.machine, &self.perfect);
         let situation = Situation {
@@ -51,7 +50,7 @@ impl First<'_> {
         [r * column.t * size, r * column.r * size]
     }
 
-    /// Along which a positive command moves the tip, or about which it turns the tool.
+    /// Direction in which a positive command moves the tip, or about which it rotates the tool.
     fn way(&self, axis: usize, state: &State) -> Vector3<f64> {
         let kinematics = Kinematics::new(self.machine, &self.perfect);
         let [x, y, z, a, b, c] = kinematics.jacobian(&state.q, None).column(axis);
@@ -62,7 +61,7 @@ impl First<'_> {
         kinematics.nominal(&state.q, None).r * column
     }
 
-    /// What the instrument reads, to first order (mm, rad).
+    /// Reading of the instrument, to first order (mm, rad).
     pub fn reads(&self, explained: &Explained<'_>, reading: &Reading) -> f64 {
         let Reading {
             instrument,
@@ -93,7 +92,7 @@ impl First<'_> {
             (Instrument::Square, Sense::In(aligned)) => {
                 let moved = reading.moved.unwrap();
                 let distance = to.q[moved] - from.q[moved];
-                // Somewhere else along the aligned leg: its direction is the same everywhere.
+                // Elsewhere along the aligned leg, whose direction is the same everywhere.
                 let travel = self.machine.axes[*aligned].travel;
                 let home = 0.0_f64.max(travel[0]).min(travel[1]);
                 let there = match () {
@@ -132,8 +131,8 @@ impl First<'_> {
     }
 }
 
-/// What a parameter does to tip and tool direction at random positions that no common motion of the
-/// workpiece takes away, in parts of its size: least squares on the linearised model.
+/// The effect of a parameter on tip and tool direction at random positions that cannot be removed by a common motion of
+/// the workpiece, as a fraction of its magnitude: least squares on the linearised model.
 pub fn left(first: &First<'_>, explained: &Explained<'_>, positions: &[State]) -> f64 {
     let machine = first.machine;
     let perfect = Kinematics::new(machine, &first.perfect);
