@@ -1,12 +1,12 @@
-//! `cargo xtask bare`: what must do without `std` and a heap, built where there is neither.
+//! `cargo xtask bare`: builds the crates that must work without `std` and a heap for a target that has neither.
 
 use crate::cross::{CORTEX_M, Cross};
 use crate::process::{root, run};
 
-/// The runtime is in the programs of the board; of the kinematics those link only what they measure.
+/// The board programs contain the whole runtime, but only the parts of the kinematics that they measure.
 ///
 /// # Errors
-/// What cannot be built.
+/// If something cannot be built.
 pub fn execute() -> Result<(), String> {
     let manifest = root().join("shared/kinematics/Cargo.toml");
     let cross = Cross::provide(CORTEX_M)?;

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: run times beside their rivals, instruction counts where valgrind is there.
+//! `cargo xtask bench`: run times compared with rivals, and instruction counts if valgrind is available.
 
 pub mod policies;
 
@@ -6,11 +6,11 @@ use crate::callgrind;
 use crate::process::{self, cargo, has, output, root};
 use std::process::Command;
 
-/// The benchmark as it is built.
+/// The build command of the benchmark.
 const SPEED: &str = "bench -q --profile dist -p trueaxis-tests --bench speed";
-/// Calls of each workload under callgrind: enough that what surrounds them is below 1 %.
+/// Calls of each workload under callgrind: enough to keep the overhead below 1 %.
 const CALLS: u32 = 1000;
-/// The update while nothing but positions changes, and what must not make it long.
+/// The update while only positions change, and the cases that must not take longer.
 const STEADY: &str = "steady";
 const LIKE_STEADY: [&str; 4] = [
     "steady-tool-length",
@@ -18,11 +18,11 @@ const LIKE_STEADY: [&str; 4] = [
     "steady-endless",
     "steady-parked",
 ];
-/// Most times the instructions of `STEADY`.
+/// Maximum instructions, as a multiple of those of `STEADY`.
 const MOST: f64 = 1.2;
 
 /// # Errors
-/// A benchmark that does not build or run, or one of [`LIKE_STEADY`] that is too long.
+/// If a benchmark does not build or run, or one of [`LIKE_STEADY`] takes too long.
 pub fn run() -> Result<(), String> {
     process::run(cargo().args(SPEED.split(' ')))?;
     if !has("valgrind") {
@@ -34,7 +34,7 @@ pub fn run() -> Result<(), String> {
     steady
 }
 
-/// Instructions per call: those of two runs that differ only in their number of calls.
+/// Instructions per call, from two runs that differ only in the number of calls.
 fn instructions() -> Result<(), String> {
     let program = build()?;
     println!("instructions per call (callgrind, x86-64):");
@@ -72,10 +72,10 @@ fn instructions() -> Result<(), String> {
     ))
 }
 
-/// Builds the benchmark for a plain x86-64 and finds the program.
+/// Builds the benchmark for plain x86-64 and returns the program.
 fn build() -> Result<String, String> {
     let json = ["--no-run", "--message-format=json"];
-    // One JSON object per line; the one of the benchmark names its executable.
+    // One JSON object per line; that of the benchmark contains the path of its executable.
     let text = output(cargo().args(SPEED.split(' ')).args(json))?;
     let key = "\"executable\":\"";
     let line = text

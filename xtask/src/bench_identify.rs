@@ -1,4 +1,4 @@
-//! `cargo xtask bench identify`: how long an identification takes, beside SciPy on the same problems in one run.
+//! `cargo xtask bench identify`: duration of an identification, compared with SciPy on the same problems in one run.
 
 use crate::process::{self, cargo, root, target, works};
 use crate::{files, packages};
@@ -7,7 +7,7 @@ use std::process::Command;
 
 const WHAT_FOR: &str = "the rival of `bench identify`";
 
-/// One thread each.
+/// Restricts each to one thread.
 const ONE_THREAD: [&str; 4] = [
     "RAYON_NUM_THREADS",
     "OMP_NUM_THREADS",
@@ -16,7 +16,7 @@ const ONE_THREAD: [&str; 4] = [
 ];
 
 /// # Errors
-/// What does not build or run; a rival that finds another minimum.
+/// If something does not build or run, or a rival finds another minimum.
 pub fn run() -> Result<(), String> {
     let folder = files::folder(target("identify-speed"))?;
     let python = python(&folder)?;
@@ -35,7 +35,7 @@ pub fn run() -> Result<(), String> {
     Ok(())
 }
 
-/// A Python with NumPy and SciPy: of an environment of its own, or else of the distribution.
+/// A Python with NumPy and SciPy: from its own environment, or else that of the distribution.
 fn python(folder: &Path) -> Result<PathBuf, String> {
     let environment = folder.join("python");
     let own = environment.join("bin/python");
@@ -50,7 +50,7 @@ fn python(folder: &Path) -> Result<PathBuf, String> {
     if !has(&usual, "ensurepip, venv") {
         packages::install(&["python3", "python3-venv"], WHAT_FOR)?;
     }
-    // An environment that was given up half way is made anew.
+    // An incomplete environment is recreated.
     let mut venv = Command::new(&usual);
     venv.args(["-m", "venv", "--clear"]).arg(&environment);
     let mut pip = Command::new(&own);
@@ -60,7 +60,7 @@ fn python(folder: &Path) -> Result<PathBuf, String> {
         Ok(()) => Ok(own),
         Err(error) => {
             eprintln!("{error}");
-            // That of the distribution, whatever other python3 there is.
+            // That of the distribution, even if another python3 is installed.
             packages::install(&["python3-scipy"], WHAT_FOR)?;
             Ok(PathBuf::from("/usr/bin/python3"))
         }

@@ -1,5 +1,5 @@
-//! `cargo xtask bench-target`: instructions on an emulated Cortex-M4F, the cycles that they take by the
-//! book, code size and stack.
+//! `cargo xtask bench-target`: instructions on an emulated Cortex-M4F, their cycles according to the manual, code size
+//! and stack.
 
 mod cycles;
 mod instruction;
@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Most that a figure may grow against the committed one, per cent.
+/// Permitted growth of a figure over the committed one, per cent.
 const GROWTH: u64 = 5;
 
-/// Calls that are counted: key, what it is, most instructions (0: no budget).
+/// Calls that are counted: key, title, maximum instructions (0: no limit).
 const CALLS: [(&str, &str, u64); 22] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 390),
     (
@@ -79,23 +79,23 @@ const CALLS: [(&str, &str, u64); 22] = [
         0,
     ),
 ];
-/// What the rivals are instead of.
+/// The figure that the rivals are compared with.
 const OURS: &str = "evaluate_huron13";
-/// Most instructions of any update of a kind.
+/// Maximum instructions of any update of a kind.
 const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1600), ("servo_fade_huron13", 2400)];
-/// Cycles that the typical call should take at most.
+/// Target for the cycles of the typical call.
 const CYCLES: [(&str, u64); 2] = [("evaluate_huron13", 665), ("servo_update_huron13", 1050)];
-/// Most bytes of stack of any call of ours.
+/// Maximum stack of any of our calls, bytes.
 const STACK: u64 = 1024;
-/// Most bytes of code that runs in the servo loop.
+/// Maximum size of the code that runs in the servo loop, bytes.
 const CODE: u64 = 16 * 1024;
-/// Most bytes of flash with loading.
+/// Maximum flash including loading, bytes.
 const FLASH: u64 = 34 * 1024;
-/// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values.
+/// Maximum flash of the whole firmware for the STM32F405, without tables, bytes: code and initial values.
 const IMAGE: u64 = 76 * 1024;
 
 /// # Errors
-/// What cannot be built or run, a panic in the servo path, or a figure that grew.
+/// If something cannot be built or run, the servo path contains a panic, or a figure grew.
 pub fn execute(options: &[&str]) -> Result<(), String> {
     let accept = match options {
         [] => false,
@@ -109,7 +109,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     qemu::provide()?;
     let folder = build(&cross)?;
     let (mut figures, costs) = measure(&folder.join("release/bench-target"))?;
-    // The rivals as fast as the compiler makes them; ours as the boards are built, for size.
+    // The rivals are optimised for speed; our code is built like on the boards, for size.
     let (fast, _) = measure(&folder.join("fast/bench-target"))?;
     for (key, ..) in CALLS.iter().filter(|(key, ..)| key.starts_with("rival_")) {
         for key in ["", "_min", "_max", "_nm", "_cycles"].map(|end| format!("{key}{end}")) {
@@ -131,7 +131,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     figures.set("image_stm32f405", image(&cross)?.into());
 
     print(&figures, &costs, &fast, &cross.version);
-    // Also where it is without CARGO_TARGET_DIR.
+    // Includes its location without CARGO_TARGET_DIR.
     for folder in [target(""), files::folder(root().join("target"))?] {
         files::write(&folder.join("bench-target.json"), figures.to_json())?;
     }
@@ -141,7 +141,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds blobs and programs; the folder of the programs.
+/// Builds blobs and programs; returns the folder of the programs.
 fn build(cross: &Cross) -> Result<PathBuf, String> {
     let blobs = files::folder(target("bench-blobs"))?;
     let trueaxis = trueaxis()?;
@@ -174,16 +174,16 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
     build("release")
 }
 
-/// Bytes of flash that the firmware for the STM32F405 takes.
+/// Flash size of the firmware for the STM32F405, bytes.
 fn image(cross: &Cross) -> Result<u32, String> {
     let folder = cross.build("stm32f405", "build -q --release")?;
     Ok(Program::read(&folder.join("release/stm32f405"))?.flash())
 }
 
-/// What the typical call of each kind costs, by key.
+/// Costs of the typical call of each kind, by key.
 type Costs = BTreeMap<String, Cost>;
 
-/// Runs the program that counts, and once more with every instruction traced.
+/// Runs the counting program, and once more with every instruction traced.
 fn measure(program: &Path) -> Result<(Figures, Costs), String> {
     let mut figures = Figures::counted(program)?;
     let mut costs = Costs::new();
@@ -200,10 +200,10 @@ fn measure(program: &Path) -> Result<(Figures, Costs), String> {
     Ok((figures, costs))
 }
 
-/// Bytes of code that `root` can reach. None of it may panic, and none may call through a pointer,
-/// where this check would end.
+/// Size of the code reachable from `root`, bytes. None of it may panic, and none may call through a pointer, which this
+/// check cannot follow.
 fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
-    // As the compiler mangles `servo_path::ROOT`.
+    // `servo_path::ROOT` as mangled by the compiler.
     let reach = runtime.reach(&format!("10servo_path{}{root}", root.len()))?;
     wrong.extend(reach.faults(root));
     Ok(reach.size)
@@ -282,7 +282,7 @@ fn print(figures: &Figures, costs: &Costs, fast: &Figures, version: &str) {
     println!();
 }
 
-/// Which kinds of instructions the cycles of some calls go to.
+/// Distribution of the cycles of several calls over the kinds of instructions.
 fn shares(calls: &[(&str, Cost)]) {
     let line = |name: &str, value: &dyn Fn(&Cost) -> String| {
         print!("{name:<40}");
@@ -311,8 +311,7 @@ fn shares(calls: &[(&str, Cost)]) {
     });
 }
 
-/// Compares with the committed figures of the same compiler, or makes these the committed ones;
-/// what is wrong.
+/// Compares with the committed figures of the same compiler, or commits the new ones; returns the problems.
 fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>, String> {
     let release = version
         .rsplit_once('.')
@@ -325,12 +324,12 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
         println!("{shown} has these figures now");
         return Ok(Vec::new());
     }
-    // Another compiler gives other figures, by up to a tenth: each has its own.
+    // Other compilers give other figures, by up to a tenth, so each has its own.
     let Ok(text) = fs::read_to_string(&path) else {
         println!("no committed figures of rustc {release} to compare with (--accept makes them)");
         return Ok(Vec::new());
     };
-    // Budgets too hold for the compilers whose figures are known.
+    // Limits also apply to compilers with known figures.
     let typical = CALLS
         .iter()
         .map(|(key, _, budget)| (key.to_string(), *budget));

@@ -1,13 +1,13 @@
-//! Blobs that the command `trueaxis` compiles.
+//! Blobs compiled by the command `trueaxis`.
 
 use crate::process::{output, root};
 use std::path::Path;
 use std::process::Command;
 
-/// Compiles a machine and its errors (paths from the root of the workspace on) with these options.
+/// Compiles a machine and its errors (paths relative to the root of the workspace) with these options.
 ///
 /// # Errors
-/// It does not compile.
+/// If it does not compile.
 pub fn compile(
     trueaxis: &Path,
     sources: &[impl AsRef<Path>; 2],

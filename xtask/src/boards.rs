@@ -1,4 +1,4 @@
-//! `cargo xtask boards`: the runtime under RTIC and under embassy, built and linked.
+//! `cargo xtask boards`: builds and links the runtime under RTIC and under embassy.
 
 use crate::cross::{CORTEX_M, Cross};
 use crate::process::{run, target, trueaxis};
@@ -8,7 +8,7 @@ use crate::{blob, files};
 const BOARDS: [&str; 2] = ["rtic", "embassy"];
 
 /// # Errors
-/// What cannot be built.
+/// If something cannot be built.
 pub fn execute() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
     let blobs = files::folder(target("board-blobs"))?;

@@ -4,10 +4,11 @@ use crate::files;
 use crate::process::{output, target};
 use std::process::Command;
 
-/// Runs a program: how many instructions it takes, or one of its functions with what that calls; and what it prints.
+/// Runs a program; returns its number of instructions, or that of one of its functions including callees, and its
+/// output.
 ///
 /// # Errors
-/// It does not run or succeed, or nothing is counted.
+/// If it does not run or succeed, or nothing is counted.
 pub fn count(command: &Command, function: Option<&str>) -> Result<(u64, String), String> {
     let file = target("counts.callgrind");
     let mut valgrind = Command::new("valgrind");

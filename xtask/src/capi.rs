@@ -1,6 +1,5 @@
-//! `cargo xtask capi`: the C interface as C and C++ see it, under sanitizers and valgrind, and what it comes
-//! to on a Cortex-M4F: no panic in reach of what a servo loop calls, no frame that is large; flash, memory and
-//! instructions.
+//! `cargo xtask capi`: the C interface as used from C and C++, under sanitizers and valgrind, and its costs on a
+//! Cortex-M4F: no panic reachable from calls of a servo loop, no large stack frame; flash, memory and instructions.
 //!
 //! `cargo xtask install --prefix DIR`: libraries, header and pkg-config file.
 
@@ -23,9 +22,9 @@ use capacities::LEAST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Most bytes of a stack frame.
+/// Maximum size of a stack frame, bytes.
 const FRAME: u64 = 2048;
-/// Blobs that are there.
+/// Existing blobs.
 pub const BLOBS: &str = "tests/golden/v1";
 /// Blobs for the test in C++: one, and one with other axes.
 const BOTH: [(&str, &str); 3] = [
@@ -35,7 +34,7 @@ const BOTH: [(&str, &str); 3] = [
 ];
 
 /// # Errors
-/// What does not build, does not run, can panic, or takes too much stack, constants or instructions.
+/// If something does not build or run, can panic, or uses too much stack, constants or instructions.
 pub fn execute(parts: &[&str]) -> Result<(), String> {
     match parts {
         [] => {}
@@ -63,13 +62,13 @@ pub fn execute(parts: &[&str]) -> Result<(), String> {
     target::print()
 }
 
-/// A blob that is there.
+/// Path of an existing blob.
 fn blob(name: &str) -> PathBuf {
     root().join(BLOBS).join(name).with_extension("trax")
 }
 
-/// The test in C++ once more under valgrind: nothing depends on bytes that were not written. The memory of its objects
-/// comes from the heap as it is.
+/// Runs the test in C++ under valgrind as well: nothing depends on uninitialised bytes. The memory of its objects comes
+/// from the heap uninitialised.
 fn memcheck(libraries: &Path) -> Result<(), String> {
     packages::provide("valgrind", &["valgrind", "libc6-dbg"], "the C interface")?;
     let mut program = CProgram::plain("g++", &["-std=c++14", "-g", "-O1"]);
@@ -84,8 +83,8 @@ fn memcheck(libraries: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The first example against what `install` writes: the shared library, by its name; with other capacities, which
-/// the header has, too.
+/// The first example with the result of `install`: the shared library, by its name; with other capacities, which are
+/// also in the header.
 fn installed() -> Result<(), String> {
     let prefix = process::target("capi").join("prefix");
     let shown = prefix.to_string_lossy();
@@ -108,7 +107,7 @@ fn installed() -> Result<(), String> {
         .env("LD_LIBRARY_PATH", prefix.join("lib")))
 }
 
-/// Compiles a file of `firmware/capi` under the sanitizers; the program.
+/// Compiles a file of `firmware/capi` with the sanitizers; returns the program.
 fn compile(
     compiler: &'static str,
     standard: &str,
@@ -118,7 +117,7 @@ fn compile(
     let source = root().join("firmware/capi").join(file);
     let name = source.file_stem().unwrap_or_default().to_owned();
     let mut program = CProgram::sanitized(compiler, standard);
-    // What a controller is to copy; the test in C++ has all its objects in a few frames.
+    // Only code that a controller copies; the test in C++ has all its objects in a few frames.
     if compiler == "gcc" {
         program.frames();
     }

@@ -1,8 +1,7 @@
-//! The compilers for controllers.
+//! Compilers for controllers.
 //!
-//! The usual one with `rustup target add` where that works. Elsewhere the distribution's, which
-//! comes with the source of its library: that is built along (`-Zbuild-std`, an unstable option,
-//! hence `RUSTC_BOOTSTRAP`).
+//! The default one with `rustup target add` if that works. Otherwise that of the distribution, which comes with the
+//! source of its library, so the library is built as well (`-Zbuild-std`, an unstable option, hence `RUSTC_BOOTSTRAP`).
 
 use crate::packages::install;
 use crate::process::{has, output, root, run, target, works};
@@ -11,7 +10,7 @@ use std::process::Command;
 
 /// Cortex-M4F and Cortex-M7.
 pub const CORTEX_M: &str = "thumbv7em-none-eabihf";
-/// Where Debian has its compiler, whatever else is in the path.
+/// Location of Debian's compiler, independent of the path.
 const RUSTC: &str = "/usr/bin/rustc";
 const CARGO: &str = "/usr/bin/cargo";
 const SOURCE: &str = "/usr/lib/rustlib/src/rust/library/core/src/lib.rs";
@@ -21,17 +20,17 @@ const MINOR: u32 = 89;
 /// A compiler for a target.
 pub struct Cross {
     pub target: &'static str,
-    /// The distribution's, with the library built along.
+    /// That of the distribution, with the library built from source.
     pub from_source: bool,
     /// Its version, e.g. `1.95.0`.
     pub version: String,
 }
 
 impl Cross {
-    /// Finds a compiler, or installs what is missing.
+    /// Finds a compiler, or installs missing components.
     ///
     /// # Errors
-    /// What could not be installed.
+    /// If something could not be installed.
     pub fn provide(target: &'static str) -> Result<Self, String> {
         if !has_library(target) {
             eprintln!("the target {target} is not installed: trying rustup");
@@ -64,27 +63,26 @@ impl Cross {
         }
     }
 
-    /// `cargo WORDS` in the workspace of a board, and the folder with a folder of programs for each
-    /// profile.
+    /// `cargo WORDS` in the workspace of a board, and the folder that contains a folder of programs for each profile.
     pub fn cargo(&self, board: &str, words: &str) -> (Command, PathBuf) {
         let (mut command, folder) = self.cargo_without_target(board, words);
         self.add_to(&mut command, None, &[]);
         (command, folder.join(self.target))
     }
 
-    /// Builds as these words for cargo say; the same folder.
+    /// Builds with these arguments for cargo; returns the same folder.
     ///
     /// # Errors
-    /// It does not build.
+    /// If it does not build.
     pub fn build(&self, board: &str, words: &str) -> Result<PathBuf, String> {
         let (mut build, folder) = self.cargo(board, words);
         run(&mut build).map(|()| folder)
     }
 
-    /// The same command, to be [given](Self::add_to) the targets that this compiler is to build for; the folder has one
-    /// for each of them.
+    /// The same command without targets, which are [added](Self::add_to) for this compiler; the folder has one
+    /// subfolder for each of them.
     pub fn cargo_without_target(&self, board: &str, words: &str) -> (Command, PathBuf) {
-        // Programs of one name, and flags that would build all anew by turns.
+        // Programs with the same name, and flags that would each trigger a full rebuild.
         let processor = match board {
             "stm32h743" => "-m7",
             _ => "",
@@ -98,7 +96,7 @@ impl Cross {
         } else {
             Command::new("cargo")
         };
-        // Flags for the desktop, which would take the place of those for the target.
+        // Flags for the desktop, which would replace those for the target.
         command
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS");
@@ -112,9 +110,9 @@ impl Cross {
         (command, folder)
     }
 
-    /// Adds the target to `cargo`, linked by `linker`, with further flags of the compiler.
+    /// Adds the target to `cargo`, with its `linker` and further compiler flags.
     pub fn add_to(&self, cargo: &mut Command, linker: Option<&str>, flags: &[String]) {
-        // The usual compiler brings its own linker for targets without an operating system.
+        // The default compiler has its own linker for targets without an operating system.
         let linker = linker.or(match self.target {
             _ if !self.from_source => None,
             web if web.starts_with("wasm") => Some("wasm-ld"),
@@ -124,7 +122,7 @@ impl Cross {
             let setting = format!("target.{}.{key}={value:?}", self.target);
             cargo.args(["--config", &setting]);
         };
-        // Beside the flags of the board's own configuration.
+        // In addition to the flags of the board's own configuration.
         set("rustflags", &[short_paths(), flags.to_vec()].concat());
         if let Some(linker) = linker {
             set("linker", &linker);
@@ -133,8 +131,8 @@ impl Cross {
     }
 }
 
-/// Flags by which panics name their file as seen from this project, or from where cargo keeps what it has
-/// downloaded: otherwise a program is the longer, the longer the path of either is.
+/// Flags that make panics name their file relative to this project, or to cargo's download folder: otherwise the size
+/// of a program depends on the length of these paths.
 fn short_paths() -> Vec<String> {
     let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".cargo"));
     let downloaded = std::env::var_os("CARGO_HOME").map(PathBuf::from).or(home);
@@ -146,22 +144,22 @@ fn short_paths() -> Vec<String> {
     folders.into_iter().flatten().map(shortened).collect()
 }
 
-/// Whether the usual compiler has a library for a target.
+/// Whether the default compiler has a library for a target.
 fn has_library(target: &str) -> bool {
     library_folder(&["--target", target]).is_ok_and(|folder| folder.is_dir())
 }
 
-/// Where the usual compiler has its libraries, for this computer or a target, if it knows that.
+/// Folder of the default compiler's libraries, for this computer or a target, if known.
 ///
 /// # Errors
-/// It does not.
+/// If the compiler does not report it.
 pub fn library_folder(target: &[&str]) -> Result<PathBuf, String> {
     let mut rustc = Command::new("rustc");
     let folder = output(rustc.args(["--print", "target-libdir"]).args(target))?;
     Ok(PathBuf::from(folder.trim()))
 }
 
-/// Whether the distribution's compiler is there, new enough, and with the source of its library.
+/// Whether the distribution's compiler is installed, new enough, and has the source of its library.
 fn has_source() -> bool {
     let minor = |version: String| version.split('.').nth(1)?.parse::<u32>().ok();
     Path::new(SOURCE).is_file()

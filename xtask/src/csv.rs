@@ -1,11 +1,11 @@
-//! Numbers that the command `trueaxis` and LinuxCNC write: a header, then rows.
+//! Numbers written by the command `trueaxis` and by LinuxCNC: a header, then rows.
 
 use std::str::FromStr;
 
 /// The rows, each with the cells of these columns.
 ///
 /// # Errors
-/// A column is missing, or a cell is not a number.
+/// If a column is missing, or a cell is not a number.
 pub fn columns<T: FromStr>(text: &str, names: &[impl AsRef<str>]) -> Result<Vec<Vec<T>>, String> {
     let header: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
     let place = |name: &str| {
@@ -24,7 +24,7 @@ pub fn columns<T: FromStr>(text: &str, names: &[impl AsRef<str>]) -> Result<Vec<
 /// All numbers, row by row.
 ///
 /// # Errors
-/// A cell is not a number, or there is no row.
+/// If a cell is not a number, or there is no row.
 pub fn numbers(text: &str) -> Result<Vec<Vec<f64>>, String> {
     let rows = rows(text, |cells| Some(cells.to_vec()))?;
     match rows.is_empty() {
@@ -33,7 +33,7 @@ pub fn numbers(text: &str) -> Result<Vec<Vec<f64>>, String> {
     }
 }
 
-/// The rows with those cells that `chosen` takes of each.
+/// The rows, each with the cells selected by `chosen`.
 fn rows<'t, T: FromStr>(
     text: &'t str,
     chosen: impl Fn(&[&'t str]) -> Option<Vec<&'t str>>,

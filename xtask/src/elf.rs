@@ -1,4 +1,4 @@
-//! Programs for the Cortex-M as they were linked: their size, and who calls whom.
+//! Linked programs for the Cortex-M: their size, and their call graph.
 
 use crate::files;
 use object::elf::SHF_ALLOC;
@@ -11,16 +11,16 @@ use std::path::Path;
 /// A program: ELF, 32 bits, little-endian.
 pub struct Program {
     sections: Vec<Section>,
-    /// By address, without the bit that marks Thumb code.
+    /// By address, without the Thumb bit.
     functions: BTreeMap<u32, Function>,
-    /// From each address on there is code (true) or data between code.
+    /// From each address on: code (true) or data within code.
     map: BTreeMap<u32, bool>,
 }
 
 struct Section {
     name: String,
     address: u32,
-    /// Empty where the section is only zeros.
+    /// Empty if the section is all zeros.
     bytes: Vec<u8>,
     /// Has an address in the program.
     allocated: bool,
@@ -31,20 +31,20 @@ struct Function {
     size: u32,
 }
 
-/// What can be reached from somewhere.
+/// The reachable part of a program.
 #[derive(Default)]
 pub struct Reach {
-    /// All functions, each with the one from which it was come to.
+    /// All functions, each with the one from which it was reached.
     functions: BTreeMap<String, Option<String>>,
-    /// Names of those that call through a pointer, whose ends are not known.
+    /// Names of functions that call through a pointer, whose targets are unknown.
     through_pointers: BTreeSet<String>,
-    /// Bytes of all functions.
+    /// Size of all functions in bytes.
     pub size: u32,
 }
 
 impl Reach {
-    /// What a servo loop must not reach from the function `root`: a panic, or a call through a pointer, where this
-    /// check would end.
+    /// Violations reachable from the function `root`, which must not occur in a servo loop: a panic, or a call through
+    /// a pointer, which this check cannot follow.
     pub fn faults(&self, root: &str) -> Vec<String> {
         let panics = self.functions.iter().filter(|(f, _)| f.contains("panic"));
         let panics = panics.map(|(function, from)| {
@@ -59,7 +59,7 @@ impl Reach {
 
 impl Program {
     /// # Errors
-    /// The file cannot be read or is not such a program.
+    /// If the file cannot be read or is not such a program.
     pub fn read(path: &Path) -> Result<Self, String> {
         let bytes = files::read(path)?;
         let failed = |e| format!("{}: not a 32-bit little-endian ELF: {e}", path.display());
@@ -97,19 +97,19 @@ impl Program {
         Ok(program)
     }
 
-    /// Bytes of the sections that are stored in flash.
+    /// Size of the sections stored in flash, bytes.
     pub fn flash(&self) -> u32 {
         let stored = self.sections.iter().filter(|s| s.allocated);
         stored.map(|s| s.bytes.len() as u32).sum()
     }
 
-    /// Bytes of its functions.
+    /// Size of its functions, bytes.
     pub fn code_size(&self) -> u32 {
         let code = self.sections.iter().filter(|s| s.name == ".text");
         code.map(|s| s.bytes.len() as u32).sum()
     }
 
-    /// Bytes of stack of each function of which that is known (`-Zemit-stack-sizes`).
+    /// Stack size of each function, where known (`-Zemit-stack-sizes`), bytes.
     pub fn frames(&self) -> Vec<(String, u64)> {
         let mut found = Vec::new();
         for section in self.sections.iter().filter(|s| s.name == ".stack_sizes") {
@@ -125,18 +125,18 @@ impl Program {
         found
     }
 
-    /// Everything that functions whose name contains `root` can come to by calls and jumps.
+    /// Everything reachable by calls and jumps from functions whose name contains `root`.
     ///
     /// # Errors
-    /// There is no such function, or its code cannot be read.
+    /// If there is no such function, or its code cannot be read.
     pub fn reach(&self, root: &str) -> Result<Reach, String> {
         self.reach_where(root, |name| name.contains(root))
     }
 
-    /// As [`reach`](Self::reach), of the function of this name.
+    /// Like [`reach`](Self::reach), for the function with exactly this name.
     ///
     /// # Errors
-    /// There is no such function, or its code cannot be read.
+    /// If there is no such function, or its code cannot be read.
     pub fn reach_from(&self, root: &str) -> Result<Reach, String> {
         self.reach_where(root, |name| name == root)
     }
@@ -179,8 +179,8 @@ impl Program {
         Some((u16::from_le_bytes(*first), u16::from_le_bytes(second)))
     }
 
-    /// Functions outside `start..start + size` that the code there calls or jumps to, and whether
-    /// it calls through pointers.
+    /// Functions outside `start..start + size` that the code there calls or jumps to, and whether it calls through
+    /// pointers.
     fn calls(&self, start: u32, size: u32) -> Option<(Vec<u32>, bool)> {
         let mut targets = Vec::new();
         let mut pointers = false;
@@ -202,7 +202,7 @@ impl Program {
             if let Some(distance) = branch(first, second) {
                 let target = at.wrapping_add(4).wrapping_add_signed(distance);
                 if !(start..start + size).contains(&target) {
-                    // Into the middle of a function too.
+                    // Includes jumps into the middle of a function.
                     let (&function, _) = self.functions.range(..=target).next_back()?;
                     targets.push(function);
                 }
@@ -213,8 +213,8 @@ impl Program {
     }
 }
 
-/// How far `bl`, `b.w` and conditional `b.w` jump, from 4 bytes after their address (Arm v7-M
-/// reference manual, A7.7.12 and A7.7.18); `None` for other instructions.
+/// Jump distance of `bl`, `b.w` and conditional `b.w`, relative to 4 bytes after their address (Arm v7-M reference
+/// manual, A7.7.12 and A7.7.18); `None` for other instructions.
 fn branch(first: u16, second: u16) -> Option<i32> {
     let (first, second) = (i32::from(first), i32::from(second));
     if first & 0xF800 != 0xF000 || second & 0x8000 == 0 {
@@ -242,7 +242,7 @@ fn branch(first: u16, second: u16) -> Option<i32> {
 mod tests {
     use super::*;
 
-    /// Code and data from address 0 on, and the frame of the function at 0.
+    /// Code and data starting at address 0, and the frame of the function at 0.
     fn program() -> Program {
         let halfwords = [
             // 0: bl .+12, to `called`; bx lr; data that would be `bl .+12` to `unused`
@@ -310,7 +310,7 @@ mod tests {
         assert_eq!(program().frames(), [("root".to_owned(), 300)]);
     }
 
-    /// Encodings as GNU as gives them.
+    /// Encodings as produced by GNU as.
     #[test]
     fn branches_are_decoded() {
         // bl .+4, bl ., b.w ., bne.w ., bl .+0x1000

@@ -1,4 +1,4 @@
-//! Figures by name: read from the program that measures, kept as flat JSON.
+//! Named figures: read from the measuring program, stored as flat JSON.
 
 use crate::process::said;
 use crate::qemu;
@@ -10,10 +10,10 @@ use std::path::Path;
 pub struct Figures(BTreeMap<String, u64>);
 
 impl Figures {
-    /// From lines `key number`.
+    /// Parses lines `key number`.
     ///
     /// # Errors
-    /// A line of another shape: it is what the program complains about.
+    /// If a line has another form: it is the program's error message.
     pub fn from_lines(text: &str) -> Result<Self, String> {
         let mut figures = Self::default();
         for line in text.lines() {
@@ -28,10 +28,10 @@ impl Figures {
         Ok(figures)
     }
 
-    /// Of a program that counts, run in QEMU.
+    /// Figures of a counting program, run in QEMU.
     ///
     /// # Errors
-    /// QEMU does not start, or the program does not come to its end.
+    /// If QEMU does not start, or the program does not finish.
     pub fn counted(program: &Path) -> Result<Self, String> {
         let said = said(&mut qemu::board(program))?;
         let figures = Self::from_lines(&said.output)?;
@@ -42,7 +42,7 @@ impl Figures {
         Ok(figures)
     }
 
-    /// From what [`Figures::to_json`] wrote; other lines are left out.
+    /// Parses the output of [`Figures::to_json`]; other lines are ignored.
     pub fn from_json(text: &str) -> Self {
         let entry = |line: &str| {
             let (key, value) = line.split_once(':')?;
@@ -69,8 +69,8 @@ impl Figures {
         self.0.get(key).copied()
     }
 
-    /// One line for each of ours that grew by more than `percent` against `before`, the rivals
-    /// apart; and for each that is new or gone.
+    /// One line for each of our figures that grew by more than `percent` over `before`, excluding rivals, and for each
+    /// new or missing one.
     pub fn grown(&self, before: &Self, percent: u64) -> Vec<String> {
         let mut lines = Vec::new();
         for (key, &value) in &self.0 {

@@ -1,4 +1,4 @@
-//! Files; the message of a failure names the file.
+//! File operations; the message of a failure names the file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,13 +19,12 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), String> {
     named(path, fs::write(path, contents))
 }
 
-/// Makes a folder with those above it, unless it is there.
+/// Creates a folder and its parents, unless it exists.
 pub fn folder(path: PathBuf) -> Result<PathBuf, String> {
     named(&path, fs::create_dir_all(&path)).map(|()| path)
 }
 
-/// Makes a file that is not there; one that is there is replaced, not overwritten: a running program keeps the one
-/// it has.
+/// Copies a file. An existing file is replaced, not overwritten, so a running program keeps its version.
 pub fn copy(from: &Path, to: &Path) -> Result<(), String> {
     let _ = fs::remove_file(to);
     let copied = fs::copy(from, to);
@@ -33,7 +32,7 @@ pub fn copy(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The files of a folder whose names end like this, in their order.
+/// The files of a folder with this extension, in order.
 pub fn list(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
     let entries = named(folder, fs::read_dir(folder))?;
     let mut paths = Vec::new();

@@ -1,9 +1,9 @@
-//! The published crate `trueaxis-firmware`: folders beside its sources are under another licence, and stay out.
+//! The published crate `trueaxis-firmware`: folders beside its sources have another licence and must be excluded.
 
 use crate::process::{cargo, output};
 
 /// # Errors
-/// The crate has a file with this in its path.
+/// If the crate has a file with this in its path.
 pub fn leaves_out(folder: &str) -> Result<(), String> {
     let words = "package -q --list --allow-dirty -p trueaxis-firmware";
     let files = output(cargo().args(words.split(' ')))?;

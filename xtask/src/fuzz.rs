@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: every fuzz target, or those that are named, started from real blobs.
+//! `cargo xtask fuzz`: runs every fuzz target, or the named ones, starting from real blobs.
 
 use crate::files;
 use crate::process::{self, has, nightly, provide, root, target, works};
@@ -6,14 +6,14 @@ use std::path::Path;
 use std::process::Command;
 
 const TARGETS: [&str; 6] = ["decode", "evaluate", "slots", "link", "gcode", "cec"];
-/// Longest input, bytes: short ones are many times faster and reach every branch.
+/// Maximum input length, bytes: short inputs are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
-/// The same of programs: about ten lines.
+/// Maximum length of programs: about ten lines.
 const MAX_PROGRAM: u64 = 192;
-/// The same of tables of a Sinumerik: three of them.
+/// Maximum length of tables of a Sinumerik: three tables.
 const MAX_CEC: u64 = 1536;
 
-/// Targets whose inputs are text: how long it is. What it is put together from stands in `fuzz/NAME.dict`.
+/// Maximum length for targets with text inputs. Their vocabulary is in `fuzz/NAME.dict`.
 fn text(name: &str) -> Option<u64> {
     match name {
         "gcode" => Some(MAX_PROGRAM),
@@ -22,14 +22,14 @@ fn text(name: &str) -> Option<u64> {
     }
 }
 
-/// How long to run each target.
+/// Duration of each target.
 enum Length {
     Seconds(u64),
     Runs(u64),
 }
 
 /// # Errors
-/// A missing tool, or a finding.
+/// If a tool is missing, or a target finds something.
 pub fn run(options: &[&str]) -> Result<(), String> {
     let named = options.iter().take_while(|o| !o.starts_with("--")).count();
     let (names, options) = options.split_at(named);
@@ -81,10 +81,9 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         command.args(["fuzz", "run", name]);
         let text = text(name);
         if text.is_some() {
-            // Without the address sanitizer and checked indices, which find what `unsafe` does wrong: it is forbidden
-            // there, and the evaluation with its blob is the same each time. Without traced comparisons, too: numbers
-            // are compared everywhere, and words come from the dictionary. Several times as many programs in the
-            // same time.
+            // Without the address sanitizer and checked indices, which detect errors of `unsafe`: it is forbidden
+            // there, and the evaluation with its blob is always the same. Also without traced comparisons: numbers are
+            // compared everywhere, and words come from the dictionary. Several times as many programs in the same time.
             command.args(["--sanitizer", "none", "--no-default-features"]);
             command.arg("--no-trace-compares");
         }
@@ -116,7 +115,7 @@ fn read(options: &[&str]) -> Result<Length, String> {
     }
 }
 
-/// Puts an input into the corpus once for each mode, after the byte that chooses it.
+/// Adds an input to the corpus once for each mode, after the byte that selects it.
 fn put(corpus: &Path, name: &str, modes: &[u8], contents: &[u8]) -> Result<(), String> {
     for mode in modes {
         let path = corpus.join(format!("{name}-{mode}"));
@@ -125,7 +124,7 @@ fn put(corpus: &Path, name: &str, modes: &[u8], contents: &[u8]) -> Result<(), S
     Ok(())
 }
 
-/// Puts a conversation into the corpus that reaches a change of compensation: see the target.
+/// Adds a conversation to the corpus that reaches a change of compensation: see the target.
 fn seed_link(corpus: &Path) -> Result<(), String> {
     // Three flags for the blob, the slot and force, and the request.
     let step = |request: u8| [1, 1, 1, request];
@@ -140,7 +139,7 @@ fn seed_link(corpus: &Path) -> Result<(), String> {
     put(corpus, "change", &[2, 3], &bytes)
 }
 
-/// Puts programs with words of every kind into the corpus, in several dialects.
+/// Adds programs with words of every kind to the corpus, in several dialects.
 fn seed_gcode(corpus: &Path) -> Result<(), String> {
     // Zero is in the middle of the travel.
     let programs = [
@@ -152,14 +151,14 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
         "G21 G90 G17 F90.\nG41 D1 G1 X5.\nG3 X7. Y2. J2.\nG40 G0 Y0.\nG91 G2 I-3. P2\nG19 G3 J1. X2.\nG90.1 G17 G2 X0. Y0. I3. J3.\n",
     ];
     for (number, program) in programs.iter().enumerate() {
-        // Dialects; and those of LinuxCNC with the other ways to reverse.
+        // All dialects, plus those of LinuxCNC with other reversal methods.
         let (name, modes) = (format!("program-{number}"), [0, 4, 8, 12, 24]);
         put(corpus, &name, &modes, program.as_bytes())?;
     }
     Ok(())
 }
 
-/// Puts tables of every kind into the corpus, read in several ways.
+/// Adds tables of every kind to the corpus, read in several ways.
 fn seed_cec(corpus: &Path) -> Result<(), String> {
     let table = |number: usize, values: &[&str], set: &str| {
         let each = values.iter().enumerate();
@@ -197,7 +196,7 @@ fn seed_cec(corpus: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Puts the golden blobs into the corpus.
+/// Adds the golden blobs to the corpus.
 fn seed_golden(corpus: &Path) -> Result<(), String> {
     for path in files::list(&root().join("tests/golden/v1"), "trax")? {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -1,4 +1,4 @@
-//! `cargo xtask gcode`: programs beside another interpreter, LinuxCNC's `rs274`.
+//! `cargo xtask gcode`: programs compared with another interpreter, LinuxCNC's `rs274`.
 
 mod corrected;
 mod five_axes;
@@ -14,14 +14,14 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Programs of the package.
+/// Number of programs in the package.
 const PROGRAMS: usize = 332;
-/// Tools that programs ask for, which a table gives both interpreters; their lengths are 0, for the stand-alone
-/// program tells an offset in its own way.
+/// Tools requested by programs, which a table gives to both interpreters. Their lengths are 0, because the stand-alone
+/// program reports offsets differently.
 const TOOLS: [u32; 6] = [1, 2, 3, 4, 5, 30];
-/// Flat programs that are refused, each for a word that is named here.
+/// Flat programs that are refused, each because of a word listed here.
 const REFUSED: [(&str, &str); 10] = [
-    // Words that a configuration of its own gives a meaning.
+    // Words defined by a custom configuration.
     ("remap/cycle/nc_files/examples.ngc", "g84.2"),
     ("remap/getting-started/nc_files/examples.ngc", "m400"),
     ("remap/stop-lookahead/nc_files/examples.ngc", "G70"),
@@ -32,7 +32,7 @@ const REFUSED: [(&str, &str); 10] = [
     ("toplevel.ngc", "M70"),
     // Polar coordinates.
     ("hole-circle.ngc", "^60 L6 F10"),
-    // A unit that changes in a line with F.
+    // A change of unit in a line with F.
     ("comp311.ngc", "g20"),
     ("comp311_2.ngc", "g20"),
     ("lathecomp.ngc", "g20"),
@@ -43,9 +43,9 @@ const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
 /// `chosen`: `speed` measures, nothing compares.
 ///
 /// # Errors
-/// What cannot be installed or built, or what differs.
+/// If something cannot be installed or built, or differs.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
-    // Started without a program it complains, but it starts.
+    // Without a program it complains, but it starts.
     if said(Command::new("rs274").arg("-g")).is_err() {
         packages::install(
             &["linuxcnc-uspace"],
@@ -66,7 +66,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     }
 }
 
-/// The compensation of `mill-21`, compiled by this command.
+/// The compensation of `mill-21`, compiled with this command.
 fn compensation(trueaxis: &Path, work: &Path) -> Result<PathBuf, String> {
     let sources = ["machine", "errors-21"].map(|name| format!("examples/mill-21/{name}.toml"));
     let blob = work.join("mill-21.trax");
@@ -97,12 +97,12 @@ fn programs() -> Result<Vec<PathBuf>, String> {
         .collect())
 }
 
-/// Whether a program computes nothing: it has no parameters, expressions or flow control.
+/// Whether a program has no parameters, expressions or flow control.
 fn is_flat(path: &Path) -> Result<bool, String> {
     Ok(!bare(path)?.contains(['#', '[', 'o', 'O']))
 }
 
-/// A program without its comments, in which every byte is one character.
+/// A program without its comments, with one character for each byte.
 fn bare(path: &Path) -> Result<String, String> {
     let bytes = files::read(path)?;
     let mut text = String::new();
@@ -126,14 +126,14 @@ fn bare(path: &Path) -> Result<String, String> {
     Ok(text)
 }
 
-/// A copy without what `rs274` alone does not know or does otherwise: other kinematics, and the shifted path of
-/// cutter compensation, whose program is compared instead.
+/// A copy without features that `rs274` alone does not know or handles differently: other kinematics, and the offset
+/// path of cutter compensation, for which the programmed path is compared instead.
 fn plain_copy(path: &Path, work: &Path) -> Result<PathBuf, String> {
     let mut text = bare(path)?.to_uppercase();
     for word in ["M428", "M429", "G41", "G42"] {
         text = text.replace(word, " ");
     }
-    // The radius that belongs to them.
+    // The corresponding radius.
     let mut inside = false;
     text.retain(|c| {
         inside = c == 'D' || (inside && (c.is_ascii_digit() || c == '.'));
@@ -222,7 +222,7 @@ fn compare(work: &Path) -> Result<(), String> {
     ))
 }
 
-/// What our interpreter makes of programs, by name; `options` are those of `gcode_moves`.
+/// Our interpreter's result for programs, by name; `options` are those of `gcode_moves`.
 fn moves(
     programs: &[PathBuf],
     options: &[impl AsRef<OsStr>],
@@ -242,7 +242,7 @@ fn moves(
     Ok(found)
 }
 
-/// Those motions that go somewhere. A rapid to where it is already is one for rs274 (G0 alone) and none for us.
+/// Motions with a distance. A rapid to the current position is one for rs274 (G0 alone) but not for us.
 fn moving(motions: impl IntoIterator<Item = Motion>) -> Vec<Motion> {
     let mut at = [0.0; 9];
     let moves = |motion: &Motion| {
@@ -253,7 +253,7 @@ fn moving(motions: impl IntoIterator<Item = Motion>) -> Vec<Motion> {
     motions.into_iter().filter(moves).collect()
 }
 
-/// How many motions are the same; the first that is not.
+/// Number of equal motions; fails at the first difference.
 fn same(ours: &[String], rivals: &[Motion]) -> Result<usize, String> {
     if let Some(refused) = ours.iter().find(|l| l.starts_with("refused")) {
         return Err(refused.clone());

@@ -1,15 +1,15 @@
-//! `cargo xtask grblhal`: the plugin for grblHAL against a stand-in of its interface, under sanitizers.
+//! `cargo xtask grblhal`: the plugin for grblHAL with a stand-in for its interface, under sanitizers.
 
 use crate::capi::{BLOBS, CProgram, Capacities, compilers, libraries};
 use crate::process::{root, run};
 use crate::{files, firmware_crate};
 use std::process::Command;
 
-/// Controllers with so many axes: the second does not have those of some of the blobs.
+/// Numbers of axes of the controllers: the second lacks axes of some of the blobs.
 const AXES: [u32; 2] = [6, 3];
 
 /// # Errors
-/// What does not compile without a warning, or does not hold.
+/// If something does not compile without warnings, or fails.
 pub fn execute() -> Result<(), String> {
     compilers("the plugin for grblHAL")?;
     let libraries = libraries(&Capacities::USUAL)?;

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
 
-/// Boards: folder, the machine of QEMU that stands in for it, and what is tried there. What does not
-/// depend on the processor or its flash is tried once.
+/// Boards: folder, the QEMU machine that replaces it, and the tests to run. Tests that do not depend on the processor
+/// or its flash run once.
 const BOARDS: [(&str, &str, &[&str]); 2] = [
     (
         "stm32f405",
@@ -30,10 +30,10 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
     ),
 ];
 
-/// `chosen`: of all parts only these.
+/// `chosen`: only these parts.
 ///
 /// # Errors
-/// What cannot be built, or what did not hold.
+/// If something cannot be built, or fails.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
     let known = |part: &&&str| BOARDS.iter().any(|(_, _, parts)| parts.contains(part));
     if let Some(part) = chosen.iter().find(|part| !known(part)) {
@@ -45,7 +45,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     };
     let cortex_m = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
-    // The end of each of these builds is one processor's work: side by side they leave none idle.
+    // The end of each build uses one processor only: in parallel none is idle.
     let (host, boards) = thread::scope(|scope| {
         let boards = BOARDS.map(|(board, ..)| scope.spawn(|| build_board(&cortex_m, board)));
         (trueaxis(), boards.map(joined))
@@ -62,9 +62,9 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     run(&mut hil)
 }
 
-/// Builds the programs of a board; their folder.
+/// Builds the programs of a board; returns their folder.
 fn build_board(cross: &Cross, board: &str) -> Result<PathBuf, String> {
-    // The one for the real part is linked, if not run: it is what is built by default.
+    // The one for the real part is linked but not run: it is the default build.
     cross.build(board, "build -q --release")?;
     let words = "build -q --release --no-default-features --features qemu --bin qemu";
     cross.build(board, words)

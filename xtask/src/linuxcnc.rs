@@ -1,5 +1,5 @@
 //! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
-//! controller, with machines that are simulated, with a probing program, and as a package.
+//! controller, with simulated machines, with a probing program, and as a package.
 
 mod bench;
 mod events;
@@ -17,10 +17,10 @@ mod touches;
 
 use bench::Bench;
 
-/// Fails with what did not hold.
+/// Fails with the violated condition.
 type Check = fn(&Bench) -> Result<(), String>;
 
-/// What is tried, by name.
+/// The parts, by name.
 const PARTS: [(&str, Check); 8] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
@@ -32,14 +32,14 @@ const PARTS: [(&str, Check); 8] = [
     ("package", package::check),
 ];
 
-/// Runs only where it is named: on busy processors LinuxCNC 2.9 may end a program of probing moves before its last one
-/// with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650), or without a word.
+/// Runs only if named: on busy processors LinuxCNC 2.9 may end a program of probing moves before its last one with
+/// "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650), or without a message.
 const ONLY_NAMED: &str = "touches";
 
-/// `chosen`: of all parts only these.
+/// `chosen`: only these parts.
 ///
 /// # Errors
-/// What cannot be installed or built, or what did not hold.
+/// If something cannot be installed or built, or fails.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
     if let Some(part) = chosen
         .iter()

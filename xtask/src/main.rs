@@ -1,4 +1,4 @@
-//! `cargo xtask …`: the one place for developer and CI commands.
+//! `cargo xtask …`: all developer and CI commands.
 
 mod bare;
 mod bench;

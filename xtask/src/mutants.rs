@@ -1,11 +1,10 @@
-//! `cargo xtask mutants`: small changes of the servo, the loader and the controller's side, each of which a test
-//! must notice.
+//! `cargo xtask mutants`: small changes of the servo, the loader and the controller side, each of which a test must
+//! detect.
 
 use crate::files;
 use crate::process::{cargo, provide, run, target};
 
-/// What tests are called that draw thousands of cases, or go through as many. They look at those changes that no
-/// other test notices.
+/// Names of tests that run thousands of cases. They are applied only to mutants that no other test detects.
 const LONG: [&str; 20] = [
     "whatever",
     "at_rest_no_transition",
@@ -29,16 +28,16 @@ const LONG: [&str; 20] = [
     "what_is_within_a_step",
 ];
 
-/// Which they are says `.cargo/mutants.toml`, and for the controller's side `firmware/mutants.toml` and
-/// `firmware/sensors/mutants.toml`. `names`: of
-/// those alone whose names match one of these expressions, such as `shared/src/ramp` or `Servo<H>::swap`.
+/// The mutants are defined in `.cargo/mutants.toml`, and for the controller side in `firmware/mutants.toml` and
+/// `firmware/sensors/mutants.toml`. `names`: only those whose names match one of these expressions, such as
+/// `shared/src/ramp` or `Servo<H>::swap`.
 ///
 /// # Errors
-/// A change that no test notices, and is not explained there.
+/// A mutant that no test detects, and that is not explained there.
 pub fn execute(names: &[&str]) -> Result<(), String> {
     provide("cargo-mutants")?;
-    // The tests of the runtime need the optimiser; those of the controller's side are short without it, and built
-    // in a fifth of the time.
+    // The runtime's tests need the optimiser; those of the controller side are short without it, and build in a fifth
+    // of the time.
     let runtime = part("trueaxis", ".cargo/mutants.toml", "1", names);
     let firmware = part("trueaxis-firmware", "firmware/mutants.toml", "0", names);
     let sensors = part(
@@ -50,7 +49,7 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
     runtime.and(firmware).and(sensors)
 }
 
-/// The changes of one package, first under short tests built with an optimisation of `level`.
+/// The mutants of one package, first with short tests built with an optimisation of `level`.
 fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), String> {
     let output = files::folder(target("mutants").join(package))?;
     let mutants = |names: &[&str]| {
@@ -63,7 +62,7 @@ fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), St
         for name in names {
             command.args(["--re", name]);
         }
-        // What fails need not be made small, nor looked at with a debugger.
+        // Failures need not be minimised, nor debugged.
         command
             .env("PROPTEST_MAX_SHRINK_ITERS", "0")
             .env("CARGO_PROFILE_DEV_DEBUG", "0");
@@ -73,7 +72,7 @@ fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), St
         let path = output.join("mutants.out").join(list);
         std::fs::read_to_string(path).unwrap_or_default()
     };
-    // What does not come to an end is noticed too.
+    // A test that does not finish counts as a detection too.
     let verdict = |result: Result<(), String>| {
         let noticed = found("missed.txt").is_empty() && !found("timeout.txt").is_empty();
         if noticed { Ok(()) } else { result }
@@ -96,7 +95,7 @@ fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), St
     verdict(run(mutants(&left).args(["--timeout", "600"])))
 }
 
-/// The expression for this name alone.
+/// The expression that matches only this name.
 fn exactly(name: &str) -> String {
     let mut expression = String::from("^");
     for letter in name.chars() {

@@ -1,12 +1,12 @@
-//! Packages of the distribution that the commands need.
+//! Packages of the distribution needed by the commands.
 
 use crate::process::{has, is_root, output, run};
 use std::process::Command;
 
-/// Installs packages unless a program says its version.
+/// Installs packages unless a program reports its version.
 ///
 /// # Errors
-/// As [`install`].
+/// As for [`install`].
 pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), String> {
     match has(program) {
         true => Ok(()),
@@ -17,7 +17,7 @@ pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), S
 /// Installs packages with `apt-get`, as root or with `sudo`.
 ///
 /// # Errors
-/// Neither is possible; the message says what to install by hand.
+/// If neither is possible; the message says what to install by hand.
 pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     let names = packages.join(" ");
     let by_hand = format!("{what_for} needs the packages {names} (Debian's names); install them");
@@ -26,12 +26,12 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     }
     eprintln!("{what_for} needs {names}: installing");
     let by_hand = |cause: String| format!("{by_hand} ({cause})");
-    // What is known of the packages may be older than what the mirror still has.
+    // The local package list may be older than the contents of the mirror.
     run(as_root("apt-get").args(["-q", "update"])).map_err(by_hand)?;
     let install = |options: &[&str]| {
         let mut install = as_root("apt-get");
         install
-            // Another installation may be under way, an automatic one of updates for example.
+            // Another installation may be in progress, such as automatic updates.
             .args(["-o", "DPkg::Lock::Timeout=120"])
             .args(["-q", "install", "-y", "--no-install-recommends"])
             .args(options)
@@ -41,8 +41,8 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     if install(&[]).is_ok() && are_whole(packages) {
         return Ok(());
     }
-    // One that was interrupted (power, a limit of time) has to be finished before any other. What it left half unpacked
-    // counts as installed until it is installed again.
+    // An interrupted installation (power loss, time limit) must be completed before any other. Its half-unpacked
+    // packages count as installed until they are installed again.
     run(as_root("dpkg").args(["--configure", "-a"])).map_err(by_hand)?;
     install(&["--reinstall"]).map_err(by_hand)
 }
@@ -57,7 +57,7 @@ fn are_whole(packages: &[&str]) -> bool {
     })
 }
 
-/// A command that runs as root and asks nothing.
+/// A command that runs as root without prompting.
 fn as_root(program: &str) -> Command {
     let quietly = ["DEBIAN_FRONTEND=noninteractive", program];
     let mut command;
@@ -65,7 +65,7 @@ fn as_root(program: &str) -> Command {
         command = Command::new("env");
     } else {
         command = Command::new("sudo");
-        // A question for a password would stop a build that nobody watches.
+        // A password prompt would stop an unattended build.
         command.args(["-n", "env"]);
     }
     command.args(quietly);

@@ -1,4 +1,4 @@
-//! `cargo xtask portable`: one program links for every kind of processor, and has the desktop's bits wherever it
+//! `cargo xtask portable`: one program links for every kind of processor, and computes the desktop's bits wherever it
 //! can run.
 
 use crate::cross::Cross;
@@ -11,19 +11,19 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What the program is built for, and where it runs.
+/// A build target, and where it runs.
 struct Target {
     name: &'static str,
     platform: Platform,
-    /// Processors, and what stands in for each.
+    /// Processors, and their emulators.
     processors: &'static [(&'static str, &'static str)],
 }
 
-/// What a program is linked with.
+/// Platform of a program.
 enum Platform {
-    /// Start-up code of its own: the addresses of code and variables, and of the end of the stack.
+    /// Custom start-up code: the addresses of code and variables, and of the end of the stack.
     Bare([u32; 3]),
-    /// A C library, with the compiler and the library that Debian has by these names.
+    /// A C library, with the names of its compiler and library in Debian.
     Linux(&'static str, &'static str),
     /// An engine for WebAssembly.
     Web,
@@ -88,15 +88,15 @@ const fn of(
     }
 }
 
-/// Lets SysTick count instructions.
+/// Makes SysTick count instructions.
 const BOARD: &str = "-nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=10";
 const BUILD: &str = "build -q --release --locked";
-/// Longest run, many times what it takes.
+/// Maximum run time, many times the actual one.
 const LONGEST: Duration = Duration::from_secs(120);
-/// Calls that the program counts.
+/// Number of calls counted by the program.
 const CALLS: u64 = 100;
 
-/// Where the program of each target is.
+/// Path of the program for each target.
 type Programs = Vec<(&'static Target, PathBuf)>;
 
 impl Target {
@@ -107,7 +107,7 @@ impl Target {
         }
     }
 
-    /// Flags of the compiler.
+    /// Compiler flags.
     fn flags(&self) -> Vec<String> {
         let Bare([code, data, stack]) = self.platform else {
             return Vec::new();
@@ -121,7 +121,7 @@ impl Target {
         ]
     }
 
-    /// A compiler and what it links with, installed if they are missing.
+    /// A compiler and its libraries, installed if they are missing.
     fn provide(&self) -> Result<Cross, String> {
         if let (Linux(gnu, debian), Some(linker)) = (&self.platform, self.linker()) {
             let library = Path::new("/usr").join(gnu).join("lib/libc.so");
@@ -136,7 +136,7 @@ impl Target {
         Cross::provide(self.name)
     }
 
-    /// What runs the program.
+    /// The command that runs the program.
     fn command(&self, emulator: &str, program: &Path) -> Result<Command, String> {
         let mut words = emulator.split(' ');
         let name = words.next().unwrap_or_default();
@@ -167,10 +167,10 @@ impl Target {
     }
 }
 
-/// What the program has written: the bits of corrections, and what calls took.
+/// Output of the program: the bits of corrections, and the cost of calls.
 struct Results {
     bits: Vec<u8>,
-    /// Instructions of an evaluation and of a servo update, where they are counted.
+    /// Instructions of an evaluation and of a servo update, if counted.
     instructions: Option<[u64; 2]>,
 }
 
@@ -190,7 +190,7 @@ impl Results {
         })
     }
 
-    /// Where these are not the bits of `desktop`.
+    /// Describes the first difference from the bits of `desktop`.
     fn difference(&self, desktop: &Self) -> Option<String> {
         if self.bits.len() != desktop.bits.len() {
             let [ours, theirs] = [self, desktop].map(|results| results.bits.len());
@@ -206,7 +206,7 @@ impl Results {
 }
 
 /// # Errors
-/// What does not link, or computes other bits than the desktop.
+/// If something does not link, or computes other bits than the desktop.
 pub fn execute() -> Result<(), String> {
     let mut not_run = Vec::new();
     let mut compilers = Vec::new();
@@ -217,7 +217,7 @@ pub fn execute() -> Result<(), String> {
         }
     }
     let results = files::folder(target("portable"))?;
-    // Two compilers, each with a folder of its own.
+    // Two compilers, each with its own folder.
     let (desktop, usual, source) = thread::scope(|scope| {
         let source = scope.spawn(|| build(&compilers, true));
         let desktop = desktop(&results.join("desktop"));
@@ -285,13 +285,13 @@ fn folder() -> PathBuf {
     root().join("firmware/boards/portable")
 }
 
-/// Links the program for the targets whose compilers are `from_source` or not: where it is for each.
+/// Links the program for the targets whose compilers are `from_source` or not; returns the path for each.
 fn build(compilers: &[(&'static Target, Cross)], from_source: bool) -> Result<Programs, String> {
     let chosen = |pair: &&(_, Cross)| pair.1.from_source == from_source;
     let Some((_, first)) = compilers.iter().find(chosen) else {
         return Ok(Vec::new());
     };
-    // All in one, so that cargo builds side by side, and once what runs on this computer.
+    // All together, so that cargo builds in parallel, and host programs only once.
     let (mut build, folder) = first.cargo_without_target("portable", BUILD);
     let mut programs = Vec::new();
     for (target, compiler) in compilers.iter().filter(chosen) {
@@ -302,7 +302,7 @@ fn build(compilers: &[(&'static Target, Cross)], from_source: bool) -> Result<Pr
     Ok(programs)
 }
 
-/// What the program computes on this computer.
+/// Results of the program on this computer.
 fn desktop(file: &Path) -> Result<Results, String> {
     let target = target("board");
     let mut build = cargo();
@@ -311,7 +311,7 @@ fn desktop(file: &Path) -> Result<Results, String> {
     finish(Command::new(target.join("release/portable")), file)
 }
 
-/// Runs a program to its end; what it has written, which `file` keeps.
+/// Runs a program to completion; returns its output, which is also stored in `file`.
 fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
     let failed = |error: std::io::Error| format!("{}: {error}", file.display());
     let errors = file.with_extension("err");
@@ -342,7 +342,7 @@ fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
     Results::split(fs::read(file).map_err(failed)?).ok_or_else(|| "too few results".to_owned())
 }
 
-/// Of all blobs in the program.
+/// Total size of the blobs in the program, bytes.
 fn bytes_of_blobs() -> Result<u32, String> {
     let folder = root().join("tests/golden/v1");
     let mut bytes = 0;

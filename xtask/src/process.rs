@@ -1,4 +1,4 @@
-//! Programs that the commands start.
+//! Programs started by the commands.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader};
@@ -14,7 +14,7 @@ pub fn root() -> PathBuf {
     manifest.parent().unwrap_or(manifest).to_path_buf()
 }
 
-/// Where builds go that must not mix with the usual one.
+/// Target folder of builds that must not mix with the default one.
 pub fn target(name: &str) -> PathBuf {
     let usual =
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
@@ -28,14 +28,14 @@ pub fn cargo() -> Command {
     command
 }
 
-/// Builds the command `trueaxis`, of the usual profile: its place.
+/// Builds the command `trueaxis` with the default profile; returns its path.
 ///
 /// # Errors
-/// It does not build.
+/// If it does not build.
 pub fn trueaxis() -> Result<PathBuf, String> {
-    // All that the commands need from the workspace, in one: cargo chooses the features of dependencies by what
-    // is built, and with an example among it they are those of `cargo test --workspace`. Otherwise half of them
-    // would be built once more.
+    // Builds everything that the commands need from the workspace together: cargo selects the features of dependencies
+    // by what is built, and with an example included they match `cargo test --workspace`. Otherwise half of them would
+    // be built again.
     let programs = ["trueaxis", "hil"].map(|name| ["--bin", name]);
     let examples = EXAMPLES.map(|name| ["--example", name]);
     run(cargo()
@@ -45,29 +45,29 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     Ok(target("debug").join("trueaxis"))
 }
 
-/// Examples that are built with it: what makes blobs for `bench-target`, moves through programs for `gcode`, and
-/// compiles for machines nobody drew.
+/// Examples built with it: they generate blobs for `bench-target`, move through programs for `gcode`, and compile for
+/// random machines.
 const EXAMPLES: [&str; 3] = ["bench-blobs", "gcode_moves", "random-machines"];
 
-/// An example, which [`trueaxis`] has built.
+/// An example, built by [`trueaxis`].
 pub fn example(name: &str) -> Command {
     Command::new(target("debug").join("examples").join(name))
 }
 
-/// Builds the command `trueaxis` as it is shipped: its place.
+/// Builds the command `trueaxis` as shipped; returns its path.
 ///
 /// # Errors
-/// It does not build.
+/// If it does not build.
 pub fn shipped_trueaxis() -> Result<PathBuf, String> {
     let words = "build -q --profile dist -p trueaxis-cli --bin trueaxis";
     run(cargo().args(words.split(' ')))?;
     Ok(target("dist").join("trueaxis"))
 }
 
-/// The cargo of the nightly toolchain, in the root of the workspace; it does not start where there is none.
+/// The cargo of the nightly toolchain, in the root of the workspace; it does not start if there is none.
 pub fn nightly() -> Command {
     let mut command = Command::new("cargo");
-    // The variables would keep the proxy from choosing the toolchain.
+    // These variables would prevent the proxy from selecting the toolchain.
     command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
     command.current_dir(root()).arg("+nightly");
     command
@@ -83,7 +83,7 @@ pub fn works(command: &mut Command) -> bool {
     status.is_ok_and(|s| s.success())
 }
 
-/// True if there is a program of this name that says its version.
+/// True if there is a program with this name that reports its version.
 pub fn has(program: &str) -> bool {
     works(Command::new(program).arg("--version"))
 }
@@ -93,7 +93,7 @@ pub fn is_root() -> bool {
     works(Command::new("sh").args(["-c", "test $(id -u) = 0"]))
 }
 
-/// What a program wrote, and how it ended.
+/// Output of a program, and its exit status.
 pub struct Said {
     pub status: ExitStatus,
     pub output: String,
@@ -103,7 +103,7 @@ pub struct Said {
 /// Runs a program without input to its end, whether it succeeds or not.
 ///
 /// # Errors
-/// It does not start.
+/// If it does not start.
 pub fn said(command: &mut Command) -> Result<Said, String> {
     let done = command.stdin(Stdio::null()).output();
     let done = done.map_err(|error| format!("`{}` does not start: {error}", shown(command)))?;
@@ -117,7 +117,7 @@ pub fn said(command: &mut Command) -> Result<Said, String> {
 /// Runs a program without input: its standard output.
 ///
 /// # Errors
-/// It does not start, or does not succeed; the message has its standard error.
+/// If it does not start, or does not succeed; the message contains its standard error.
 pub fn output(command: &mut Command) -> Result<String, String> {
     let said = said(command)?;
     if said.status.success() {
@@ -127,13 +127,13 @@ pub fn output(command: &mut Command) -> Result<String, String> {
     Err(format!("`{shown}`: {}\n{errors}", said.status))
 }
 
-/// What a thread returns; that it has panicked is an error.
+/// The result of a thread; a panic is an error.
 pub fn joined<T>(thread: ScopedJoinHandle<'_, Result<T, String>>) -> Result<T, String> {
     let done = thread.join();
     done.unwrap_or_else(|_| Err("a thread has panicked".to_owned()))
 }
 
-/// An error if anything is wrong.
+/// Fails if there are any problems.
 pub fn judged(wrong: &[String]) -> Result<(), String> {
     match wrong {
         [] => Ok(()),
@@ -144,7 +144,7 @@ pub fn judged(wrong: &[String]) -> Result<(), String> {
 /// Runs a program with its output shown.
 ///
 /// # Errors
-/// It does not start, or does not succeed; the message shows the command.
+/// If it does not start, or does not succeed; the message shows the command.
 pub fn run(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
     eprintln!("$ {shown}");
@@ -155,11 +155,11 @@ pub fn run(command: &mut Command) -> Result<(), String> {
     }
 }
 
-/// How a line of standard error begins that names what could not be checked here.
+/// Prefix of a line on standard error that names a check that could not be run.
 pub const NOT_RUN: &str = "NOT RUN: ";
 
-/// The same, with the last lines of its standard error in the message, too. Returns those of its lines that
-/// begin with [`NOT_RUN`].
+/// The same, with the last lines of its standard error in the message as well. Returns the lines that begin with
+/// [`NOT_RUN`].
 ///
 /// # Errors
 /// See [`run`].
@@ -192,7 +192,7 @@ pub fn run_keeping(command: &mut Command, lines: usize) -> Result<Vec<String>, S
         })
     });
     let status = child.wait().map_err(|e| failed(e.to_string()))?;
-    // What it has started, and not ended, may hold the pipe open: not waited for.
+    // Processes that it started and left running may hold the pipe open, so do not wait for them.
     let end = Instant::now() + Duration::from_secs(1);
     while reader.as_ref().is_some_and(|r| !r.is_finished()) && Instant::now() < end {
         thread::sleep(Duration::from_millis(5));
@@ -209,10 +209,10 @@ pub fn run_keeping(command: &mut Command, lines: usize) -> Result<Vec<String>, S
     Err(message)
 }
 
-/// A subcommand of cargo that comes as a package: installs it if it is missing.
+/// Installs a cargo subcommand that comes as a package, if it is missing.
 ///
 /// # Errors
-/// The installation fails.
+/// If the installation fails.
 pub fn provide(package: &str) -> Result<(), String> {
     let subcommand = package.trim_start_matches("cargo-");
     if works(cargo().args([subcommand, "--version"])) {
@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn a_failure_keeps_the_last_lines() {
         let mut command = Command::new("sh");
-        // What is left running in the background holds the pipe.
+        // A background process holds the pipe open.
         command.args(["-c", "echo one >&2; echo two >&2; sleep 5 & exit 3"]);
         let began = Instant::now();
         let message = run_keeping(&mut command, 1).unwrap_err();

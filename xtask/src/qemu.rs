@@ -1,4 +1,4 @@
-//! QEMU, which stands in for a board.
+//! QEMU, as a replacement for a board.
 
 use crate::packages;
 use crate::process::output;
@@ -10,15 +10,15 @@ const PROGRAM: &str = "qemu-system-arm";
 /// Installs QEMU for Cortex-M if it is missing.
 ///
 /// # Errors
-/// It cannot be installed.
+/// If it cannot be installed.
 pub fn provide() -> Result<(), String> {
     packages::provide(PROGRAM, &[PROGRAM], "running on an emulated Cortex-M")
 }
 
-/// What makes QEMU translate, and log, one instruction at a time.
+/// Options that make QEMU translate, and log, one instruction at a time.
 pub fn single_steps() -> &'static [&'static str] {
     let help = output(Command::new(PROGRAM).arg("--help"));
-    // Since version 8.1 it is a property of the translator.
+    // Since version 8.1 this is a property of the translator.
     let old = help.is_ok_and(|help| help.contains("\n-singlestep"));
     if old {
         &["-singlestep"]
@@ -27,8 +27,8 @@ pub fn single_steps() -> &'static [&'static str] {
     }
 }
 
-/// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting. One instruction takes 2¹⁰ ns:
-/// programs that count rely on it.
+/// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting. One instruction takes 2¹⁰ ns, which
+/// counting programs rely on.
 pub fn board(program: &Path) -> Command {
     let mut command = Command::new(PROGRAM);
     command

@@ -1,9 +1,9 @@
-//! `cargo xtask random-machines`: the scheme `exact` on machines nobody drew.
+//! `cargo xtask random-machines`: the scheme `exact` on randomly generated machines.
 
 use crate::process::{example, run, trueaxis};
 
 /// # Errors
-/// What is claimed about them does not hold, or the program does not build.
+/// If a claim about them does not hold, or the program does not build.
 pub fn execute(options: &[&str]) -> Result<(), String> {
     trueaxis()?;
     run(example("random-machines").args(options))

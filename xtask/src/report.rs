@@ -1,4 +1,4 @@
-//! `cargo xtask report`: the report of every example, made and opened in a real browser, which turns, moves, prints
+//! `cargo xtask report`: makes the report of every example and opens it in a real browser, which rotates, moves, prints
 //! and reads it (`tests/browser`). Pages and pictures stay under `target/report`.
 
 use crate::packages::install;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// What a report is made of: its name, machine, errors, and with which options tables are made, if they are.
+/// Inputs of a report: name, machine, errors, and the options for tables, if any.
 struct Case {
     name: &'static str,
     machine: &'static str,
@@ -35,8 +35,8 @@ const fn case(
     }
 }
 
-/// Every example with every error file. Where tables to 0.05 µm take long to find, coarser ones do: what is tried
-/// is the page.
+/// Every example with every error file. Where tables to 0.05 µm take long to find, coarser ones are enough: the page is
+/// what is tested.
 const CASES: [Case; 19] = [
     case(
         "five-axis-30",
@@ -63,7 +63,7 @@ const CASES: [Case; 19] = [
         "hu40-84",
         "examples/hu40/machine.toml",
         "examples/hu40/errors-84.toml",
-        // All tables that the target holds: the largest page.
+        // All tables that fit the target: the largest page.
         "--policy orientation --best-effort --allow-large",
         "",
     ),
@@ -175,12 +175,12 @@ const CASES: [Case; 19] = [
 ];
 const COARSE: &str = "--tolerance 5";
 
-/// A report is smaller, and made in less time.
+/// Limits of a report's size, and of the time to make it.
 const MOST_BYTES: usize = 3_000_000;
 const MOST_TIME: Duration = Duration::from_secs(5);
 
 /// # Errors
-/// What cannot be installed, built or made, or what did not hold.
+/// If something cannot be installed, built or made, or fails.
 pub fn execute() -> Result<(), String> {
     let folder = target("report");
     let browser = provide(&folder)?;
@@ -198,7 +198,7 @@ pub fn execute() -> Result<(), String> {
         .args([&folder, &browser, &trueaxis]))
 }
 
-/// The browser, what reads a printed page, and what drives the browser: where that is.
+/// Installs the browser, the reader for printed pages, and the browser driver; returns the driver's path.
 fn provide(folder: &Path) -> Result<PathBuf, String> {
     let missing: Vec<&str> = [
         ("chromium", "chromium"),
@@ -213,7 +213,7 @@ fn provide(folder: &Path) -> Result<PathBuf, String> {
     .map(|(_, package)| package)
     .collect();
     if !missing.is_empty() {
-        // Without a font of its own a browser draws no letters.
+        // Without an installed font a browser draws no letters.
         install(&[&missing[..], &["fonts-dejavu-core"]].concat(), "`report`")?;
     }
     let place = files::folder(folder.join("browser"))?;
@@ -235,7 +235,7 @@ fn provide(folder: &Path) -> Result<PathBuf, String> {
 }
 
 impl Case {
-    /// Makes the tables and the page; what the browser's test is told of them, as JSON.
+    /// Makes the tables and the page; returns the data for the browser's test, as JSON.
     fn make(&self, trueaxis: &Path, folder: &Path) -> Result<String, String> {
         let Self {
             name,

@@ -1,10 +1,10 @@
-//! `cargo xtask test`: everything that must hold before a change is taken.
+//! `cargo xtask test`: all checks required before a change is accepted.
 
 use crate::process::{self, NOT_RUN, cargo, nightly, provide, target, works};
 use std::process::Command;
 use std::time::Instant;
 
-/// One thing that must hold.
+/// One check.
 struct Step {
     name: String,
     command: Command,
@@ -22,7 +22,7 @@ fn with(mut step: Step, key: &str, value: &str) -> Step {
     step
 }
 
-/// Boards and examples whose workspaces are their own: their folders, and what they are.
+/// Boards and examples with separate workspaces: their folders, and descriptions.
 const APART: [(&str, &str); 5] = [
     ("stm32f405", "the STM32F405"),
     ("stm32h743", "the STM32H743"),
@@ -30,13 +30,13 @@ const APART: [(&str, &str); 5] = [
     ("rtic", "the example for RTIC"),
     ("embassy", "the example for embassy"),
 ];
-/// Of the tests only what this one needs: minutes of building less.
+/// Only the parts needed by this test, which saves minutes of building.
 const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
 
-/// A step that a longer one contains.
+/// A step included in a longer one.
 const SIX: &str = "6 random machines";
 
-/// What runs anywhere, with nothing to install: minutes.
+/// Checks that run anywhere, with nothing to install: minutes.
 fn usual() -> Vec<Step> {
     let mut steps = vec![step("formatting", "fmt --all --check")];
     steps.extend(APART.map(|(folder, what)| {
@@ -55,7 +55,7 @@ fn usual() -> Vec<Step> {
             "lints of the runtime with all its features",
             "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
         ),
-        // Among them the device in the loop on the desktop, and the kinematics with the sine of the platform.
+        // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
         step("all tests", "test -q --workspace --no-fail-fast"),
         step("runtime without features", "test -q -p trueaxis"),
         step(
@@ -68,7 +68,7 @@ fn usual() -> Vec<Step> {
         ),
         step("bit identity, debug", IDENTICAL),
         step("bit identity, release", &format!("{IDENTICAL} --release")),
-        // Of three hundred, evenly, so that several kinds are among them.
+        // Evenly selected from three hundred, so that several kinds are included.
         step(SIX, "xtask random-machines 6 --quick"),
         with(
             step(
@@ -82,9 +82,9 @@ fn usual() -> Vec<Step> {
     steps
 }
 
-/// What else holds, with emulators, LinuxCNC, a browser and compilers for other targets, which the steps install.
+/// Further checks, with emulators, LinuxCNC, a browser and compilers for other targets, which the steps install.
 fn rest() -> Vec<Step> {
-    // A further build of the workspace: its own directory, so that the usual one stays warm.
+    // A separate build of the workspace in its own directory, so that the default one stays warm.
     let native = with(
         step(
             "bit identity, release for this processor",
@@ -120,14 +120,14 @@ fn rest() -> Vec<Step> {
     ]
 }
 
-/// Of what a step that failed said of errors, how many lines the summary repeats: the last ones name the cause.
+/// Number of error lines of a failed step repeated in the summary: the last ones name the cause.
 const LINES_OF_FAILED: usize = 5;
 
-/// Runs all steps, also after one has failed, and sums up; at the end stands what could not be checked here:
-/// `not_run` and what the steps say of it.
+/// Runs all steps, continuing after failures, and prints a summary. Its end lists what could not be checked here:
+/// `not_run` and the steps' own reports.
 ///
 /// # Errors
-/// The names of what failed.
+/// The names of the failed steps.
 fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
     let count = steps.len();
     let mut summary = Vec::new();
@@ -170,7 +170,7 @@ fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
     }
 }
 
-/// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if it can.
+/// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if possible.
 fn miri() -> Option<Step> {
     if !works(nightly().args(["miri", "--version"])) {
         eprintln!("no Miri: trying rustup");
@@ -190,15 +190,15 @@ fn miri() -> Option<Step> {
     })
 }
 
-/// `cargo xtask test`; with `all`, what needs emulators, LinuxCNC and a browser, too.
+/// `cargo xtask test`; with `all`, also the checks that need emulators, LinuxCNC and a browser.
 ///
 /// # Errors
-/// The names of what failed.
+/// The names of the failed steps.
 pub fn run(all: bool) -> Result<(), String> {
     let mut steps = usual();
     let mut not_run = Vec::new();
     if all {
-        // These are among the thirty.
+        // These are included in the thirty.
         steps.retain(|step| step.name != SIX);
         steps.extend(rest());
         match miri() {
@@ -217,10 +217,10 @@ pub fn run(all: bool) -> Result<(), String> {
     run_steps(steps, not_run)
 }
 
-/// `cargo xtask deny`: installs a tool and asks the advisory database, hence no part of `test`.
+/// `cargo xtask deny`: installs a tool and queries the advisory database, so it is not part of `test`.
 ///
 /// # Errors
-/// The names of what failed.
+/// The names of the failed steps.
 pub fn deny() -> Result<(), String> {
     provide("cargo-deny")?;
     let mut steps = vec![step(

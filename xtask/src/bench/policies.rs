@@ -1,5 +1,5 @@
-//! What the policy `direction` costs beside `orientation`: tables, terms, bytes, and the instructions of
-//! `compile`, on every example with ten to thirteen errors.
+//! Cost of the policy `direction` compared with `orientation`: tables, terms, bytes, and the instructions of `compile`,
+//! on every example with ten to thirteen errors.
 
 use crate::callgrind;
 use crate::process::{root, shipped_trueaxis, target};
@@ -18,7 +18,7 @@ const EXAMPLES: [[&str; 2]; 8] = [
     ["router/machine", "router/errors-10"],
 ];
 
-/// Of one compilation.
+/// Costs of one compilation.
 struct Costs {
     tables: u64,
     terms: u64,
@@ -26,10 +26,10 @@ struct Costs {
     instructions: u64,
 }
 
-/// Prints them beside each other.
+/// Prints them side by side.
 ///
 /// # Errors
-/// A build or a compilation that fails, or valgrind that does not count.
+/// If a build or a compilation fails, or valgrind does not count.
 pub fn run() -> Result<(), String> {
     let program = shipped_trueaxis()?;
     println!(
@@ -57,7 +57,7 @@ pub fn run() -> Result<(), String> {
     Ok(())
 }
 
-/// The folder, unless the file says more.
+/// Name of the folder, or more if the file requires it.
 fn name(path: &str) -> String {
     match path.split_once('/') {
         Some((folder, "machine")) => folder.to_owned(),

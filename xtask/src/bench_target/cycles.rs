@@ -1,31 +1,29 @@
-//! Cycles of a run of instructions, as the technical reference manual of the Cortex-M4 gives them: no
-//! wait states, neither of a flash nor of a bus. A model, not a measurement.
+//! Cycles of a sequence of instructions according to the technical reference manual of the Cortex-M4: no wait states of
+//! a flash or a bus. A model, not a measurement.
 //!
-//! Not counted: a cycle for an address that the instruction before has computed, contention of loads
-//! with the fetching of instructions, IT instructions that take none. Counted in full: instructions
-//! that the condition of an IT passes over.
+//! Not counted: a cycle for an address computed by the previous instruction, contention between loads and instruction
+//! fetch, IT instructions that take no cycle. Counted in full: instructions skipped by the condition of an IT.
 
 use super::instruction::{Instruction, Kind};
 use std::collections::BTreeMap;
 
-/// Cycles that a taken branch takes to fill the pipeline: 1 to 3 by the manual.
+/// Cycles needed to refill the pipeline after a taken branch: 1 to 3 according to the manual.
 const REFILL: u32 = 2;
 
-/// What a run costs.
+/// Cost of a sequence.
 #[derive(Clone, Default, PartialEq, Eq, Debug)]
 pub struct Cost {
     pub instructions: u32,
     pub cycles: u32,
-    /// How many of each kind, and their cycles.
+    /// Number of instructions of each kind, and their cycles.
     pub kinds: BTreeMap<Kind, (u32, u32)>,
-    /// Cycles of them that a floating-point result was waited for.
+    /// Cycles spent waiting for a floating-point result.
     pub waits: u32,
-    /// Cycles of them after taken branches.
+    /// Cycles spent after taken branches.
     pub refills: u32,
 }
 
-/// What `steps`, instructions with their addresses in the order of execution, cost before `end` is
-/// executed.
+/// Cost of `steps`, instructions with their addresses in the order of execution, until `end` is executed.
 pub fn cost(steps: &[(u32, Instruction)], end: u32) -> Cost {
     let mut cost = Cost::default();
     let next = steps.iter().skip(1).map(|(address, _)| *address);
@@ -61,7 +59,7 @@ mod tests {
     use super::{Kind, cost};
     use crate::bench_target::instruction::Instruction;
 
-    /// The encodings one behind the other, from address 0 on.
+    /// Consecutive encodings, starting at address 0.
     fn run(code: &[(u16, u16)]) -> super::Cost {
         let mut address = 0;
         let mut steps = Vec::new();

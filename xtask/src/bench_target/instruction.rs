@@ -1,8 +1,8 @@
-//! Instructions of the Cortex-M4F as far as their timing goes: which kind, how many cycles, which
-//! registers matter (encodings: Arm v7-M architecture reference manual, A5 and A7; cycles: technical
-//! reference manual of the Cortex-M4, instruction set summary and floating-point unit).
+//! Instructions of the Cortex-M4F as far as needed for timing: kind, cycles, relevant registers (encodings: Arm v7-M
+//! architecture reference manual, A5 and A7; cycles: technical reference manual of the Cortex-M4, instruction set
+//! summary and floating-point unit).
 
-/// What an instruction is, for a table of what costs what.
+/// Kind of an instruction, for a table of costs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
     Data,
@@ -50,26 +50,26 @@ impl Kind {
 /// One instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Instruction {
-    /// Its length.
+    /// Length in bytes.
     pub bytes: u32,
     pub kind: Kind,
-    /// Without what its neighbours add or save.
+    /// Cycles without the effects of neighbouring instructions.
     pub cycles: u32,
-    /// One cycle less directly behind a load or store that lets it.
+    /// Takes one cycle less directly after a load or store that permits it.
     pub overlaps: bool,
-    /// Lets the load or store behind it overlap.
+    /// Permits the following load or store to overlap.
     pub lets_overlap: bool,
     /// Core registers that it loads, one bit each.
     pub loads: u16,
-    /// Core registers that its address is made of.
+    /// Core registers used for its address.
     pub address: u16,
-    /// Floating-point registers that arithmetic writes: whoever uses them next waits.
+    /// Floating-point registers written by arithmetic: the next user waits.
     pub result: u32,
     /// Floating-point registers that it reads.
     pub reads: u32,
 }
 
-/// Cycles of UDIV and SDIV, 2 to 12 by their operands: the most.
+/// Cycles of UDIV and SDIV, 2 to 12 depending on the operands: the maximum.
 const DIVIDE: u32 = 12;
 
 impl Instruction {
@@ -87,7 +87,7 @@ impl Instruction {
         }
     }
 
-    /// From its first halfword and the one behind; `None` where no timing is known.
+    /// Decodes the first halfword and the next one; `None` if no timing is known.
     pub fn decode(first: u16, second: u16) -> Option<Self> {
         if first >> 11 < 0b11101 {
             narrow(first)
@@ -202,7 +202,7 @@ fn float(first: u16, second: u16) -> Option<Instruction> {
     let (f, s) = (u32::from(first), u32::from(second));
     let double = s & 0x0100 != 0;
     let new = |kind, cycles| Instruction::new(4, kind, cycles);
-    // Numbers of single registers; the low bit stands apart.
+    // Numbers of single registers have their low bit in a separate place.
     let d = if double {
         2 * (s >> 12 | (f >> 6 & 1) << 4)
     } else {
@@ -293,7 +293,7 @@ mod tests {
         Instruction::decode(first, second).map(|i| (i.kind, i.cycles))
     }
 
-    /// Encodings as GNU as gives them.
+    /// Encodings as produced by GNU as.
     #[test]
     fn integer_instructions_have_the_cycles_of_the_manual() {
         for (encoding, expected) in [
@@ -367,7 +367,7 @@ mod tests {
                 "{encoding:04x?}"
             );
         }
-        // vadd.f64 d0, d0, d1: there is none on a Cortex-M4F.
+        // vadd.f64 d0, d0, d1: does not exist on a Cortex-M4F.
         assert_eq!(of(0xEE30, 0x0B01), None);
     }
 

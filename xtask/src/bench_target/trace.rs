@@ -9,16 +9,15 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{ChildStderr, Stdio};
 
-/// `mov r8, r8`, which stands before and behind what is counted, and nowhere else.
+/// `mov r8, r8`, which occurs only before and after the counted code.
 const MARK: u16 = 0x46C0;
-/// Between mark and what is counted the counter is read, on both sides.
+/// The counter is read between the mark and the counted code, on both sides.
 const READS: usize = 2;
 
-/// What the calls cost that the program makes when it is traced, by the key of their figure.
+/// Costs of the calls made by the program when it is traced, by the key of their figure.
 ///
 /// # Errors
-/// QEMU does not start, the program ends with a message, or the trace does not show the instructions
-/// that were counted.
+/// If QEMU does not start, the program ends with a message, or the trace does not contain the counted instructions.
 pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
     let program = Program::read(path)?;
     let mut child = qemu::board(path)
@@ -38,7 +37,7 @@ pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
         printed.read_to_string(&mut text).map(|_| text)
     });
     let costs = between_marks(&program, trace);
-    // After an error nobody reads on.
+    // After an error nothing reads the rest.
     if costs.is_err() {
         let _ = child.kill();
     }
@@ -51,8 +50,8 @@ pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
     by_key(&text, costs)
 }
 
-/// What each run of instructions between two marks costs; without the reads of the counter, and
-/// without the run of nothing else, which is there to see what counting itself takes.
+/// Costs of the sequences between two marks, without the reads of the counter, and without the empty sequence that
+/// measures the cost of counting itself.
 fn between_marks(program: &Program, trace: ChildStderr) -> Result<Vec<Cost>, String> {
     let mut runs = Runs::default();
     let mut last = None;
@@ -66,7 +65,7 @@ fn between_marks(program: &Program, trace: ChildStderr) -> Result<Vec<Cost>, Str
             _ => Logged::read(&line),
         };
         match logged {
-            // It was about to be executed when QEMU stopped, and is logged once more.
+            // It was about to be executed when QEMU stopped, and is logged again.
             Logged::Undone(address) if last == Some(address) => last = None,
             Logged::Undone(address) => {
                 return Err(format!(
@@ -84,16 +83,16 @@ fn between_marks(program: &Program, trace: ChildStderr) -> Result<Vec<Cost>, Str
     }
 }
 
-/// Runs between two marks, from the addresses of all instructions one after the other.
+/// Sequences between two marks, from the addresses of all instructions in order.
 #[derive(Default)]
 struct Runs {
     known: HashMap<u32, Found>,
-    /// Behind a first mark.
+    /// After a first mark.
     steps: Option<Vec<(u32, Instruction)>>,
     costs: Vec<Cost>,
 }
 
-/// What is at an address.
+/// Content of an address.
 #[derive(Clone, Copy)]
 enum Found {
     Mark,
@@ -132,12 +131,12 @@ impl Runs {
     }
 }
 
-/// What a line of the trace says.
+/// Meaning of a line of the trace.
 #[derive(PartialEq, Eq, Debug)]
 enum Logged {
     /// The instruction at an address is about to be executed.
     Step(u32),
-    /// It was not, or will be again.
+    /// It was not executed, or will be again.
     Undone(u32),
     Other,
 }
@@ -162,7 +161,7 @@ impl Logged {
     }
 }
 
-/// Gives each cost to the key that was printed next, behind lines `call COUNT`, one for each.
+/// Assigns each cost to the next printed key, which follows lines `call COUNT`, one for each.
 fn by_key(printed: &str, costs: Vec<Cost>) -> Result<Vec<(String, Vec<Cost>)>, String> {
     let mut keys = Vec::new();
     let mut costs = costs.into_iter();

@@ -1,4 +1,4 @@
-//! The library for a Cortex-M4F: linked, and looked into.
+//! The library for a Cortex-M4F, linked and analysed.
 
 use super::FRAME;
 use super::build::{self, Capacities};
@@ -9,7 +9,7 @@ use crate::process::{has, judged, root, run, target};
 use std::path::Path;
 use std::process::Command;
 
-/// Functions that are not for the servo loop: they read a whole blob, or write texts.
+/// Functions not intended for the servo loop: they read a whole blob, or write texts.
 const NOT_IN_THE_LOOP: [&str; 5] = [
     "trueaxis_tables_load",
     "trueaxis_tables_load_slot",
@@ -19,7 +19,7 @@ const NOT_IN_THE_LOOP: [&str; 5] = [
 ];
 
 /// # Errors
-/// It does not build; a function of the loop can panic or calls through a pointer; a frame is too large.
+/// If it does not build, a function of the loop can panic or calls through a pointer, or a frame is too large.
 pub fn check() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
     let library = build::bare_library(&cross, "3", &Capacities::USUAL)?;
@@ -62,10 +62,10 @@ pub fn check() -> Result<(), String> {
     Ok(())
 }
 
-/// Links a program that has these functions and all that they reach.
+/// Links a program with these functions and everything they reach.
 ///
 /// # Errors
-/// There is no linker, or one of them is not in the library.
+/// If there is no linker, or one of them is not in the library.
 pub fn link<'f>(
     library: &Path,
     functions: impl IntoIterator<Item = &'f str>,
@@ -73,7 +73,7 @@ pub fn link<'f>(
 ) -> Result<Program, String> {
     let linked = target(name);
     let mut link = linker()?;
-    // Older linkers do not look into an archive for what they link.
+    // Older linkers do not search an archive for the requested symbols.
     link.args(["-m", "armelf", "--gc-sections"])
         .arg("-o")
         .arg(&linked);
@@ -87,17 +87,17 @@ pub fn link<'f>(
     Program::read(&linked)
 }
 
-/// Names of all functions in the header but those of simulated machines.
+/// Names of all functions in the header except those of simulated machines.
 fn functions() -> Result<Vec<String>, String> {
     let path = root().join("firmware/capi/trueaxis.h");
     let text = files::read_text(&path)?;
     let calls = text.match_indices("trueaxis_").filter_map(|(place, _)| {
         let rest = &text[place..];
         let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))?;
-        // A declaration: at the begin of a line there is the type that it returns.
+        // A declaration: its line begins with the return type.
         let line = text[..place].rsplit('\n').next()?;
         let declares = rest[end..].starts_with('(') && !line.starts_with([' ', '*', '/', '#']);
-        // What the feature `model` adds is for desktops.
+        // Functions of the feature `model` are for desktops.
         let declares = declares && !rest.starts_with("trueaxis_model_");
         declares.then(|| rest[..end].to_owned())
     });

@@ -1,11 +1,11 @@
-//! The library, for this computer and for a Cortex-M4F, and how much it holds.
+//! Builds the library for this computer and for a Cortex-M4F, with its capacities.
 
 use crate::cross::Cross;
 use crate::process::{cargo, root, run, target};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// How much the library holds, by the environment variable and macro of each number.
+/// Capacities of the library, by the name of their environment variable and macro.
 #[derive(Clone, Copy)]
 pub struct Capacities(pub [(&'static str, u32); 5]);
 
@@ -27,7 +27,7 @@ impl Capacities {
     /// Sets the number of an option: `--axes` for `TRUEAXIS_AXES`.
     ///
     /// # Errors
-    /// There is no such option, or it is not a number.
+    /// If there is no such option, or it is not a number.
     pub fn set(&mut self, option: &str, number: &str) -> Result<(), String> {
         let known = self
             .0
@@ -40,17 +40,17 @@ impl Capacities {
         Ok(())
     }
 
-    /// What builds a library with these.
+    /// Sets up a command to build a library with these capacities.
     pub fn build_with(&self, command: &mut Command) {
         for (name, value) in self.0 {
             command.env(name, value.to_string());
         }
     }
 
-    /// The header with these instead of the usual ones.
+    /// The header with these capacities instead of the defaults.
     ///
     /// # Errors
-    /// It does not define one of them as expected.
+    /// If it does not define one of them as expected.
     pub fn header(&self, committed: &str) -> Result<String, String> {
         let mut header = committed.to_owned();
         for ((name, value), (_, usual)) in self.0.into_iter().zip(Self::USUAL.0) {
@@ -70,10 +70,10 @@ pub fn option(capacity: &str) -> String {
     format!("--{name}")
 }
 
-/// Builds the static and the shared library for this computer; the folder that has them.
+/// Builds the static and the shared library for this computer; returns their folder.
 ///
 /// # Errors
-/// They do not build.
+/// If they do not build.
 pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
     let folder = target("capi");
     let mut build = cargo();
@@ -88,10 +88,10 @@ pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
     Ok(folder.join("dist"))
 }
 
-/// Builds the static library for a Cortex-M4F, for size (`s`) or for speed (`3`); the library.
+/// Builds the static library for a Cortex-M4F, optimised for size (`s`) or for speed (`3`); returns its path.
 ///
 /// # Errors
-/// It does not build.
+/// If it does not build.
 pub fn bare_library(
     cross: &Cross,
     optimised: &str,
@@ -103,7 +103,7 @@ pub fn bare_library(
         .args(["--crate-type", "staticlib", "--manifest-path"])
         .arg(root().join("firmware/capi/Cargo.toml"))
         .env("CARGO_PROFILE_DIST_OPT_LEVEL", optimised)
-        // How much stack each function takes is written by an unstable option only.
+        // Stack sizes of functions are only written by an unstable option.
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", "-Zemit-stack-sizes");
     capacities.build_with(&mut build);

@@ -1,4 +1,4 @@
-//! Programs in C and C++ over the C interface.
+//! Programs in C and C++ that use the C interface.
 
 use super::FRAME;
 use crate::packages;
@@ -6,7 +6,7 @@ use crate::process::{root, run, target};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Flags under which a program compiles without a warning and runs under the address and undefined-behaviour sanitizers.
+/// Flags for compiling without warnings and running with the address and undefined-behaviour sanitizers.
 const SANITIZED: [&str; 8] = [
     "-Wall",
     "-Wextra",
@@ -21,7 +21,7 @@ const SANITIZED: [&str; 8] = [
 /// Installs the compilers if they are missing.
 ///
 /// # Errors
-/// They cannot be installed.
+/// If they cannot be installed.
 pub fn compilers(what_for: &str) -> Result<(), String> {
     for program in ["gcc", "g++"] {
         packages::provide(program, &["gcc", "g++", "libc6-dev"], what_for)?;
@@ -29,7 +29,7 @@ pub fn compilers(what_for: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// A program over the C interface.
+/// A program that uses the C interface.
 pub struct CProgram {
     command: Command,
 }
@@ -43,14 +43,14 @@ impl CProgram {
         program
     }
 
-    /// Under the address and undefined-behaviour sanitizers.
+    /// With the address and undefined-behaviour sanitizers.
     pub fn sanitized(compiler: &str, standard: &str) -> Self {
         let mut program = Self::plain(compiler, &[standard]);
         program.command.args(SANITIZED);
         program
     }
 
-    /// No stack frame is larger than one of the library.
+    /// Limits stack frames to the size permitted for the library.
     pub fn frames(&mut self) {
         self.command.arg(format!("-Wframe-larger-than={FRAME}"));
     }
@@ -67,10 +67,10 @@ impl CProgram {
         self.command.args(files);
     }
 
-    /// Links it with the library that is in a folder; the program of this name.
+    /// Links it with the library in a folder; returns the program with this name.
     ///
     /// # Errors
-    /// It does not compile.
+    /// If it does not compile.
     pub fn link(mut self, libraries: &Path, name: impl AsRef<Path>) -> Result<PathBuf, String> {
         let program = target("capi").join(name);
         self.command

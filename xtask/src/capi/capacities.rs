@@ -1,4 +1,4 @@
-//! Libraries with other capacities than the usual ones.
+//! Libraries with non-default capacities.
 
 use super::build::{self, Capacities};
 use super::{CProgram, blob};
@@ -6,14 +6,14 @@ use crate::process::{root, said};
 use std::path::Path;
 use std::process::Command;
 
-/// What the blob `huron-13` needs, and nothing more.
+/// Exactly the requirements of the blob `huron-13`.
 pub const LEAST: Capacities = Capacities::of([5, 4, 16, 14, 0]);
 
-/// A program for the capacities of its library runs; one for others is refused, and so is a blob that needs more,
-/// each by the name of the capacity.
+/// A program built for the capacities of its library runs. A program for others is refused, and so is a blob that needs
+/// more, each with the name of the capacity.
 ///
 /// # Errors
-/// What does not build, or is not refused like that.
+/// If something does not build, or is not refused as expected.
 pub fn check() -> Result<(), String> {
     let libraries = build::libraries(&LEAST)?;
     says(&libraries, &LEAST, "huron-13", "corrected")?;
@@ -39,7 +39,7 @@ pub fn check() -> Result<(), String> {
     Ok(())
 }
 
-/// Compiles the test for some capacities, and looks for a text in what it prints of a blob.
+/// Compiles the test for given capacities, and looks for a text in its output for a blob.
 fn says(
     libraries: &Path,
     capacities: &Capacities,

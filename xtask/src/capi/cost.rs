@@ -1,4 +1,4 @@
-//! What an update through the C border costs beside the Rust one in it: instructions, by callgrind.
+//! Cost of an update through the C interface compared with the Rust update inside it: instructions, by callgrind.
 
 use super::build::{self, Capacities};
 use super::{CProgram, blob};
@@ -6,11 +6,11 @@ use crate::callgrind;
 use crate::process::root;
 use std::process::Command;
 
-/// Periods of `soft_motion` in 5 s.
+/// Number of periods of `soft_motion` in 5 s.
 const PERIODS: f64 = 20_000.0;
 
 /// # Errors
-/// What does not build or cannot be counted.
+/// If something does not build or cannot be counted.
 pub fn print() -> Result<(), String> {
     let libraries = build::libraries(&Capacities::USUAL)?;
     let mut program = CProgram::plain("gcc", &["-std=c99", "-O2"]);

@@ -6,7 +6,7 @@ use crate::process::root;
 use std::fs;
 use std::os::unix::fs::symlink;
 
-/// Names of the shared library: what is linked with, what a program asks for, and the file.
+/// Names of the shared library: the linker name, the name that programs request, and the file.
 const SHARED: [&str; 3] = [
     "libtrueaxis.so",
     "libtrueaxis.so.0",
@@ -14,7 +14,7 @@ const SHARED: [&str; 3] = [
 ];
 
 /// # Errors
-/// What does not build or cannot be written.
+/// If something does not build or cannot be written.
 pub fn execute(options: &[&str]) -> Result<(), String> {
     let (prefix, capacities) = read(options)?;
     let prefix = std::path::absolute(prefix).map_err(|e| format!("{prefix}: {e}"))?;
@@ -48,7 +48,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// Where to, and how much the library is to hold.
+/// Reads the destination and the capacities.
 fn read<'o>(options: &[&'o str]) -> Result<(&'o str, Capacities), String> {
     let (mut prefix, mut capacities) = (None, Capacities::USUAL);
     for pair in options.chunks(2) {

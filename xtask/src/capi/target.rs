@@ -1,4 +1,4 @@
-//! What the library takes on a Cortex-M4F: flash of a program that links what a loop needs, memory, and
+//! Costs of the library on a Cortex-M4F: flash of a program with the functions needed by a loop, memory, and
 //! instructions of an update, counted in QEMU.
 
 use super::bare::link;
@@ -9,7 +9,7 @@ use crate::figures::Figures;
 use crate::process::{judged, run};
 use crate::qemu;
 
-/// What a program links that loads tables and corrects.
+/// Functions linked by a program that loads tables and corrects.
 const LINKED: [&str; 6] = [
     "trueaxis_tables_new",
     "trueaxis_tables_load",
@@ -18,15 +18,15 @@ const LINKED: [&str; 6] = [
     "trueaxis_servo_update_f32",
     "trueaxis_servo_status",
 ];
-/// Most bytes of constants in it: no image of an object is among them.
+/// Maximum size of its constants, bytes: they contain no image of an object.
 const CONSTANTS: u32 = 4096;
-/// Most instructions of an update in floats, in per cent of those of the Rust servo.
+/// Maximum instructions of an update in floats, in per cent of those of the Rust servo.
 const SINGLE: u64 = 125;
-/// How the programs are optimised, and the profile of the board's workspace that does it.
+/// Optimisation levels of the programs, and the corresponding profile in the board's workspace.
 const OPTIMISED: [(&str, &str); 2] = [("s", "release"), ("3", "fast")];
 
 /// # Errors
-/// What does not build or run; constants or instructions beyond their limit.
+/// If something does not build or run, or constants or instructions exceed their limit.
 pub fn print() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
@@ -93,7 +93,7 @@ pub fn print() -> Result<(), String> {
     judged(&wrong)
 }
 
-/// Builds the program that counts, and runs it.
+/// Builds and runs the counting program.
 fn measure(cross: &Cross, profile: &str, capacities: &Capacities) -> Result<Figures, String> {
     let words = format!("build -q --profile {profile} -p trueaxis-bench-target --bin capi");
     let (mut build, folder) = cross.cargo("stm32f405", &words);

@@ -1,4 +1,4 @@
-//! Corrected programs in `rs274`: every end point is the original's with the correction that `trueaxis eval` gives.
+//! Corrected programs in `rs274`: every end point is the original's plus the correction given by `trueaxis eval`.
 
 use super::{correct, is_flat, plain_copy, programs, rs274};
 use crate::process::{output, said};
@@ -8,13 +8,13 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Where the zero of the programs lies in the travel of `mill-21`.
+/// Zero of the programs in the travel of `mill-21`.
 const ZERO: [f64; 3] = [200.0, 100.0, -200.0];
-/// At least so many programs are for three axes, flat, and fit there.
+/// Minimum number of programs that are for three axes, flat, and fit there.
 const LEAST: usize = 8;
 
 /// # Errors
-/// An end point that is not where it should be.
+/// If an end point is wrong.
 pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
     let blob = super::compensation(trueaxis, work)?;
     let [x, y, z] = ZERO;
@@ -36,7 +36,7 @@ pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
         let _ = fs::remove_file(&out);
         let done = said(&mut correct(trueaxis, &copy, &out, &blob, &setup))?;
         if !done.status.success() {
-            // For other axes, or beyond the travel: the comparison of interpreters tells what is refused.
+            // For other axes, or beyond the travel: the comparison of interpreters reports what is refused.
             if out.exists() {
                 return Err(format!("{}: refused, and written", path.display()));
             }
@@ -60,11 +60,11 @@ pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
         let (mut from, mut stood) = ([0.0; 9], [0.0; 9]);
         for (motion, correction) in before.iter().zip(corrections) {
             let expected: Vec<f64> = (0..3).map(|i| motion.to[i] + correction[i]).collect();
-            // Half a digit each of what is read, what is written, and the two that are printed.
+            // Half a digit each for the number read, the number written, and the two printed.
             let digits = 2.2 * motion.digits + 1e-4;
             let arrives = |m: &rs274::Motion| {
                 (0..3).all(|i| {
-                    // An axis that nobody has commanded yet stands still during a rapid.
+                    // An axis that has not been commanded yet does not move during a rapid.
                     let held = motion.kind == "rapid" && motion.to[i] == from[i];
                     (m.to[i] - expected[i]).abs() <= digits || held && m.to[i] == stood[i]
                 })

@@ -1,23 +1,23 @@
-//! LinuxCNC's demonstrations of five axes, corrected and checked with the exact machine.
+//! LinuxCNC's five-axis demonstrations, corrected and checked with the exact machine.
 
 use super::{correct, programs};
 use crate::process::{root, said};
 use crate::{blob, files};
 use std::path::Path;
 
-/// Programs of the package, under tool-centre-point control (M428), and what may be left at the tip (µm): the tolerance
-/// of the program and that of the tables, and where arcs become chords the sagitta of these.
+/// Programs of the package, under tool-centre-point control (M428), and the permitted remaining error at the tip (µm):
+/// the tolerance of the program plus that of the tables, and plus the sagitta where arcs become chords.
 const DEMONSTRATIONS: [(&str, f64); 2] = [
     ("demos/boat-xyzac.ngc", 0.5 + 0.1 + 1.0),
     ("demos/impeller-7bl-xyzac.ngc", 0.5 + 0.1),
 ];
-/// Where the zero of the part is: near the axes of the trunnion, so that it stays in the travel at all angles.
+/// Zero of the part: near the axes of the trunnion, so that it stays in the travel at all angles.
 const SETUP: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\nC = 0\ntool = 1\n\
 travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\nX = 200\nY = 150\nZ = -160\n\
 [tool.1]\nlength = 100\n";
 
 /// # Errors
-/// A program that is refused, whose check does not hold, or on whose path more is left.
+/// If a program is refused, fails its check, or leaves a larger error on its path.
 pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
     let example = root().join("examples/linuxcnc-xyzac-trt");
     let [machine, errors] = ["machine-endless.toml", "errors-11.toml"].map(|f| example.join(f));

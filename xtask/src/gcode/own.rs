@@ -1,4 +1,4 @@
-//! Words that no program of the package has, beside `rs274` too.
+//! Words that occur in no program of the package, also compared with `rs274`.
 
 use super::{moves, rs274, same};
 use crate::files;
@@ -6,20 +6,20 @@ use crate::process::{example, said};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// So many programs of all modes, offsets, arcs, cycles and rotary moves.
+/// Number of random programs with all modes, offsets, arcs, cycles and rotary moves.
 const RANDOM: usize = 300;
 
-/// Offsets that share their place (G52, G92), and a tool that the program sets.
+/// Offsets that share storage (G52, G92), and a tool set by the program.
 const OFFSETS: &str = "G21 G90 F100\nG0 X1 Y2 Z3\nG52 X10 Z1\nG0 X1 Z1\nG92 Y5\nG0 X0 Y0\nG92.2\nG0 X0 Y0\nG92.3\nG0 X0 Y1\n\
 G52 X0 Y0 Z0\nG0 X1 Y1 Z1\nG92 X7\nG92.2\nG92.2\nG92.3\nG0 X8\nG1 X9\nG10 L1 P1 Z5\nG43 H1\nG0 Z0\nG10 L1 P1 X0.5\nG43 H1\n\
 G1 X0 Y3\nG49\nG1 X2 Z2\nG20\nG52 X1 Y-1\nF10\nG1 X0.5 Y0.25\nM2\n";
 
-/// An axis that goes round for ever.
+/// An endless axis.
 const WRAPPED: &str = "G21 G90 F100\nG1 C90\nC-90\nG0 C10\nG92 C20\nC30\nC-350\nG91 C5\nG90 C-0\nC0\nC350\nC-10 X1\nG91\nC-400\n\
 G90\nG1 C20 X2\nM2\n";
 
 /// # Errors
-/// A motion that differs.
+/// If a motion differs.
 pub fn check(work: &Path) -> Result<(), String> {
     let write = |name: &str, text: &str| {
         let path = work.join(name);
@@ -42,7 +42,7 @@ pub fn check(work: &Path) -> Result<(), String> {
             &["--wrapped=C"],
         ),
     ] {
-        // What the last run has stored.
+        // Stored by the last run.
         let _ = fs::remove_file(&parameters);
         let program = write(name, text)?;
         let ours = moves(std::slice::from_ref(&program), options)?;
@@ -62,7 +62,7 @@ fn random(work: &Path) -> Result<(), String> {
     if !written.is_empty() {
         return Err(written);
     }
-    // The stand-alone program tells an offset of a tool in its own way.
+    // The stand-alone program reports tool offsets differently.
     let tools = folder.join("random.tbl");
     files::write(&tools, "T1 P1 Z0\n")?;
     let paths = (0..RANDOM).map(|seed| folder.join(format!("{seed}.ngc")));

@@ -1,4 +1,4 @@
-//! What LinuxCNC's stand-alone interpreter makes of a program: canonical commands, as motions of the machine.
+//! Output of LinuxCNC's stand-alone interpreter for a program: canonical commands, as motions of the machine.
 
 use crate::process::said;
 use std::path::Path;
@@ -15,13 +15,13 @@ pub struct Motion {
     pub feed: f64,
     /// Turns (negative clockwise) and centre of an arc.
     pub arc: Option<[f64; 3]>,
-    /// Half of the fourth decimal that `rs274` prints (mm), of each number that a coordinate is made of: the position and
-    /// the offsets, in the unit that each was printed in.
+    /// Half of the fourth decimal printed by `rs274` (mm), for each number in a coordinate: the position and the
+    /// offsets, in the unit in which each was printed.
     pub digits: f64,
 }
 
 impl Motion {
-    /// A line of `gcode_moves`.
+    /// Parses a line of `gcode_moves`.
     pub fn read(line: &str) -> Option<Self> {
         let mut words = line.split(' ');
         let kind = words.next()?.to_owned();
@@ -40,7 +40,7 @@ impl Motion {
         self.arc.is_some()
     }
 
-    /// What differs by more than the digits that are printed.
+    /// Reports differences larger than the printed digits.
     pub fn same(&self, rival: &Self) -> Result<(), String> {
         // A tenth more, for our fifth decimal.
         let digits = 1.1 * rival.digits;
@@ -72,10 +72,10 @@ impl Motion {
     }
 }
 
-/// What holds between a printed coordinate and the machine.
+/// Offsets between a printed coordinate and the machine.
 struct Offsets {
     unit: f64,
-    /// Those of them that are not 0 were printed in these units: `g5x`, `g92`, `tool`.
+    /// Units in which the non-zero ones were printed: `g5x`, `g92`, `tool`.
     printed: [f64; 3],
     g5x: [f64; 9],
     g92: [f64; 9],
@@ -102,13 +102,13 @@ impl Offsets {
         };
     }
 
-    /// Half of the digits of all numbers that a position is made of (mm).
+    /// Half of the last digits of all numbers that make up a position (mm).
     fn digits(&self) -> f64 {
         let (s, c) = self.rotation.to_radians().sin_cos();
         0.5e-4 * (s.abs() + c.abs()) * (self.unit + self.printed.iter().sum::<f64>())
     }
 
-    /// Printed lengths are in another unit from here on; those of offsets are printed anew or keep their length.
+    /// Printed lengths use another unit from here on; those of offsets are printed again or keep their length.
     fn change_unit(&mut self, unit: f64) {
         let factor = self.unit / unit;
         for offsets in [&mut self.g5x, &mut self.g92, &mut self.tool] {
@@ -120,10 +120,10 @@ impl Offsets {
     }
 }
 
-/// Interprets a program, with a configuration where there is one.
+/// Interprets a program, with a configuration if there is one.
 ///
 /// # Errors
-/// What `rs274` refuses.
+/// If `rs274` refuses it.
 pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motion>, String> {
     let mut command = Command::new("rs274");
     command
@@ -134,7 +134,7 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
     if let Some(ini) = ini {
         command.arg("-i").arg(ini);
     }
-    // It writes a file of parameters where it is.
+    // It writes a file of parameters into its working folder.
     command.current_dir(program.parent().unwrap_or(Path::new(".")));
     let said = said(&mut command)?.output;
     let mut offsets = Offsets {

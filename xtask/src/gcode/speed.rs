@@ -1,4 +1,4 @@
-//! How fast programs are corrected, beside `rs274` in one run, and how much memory a long one takes.
+//! Speed of correcting programs compared with `rs274` in one run, and the memory needed for a long one.
 
 use super::correct;
 use crate::files;
@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// How many times each is run; the fastest counts.
+/// Number of runs of each; the fastest counts.
 const RUNS: usize = 5;
-/// A corrected program is to be ready in a quarter of the time that `rs274` takes to interpret the original.
+/// Correcting a program may take at most a quarter of the time that `rs274` needs to interpret the original.
 const LEAST: f64 = 4.0;
-/// What the memory of a long program may differ from that of a short one: pages that the allocator keeps (kB).
+/// Permitted memory difference between a long and a short program: pages kept by the allocator (kB).
 const PAGES: u64 = 1024;
 
-/// A program of short moves of three axes, none of which needs a cut.
+/// A program of short moves of three axes, none of which needs to be cut.
 fn program(path: &Path, megabytes: u64) -> Result<(), String> {
     let failed = |e: std::io::Error| format!("{}: {e}", path.display());
     let mut file = BufWriter::new(File::create(path).map_err(failed)?);
@@ -38,11 +38,11 @@ fn program(path: &Path, megabytes: u64) -> Result<(), String> {
     file.flush().map_err(failed)
 }
 
-/// What a run takes.
+/// Cost of a run.
 #[derive(Clone, Copy)]
 struct Took {
     time: Duration,
-    /// The most memory (kB), where the system tells.
+    /// Maximum memory (kB), if the system reports it.
     memory: u64,
 }
 
@@ -114,7 +114,7 @@ impl<'w> Bench<'w> {
         )
     }
 
-    /// Both in turn, so that what else the computer does slows both; the fastest of each.
+    /// Runs both alternately, so that other activity slows both; takes the fastest of each.
     fn race(&self) -> Result<(), String> {
         program(&self.long, 6)?;
         let (mut ours, mut rival) = (Duration::MAX, Duration::MAX);
@@ -134,7 +134,7 @@ impl<'w> Bench<'w> {
         }
     }
 
-    /// A short and a long program: the same memory.
+    /// A short and a long program must need the same memory.
     fn memory(&self, what: &str, sizes: [u64; 2], options: &[&str]) -> Result<(), String> {
         let mut most = Vec::new();
         for megabytes in sizes {
@@ -157,7 +157,7 @@ impl<'w> Bench<'w> {
 /// Prints times, the ratio, and memory.
 ///
 /// # Errors
-/// What cannot be built or run, too slow, or with memory that grows.
+/// If something cannot be built or run, is too slow, or needs more and more memory.
 pub fn measure(work: &Path) -> Result<(), String> {
     let bench = Bench::new(work)?;
     let done = bench

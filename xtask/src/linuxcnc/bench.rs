@@ -1,5 +1,5 @@
-//! LinuxCNC with the component, apart from any other on this computer: with modules, shared memory, processes and
-//! `/tmp` of its own.
+//! LinuxCNC with the component, isolated from any other on this computer: with its own modules, shared memory,
+//! processes and `/tmp`.
 
 use crate::process::{self, is_root, output, root, run, target, works};
 use crate::{capi, files, packages};
@@ -9,14 +9,14 @@ use std::process::{Command, Stdio};
 
 /// Where LinuxCNC looks for components.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
-/// Seconds after which a run has hung.
+/// Seconds after which a run counts as hung.
 const LONGEST: &str = "400";
-/// What runs inside: `sh -c INSIDE sh BUILT MODULES WORK PROGRAM…`. The work folder is `/tmp` there, which any user can
-/// reach: LinuxCNC's real-time process leaves root.
+/// The command inside: `sh -c INSIDE sh BUILT MODULES WORK PROGRAM…`. The work folder is `/tmp` there, accessible to
+/// any user, because LinuxCNC's real-time process drops root.
 const INSIDE: &str =
     "mount --bind \"$1\" \"$2\" && mount --bind \"$3\" /tmp && cd /tmp && shift 3 && exec \"$@\"";
 
-/// What the tests need.
+/// Environment of the tests.
 pub struct Bench {
     /// `/tmp` of the runs.
     work: PathBuf,
@@ -26,7 +26,7 @@ pub struct Bench {
 
 impl Bench {
     /// # Errors
-    /// What cannot be installed or built.
+    /// If something cannot be installed or built.
     pub fn provide() -> Result<Self, String> {
         if !works(Command::new("halcompile").arg("--help")) {
             packages::install(
@@ -72,7 +72,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// Does something with another component in the place of the one that was built.
+    /// Runs `f` with another component in place of the built one.
     pub fn with_module<T>(
         &self,
         module: &Path,
@@ -91,29 +91,29 @@ impl Bench {
         self.work.join(name)
     }
 
-    /// Writes one.
+    /// Writes such a file.
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), String> {
         files::write(&self.file(name), contents)
     }
 
-    /// Copies one there.
+    /// Copies a file there.
     pub fn copy(&self, from: &str, name: &str) -> Result<(), String> {
         files::copy(&root().join(from), &self.file(name))
     }
 
-    /// What the command `trueaxis` prints.
+    /// Output of the command `trueaxis`.
     pub fn trueaxis(&self, words: &[&str]) -> Result<String, String> {
         let mut command = Command::new(&self.trueaxis);
         command.args(words).current_dir(&self.work);
         output(&mut command)
     }
 
-    /// Runs a program of LinuxCNC; what it and its parts say.
+    /// Runs a program of LinuxCNC; returns the output of all its parts.
     pub fn inside(&self, program: &[&str]) -> Result<String, String> {
         let mut command = Command::new("timeout");
         command.args(["-k", "5", LONGEST]);
         if !is_root() {
-            // Namespaces of one's own, for which some systems ask root.
+            // Separate namespaces, for which some systems require root.
             command.args(["sudo", "-n", "-E"]);
         }
         command
@@ -136,14 +136,14 @@ impl Bench {
             .status()
             .map_err(|e| format!("`timeout` does not start: {e}"))?;
         let said = String::from_utf8_lossy(&files::read(&log)?).into_owned();
-        // Ended, or after five more seconds killed.
+        // Terminated, or killed after five more seconds.
         if matches!(status.code(), Some(124 | 137) | None) {
             return Err(format!("hangs after {LONGEST} s:\n{said}"));
         }
         Ok(said)
     }
 
-    /// Runs lines of HAL; what was said.
+    /// Runs lines of HAL; returns the output.
     pub fn halrun(&self, lines: &str) -> Result<String, String> {
         self.write("test.hal", lines)?;
         self.inside(&["halrun", "-f", "/tmp/test.hal"])

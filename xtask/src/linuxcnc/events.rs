@@ -1,4 +1,4 @@
-//! Whatever an operator can do, at any moment: no correction steps, and there is no following error.
+//! Anything an operator can do, at any moment: no correction steps, and there is no following error.
 
 use super::bench::Bench;
 use super::motion::compile;
@@ -7,7 +7,7 @@ use super::run::{JOINTS, PERIOD, Run};
 use crate::files;
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     compile(bench, "EXX1 = -45e-6", "first.trax")?;
     compile(bench, "EXX1 = 60e-6", "second.trax")?;

@@ -1,4 +1,5 @@
-//! What is missing, damaged, of another machine or not connected: named, and without effect on the machine.
+//! Files or signals that are missing, damaged, for another machine or unconnected: reported, and without effect on the
+//! machine.
 
 use super::bench::Bench;
 use super::motion::{self, example};
@@ -14,7 +15,7 @@ fn set(pin: &str, value: &str) -> String {
     format!("setp trueaxis.{pin} {value}\n")
 }
 
-/// The thread looks once in a millisecond.
+/// The thread polls once per millisecond.
 fn pulse(pin: &str) -> String {
     set(pin, "0") + "loadusr -w sleep 0.02\n" + &set(pin, "1")
 }
@@ -31,14 +32,14 @@ fn started(parameters: &str) -> String {
     )
 }
 
-/// Positions and references of so many joints.
+/// Positions and references of the joints.
 fn referenced(joints: usize) -> String {
     let each =
         |j| set(&format!("joint.{j}.pos-in"), "1.5") + &set(&format!("joint.{j}.homed"), "1");
     (0..joints).map(each).collect()
 }
 
-/// Runs lines; everything waited for has come, and these texts were said.
+/// Runs lines; checks that everything awaited has occurred, and that these texts were printed.
 fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
     let said = bench.halrun(lines)?;
     if said.contains("until: ") || said.contains("not found") {
@@ -51,7 +52,7 @@ fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
 }
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     let golden = |name: &str| files::read(&root().join("tests/golden/v1").join(name));
     let huron = golden("huron-13.trax")?;
@@ -78,7 +79,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     Ok(())
 }
 
-/// A bad file keeps nothing from starting: outputs are inputs.
+/// A bad file does not prevent a start: outputs equal inputs.
 fn at_start(bench: &Bench) -> Result<usize, String> {
     let cases = [
         ("file=/tmp/none.trax axes=XYZAC", "1", "No such file"),
@@ -124,7 +125,7 @@ fn at_start(bench: &Bench) -> Result<usize, String> {
     Ok(cases.len())
 }
 
-/// What the line that loads the component must say.
+/// Requirements for the line that loads the component.
 fn parameters(bench: &Bench) -> Result<usize, String> {
     let cases = [
         ("axes=XYZAC", "units=: write units=mm or units=inch"),
@@ -140,7 +141,7 @@ fn parameters(bench: &Bench) -> Result<usize, String> {
         let lines = format!("loadrt trueaxis file=/tmp/huron.trax {parameters}\nshow funct\n");
         run(bench, &lines, &[text, "insmod for trueaxis failed"])?;
     }
-    // What plays the real machine takes the same words, and starts without a file.
+    // The simulated machine takes the same parameters, and starts without a file.
     for (units, texts) in [
         (
             "imperial",
@@ -162,7 +163,7 @@ fn parameters(bench: &Bench) -> Result<usize, String> {
     Ok(cases.len())
 }
 
-/// What a correction depends on and nobody connected is not 0.
+/// An unconnected input on which a correction depends does not count as 0.
 fn not_connected(bench: &Bench) -> Result<(), String> {
     let lines = started("file=/tmp/everything.trax axes=XYZC units=mm temperatures=1 weights=2")
         + &set("enable", "1")
@@ -179,7 +180,7 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
         + &until("fault-code", "9")
         + &set("weight-1", "0.00005")
         + &until("fault", "FALSE")
-        // A sensor that is lost.
+        // A failed sensor.
         + &set("temperature-0", "nan")
         + &until("fault-code", "8")
         + &until("factor", "0")
@@ -196,7 +197,7 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
     )
 }
 
-/// Both joints of a gantry are homed, and none is homing; what is not corrected need not be.
+/// Both joints of a gantry must be homed and none homing; uncorrected joints need not be.
 fn not_referenced(bench: &Bench) -> Result<(), String> {
     let lines = started("file=/tmp/router.trax axes=XYYZ- units=mm")
         + &referenced(4)
@@ -214,7 +215,7 @@ fn not_referenced(bench: &Bench) -> Result<(), String> {
         + &until("factor", "0")
         + &until("fault", "FALSE");
     run(bench, &lines, &[])?;
-    // A squareness: one axis is corrected, and only another is an input.
+    // A squareness: one axis is corrected, and only another one is an input.
     let machine = example("machine.toml");
     let square = "machine = \"xyzac-trt\"\n[parameters]\nEC0X = 100e-6\n";
     bench.write("square.toml", square)?;
@@ -231,7 +232,7 @@ fn not_referenced(bench: &Bench) -> Result<(), String> {
     run(bench, &lines, &[])
 }
 
-/// What is in use stays in use until something better is there.
+/// The compensation in use stays in use until a better one is available.
 fn reloading(bench: &Bench) -> Result<(), String> {
     // The same axes with other travels.
     motion::compile(bench, "EXX1 = -45e-6", "other.trax")?;
@@ -250,7 +251,7 @@ fn reloading(bench: &Bench) -> Result<(), String> {
         + &until("fault-code", "5")
         + &until("loads", "1")
         + &until("factor", "1")
-        // The same again: faded, though there is nothing to fade.
+        // The same file again: faded, although nothing changes.
         + &again("huron.trax")
         + &until("loads", "2")
         + &until("fault", "FALSE")

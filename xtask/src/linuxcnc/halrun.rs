@@ -1,15 +1,15 @@
-//! The component without a motion controller: what comes in is played, what goes out recorded, to the last bit.
+//! The component without a motion controller: inputs are played and outputs recorded, exactly.
 
 use super::bench::Bench;
 use super::oracle::eval;
 use super::rows::{Random, Rows, adds_up, play};
 use std::fmt::Write;
 
-/// Rows of a path.
+/// Number of rows in a path.
 const ROWS: usize = 2000;
-/// How much of a path a smooth case drives, to be as slow as a machine.
+/// Fraction of a path driven in a smooth case, to be as slow as a machine.
 const PART: f64 = 0.02;
-/// What is recorded of each joint.
+/// Pins recorded for each joint.
 const OF_JOINT: [&str; 7] = [
     "pos-in",
     "motor-cmd-in",
@@ -19,11 +19,11 @@ const OF_JOINT: [&str; 7] = [
     "correction",
     "computed",
 ];
-/// Of these, what is played.
+/// The pins that are played.
 const PLAYED: [&str; 3] = ["pos-in", "motor-cmd-in", "motor-fb-in"];
 const INCH: f64 = 25.4;
 
-/// A file of the component, and how it is loaded.
+/// A file for the component, and its load parameters.
 struct Case {
     file: &'static str,
     /// Letters of the joints.
@@ -31,10 +31,11 @@ struct Case {
     units: &'static str,
     /// Travel of each joint, in its unit.
     travel: &'static [[f64; 2]],
-    /// Further inputs: name in the file, pin, value (another one would be faded in), what the file subtracts.
+    /// Further inputs: name in the file, pin, value (a changed value would be faded in), reference subtracted by the
+    /// file.
     inputs: &'static [(&'static str, &'static str, f64, f64)],
-    /// Whether nothing makes the corrections themselves other than the computed ones: no direction of travel,
-    /// and slow enough for the rate bounds.
+    /// Whether corrections always equal the computed ones: no direction-dependent tables, and slow enough for the rate
+    /// bounds.
     smooth: bool,
 }
 
@@ -86,7 +87,7 @@ const CASES: [Case; 6] = [
         inputs: &[],
         smooth: false,
     },
-    // The table turns on and on.
+    // The table turns continuously.
     Case {
         file: "table-head-13.trax",
         joints: "XYZBC",
@@ -120,7 +121,7 @@ const CASES: [Case; 6] = [
 ];
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     for name in ["huron-13", "router-10", "table-head-13", "everything"] {
         bench.copy(
@@ -142,7 +143,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 impl Case {
-    /// How the component is loaded.
+    /// Load parameters of the component.
     fn load(&self) -> String {
         let temperatures = self.inputs.iter().filter(|i| i.1.starts_with('t')).count();
         format!(
@@ -191,7 +192,7 @@ impl Case {
         Ok(recorded.len() * joints)
     }
 
-    /// Plays and records with everything in.
+    /// Plays and records with corrections fully in.
     fn lines(&self) -> String {
         let joints = self.joints.len();
         let played = joints * PLAYED.len() + self.inputs.len();
@@ -237,7 +238,7 @@ impl Case {
                setp tape.keep 1\nsetp tape.run 1\nloadusr -w sh /tmp/until tape.done TRUE\n"
     }
 
-    /// The number in the unit of the file.
+    /// Converts a number to the unit of the file.
     fn unit(&self, joint: usize) -> f64 {
         let rotary = "ABC".contains(&self.joints[joint..=joint]);
         if self.units == "inch" && !rotary {
@@ -248,7 +249,7 @@ impl Case {
     }
 
     fn corrections_are_those_of_eval(&self, bench: &Bench, recorded: &Rows) -> Result<(), String> {
-        // Of the joints of an axis the first.
+        // The first joint of each axis.
         let mut firsts: Vec<usize> = Vec::new();
         for (j, letter) in self.joints.char_indices() {
             if letter != '-' && self.joints.find(letter) == Some(j) {
@@ -261,7 +262,7 @@ impl Case {
         for &j in &firsts {
             let column = recorded.of(&format!("{j}.pos-in"));
             for (row, value) in positions.iter_mut().zip(column) {
-                // Within a turn, as the component does before it becomes a float.
+                // Within one turn, as in the component before the conversion to float.
                 let endless = self.travel[j][1] > 360.0 && "ABC".contains(&self.joints[j..=j]);
                 let value = if endless { value % 360.0 } else { value };
                 row.push(value * self.unit(j));
@@ -279,7 +280,7 @@ impl Case {
             let right = |row: usize| {
                 axis.map_or(0.0, |k| f64::from(expected[row][k]) * (1.0 / self.unit(j)))
             };
-            // `computed` is that of the last period in which it was this joint's turn.
+            // `computed` is from the last period in which it was this joint's turn.
             let computed = recorded.of(&format!("{j}.computed"));
             let turns = self.joints.len();
             let in_turn = |phase: usize| {
@@ -309,7 +310,7 @@ impl Case {
         Ok(())
     }
 
-    /// The command gets the correction of this period, the feedback loses that of the last one.
+    /// The command includes the correction of this period, and that of the last period is removed from the feedback.
     fn outputs_add_up(&self, recorded: &Rows) -> Result<(), String> {
         for j in 0..self.joints.len() {
             let of = |pin: &str| recorded.of(&format!("{j}.{pin}"));

@@ -8,20 +8,20 @@ use super::run::{JOINTS, Run};
 use crate::files;
 use crate::process::root;
 
-/// How far one step of the rival may be from the tables, mm or degrees: second order, errors of 1e-4 rad at
-/// corrections of 0.1 mm, or 1e-4 of lever at 100 mm per step of the tables' own 1 µm.
+/// Permitted difference between one step of the rival and the tables, mm or degrees: second order, errors of 1e-4 rad
+/// at corrections of 0.1 mm, or 1e-4 of lever at 100 mm per step of the tables' own 1 µm.
 const SECOND_ORDER: f64 = 2e-5;
-/// Programs that come with LinuxCNC: what `drive.py` drives of them at least, periods.
+/// Minimum number of periods that `drive.py` runs of the programs that come with LinuxCNC.
 const LEAST_PERIODS: f64 = 1000.0;
 
-/// Where a file of the example is.
+/// Path of a file of the example.
 pub fn example(name: &str) -> String {
     let folder = root().join("examples/linuxcnc-xyzac-trt");
     folder.join(name).display().to_string()
 }
 
-/// The blob of the example, without its two errors of reversal: a correction that depends on the direction of travel
-/// catches up with bounded rate, and is not that of `eval` meanwhile.
+/// The blob of the example, without its two reversal errors: a correction that depends on the direction of travel
+/// catches up with bounded rate, and differs from `eval` meanwhile.
 pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
     let machine = example("machine.toml");
     let errors = files::read_text(example("errors-11.toml").as_ref())?;
@@ -31,14 +31,14 @@ pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
         .map(|line| line.replace("EXX1 = -45e-6", scale) + "\n")
         .collect();
     bench.write("errors.toml", errors)?;
-    // What the rival computes, too: all six rows by least squares.
+    // The policy that the rival computes as well: all six rows by least squares.
     let policy = ["--policy", "orientation", "-o", name];
     let words = [&["compile", &machine, "errors.toml"][..], &policy].concat();
     bench.trueaxis(&words).map(drop)
 }
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     compile(bench, "EXX1 = -45e-6", "machine.trax")?;
     let machine = example("machine.toml");
@@ -103,7 +103,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     times(&run)
 }
 
-/// Which programs were driven, and how far.
+/// The programs that were driven, and how far.
 fn programs(run: &Run) -> Result<String, String> {
     let mut all = Vec::new();
     for words in run.told.iter().filter(|w| w[0].starts_with("program ")) {
@@ -125,8 +125,8 @@ fn programs(run: &Run) -> Result<String, String> {
     Ok(all.join(", "))
 }
 
-/// Time stamps of the processor, mean and least, of each function. They are those of caches which other programs fill
-/// meanwhile, on both sides, and are shown: the part `times` holds the component to its share.
+/// Processor time stamps, mean and least, of each function. They depend on caches that other programs use meanwhile, on
+/// both sides, and are only shown; the part `times` enforces the component's limit.
 fn times(run: &Run) -> Result<(), String> {
     let mean = |name: &str| rows::mean(&run.rows.of(name));
     let least = |name: &str| rows::least(&run.rows.of(name));

@@ -1,11 +1,11 @@
-//! `trueaxis eval` at positions that were recorded.
+//! `trueaxis eval` at recorded positions.
 
 use super::bench::Bench;
 use crate::csv;
 use std::fmt::Write;
 
-/// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob of which
-/// the first `axes` are axes; all as text that gives every bit back.
+/// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob, of which the
+/// first `axes` are axes; all as text that preserves every bit.
 pub fn eval(
     bench: &Bench,
     blob: &str,
@@ -39,8 +39,8 @@ pub fn eval(
     }
 }
 
-/// The rate bound of an axis, mm/s or degrees/s, as `trueaxis inspect` prints it: `  Y  0 to 300 mm  correction within
-/// 0.147 mm, 6.396 mm/s; …`; with what is rounded there.
+/// The rate bound of an axis, mm/s or degrees/s, as printed by `trueaxis inspect`: `  Y  0 to 300 mm  correction within
+/// 0.147 mm, 6.396 mm/s; …`; plus its rounding error.
 pub fn rate_bound(bench: &Bench, blob: &str, letter: &str) -> Result<f64, String> {
     let printed = bench.trueaxis(&["inspect", blob])?;
     let mut lines = printed.lines();

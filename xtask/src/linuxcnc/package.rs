@@ -1,4 +1,4 @@
-//! The package: built as Debian builds it, installable, and with a component that LinuxCNC loads.
+//! The package: built like Debian does, installable, and with a component that LinuxCNC loads.
 
 use super::bench::Bench;
 use crate::process::{output, root, run, target};
@@ -10,7 +10,7 @@ use std::process::Command;
 const FOLDER: &str = "linuxcnc-trueaxis";
 
 /// # Errors
-/// What does not build, or is not in the package.
+/// If something does not build, or is not in the package.
 pub fn check(bench: &Bench) -> Result<(), String> {
     firmware_crate::leaves_out("linuxcnc")?;
     packages::provide("dh", &["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
@@ -39,13 +39,13 @@ pub fn check(bench: &Bench) -> Result<(), String> {
             return Err(format!("{name} is not in the package"));
         }
     }
-    // It is for the series of LinuxCNC that it was built with, and for no other.
+    // It is only for the series of LinuxCNC with which it was built.
     let mut depends = Command::new("dpkg-deb");
     let depends = output(depends.arg("-f").arg(&package).arg("Depends"))?;
     if !depends.contains("linuxcnc-uspace (>= ") || !depends.contains("linuxcnc-uspace (<< ") {
         return Err(format!("the package depends on {depends}"));
     }
-    // Everything that it depends on is there.
+    // All its dependencies are available.
     run(Command::new("apt-get")
         .args(["-q", "-s", "install"])
         .arg(&package))?;
@@ -63,7 +63,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     }
 }
 
-/// The one of this version.
+/// The package of this version.
 fn built(around: &Path) -> Result<PathBuf, String> {
     let start = format!("{FOLDER}_{}_", env!("CARGO_PKG_VERSION"));
     let is_it = |path: &PathBuf| {

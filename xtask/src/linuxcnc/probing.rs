@@ -1,4 +1,4 @@
-//! What a probing move reports, and what happens at the ends of the travel.
+//! Results of a probing move, and behaviour at the ends of the travel.
 
 use super::bench::Bench;
 use super::run::{JOINTS, PERIOD, Run};
@@ -7,11 +7,11 @@ use crate::csv;
 /// The tolerance of `compile` at the tip, mm.
 const TOLERANCE: f64 = 5e-5;
 
-/// G38 reports where the commands were, uncorrected: there the tip would be without errors where the surface really
-/// is, as the component knows that plays the real machine.
+/// G38 reports the uncorrected commands: there, the tip without errors would be at the real surface, as known to the
+/// component that simulates the real machine.
 ///
 /// # Errors
-/// It does not.
+/// If this does not hold.
 pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
     let probed = run.told("probed")?;
     let &[tripped, ref position @ ..] = &probed[..] else {
@@ -34,7 +34,7 @@ pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
         return Err(format!("`trueaxis pose` says\n{poses}"));
     };
     let beyond = nominal - surface;
-    // 1 mm/s, seen once in a millisecond; what the tables are made to; and seven digits of the surface.
+    // 1 mm/s, sampled once per millisecond; the tolerance of the tables; and seven digits of the surface.
     if tripped != 1.0
         || !(-TOLERANCE..=PERIOD + TOLERANCE).contains(&beyond)
         || (uncorrected - nominal).abs() < 0.01
@@ -50,17 +50,17 @@ pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
     Ok(())
 }
 
-/// In the corners of the travel no correction leads out of it, and beyond them nothing goes.
+/// In the corners of the travel no correction leaves it, and no motion goes beyond them.
 ///
 /// # Errors
-/// One does.
+/// If one does.
 pub fn limits(run: &Run) -> Result<(), String> {
     let corners: Vec<&Vec<String>> = run.told.iter().filter(|w| w[0] == "corner").collect();
     let mut pushed_back = 0;
     for words in &corners {
         let number = |k: usize| words[k].parse::<f64>().unwrap_or(f64::NAN);
         let (position, correction) = (number(3), number(4));
-        // Both as `halcmd` prints them, with seven digits.
+        // Both as printed by `halcmd`, with seven digits.
         let inside = if words[1].contains("upper") {
             correction <= 1e-7
         } else {

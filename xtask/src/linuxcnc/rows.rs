@@ -1,9 +1,9 @@
-//! Rows of doubles, as `tape` plays and records them.
+//! Rows of doubles, as played and recorded by `tape`.
 
 use super::bench::Bench;
 use crate::files;
 
-/// What was recorded, by name of the column.
+/// Recorded values, by column name.
 pub struct Rows {
     names: Vec<String>,
     values: Vec<f64>,
@@ -11,7 +11,7 @@ pub struct Rows {
 
 impl Rows {
     /// # Errors
-    /// Nothing was recorded.
+    /// If nothing was recorded.
     pub fn read(bench: &Bench, name: &str, names: &[String]) -> Result<Self, String> {
         let bytes = files::read(&bench.file(name))?;
         let values: Vec<f64> = bytes
@@ -31,7 +31,7 @@ impl Rows {
         self.values.len() / self.names.len()
     }
 
-    /// Number of a column; its name is one of those that it was read with.
+    /// Index of a column; its name must be one of those it was read with.
     pub fn column(&self, name: &str) -> usize {
         let found = self.names.iter().position(|n| n == name);
         found.unwrap_or_else(|| unreachable!("no column {name}"))
@@ -49,10 +49,10 @@ impl Rows {
 }
 
 /// The command of a joint is passed on with the correction of this period added, and its feedback with that of the last
-/// one taken away: `fed_back` is what came in of it, from the second row on.
+/// period removed: `fed_back` is the feedback input, from the second row on.
 ///
 /// # Errors
-/// A row in which it is not, to the last bit.
+/// The first row that is not exact.
 pub fn adds_up(
     joint: usize,
     correction: &[f64],
@@ -93,7 +93,7 @@ pub fn play(bench: &Bench, name: &str, rows: &[Vec<f64>]) -> Result<(), String> 
     bench.write(name, bytes)
 }
 
-/// Numbers without pattern, the same in every run.
+/// Pseudo-random numbers, the same in every run.
 pub struct Random(u64);
 
 impl Random {
@@ -101,7 +101,7 @@ impl Random {
         Self(seed)
     }
 
-    /// Knuth's multiplier; the upper half is good enough here.
+    /// Knuth's multiplier; the upper half is random enough here.
     pub fn bits(&mut self) -> u32 {
         self.0 = self
             .0

@@ -1,4 +1,4 @@
-//! A scenario that is driven under LinuxCNC's motion controller, and what was recorded of it.
+//! A scenario driven under LinuxCNC's motion controller, and its recording.
 
 use super::bench::Bench;
 use super::rows::{self, Rows};
@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 /// Joints, in LinuxCNC's order.
 pub const JOINTS: [&str; 5] = ["X", "Y", "Z", "A", "C"];
 pub const PERIOD: f64 = 1e-3;
-/// What `firmware/linuxcnc/tests/xyzac.hal` records of each joint, and besides.
+/// Values recorded by `firmware/linuxcnc/tests/xyzac.hal` for each joint, and others.
 const OF_JOINT: [&str; 8] = [
     "pos",
     "cmd",
@@ -31,13 +31,13 @@ const BESIDES: [&str; 9] = [
     "kins",
     "nothing",
 ];
-/// Roundings in a following error: of the offset and the correction, added and taken away again.
+/// Number of roundings in a following error: the offset and the correction are added and removed again.
 const ROUNDINGS: f64 = 4.0;
 
-/// What came of a scenario.
+/// Result of a scenario.
 pub struct Run {
     pub rows: Rows,
-    /// `name value…`, as `drive.py` tells.
+    /// `name value…`, as reported by `drive.py`.
     pub told: Vec<Vec<String>>,
     said: String,
 }
@@ -46,13 +46,13 @@ impl Run {
     /// Drives a scenario of `drive.py`.
     ///
     /// # Errors
-    /// LinuxCNC does not come to its end.
+    /// If LinuxCNC does not finish.
     pub fn of(bench: &Bench, scenario: &str) -> Result<Self, String> {
         let folder = "firmware/linuxcnc/tests";
         for name in ["xyzac.ini", "xyzac.hal", "drive.py", "tool.tbl"] {
             bench.copy(&format!("{folder}/{name}"), name)?;
         }
-        // What an earlier scenario has left must not stand in.
+        // The results of an earlier scenario must not be used instead.
         for name in ["record", "result"] {
             let file = bench.file(name);
             match fs::remove_file(&file) {
@@ -64,7 +64,7 @@ impl Run {
         }
         bench.write("scenario", scenario)?;
         let mut said = bench.inside(&["linuxcnc", "/tmp/xyzac.ini"])?;
-        // Without a terminal, what is said goes here; what never spoke has no file.
+        // Without a terminal, messages go here; without messages there is no file.
         for name in ["linuxcnc_print.txt", "linuxcnc_debug.txt"] {
             said += &fs::read_to_string(bench.file(name)).unwrap_or_default();
         }
@@ -94,15 +94,15 @@ impl Run {
         self.rows.of(&format!("{joint}.{what}"))
     }
 
-    /// The command is passed on with the correction added; the controller sees what it commanded.
+    /// The command is passed on with the correction added; the controller sees its own command.
     pub fn adds_up(&self) -> Result<f64, String> {
         let mut largest = 0.0_f64;
         for j in 0..JOINTS.len() {
             let of = |what| self.of_joint(j, what);
             let (cmd, drive, fb, correction) = (of("cmd"), of("drive"), of("fb"), of("correction"));
-            // The drive is where it was told to be a period ago.
+            // The drive is at its command of the previous period.
             rows::adds_up(j, &correction, [&cmd, &drive], [&drive, &fb])?;
-            // Each by half of a last digit of the largest number that is added.
+            // Each rounds by half of the last digit of the largest number added.
             let magnitude =
                 |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             let error = magnitude(&of("error"));

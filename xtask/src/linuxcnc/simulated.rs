@@ -1,5 +1,5 @@
-//! The simulated machines of `firmware/linuxcnc/configs`: without the compensation the error on the pins is that of
-//! the exact kinematics, with it less than the tolerance.
+//! The simulated machines of `firmware/linuxcnc/configs`: without the compensation the error on the pins is that of the
+//! exact kinematics, with it less than the tolerance.
 
 use super::bench::Bench;
 use crate::csv::numbers;
@@ -9,7 +9,7 @@ use std::process::Command;
 
 const CONFIGS: &str = "firmware/linuxcnc/configs";
 
-/// Configuration, machine, errors, and how many axes.
+/// Configuration, machine, errors, and number of axes.
 const MACHINES: [(&str, &str, &str, usize); 2] = [
     (
         "mill-21",
@@ -25,16 +25,16 @@ const MACHINES: [(&str, &str, &str, usize); 2] = [
     ),
 ];
 
-/// What may differ from `trueaxis pose`, µm and µrad: it prints 0.1 nm and 0.1 nrad, and six of these are
+/// Permitted difference from `trueaxis pose`, µm and µrad: it prints 0.1 nm and 0.1 nrad, and six of these are
 /// subtracted and added up.
 const PRINTED: f64 = 1e-3;
 /// The tolerance of `compile` at the tip, µm.
 const TOLERANCE: f64 = 0.05;
-/// Largest growth of the direction error by corrections, µrad: as `verify` counts it.
+/// Largest growth of the direction error due to corrections, µrad, as counted by `verify`.
 const GROWTH: f64 = 1.0;
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     for (name, machine, errors, axes) in MACHINES {
         one(bench, name, machine, errors, axes).map_err(|e| format!("{name}: {e}"))?;
@@ -52,7 +52,7 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
         .arg(&configs))?;
     let ini = format!("{folder}/{name}.ini");
     let text = files::read_text(&bench.file(&ini))?;
-    // The script in the place of the screen, and nothing for a screen.
+    // The script replaces the screen, and nothing else needs one.
     let without = |line: &&str| !line.starts_with("PYVCP") && !line.starts_with("POSTGUI");
     let lines: Vec<&str> = text.lines().filter(without).collect();
     let text = lines.join("\n") + "\n";
@@ -110,7 +110,7 @@ fn exact(
         .collect())
 }
 
-/// Compares where the machine stood; the largest errors without and with the compensation.
+/// Compares the positions of the machine; returns the largest errors without and with the compensation.
 fn compare(rows: &[Vec<f64>], exact: &[[f64; 2]], axes: usize) -> Result<[[f64; 2]; 2], String> {
     let mut largest = [[0.0_f64; 2]; 2];
     let mut stops = [0; 2];

@@ -1,5 +1,5 @@
-//! What the component takes beside the same correction from matrices, in one thread, and what of it is memory that
-//! has left the caches between two periods.
+//! Time of the component compared with the same correction from matrices, in one thread, and the part of it that is due
+//! to memory evicted from the caches between two periods.
 
 use super::bench::Bench;
 use super::motion;
@@ -7,16 +7,16 @@ use super::rows::{Rows, least, mean, play};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 
-/// The most that our time may be of that of matrices.
+/// Maximum ratio of our time to that of matrices.
 const SHARE: f64 = 0.15;
-/// How often it is measured until it holds: what else the computer does takes caches away and adds time, never less.
+/// Maximum number of attempts: other activity on the computer evicts caches and adds time, never removes it.
 const ATTEMPTS: usize = 8;
-/// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
+/// Periods of the thread, ns, and number recorded. At the first period nearly everything stays in the caches.
 const PERIODS: [(u32, usize); 2] = [(25_000, 200_000), (1_000_000, 5_000)];
-/// Periods in a row that are looked at together: 2.5 ms at the first, a part of what is interrupted and shares caches
-/// with other programs.
+/// Number of consecutive periods evaluated together: 2.5 ms at the first period, a fraction of the time between
+/// interruptions by other programs that share the caches.
 const STRETCH: usize = 100;
-/// What stands in the thread, in its order, with what is recorded of it.
+/// Functions of the thread, in order, with their recorded values.
 const COMPONENT: [&str; 6] = [
     "rivals.nothing",
     "trueaxis.read",
@@ -25,7 +25,7 @@ const COMPONENT: [&str; 6] = [
     "rivals.matrix",
     "rivals_fast.matrix",
 ];
-/// The same with no more than the pins in the place of the component.
+/// The same with only the pins in place of the component.
 const PINS: [&str; 6] = [
     "rivals.nothing",
     "rivals.pins-in",
@@ -34,7 +34,7 @@ const PINS: [&str; 6] = [
     "rivals.matrix",
     "rivals_fast.matrix",
 ];
-/// Middle and half the way of each joint, mm or degrees, on the machine of the example.
+/// Middle and half the stroke of each joint, mm or degrees, on the machine of the example.
 const WAYS: [[f64; 2]; 5] = [
     [200.0, 150.0],
     [150.0, 100.0],
@@ -44,7 +44,7 @@ const WAYS: [[f64; 2]; 5] = [
 ];
 const LETTERS: [&str; 5] = ["x", "y", "z", "a", "c"];
 
-/// Times of one function, in counts of the processor's clock.
+/// Times of one function, in processor clock counts.
 struct Times(Vec<f64>);
 
 impl Times {
@@ -60,7 +60,7 @@ impl Times {
         self.0.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The mean of the [`STRETCH`] in which it is least: nothing else took the caches then.
+    /// The smallest mean over a [`STRETCH`]: nothing else used the caches then.
     fn calmest(&self) -> f64 {
         let means = self.0.windows(STRETCH).step_by(STRETCH / 4);
         means.fold(f64::INFINITY, |least, times| {
@@ -77,7 +77,7 @@ impl fmt::Display for Times {
 }
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     motion::compile(bench, "EXX1 = -45e-6", "machine.trax")?;
     let mut least = [f64::INFINITY; 2];
@@ -95,7 +95,8 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     ))
 }
 
-/// Our share of the time of matrices while nearly everything stays in the caches: of the calmest mean, and of the least.
+/// Ratio of our time to that of matrices while nearly everything stays in the caches: of the calmest mean, and of the
+/// least.
 fn measured(bench: &Bench) -> Result<[f64; 2], String> {
     let mut found = Vec::new();
     for (period, rows) in PERIODS {
@@ -129,8 +130,8 @@ fn measured(bench: &Bench) -> Result<[f64; 2], String> {
         );
         found.push([calmest[0], least[0]]);
     }
-    // At 1 kHz all times are those of memory which has left the caches, for functions that do nothing, too: they are
-    // shown. At 25 µs they are those of what else the computer does, but for the calmest.
+    // At 1 kHz all times are dominated by memory evicted from the caches, even for functions that do nothing, so they
+    // are only shown. At 25 µs all but the calmest reflect other activity on the computer.
     Ok(found[0])
 }
 
@@ -171,7 +172,7 @@ fn lines(period: u32, rows: usize, functions: &[&str; 6]) -> String {
         let _ = writeln!(hal, "addf {function} t");
     }
     hal += "addf tape.record t\n";
-    // The pins that the component would have are those of whichever stands in the thread.
+    // The component's pins belong to whichever function is in the thread.
     let is_ours = functions.contains(&"trueaxis.write");
     for (j, letter) in LETTERS.iter().enumerate() {
         let pin = |ours: &str, theirs: &str| match is_ours {

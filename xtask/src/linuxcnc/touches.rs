@@ -1,5 +1,5 @@
-//! A probing program of `trueaxis plan` in LinuxCNC: its interpreter takes it, and under its motion controller, with
-//! balls that are simulated, its log leads to where the axes are with the stylus on the balls.
+//! A probing program of `trueaxis plan` in LinuxCNC: its interpreter accepts it, and under its motion controller, with
+//! simulated balls, its log gives the axis positions with the stylus on the balls.
 
 use super::bench::Bench;
 use super::motion::example;
@@ -16,21 +16,21 @@ nominal_mm = [250.0, 160.0, -250.0]
 name = \"high\"
 nominal_mm = [160.0, 190.0, -235.0]
 ";
-/// From the centre of a ball to that of the stylus (mm): half of 20 and 6.
+/// Distance from the centre of a ball to that of the stylus (mm): half of 20 and 6.
 const RADIUS: f64 = 13.0;
 const PROBINGS: usize = 8;
 const TOUCHES: usize = 5 * PROBINGS;
 /// Feed of the touches (mm/min): 2 µm in a servo period.
 const FEED: &str = "120";
-/// Feed beside the balls (mm/min): at the usual 1000 the program takes four minutes instead of two, and on busy processors
-/// more than LinuxCNC is given.
+/// Feed beside the balls (mm/min): at the default of 1000 the program takes four minutes instead of two, and on busy
+/// processors more than the time limit of LinuxCNC.
 const APPROACH: &str = "6000";
-/// How far a centre may be off (mm): each touch stops in the second period behind the surface, sooner or later by
-/// one; half of it in the mean of two.
+/// Permitted error of a centre (mm): each touch stops in the second period after the surface, one period sooner or
+/// later; half of that in the mean of two.
 const OFF: f64 = 2e-3;
 
-/// The machine of `firmware/linuxcnc/tests/xyzac.ini` without a compensation, and a probe that trips less than
-/// [`RADIUS`] from a place that the program tells on its way.
+/// The machine of `firmware/linuxcnc/tests/xyzac.ini` without a compensation, and a probe that trips closer than
+/// [`RADIUS`] to a place set by the program.
 fn hal() -> String {
     let mut hal = String::from(
         "loadrt [KINS]KINEMATICS\n\
@@ -63,7 +63,7 @@ fn hal() -> String {
 }
 
 /// # Errors
-/// What did not hold.
+/// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     let (machine, errors) = (example("machine.toml"), example("errors-11.toml"));
     bench.write("artefact.toml", ARTEFACT)?;
@@ -98,7 +98,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         APPROACH,
     ])?;
     interpret(bench)?;
-    // Where the axes of a machine with errors are when its stylus is on the balls.
+    // Axis positions of a machine with errors when its stylus is on the balls.
     bench.trueaxis(&[
         "simulate",
         "probings",
@@ -163,7 +163,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     Ok(())
 }
 
-/// LinuxCNC's interpreter takes the program as it was written, and sees its touches.
+/// LinuxCNC's interpreter accepts the program as written, and sees its touches.
 fn interpret(bench: &Bench) -> Result<(), String> {
     let mut rs274 = Command::new("rs274");
     let done = said(rs274.arg("-g").arg(bench.file("probe.ngc")))?;
@@ -190,7 +190,7 @@ fn places(bench: &Bench, name: &str) -> Result<Vec<Vec<f64>>, String> {
         .ok_or_else(|| format!("{name}:\n{text}"))
 }
 
-/// The program, which puts the balls to these places, row by row.
+/// The program, which sets the balls to these places, row by row.
 fn with_balls(bench: &Bench, places: &[Vec<f64>]) -> Result<String, String> {
     let text = files::read_text(&bench.file("probe.ngc"))?;
     let mut program = String::new();
@@ -200,7 +200,7 @@ fn with_balls(bench: &Bench, places: &[Vec<f64>]) -> Result<String, String> {
         if line.starts_with("(row ") {
             let place = places.next().ok_or("more rows than places")?;
             for (output, value) in place.iter().enumerate() {
-                // With the next movement.
+                // Takes effect with the next movement.
                 program += &format!("M67 E{output} Q{value}\n");
             }
         }
