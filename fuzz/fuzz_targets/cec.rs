@@ -1,5 +1,5 @@
-//! Any bytes as tables of a Sinumerik: never a panic; what is accepted becomes a compensation, and its export is
-//! read as the same one.
+//! Arbitrary bytes as tables of a Sinumerik: never a panic. Accepted input becomes a compensation, and its export reads
+//! back as the same one.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -31,7 +31,7 @@ static AXES: LazyLock<Axes> = LazyLock::new(|| {
     Axes::new(&axes, "X=AX1,A=AX2,C=C1").expect("a map")
 });
 
-/// The blob of tables; `None` if their numbers are too large for one.
+/// The blob for tables; `None` if their numbers are too large for one.
 fn blob(tables: &[Table], factor_tables: FactorTables) -> Option<AlignedBlob> {
     match draft(
         "fuzz",
@@ -53,7 +53,7 @@ fn blob(tables: &[Table], factor_tables: FactorTables) -> Option<AlignedBlob> {
     }
 }
 
-/// What is written of a blob that was imported: it keeps the rules already.
+/// The export of an imported blob, which is known to satisfy the rules.
 fn export(blob: &AlignedBlob, factor_tables: FactorTables) -> String {
     let runtime = Runtime::load(blob).expect("it was encoded");
     let options = Options {

@@ -1,8 +1,7 @@
-//! Any bytes are loaded or refused: no panic, no read outside the blob; and what was loaded can be
-//! read in every place that it says it has, and evaluated.
+//! Arbitrary bytes are loaded or refused: no panic, no read outside the blob. Loaded content can be read at every index
+//! that it declares, and evaluated.
 //!
-//! The first byte chooses: the bytes as they are, or with a sound header so that the description
-//! is reached.
+//! The first byte selects: the bytes as they are, or with a valid header, so that the description is reached.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -52,7 +51,7 @@ fuzz_target!(|data: &[u8]| {
             );
         }
     }
-    // A target with little room refuses or takes it, too.
+    // A target with small capacities also refuses or loads it.
     let mut small = Compensation::<'_, Holds<2, 3, 3, 4, 1>>::empty();
     if small.load(&blob).is_ok() {
         assert!(small.axes().len() <= 2 && small.tables() <= 3);

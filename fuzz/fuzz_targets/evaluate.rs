@@ -1,8 +1,8 @@
-//! Any blob that loads, any input bits: the evaluation is finite, and the servo's corrections are
-//! finite and within the value bounds through any sequence of events.
+//! Any loadable blob with arbitrary input bits: the evaluation is finite, and the servo's corrections are finite and
+//! within the value bounds through any sequence of events.
 //!
-//! The first byte chooses where the blob comes from: a draft made from the bytes, or bytes with a
-//! sound header (seeds: real blobs).
+//! The first byte selects the source of the blob: a draft made from the bytes, or bytes with a valid header (seeds:
+//! real blobs).
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +12,7 @@ use trueaxis_fuzz::{Bytes, Fuzzed, draft, inputs, repaired};
 fuzz_target!(|data: &[u8]| {
     let mut b = Bytes(data);
     let (first, second) = if b.flag() {
-        // The last 256 bytes at most are events, the others the blob.
+        // At most the last 256 bytes are events, the others the blob.
         let events = b.0.len().min(256) / 2;
         let (bytes, rest) = b.0.split_at(b.0.len() - events);
         b = Bytes(rest);
@@ -23,8 +23,8 @@ fuzz_target!(|data: &[u8]| {
         let Ok(first) = draft.encode() else {
             return;
         };
-        // Something to change to, in some cases: other bounds, other weights, the tables of the
-        // first axis only. (Encoding tries what it wrote and is the slowest part here.)
+        // In some cases another compensation to swap to: other bounds, other weights, tables of the first axis only.
+        // (Encoding verifies its output and is the slowest part here.)
         let mut second = first.clone();
         if b.below(4) == 0 {
             let mut other = draft;
@@ -51,7 +51,7 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
     let (a, z) = (&a, &z);
     let mut servo = Servo::new(a);
     servo.enable();
-    // Value bounds of everything that may still have a share.
+    // Value bounds of all compensations that may still contribute.
     let bounds: [f32; 8] = std::array::from_fn(|i| {
         let bound = |c: &Fuzzed<'_>| c.axes().get(i).map_or(0.0, |axis| axis.value_bound);
         bound(a).max(bound(z))
@@ -77,7 +77,7 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
                 let _ = servo.set_weight(usize::from(b.below(12)), b.number());
             }
             9 => {
-                // Measurement mode, and the evaluation with any directions of travel.
+                // Measurement mode, and the evaluation with arbitrary directions of travel.
                 let q = inputs(b);
                 let travel = Travelling(std::array::from_fn(|i| {
                     [Travel::Unknown, Travel::Positive, Travel::Negative]

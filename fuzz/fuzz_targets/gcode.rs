@@ -1,4 +1,4 @@
-//! Any bytes as a program: never a panic, and nothing is written that the check does not accept.
+//! Arbitrary bytes as a program: never a panic, and nothing is written that the check would not accept.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -16,19 +16,19 @@ use trueaxis_controllers::gcode::{
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::Runtime;
 
-/// What a mode byte chooses between: dialects, and their switches.
+/// Choices of a mode byte: dialects, and their switches.
 const DIALECTS: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc];
 
-/// Sagitta of chords (mm): those of 1 µm take most of the time, and are no other lines.
+/// Sagitta of chords (mm): with 1 µm chords take most of the time without reaching other code.
 const CHORD: f64 = 0.004;
-/// Longer programs (bytes) are not checked: hundreds of chords, each as those before.
+/// Longer programs (bytes) are not checked: hundreds of similar chords.
 const LONGEST: usize = 8000;
 
-/// Everything that does not depend on the input, made once.
+/// Everything that does not depend on the input, made only once.
 struct Bench {
     tables: Tables<'static>,
     tip: Tip<'static>,
-    /// For each dialect, with `/` lines done or left out, with or without least increments.
+    /// For each dialect, with `/` lines executed or skipped, with or without least increments.
     rules: Vec<Rules>,
 }
 
@@ -137,7 +137,7 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
             let middle = 0.5 * (low + high);
             setup.start.set(axis, middle);
             setup.travel[axis] = trueaxis::Travel::Positive;
-            // A short number leads somewhere.
+            // A short number is a reachable position.
             zero.origin[axis] = middle;
             turned.origin[axis] = 0.5 * middle;
         }

@@ -1,5 +1,5 @@
-//! Any bytes on the line, as they are or in sound frames: no panic, the active slot stays as it is,
-//! corrections stay finite, and the next host is answered.
+//! Arbitrary bytes on the line, as they are or in valid frames: no panic, the active slot does not change, corrections
+//! stay finite, and the next host gets an answer.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -17,7 +17,7 @@ const BLOCK: usize = 512;
 const BLOCKS: usize = 16;
 type Flash = MockFlash<8, BLOCK>;
 
-/// A compensation of the five-axis machine, and another one of it.
+/// Two compensations of the five-axis machine.
 static BLOBS: [&[u8]; 2] = [
     include_bytes!("../../tests/golden/v1/huron-13.trax"),
     include_bytes!("../../tests/golden/v1/everything.trax"),
@@ -60,7 +60,7 @@ fuzz_target!(|data: &[u8]| {
     drop(desktop.stop());
 });
 
-/// Sound frames of one session with any bodies, and requests that go deeper.
+/// Valid frames of one session with arbitrary bodies, and requests that reach deeper code.
 fn requests(desktop: &mut Desktop<8, BLOCK>, input: &mut Bytes<'_>) {
     let session = hello(desktop, 1);
     for sequence in 0..64 {
@@ -74,7 +74,7 @@ fn requests(desktop: &mut Desktop<8, BLOCK>, input: &mut Bytes<'_>) {
         match input.below(12) {
             0 => send(desktop, session, sequence, &Request::Begin { length, crc }),
             1 => {
-                // As far as it takes them, from where it wants them.
+                // As long as it accepts them, from the offset it asks for.
                 let mut next = 0;
                 while next < blob.len() {
                     let end = blob.len().min(next + 900);
@@ -90,7 +90,7 @@ fn requests(desktop: &mut Desktop<8, BLOCK>, input: &mut Bytes<'_>) {
             }
             2 => send(desktop, session, sequence, &Request::Commit { force }),
             3 => {
-                // A fade or a ramp lasts some hundred periods.
+                // A fade or a ramp lasts several hundred periods.
                 send(
                     desktop,
                     session,
@@ -137,7 +137,7 @@ fn send(
     }
 }
 
-/// What always holds.
+/// Invariants.
 fn check(desktop: &Desktop<8, BLOCK>) {
     let slots = desktop.device.slots();
     if let Some(active) = slots.active() {
@@ -148,10 +148,10 @@ fn check(desktop: &Desktop<8, BLOCK>) {
     assert!(dq.iter().all(|dq| dq.is_finite()));
 }
 
-/// A new host comes: it must get an answer, whatever was before.
+/// A new host connects: it must get an answer, whatever happened before.
 fn hello(desktop: &mut Desktop<8, BLOCK>, name: u32) -> u32 {
     desktop.line.outgoing.clear();
-    // What has come ends here.
+    // Ends any incomplete frame.
     desktop.line.incoming.push_back(0);
     send(desktop, name, 0, &Request::Hello);
     let mut receiver = Receiver::new();

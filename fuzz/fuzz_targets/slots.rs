@@ -1,6 +1,5 @@
-//! Any flash, any order of operations, power cuts and flips: no panic, what is valid is a blob that
-//! was committed, what cannot be read is not read in place, and with the power back an upload goes
-//! through.
+//! Arbitrary flash contents, any order of operations, power cuts and bit flips: no panic, a valid slot holds a
+//! committed blob, unreadable data is not read in place, and with power back an upload succeeds.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -42,7 +41,7 @@ fuzz_target!(|data: &[u8]| {
     if input.flag() {
         flash = flash.with_code();
     }
-    // What it holds at first: nothing, or anything.
+    // Initial contents: blank, or arbitrary.
     let given = input.flag();
     if given {
         for byte in flash.image() {
@@ -120,7 +119,7 @@ fuzz_target!(|data: &[u8]| {
     let mut flash = slots.close();
     flash.set_fuel(None);
     let mut slots = open(flash);
-    // The second attempt erases what the first one has found in its way.
+    // The second attempt erases the obstacles found by the first.
     let slot = upload(&mut slots, &BLOBS[1])
         .or_else(|_| upload(&mut slots, &BLOBS[1]))
         .expect("an upload goes through");
@@ -129,7 +128,7 @@ fuzz_target!(|data: &[u8]| {
     assert_eq!(slots.flash().refused(), 0);
 });
 
-/// A start: the slot that is to be in use is active, or the one before it.
+/// A start: the slot selected for use becomes active, or the one before it.
 fn open(flash: Flash) -> Slots<Flash> {
     let mut slots = Slots::open(flash);
     slots.set_active(slots.in_use().or_else(|| slots.before()));

@@ -1,5 +1,5 @@
-//! What the fuzz targets share: arbitrary bytes become blobs that get past the header, drafts that
-//! encode, and numbers with any bits.
+//! Code shared by the fuzz targets: turns arbitrary bytes into blobs that pass the header check, drafts that encode,
+//! and numbers with arbitrary bits.
 #![forbid(unsafe_code)]
 
 use trueaxis::{
@@ -8,7 +8,7 @@ use trueaxis::{
     Policy, SampleFormat, Term, VERSION,
 };
 
-/// Large enough for every seed and for what the fuzzer makes of them.
+/// Large enough for every seed and for the fuzzer's mutations of them.
 pub type Fuzzed<'a> = Compensation<'a, Holds<8, 16, 32, 64, 2>>;
 
 /// The input, read from front to back; zeros after its end.
@@ -36,7 +36,7 @@ impl Bytes<'_> {
         self.byte() & 1 == 1
     }
 
-    /// Any f32 at all: subnormal, infinite, not a number.
+    /// An arbitrary f32: includes subnormal, infinite and NaN.
     pub fn bits(&mut self) -> f32 {
         f32::from_le_bytes([self.byte(), self.byte(), self.byte(), self.byte()])
     }
@@ -46,7 +46,7 @@ impl Bytes<'_> {
         f32::from(self.byte() as i8) / 8.0
     }
 
-    /// Mostly a small number, sometimes any.
+    /// Usually a small number, sometimes an arbitrary one.
     pub fn number(&mut self) -> f32 {
         match self.byte() {
             0..224 => self.small(),
@@ -55,7 +55,7 @@ impl Bytes<'_> {
     }
 }
 
-/// Bytes that are serialised as they are.
+/// Bytes that are serialised unchanged.
 pub struct Raw<'a>(pub &'a [u8]);
 
 impl serde::Serialize for Raw<'_> {
@@ -84,8 +84,7 @@ pub fn seal(blob: &mut Vec<u8>) {
     blob[12..16].copy_from_slice(&digest.finalize().to_le_bytes());
 }
 
-/// A blob with a sound header, and as many bytes of samples as its description asks for if that
-/// is not too many.
+/// A blob with a valid header, and as many sample bytes as its description requires, unless that is too many.
 pub fn repaired(bytes: &[u8]) -> AlignedBlob {
     let mut blob = bytes.to_vec();
     seal(&mut blob);
@@ -101,7 +100,7 @@ pub fn repaired(bytes: &[u8]) -> AlignedBlob {
     aligned
 }
 
-/// A draft of whatever the bytes say; most of them encode.
+/// A draft determined by the bytes; most of them encode.
 pub fn draft(b: &mut Bytes<'_>) -> Draft {
     let axes: Vec<Axis> = (0..1 + b.below(4))
         .map(|i| {
@@ -135,7 +134,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
             reference: b.small(),
         })
         .collect();
-    // A modulo table fits the turn of its axis once or twice; elsewhere its period is any.
+    // The period of a modulo table fits once or twice into the turn of its axis; on other axes it is arbitrary.
     let steps = |b: &mut Bytes<'_>, input: u8, points: u32, modulo: bool| {
         let period = axes.get(usize::from(input)).map_or(0.0, |a| a.period);
         let step = 0.125 + b.number().abs();
@@ -242,7 +241,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
     }
 }
 
-/// Positions and auxiliaries, with any bits.
+/// Positions and auxiliaries with arbitrary bits.
 pub fn inputs(b: &mut Bytes<'_>) -> trueaxis::Inputs<[f32; 8]> {
     let mut inputs = trueaxis::Inputs::at([0.0; 8]);
     for axis in &mut inputs.axes[..4] {
