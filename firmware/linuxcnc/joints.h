@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What the lines that load the components say: letters of joints, and units.
+ * Parameters of the lines that load the components: letters of joints, and units.
  */
 #ifndef JOINTS_H
 #define JOINTS_H

@@ -2,12 +2,12 @@
  *
  * Files, outside the real-time thread: read, checked, fitted to the joints, and handed over ready to use.
  *
- * Two places for tables. A thread of the process that the real-time thread runs in, but without its priority,
- * waits for requests, loads into the place that is free and offers it; the real-time thread takes it when it can
- * and marks places free again. Neither waits for the other: what they share are atomic words.
+ * There are two places for tables. A thread in the real-time thread's process, but without its priority, waits for
+ * requests, loads into the free place and offers it; the real-time thread accepts it when it can and marks places
+ * free again. Neither waits for the other: they share only atomic words.
  *
- * A thread of the component's own rather than a program of its own beside it: the tables are in memory that the
- * real-time thread reads, there is nothing to start or to miss, and it ends with the component.
+ * A thread is used rather than a separate program: the tables are in memory that the real-time thread reads, no
+ * program has to be started, and the thread ends with the component.
  */
 #ifndef LOADING_H
 #define LOADING_H

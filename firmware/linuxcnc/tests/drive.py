@@ -38,7 +38,7 @@ def set_pin(name, value):
 
 
 def messages_with_kinds():
-    """What was said to the operator. While nobody fetches it, LinuxCNC waits."""
+    """Messages to the operator. LinuxCNC waits until they are fetched."""
     said = []
     while True:
         message = errors.poll()
@@ -81,7 +81,7 @@ def start():
 def home():
     command.home(-1)
     wait("homing", lambda: all(status.homed[:5]))
-    # What was homed joint by joint is driven axis by axis.
+    # Homed joint by joint, then driven axis by axis.
     command.teleop_enable(1)
     command.wait_complete()
 
@@ -98,8 +98,8 @@ def in_force():
     wait("compensation", lambda: pin("trueaxis.factor") == "1")
 
 
-# Those that come with LinuxCNC for this machine, with the most seconds that each is driven; but xyzac_switchkins,
-# which drives in machine coordinates where this machine has no travel. The second test goes to C360, the end of the
+# Those that come with LinuxCNC for this machine, with the maximum time for each in seconds; except
+# xyzac_switchkins, which moves in machine coordinates beyond the travel of this machine. The second test goes to C360, the end of the
 # travel, where corrections are held and are no longer those of `eval`: up to the line before.
 PROGRAMS = (
     ("boat-xyzac", 20, None),
@@ -111,8 +111,8 @@ PROGRAMS = (
 
 
 def drive(name, seconds, last):
-    """As far as it comes: the longest take minutes."""
-    # What an earlier one has left on.
+    """As far as the time permits: the longest take minutes."""
+    # Left on by an earlier one.
     mdi("G94 G90 G21 G17")
     settled(linuxcnc.MODE_AUTO)
     command.program_open("%s/%s.ngc" % (DEMOS, name))
@@ -138,17 +138,17 @@ def drive(name, seconds, last):
 
 
 def programs():
-    """The demonstrations that come with LinuxCNC, and what the motion controller sees of them."""
+    """The demonstrations that come with LinuxCNC, as seen by the motion controller."""
     start()
     set_pin("trueaxis.enable", 1)
-    # Homed with the compensation configured and wanted: it comes in by itself.
+    # Homed with the compensation configured and enabled: it ramps in by itself.
     home()
     in_force()
     tell("offsets", *(float(pin("joint.%d.motor-offset" % j)) for j in range(5)))
     mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
     command.feedrate(50.0)
     command.set_optional_stop(False)
-    # In one piece: each row is compared with the one before.
+    # Without gaps: each row is compared with the previous one.
     set_pin("tape.keep", 1)
     for name, seconds, last in PROGRAMS:
         drive(name, seconds, last)
@@ -158,7 +158,7 @@ def programs():
 
 
 def probe():
-    """A surface on the workpiece that does not move: it trips where the tip of the tool really is beyond it."""
+    """A fixed surface on the workpiece: the probe trips when the real tool tip is beyond it."""
     command.feedrate(1.0)
     mdi("G94 G90 G21")
     mdi("G53 G0 X150 Y250 Z-60 A20 C10")
@@ -173,7 +173,7 @@ def probe():
 
 
 def touches():
-    """A program that probes balls, which HAL simulates."""
+    """A program that probes balls simulated in HAL."""
     start()
     home()
     settled(linuxcnc.MODE_AUTO)
@@ -288,7 +288,7 @@ def events(count=1000):
         event = chance.choices(list(often), list(often.values()))[0]
         event()
         happened[event.__name__] = happened.get(event.__name__, 0) + 1
-        # Mostly one upon the other, sometimes time to come to an end.
+        # Usually in quick succession, sometimes with time to finish.
         time.sleep(chance.choices([0.0, 0.01, 0.02, 0.6], [6, 6, 3, 1])[0])
         status.poll()
         messages()

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * For tests only: what takes the place of the tables, to be timed in the same thread and run.
+ * For tests only: alternatives to the tables, timed in the same thread and run.
  *
  * rivals.matrix: the correction of the machine in examples/linuxcnc-xyzac-trt, computed from the matrices of all
- * axes and errors in every period, one step of least squares, as tests/benches/speed/direct.rs does it. Its errors
- * are constants, whose matrices are made once. It is compiled as LinuxCNC compiles its components; in rivals_fast.c,
- * as `rivals_fast.matrix`, with the options of ours.
- * rivals.kins: the inverse kinematics of the module that the motion controller uses, at the commanded position.
- * rivals.nothing: a function that does nothing: what the thread takes to call it and to look at the clock.
- * rivals.pins-in, rivals.pins-out: no more than what the component reads from pins and writes to them.
- * rivals.work: where there is no motion controller, a few µs of computing in other memory in its place.
+ * axes and errors in every period, with one least-squares step, as in tests/benches/speed/direct.rs. Its errors are
+ * constants, whose matrices are computed once. It is compiled like LinuxCNC's own components; in rivals_fast.c, as
+ * `rivals_fast.matrix`, with the options of our component.
+ * rivals.kins: the inverse kinematics of the motion controller's module, at the commanded position.
+ * rivals.nothing: a function that does nothing: the thread's overhead for calling it and reading the clock.
+ * rivals.pins-in, rivals.pins-out: only the pin reads and writes of the component.
+ * rivals.work: without a motion controller, a few µs of computing in other memory in its place.
  */
 #include "rtapi.h"
 #include "rtapi_app.h"

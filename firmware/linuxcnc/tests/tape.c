@@ -5,8 +5,8 @@
  *   loadrt tape play=FILE out=TYPES record=FILE in=TYPES rows=N
  *
  * TYPES has a letter for each pin: f float, b bit, u unsigned, s signed. Both files are rows of doubles in the
- * order of the machine. `tape.run`: the next row in every period; before, the first stands. `tape.keep`: record.
- * What was recorded is written when the component is unloaded.
+ * order of the machine. `tape.run`: the next row in every period; until then, the first row. `tape.keep`: record.
+ * The recording is written when the component is unloaded.
  */
 #include "rtapi.h"
 #include "rtapi_app.h"
