@@ -1,4 +1,4 @@
-/* Where the tables come from: an area of flash, or a file.
+/* Source of the tables: an area of flash, or a file.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

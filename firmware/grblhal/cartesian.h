@@ -1,4 +1,4 @@
-/* Kinematics of a machine whose motors are its axes, for the entries that nothing else fills.
+/* Kinematics of a machine with one motor per axis, for the entries that are not filled otherwise.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

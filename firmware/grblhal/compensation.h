@@ -1,5 +1,5 @@
-/* The compensation by the axes of the controller: loaded or not, and why not; its inputs; one correction after
- * the other.
+/* The compensation in terms of the controller's axes: whether it is loaded, and if not, why; its inputs; the
+ * corrections.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -1,4 +1,4 @@
-/* What is used of grblHAL, and what may be chosen when it is built.
+/* The parts of grblHAL that are used, and build options.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -1,4 +1,4 @@
-/* The kinematics of the controller, with corrections around them.
+/* The kinematics of the controller, wrapped with corrections.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

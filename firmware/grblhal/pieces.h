@@ -1,4 +1,4 @@
-/* Into how many pieces a motion is cut, and how long a piece takes.
+/* Number of pieces of a motion, and duration of a piece.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

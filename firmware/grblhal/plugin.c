@@ -1,4 +1,4 @@
-/* What grblHAL calls.
+/* Functions called by grblHAL.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

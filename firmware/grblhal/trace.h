@@ -1,4 +1,4 @@
-/* Where the last planned segments ended, with their corrections: what is between two of them is known exactly.
+/* Ends of the last planned segments, with their corrections: everything between two of them is known exactly.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -1,4 +1,4 @@
-/* trueaxis for grblHAL: what a driver or another plugin may call. The manual: docs/src/grblhal.md
+/* trueaxis for grblHAL: functions for a driver or another plugin. The manual: docs/src/grblhal.md
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -126,8 +126,9 @@ void within_rate_bound(const char *what, const float *motors, const float *from,
         for (size_t j = 0; j < oracle.axes; j++) {
             size_t i = oracle.place[j];
             double change = ((double)after[i] - (double)end[i]) - ((double)before[i] - (double)begin[i]);
-            /* f32 positions up to 1000 mm or degrees, four of them. What was shown is known to so many steps: that is
-             * in the first difference, and an n-th of it in the others, for the begin of a line shifts its pieces. */
+            /* f32 positions up to 1000 mm or degrees, four of them. The shown position is known to this many steps,
+             * which affect the first difference, and an n-th of them the others, because the start of a line shifts
+             * its pieces. */
             double shift = (k == 1 ? steps : steps / (double)n) / (double)settings.axis[i].steps_per_mm;
             double rounding = 4 * 3.1e-5 + shift;
             CHECK(fabs(change) <= (double)oracle.axis[j].rate_bound * time + rounding,

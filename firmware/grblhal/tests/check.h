@@ -1,4 +1,4 @@
-/* What the tests share: checks, random numbers, blobs, and what the library gives at a place.
+/* Code shared by the tests: checks, random numbers, blobs, and the library's corrections at a place.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

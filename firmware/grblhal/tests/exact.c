@@ -1,4 +1,4 @@
-/* Every segment ends where the library says, and what is shown is what was commanded.
+/* Every segment ends where the library says, and the shown position is the commanded one.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

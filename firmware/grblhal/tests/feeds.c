@@ -1,4 +1,4 @@
-/* Feeds mean what they mean without corrections; soft limits hold; checking a program changes nothing.
+/* Feeds are the same as without corrections; soft limits hold; checking a program changes nothing.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -1,4 +1,4 @@
-/* Tool length from G43, temperatures, and faults that have a name.
+/* Tool length from G43, temperatures, and reported faults.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

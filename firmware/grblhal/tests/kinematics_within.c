@@ -1,4 +1,4 @@
-/* Kinematics of the tool centre point stay in place: they segment and transform, and what comes out is corrected.
+/* Tool-centre-point kinematics stay in use: they segment and transform, and their output is corrected.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

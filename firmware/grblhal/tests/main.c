@@ -1,4 +1,4 @@
-/* grblhal_test FOLDER: with the blobs of this folder.
+/* grblhal_test FOLDER: runs the tests with the blobs in this folder.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

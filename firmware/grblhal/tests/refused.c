@@ -1,4 +1,4 @@
-/* Files that are missing or cannot be used: the controller starts, moves without corrections, and says why.
+/* Missing or unusable files: the controller starts, moves without corrections, and reports the reason.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers
@@ -99,7 +99,7 @@ void refused(void)
         moves_uncorrected("");
     }
 
-    /* More than there is: the number of axes, which stands before the first, Y; after the last comes no name ... */
+    /* More than exist: the number of axes, stored before the first, Y; no name follows the last one ... */
     bad = *blob("router-10");
     uint8_t *bytes = (uint8_t *)bad.bytes;
     size_t place = 16;

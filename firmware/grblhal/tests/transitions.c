@@ -1,4 +1,4 @@
-/* Corrections are let in and taken out while a program runs: by one factor for all axes, and never a step.
+/* Corrections are enabled and disabled while a program runs: by one factor for all axes, and never with a step.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

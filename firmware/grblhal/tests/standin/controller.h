@@ -1,4 +1,4 @@
-/* A controller to test the plugin with: it plans and executes lines as grblHAL promises its plugins.
+/* A controller to test the plugin with: it plans and executes lines as grblHAL documents for its plugins.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers
