@@ -1,4 +1,4 @@
-// What must hold of a page. Functions without a parameter run in the page and return what is wrong.
+// Requirements for a page. Functions without a parameter run in the page and return the violations.
 
 /** Contrast of text at least 4.5 : 1 (WCAG 2, 1.4.3), from computed colours. */
 export function contrast() {
@@ -52,7 +52,7 @@ export function contrast() {
   return { faults: [...faults], least };
 }
 
-/** Nothing sticks out of the window, no word out of its picture. */
+/** Nothing extends beyond the window, and no word beyond its picture. */
 export function overflow() {
   const faults = [];
   const width = document.documentElement.clientWidth;
@@ -66,7 +66,7 @@ export function overflow() {
         `<${element.tagName} class="${element.className}"> reaches from ${box.left} to ${box.right} px`,
       );
   }
-  // What would have to be pushed aside to be read; regions of their own may be, also with the keyboard.
+  // Content that would need horizontal scrolling; scrollable regions may, if the keyboard can scroll them.
   for (const scroll of document.querySelectorAll(".scroll:not([tabindex])")) {
     if (scroll.scrollWidth > scroll.clientWidth + 1)
       faults.push(
@@ -92,7 +92,7 @@ export function overflow() {
   return faults;
 }
 
-/** Every figure says what it is, of what and in which units, and what its marks mean. */
+/** Every figure states its subject, its units, and the meaning of its marks. */
 export function figures() {
   const faults = [];
   const unit = /µm|µrad|mm\b|\bdeg|degree|°|\bkB\b|bytes|mm\/s|\bK\b|\(1\)|%/;
@@ -123,7 +123,7 @@ export function figures() {
   return faults;
 }
 
-/** Nothing of a file was run or read as markup. */
+/** No content of a file was executed or parsed as markup. */
 export function hostile() {
   const faults = [];
   if (window.ran !== undefined) faults.push("something from a file was run");
@@ -139,7 +139,7 @@ export function hostile() {
   return faults;
 }
 
-/** Tab reaches every control, and each shows that it has been reached. */
+/** Tab reaches every control, and each shows its focus. */
 export async function keyboard(page, fault) {
   const wanted = await page.evaluate(() => {
     const controls = [...document.querySelectorAll("button, input, select, a[href], summary, [tabindex='0']")];
@@ -195,7 +195,7 @@ export async function sliders(page, fault) {
   const errors = await page.evaluate(() =>
     window.trueaxis.machine.model.checks.some((c) => c.before.tip_mm > 0),
   );
-  // Not where turning changes nothing.
+  // Except where turning has no effect.
   for (const id of ids.filter((id) => id.startsWith("axis-"))) {
     await page.focus(`#${id}`);
     for (let k = 0; k < 3; k++) await page.keyboard.press("ArrowRight");
@@ -231,7 +231,7 @@ export async function sliders(page, fault) {
   if ((await drawn(page)).picture !== start.picture) fault("the view is not reset");
 }
 
-/** The field shows what its buttons say, and the worst positions move the sliders. */
+/** The field shows what its buttons select, and the worst positions move the sliders. */
 export async function field(page, fault) {
   const picture = () =>
     page.evaluate(
@@ -279,7 +279,7 @@ export async function field(page, fault) {
     if (there.um !== said) fault(`a worst position of ${said} µm has ${there.um} µm`);
     if (!(there.far < 1e-9)) fault(`sliders are ${there.far} away from the position that was chosen`);
   }
-  // One number: the largest of the table is the worst position, and nothing that the lattice shows is worse.
+  // The largest number in the table is the worst position, and the lattice shows nothing worse.
   const { most, max, first } = await page.evaluate(() => {
     const { volumetric, worst } = JSON.parse(document.getElementById("report-data").textContent);
     const { machine, state } = window.trueaxis;
@@ -290,12 +290,12 @@ export async function field(page, fault) {
       first: worst.before[0].tip_um,
     };
   });
-  // Ends of travels are rounded to f32 where the program searches: 1e-5 mm, times errors of some µm per mm.
+  // The program's search rounds ends of travels to f32: 1e-5 mm, times errors of several µm per mm.
   if (Math.abs(max - first) > 1e-6) fault(`the largest error is ${max} µm, the worst position that is listed ${first} µm`);
   if (most > first + 1e-4) fault(`the field has ${most} µm, the worst position that is listed ${first} µm`);
 }
 
-/** Who wants no motion sees both ends, one after the other. */
+/** With reduced motion both ends are shown in turn. */
 export async function calm(page, fault) {
   const letter = await page.evaluate(() => window.trueaxis.machine.model.axes[0].letter);
   const seen = await page.evaluate(
@@ -326,7 +326,7 @@ export function falsified(html) {
   return html.slice(0, from) + JSON.stringify(model).replaceAll("<", "\\u003c") + html.slice(to);
 }
 
-/** A page that computes something else says so in red, first of all, and with the numbers. */
+/** A page that computes other values says so in red, at the top, with the numbers. */
 export async function alarm(page, fault) {
   const said = await page.evaluate(() => {
     const first = document.querySelector("main").firstElementChild;
