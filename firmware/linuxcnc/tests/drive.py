@@ -99,8 +99,8 @@ def in_force():
 
 
 # Those that come with LinuxCNC for this machine, with the maximum time for each in seconds; except
-# xyzac_switchkins, which moves in machine coordinates beyond the travel of this machine. The second test goes to C360, the end of the
-# travel, where corrections are held and are no longer those of `eval`: up to the line before.
+# xyzac_switchkins, which moves in machine coordinates beyond the travel of this machine. The second test goes to
+# C360, the end of the travel, where corrections are held and differ from `eval`, so it runs up to the line before.
 PROGRAMS = (
     ("boat-xyzac", 20, None),
     ("impeller-7bl-xyzac", 20, None),
