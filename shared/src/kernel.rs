@@ -309,13 +309,13 @@ fn holds(direction: Direction, last: Travel) -> bool {
     }
 }
 
-/// Largest integer not above `p`, for |p| ≤ 2²²; beyond that, and for not-a-number, ±2²².
+/// Largest integer not above `p`, for |p| ≤ 2²²; beyond that, and for NaN, ±2²².
 #[inline(always)]
 fn floor(p: f32) -> f32 {
     const END: f32 = 4_194_304.0;
     let p = if p < END { p } else { END };
     let p = if p > -END { p } else { -END };
-    // SAFETY: −2²² ≤ p ≤ 2²² after the two selections (not-a-number became 2²² in the first).
+    // SAFETY: −2²² ≤ p ≤ 2²² after the two selections (NaN became 2²² in the first).
     let k = unsafe { whole(p) } as f32;
     if k > p { k - 1.0 } else { k }
 }

@@ -7,7 +7,7 @@ use crate::description::ADJUSTABLE;
 /// Current weights of the adjustable terms of one compensation, with their limits.
 ///
 /// Obtained from [`Compensation::weights`](crate::Compensation::weights); every weight it holds
-/// lies within its limits.
+/// is within its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Weights {

@@ -1,4 +1,4 @@
-/* What a library of some capacities makes of a program for the same or others, and of a blob.
+/* Response of a library with given capacities to a program for the same or other capacities, and to a blob.
  *
  * capacities FILE.trax; compiled by `cargo xtask capi` with the capacities of the program defined.
  */

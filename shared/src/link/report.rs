@@ -100,7 +100,7 @@ pub struct Hello<'a> {
     pub board: &'a str,
     /// Lowest and highest blob format version that the firmware reads.
     pub formats: [u16; 2],
-    /// What it can hold.
+    /// Capacities of the controller.
     pub capacities: Capacities,
     /// Nominal servo period, s.
     pub period: f32,

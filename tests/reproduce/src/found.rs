@@ -181,7 +181,7 @@ impl Serialize for Table {
 pub struct Picture {
     /// Name of its file, without `.svg`.
     pub name: &'static str,
-    /// What it shows.
+    /// Subject of the picture.
     pub title: String,
     /// The drawing.
     #[serde(skip)]
@@ -239,7 +239,7 @@ pub struct NotReproduced {
 /// All results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reproduced {
-    /// What was recomputed.
+    /// Recomputed results.
     pub chapters: Vec<Chapter>,
     /// Results that cannot be recomputed.
     pub not_reproduced: Vec<NotReproduced>,
