@@ -185,8 +185,8 @@ impl<F: TableFlash> Slots<F> {
     ///
     /// # Errors
     /// [`SlotError::NotChosen`]: the slot selected for use is not valid. [`SlotError::NotStandstill`]: a running servo
-    /// would be stalled. [`SlotError::Full`]: there is no room for it. Nothing has changed. [`SlotError::Flash`],
-    /// [`SlotError::Unusable`]: the previously stored settings still apply.
+    /// would be stalled. [`SlotError::Full`]: there is no room for it. In these cases nothing has changed.
+    /// [`SlotError::Flash`], [`SlotError::Unusable`]: the previously stored settings still apply.
     pub fn choose(&mut self, choice: Choice) -> Result<(), SlotError> {
         // Choices in a slot that is not valid are lost with the next upload.
         let newest = self.newest_choice();
