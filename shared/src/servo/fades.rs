@@ -15,7 +15,7 @@ use crate::weights::Weights;
 impl<H: Handle> Servo<H> {
     /// What is being faded in, otherwise what is in use.
     pub(super) fn target(&self) -> &Compensation<'_, H::Room> {
-        target(&self.current, &self.other, self.fading)
+        target(&self.current, &self.other, self.fading).get()
     }
 
     /// Takes the limits of the axes: of the compensation in use, and of one that is faded in. The
@@ -24,7 +24,7 @@ impl<H: Handle> Servo<H> {
     /// has half of that, for both may move.
     pub(super) fn take_limits(&mut self) {
         let from = self.current.get();
-        let to = target(&self.current, &self.other, self.fading);
+        let to = target(&self.current, &self.other, self.fading).get();
         let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
         let axes = from.axes().iter().zip(to.axes());
         let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
@@ -180,7 +180,7 @@ impl<H: Handle> Servo<H> {
         // All of it is written; a copy costs less than zeros.
         let mut new = self.correction.computed;
         let current = self.current.get();
-        current.evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
+        (self.current).evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
         let mut acted = 0;
         bound(current, &mut new, &mut acted);
         let axes = current.axes().iter();
@@ -214,7 +214,7 @@ impl<H: Handle> Servo<H> {
         // All of it is written; a copy costs less than zeros.
         let mut new = self.correction.computed;
         to.evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
-        bound(to, &mut new, &mut self.correction.status.saturated);
+        bound(to.get(), &mut new, &mut self.correction.status.saturated);
         let both = self
             .correction
             .computed
@@ -228,14 +228,10 @@ impl<H: Handle> Servo<H> {
 }
 
 /// What is being faded in, otherwise what is in use.
-fn target<'h, H: Handle>(
-    current: &'h H,
-    other: &'h Option<H>,
-    fading: Fading,
-) -> &'h Compensation<'h, H::Room> {
+fn target<'h, H: Handle>(current: &'h H, other: &'h Option<H>, fading: Fading) -> &'h H {
     match other {
-        Some(other) if fading == Fading::Compensation => other.get(),
-        _ => current.get(),
+        Some(other) if fading == Fading::Compensation => other,
+        _ => current,
     }
 }
 
