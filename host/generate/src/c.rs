@@ -169,6 +169,11 @@ fn show(program: &Program, value: &Value, inner: bool) -> String {
             number(*period),
             number(*inverse)
         ),
+        Value::Line(steps, values) => format!(
+            "line({}, {})",
+            show(program, steps, false),
+            values.map(|value| number(value) + "f").join(", ")
+        ),
         Value::ByTravel(axis, positive, negative) => format!(
             "by_travel(travel[{axis}], {}, {})",
             show(program, positive, false),
@@ -191,6 +196,9 @@ fn helpers(program: &Program) -> String {
         .any(|s| matches!(s, Statement::Circular { .. }))
     {
         text += CIRCULAR;
+    }
+    if program.has_lines {
+        text += LINE;
     }
     if program.is_directional {
         text += BY_TRAVEL;
@@ -259,6 +267,21 @@ static inline float reduced(float distance, float period, float inverse)
         const float below = (whole > p) ? (whole - 1.0f) : whole;
         return distance - (below * period);
     }
+}
+";
+const LINE: &str = "
+/* A straight line from `first` over one step; beyond, its ends hold. */
+static inline float line(float steps, float first, float change, float last)
+{
+    float value = first;
+    if (steps >= 1.0f) {
+        value = last;
+    } else if (steps > 0.0f) {
+        value = first + (change * steps);
+    } else {
+        /* Before the first point. */
+    }
+    return value;
 }
 ";
 const BY_TRAVEL: &str = "

@@ -114,6 +114,14 @@ impl<'p> Machine<'p> {
                 let p = if p > -MOST { p } else { -MOST };
                 d - p.floor() * period
             }
+            Value::Line(steps, [first, change, last]) => {
+                let steps = self.value(steps, given);
+                if (0.0..1.0).contains(&steps) {
+                    first + change * steps
+                } else {
+                    if steps > 0.0 { *last } else { *first }
+                }
+            }
             Value::ByTravel(axis, positive, negative) => match given.travel[*axis] {
                 Travel::Positive => self.value(positive, given),
                 Travel::Negative => self.value(negative, given),

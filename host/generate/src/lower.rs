@@ -109,6 +109,7 @@ impl Lowering<'_, '_> {
             Interpolation::Cubic => 4,
         };
         let intervals = bank.points + 1 - reads;
+        let is_line = bank.points == 2 && !bank.modulo;
         let input = GridAxis {
             input: bank.input,
             start: bank.start,
@@ -116,6 +117,9 @@ impl Lowering<'_, '_> {
             points: bank.points,
             modulo: bank.modulo,
         };
+        if is_line {
+            return self.lines(number, bank, tables);
+        }
         let (index, t) = self.interval(&number.to_string(), &input, intervals);
         let array = self.bank_samples(number, bank, first, about);
         let weights = match bank.interpolation {
@@ -142,6 +146,31 @@ impl Lowering<'_, '_> {
                 }
             };
             let table = first + column;
+            let value = self.by_travel(bank, table, value);
+            tables.push(self.bind(format!("t{table}"), value));
+        }
+    }
+
+    /// The tables of a bank of two points: straight lines.
+    fn lines(&mut self, number: usize, bank: &Bank, tables: &mut Vec<Value>) {
+        let distance = Value::Input(usize::from(bank.input)).subtract(Value::Number(bank.start));
+        let steps = distance.multiply(Value::Number(1.0 / bank.step));
+        let steps = self.bind(format!("f{number}"), steps);
+        self.program.has_lines = true;
+        for table in tables.len()..tables.len() + usize::from(bank.tables) {
+            let scale = self.compensation.scale(table).unwrap_or_default();
+            let [first, last] = [0, 1].map(|point| {
+                let value = self.compensation.sample(table, point).unwrap_or_default();
+                match bank.format {
+                    SampleFormat::F32 => value,
+                    SampleFormat::I16 => f32::from(stored(value, scale)),
+                }
+            });
+            let value = Value::Line(Box::new(steps.clone()), [first, last - first, last]);
+            let value = match bank.format {
+                SampleFormat::F32 => value,
+                SampleFormat::I16 => value.multiply(Value::Number(scale)),
+            };
             let value = self.by_travel(bank, table, value);
             tables.push(self.bind(format!("t{table}"), value));
         }

@@ -61,6 +61,9 @@ pub enum Value {
     Negated(Box<Value>),
     /// The value reduced by whole periods; with the inverse of the period.
     Reduced(Box<Value>, f32, f32),
+    /// Along the only interval of a table, so many steps from its first point: the first value, what is added per step,
+    /// and the last value, which holds beyond.
+    Line(Box<Value>, [f32; 3]),
     /// One value after positive, another one after negative travel of an axis, 0 while the direction is unknown.
     ByTravel(usize, Box<Value>, Box<Value>),
 }
@@ -123,6 +126,8 @@ pub struct Program {
     pub inputs: usize,
     /// How many adjustable weights there are.
     pub weights: usize,
+    /// True if a table is a line.
+    pub has_lines: bool,
     /// True if a value depends on the direction of travel.
     pub is_directional: bool,
 }

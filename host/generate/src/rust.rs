@@ -1,13 +1,14 @@
 //! The program as Rust.
 
-use crate::Head;
 use crate::program::{Local, Operation, Program, Samples, Statement, Value};
 use crate::text::{number, rows};
+use crate::{ForServo, Head};
 
 /// The whole file.
 pub fn print(program: &Program, head: &Head<'_>) -> String {
-    let mut text = head.comment("//! ");
-    text += "\n#![allow(clippy::all, clippy::pedantic)]\n\n";
+    // No inner attributes, so that the file can be a module as well as be included in one.
+    let mut text = head.comment("// ");
+    text += "\n";
     text += "/// The axes, in the order of inputs and corrections.\n";
     let letters: Vec<String> = head.axes.iter().map(|a| format!("'{a}'")).collect();
     text += &format!(
@@ -18,13 +19,16 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     text += "/// The checksum of the compensation that this code evaluates.\n";
     text += &format!("pub const CHECKSUM: u32 = {:#010X};\n\n", head.checksum);
     text += &body(program, head);
+    if let Some(servo) = &head.servo {
+        text += &for_servo(program, servo);
+    }
     for array in &program.arrays {
         let of_row = array.points.iter().rev().fold(
             format!("[{}; {}]", element(&array.samples), array.columns),
             |inner, points| format!("[{inner}; {points}]"),
         );
         text += &format!(
-            "\n/// {}\n#[rustfmt::skip]\nstatic {}: {of_row} = ",
+            "\n/// {}\n#[rustfmt::skip]\n#[allow(clippy::all, clippy::pedantic)]\nstatic {}: {of_row} = ",
             array.about, array.name
         );
         text += &rows(array, ['[', ']'], "");
@@ -33,6 +37,71 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     text += &helpers(program);
     text
 }
+
+/// What `trueaxis::Generated` takes.
+fn for_servo(program: &Program, servo: &ForServo) -> String {
+    let list = |count: usize, each: &dyn Fn(usize) -> String| {
+        (0..count).map(each).collect::<Vec<_>>().join(", ")
+    };
+    let inputs = list(program.inputs, &|k| match k.checked_sub(program.axes) {
+        None => format!("inputs.axes[{k}]"),
+        Some(auxiliary) => format!("inputs.auxiliaries[{auxiliary}]"),
+    });
+    let mut arguments = format!("&[{inputs}]");
+    if program.is_directional {
+        let travel = list(program.axes, &|k| format!("sign(travel.0[{k}])"));
+        arguments += &format!(", &[{travel}]");
+    }
+    if program.weights > 0 {
+        let adjustable = servo.adjustable.iter();
+        let weights = adjustable.map(|term| format!("weights.get({term}).unwrap_or_default()"));
+        arguments += &format!(", &[{}]", weights.collect::<Vec<_>>().join(", "));
+    }
+    let axes = program.axes;
+    let bytes: Vec<String> = servo.facts.iter().map(u8::to_string).collect();
+    let lines: Vec<String> = bytes
+        .chunks(24)
+        .map(|line| format!("    {},\n", line.join(", ")))
+        .collect();
+    let sign = match program.is_directional {
+        true => SIGN,
+        false => "",
+    };
+    format!(
+        "
+/// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
+#[rustfmt::skip]
+pub static FACTS: trueaxis::Aligned<[u8; {}]> = trueaxis::Aligned([
+{}]);
+
+/// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
+#[inline]
+pub fn corrections<const N: usize>(
+    inputs: &trueaxis::Inputs<[f32; N]>,
+    travel: &trueaxis::Travelling<[trueaxis::Travel; N]>,
+    weights: &trueaxis::Weights,
+    corrections: &mut [f32; N],
+) {{
+    const {{ assert!(N >= {axes}, \"capacities for fewer axes than the machine has\") }};
+    let _ = (travel, weights);
+    let values = evaluate({arguments});
+    corrections[..{axes}].copy_from_slice(&values);
+}}
+{sign}",
+        bytes.len(),
+        lines.concat()
+    )
+}
+
+const SIGN: &str = "
+fn sign(travel: trueaxis::Travel) -> i8 {
+    match travel {
+        trueaxis::Travel::Positive => 1,
+        trueaxis::Travel::Negative => -1,
+        trueaxis::Travel::Unknown => 0,
+    }
+}
+";
 
 fn element(samples: &Samples) -> &'static str {
     match samples {
@@ -57,7 +126,7 @@ fn body(program: &Program, head: &Head<'_>) -> String {
     }
     let arguments = arguments.join(", ");
     text += &format!(
-        "#[inline]\n#[must_use]\npub fn evaluate({arguments}) -> [f32; {}] {{\n",
+        "#[inline]\n#[must_use]\n#[allow(clippy::all, clippy::pedantic)]\npub fn evaluate({arguments}) -> [f32; {}] {{\n",
         program.axes
     );
     let mut corrections = Vec::new();
@@ -170,6 +239,11 @@ fn show(program: &Program, value: &Value, inner: bool) -> String {
             number(*period),
             number(*inverse)
         ),
+        Value::Line(steps, values) => format!(
+            "line({}, {})",
+            show(program, steps, false),
+            values.map(|value| number(value)).join(", ")
+        ),
         Value::ByTravel(axis, positive, negative) => format!(
             "by_travel(travel[{axis}], {}, {})",
             show(program, positive, false),
@@ -200,6 +274,9 @@ fn helpers(program: &Program) -> String {
         .any(|s| matches!(s, Statement::Circular { .. }))
     {
         text += CIRCULAR;
+    }
+    if program.has_lines {
+        text += LINE;
     }
     if program.is_directional {
         text += BY_TRAVEL;
@@ -243,6 +320,20 @@ fn reduced(distance: f32, period: f32, inverse: f32) -> f32 {
     let whole = p as i32 as f32;
     let floor = if whole > p { whole - 1.0 } else { whole };
     distance - floor * period
+}
+";
+const LINE: &str = "
+/// A straight line from `first` over one step; beyond, its ends hold.
+#[inline(always)]
+fn line(steps: f32, first: f32, change: f32, last: f32) -> f32 {
+    // From 0 on, numbers are in the order of their bits; negative ones and not-a-number have larger bits.
+    if steps.to_bits() < 1.0_f32.to_bits() {
+        first + change * steps
+    } else if steps > 0.0 {
+        last
+    } else {
+        first
+    }
 }
 ";
 const BY_TRAVEL: &str = "

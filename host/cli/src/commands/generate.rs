@@ -15,6 +15,7 @@ use trueaxis_tables::validate::Runtime;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis generate machine.trax -o corrections.rs\n  \
+trueaxis generate machine.trax --servo -o corrections.rs\n  \
 trueaxis generate machine.trax --function mill_corrections -o corrections.c"
 )]
 pub struct Arguments {
@@ -30,6 +31,9 @@ pub struct Arguments {
     /// Name of the C function
     #[arg(long, value_name = "NAME", default_value = "trueaxis_evaluate", value_parser = identifier)]
     function: String,
+    /// Add what a servo of the crate trueaxis (Rust) has to know: axes, bounds, weights
+    #[arg(long)]
+    servo: bool,
     /// Compare at N random inputs
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     compared: usize,
@@ -72,6 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let options = Options {
         file: &file,
         function: &arguments.function,
+        servo: arguments.servo,
         compared: arguments.compared,
     };
     let code = generate(&runtime, header.crc, language, options).map_err(|error| {
