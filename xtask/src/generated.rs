@@ -106,13 +106,10 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     for (name, blob) in &names {
         let rust = source.join(name).with_extension("rs");
         let c = folder.join(name).with_extension("c");
-        for code in [&rust, &c] {
+        for (code, servo) in [(&rust, &["--servo"][..]), (&c, &[])] {
             let mut generate = Command::new(&trueaxis);
-            generate
-                .arg("generate")
-                .arg(blob)
-                .args(["--servo", "-o"])
-                .arg(code);
+            generate.arg("generate").arg(blob).args(servo);
+            generate.arg("-o").arg(code);
             print!("{}", output(&mut generate)?);
         }
         for (compiler, options, kind) in COMPILERS {

@@ -68,6 +68,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     };
+    if arguments.servo && language == Language::C {
+        return Err(BadInput::new(
+            "--servo is for Rust: the servo of the C interface takes tables, not code",
+            "leave out --servo and call the function, or write Rust",
+        ));
+    }
     let blob = files::read_blob(path)?;
     let in_blob = |error| BadInput::in_blob(error, path);
     let runtime = Runtime::load(&blob).map_err(in_blob)?;
