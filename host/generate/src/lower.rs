@@ -11,6 +11,16 @@ struct Lowering<'c, 'b> {
     compensation: &'c Largest<'b>,
     contents: &'c Contents<'c>,
     program: Program,
+    tables: Vec<Table>,
+}
+
+/// A table, which becomes a local where it is first used: so few are needed at a time.
+struct Table {
+    value: Value,
+    /// The axis and the direction of travel that it depends on.
+    axis: usize,
+    direction: Direction,
+    is_local: bool,
 }
 
 /// The code of a compensation.
@@ -26,23 +36,30 @@ pub fn lower(compensation: &Largest<'_>, contents: &Contents<'_>) -> Program {
             weights: adjustable.count(),
             ..Program::default()
         },
+        tables: Vec::new(),
     };
-    let mut tables = Vec::new();
+    let used: Vec<u8> = compensation
+        .terms()
+        .flat_map(|term| term.factors)
+        .copied()
+        .collect();
     for (number, bank) in compensation.banks().iter().enumerate() {
-        lowering.bank(number, bank, &mut tables);
+        lowering.bank(number, bank, &used);
     }
-    let mut sums: Vec<Option<Value>> = vec![None; axes];
-    lowering.terms(&tables, &mut sums);
+    let mut grids: Vec<Vec<Value>> = vec![Vec::new(); axes];
     for (number, grid) in compensation.grids().iter().enumerate() {
-        lowering.grid(number, grid, &mut sums);
+        lowering.grid(number, grid, &mut grids);
     }
-    for (axis, sum) in sums.into_iter().enumerate() {
+    for (axis, grids) in grids.into_iter().enumerate() {
         lowering.say(format!("d{}", contents.axes[axis].name));
+        let sum = lowering
+            .terms(axis)
+            .into_iter()
+            .chain(grids)
+            .reduce(Value::add);
         let value = sum.unwrap_or(Value::Number(0.0));
-        lowering
-            .program
-            .statements
-            .push(Statement::Correction(axis, value));
+        let statements = &mut lowering.program.statements;
+        statements.push(Statement::Correction(axis, value));
     }
     lowering.program
 }
@@ -89,10 +106,14 @@ impl Lowering<'_, '_> {
         (index, Value::Local(fraction))
     }
 
-    /// The tables of a bank, one local each.
-    fn bank(&mut self, number: usize, bank: &Bank, tables: &mut Vec<Value>) {
-        let first = tables.len();
+    /// The interval of a bank, and its tables.
+    fn bank(&mut self, number: usize, bank: &Bank, used: &[u8]) {
+        let first = self.tables.len();
         let columns = usize::from(bank.tables);
+        let all = first..first + columns;
+        if !used.iter().any(|table| all.contains(&usize::from(*table))) {
+            return all.for_each(|_| self.table(bank, Value::Number(0.0)));
+        }
         let entry = &self.contents.bank_list[number];
         let about = format!(
             "{} of {}: {} points from {} to {}, {}",
@@ -118,7 +139,7 @@ impl Lowering<'_, '_> {
             modulo: bank.modulo,
         };
         if is_line {
-            return self.lines(number, bank, tables);
+            return self.lines(number, bank);
         }
         let (index, t) = self.interval(&number.to_string(), &input, intervals);
         let array = self.bank_samples(number, bank, first, about);
@@ -145,19 +166,17 @@ impl Lowering<'_, '_> {
                     between.multiply(Value::Number(scale))
                 }
             };
-            let table = first + column;
-            let value = self.by_travel(bank, table, value);
-            tables.push(self.bind(format!("t{table}"), value));
+            self.table(bank, value);
         }
     }
 
     /// The tables of a bank of two points: straight lines.
-    fn lines(&mut self, number: usize, bank: &Bank, tables: &mut Vec<Value>) {
+    fn lines(&mut self, number: usize, bank: &Bank) {
         let distance = Value::Input(usize::from(bank.input)).subtract(Value::Number(bank.start));
         let steps = distance.multiply(Value::Number(1.0 / bank.step));
         let steps = self.bind(format!("f{number}"), steps);
         self.program.has_lines = true;
-        for table in tables.len()..tables.len() + usize::from(bank.tables) {
+        for table in self.tables.len()..self.tables.len() + usize::from(bank.tables) {
             let scale = self.compensation.scale(table).unwrap_or_default();
             let [first, last] = [0, 1].map(|point| {
                 let value = self.compensation.sample(table, point).unwrap_or_default();
@@ -171,29 +190,58 @@ impl Lowering<'_, '_> {
                 SampleFormat::F32 => value,
                 SampleFormat::I16 => value.multiply(Value::Number(scale)),
             };
-            let value = self.by_travel(bank, table, value);
-            tables.push(self.bind(format!("t{table}"), value));
+            self.table(bank, value);
         }
     }
 
+    fn table(&mut self, bank: &Bank, value: Value) {
+        self.tables.push(Table {
+            value,
+            axis: bank.input.into(),
+            direction: bank.direction,
+            is_local: false,
+        });
+    }
+
+    /// The local of a table.
+    fn local_table(&mut self, number: usize) -> Value {
+        let Table {
+            value,
+            axis,
+            direction,
+            is_local,
+        } = &self.tables[number];
+        if *is_local {
+            return value.clone();
+        }
+        let (value, axis, direction) = (value.clone(), *axis, *direction);
+        let value = self.by_travel(number, axis, direction, value);
+        let value = self.bind(format!("t{number}"), value);
+        let table = &mut self.tables[number];
+        (table.value, table.is_local) = (value.clone(), true);
+        value
+    }
+
     /// What a table counts after either direction of travel.
-    fn by_travel(&mut self, bank: &Bank, table: usize, value: Value) -> Value {
+    fn by_travel(
+        &mut self,
+        number: usize,
+        axis: usize,
+        direction: Direction,
+        value: Value,
+    ) -> Value {
         let none = Value::Number(0.0);
-        let (positive, negative) = match bank.direction {
+        let (positive, negative) = match direction {
             Direction::Both => return value,
             Direction::Positive => (value, none),
             Direction::Negative => (none, value),
             Direction::Signed => {
-                let value = self.bind(format!("t{table}_stored"), value);
+                let value = self.bind(format!("t{number}_stored"), value);
                 (value.clone(), Value::Negated(Box::new(value)))
             }
         };
         self.program.is_directional = true;
-        Value::ByTravel(
-            usize::from(bank.input),
-            Box::new(positive),
-            Box::new(negative),
-        )
+        Value::ByTravel(axis, Box::new(positive), Box::new(negative))
     }
 
     /// The samples of a bank, with as many rows more as are read beyond the last index.
@@ -253,26 +301,29 @@ impl Lowering<'_, '_> {
         [bind(0, w0), bind(2, w2), bind(3, w3)]
     }
 
-    /// Weights times products of tables, in stored order.
-    fn terms(&mut self, tables: &[Value], sums: &mut [Option<Value>]) {
+    /// Weights times products of tables, in stored order, for one axis.
+    fn terms(&mut self, axis: usize) -> Vec<Value> {
         let mut adjustable = 0..;
+        let mut products = Vec::new();
         for term in self.compensation.terms() {
             let weight = match term.limits {
                 Some(_) => adjustable.next().map(Value::Weight),
                 None if term.weight == 1.0 && !term.factors.is_empty() => None,
                 None => Some(Value::Number(term.weight)),
             };
-            let factors = term
-                .factors
-                .iter()
-                .map(|table| tables[usize::from(*table)].clone());
-            let product = weight.into_iter().chain(factors).reduce(Value::multiply);
-            add(&mut sums[usize::from(term.output)], product);
+            if usize::from(term.output) == axis {
+                let factors = term
+                    .factors
+                    .iter()
+                    .map(|table| self.local_table((*table).into()));
+                products.extend(weight.into_iter().chain(factors).reduce(Value::multiply));
+            }
         }
+        products
     }
 
-    /// Multilinear interpolation, added to the sums of its outputs.
-    fn grid(&mut self, number: usize, grid: &Grid, sums: &mut [Option<Value>]) {
+    /// Multilinear interpolation: a value for each of its outputs.
+    fn grid(&mut self, number: usize, grid: &Grid, grids: &mut [Vec<Value>]) {
         let entry = &self.contents.grid_list[number];
         let outputs: Vec<String> = entry.outputs.iter().map(|o| format!("d{o}")).collect();
         let inputs: Vec<&str> = entry.inputs.iter().map(|i| i.input.as_str()).collect();
@@ -336,7 +387,7 @@ impl Lowering<'_, '_> {
                 SampleFormat::F32 => value,
                 SampleFormat::I16 => value.multiply(Value::Number(grid.scales[column])),
             };
-            add(&mut sums[usize::from(*output)], Some(value));
+            grids[usize::from(*output)].push(value);
         }
     }
 
@@ -372,13 +423,6 @@ fn stored(value: f32, scale: f32) -> i16 {
 /// a + (b − a) · t.
 fn mixed(a: Value, b: Value, t: Value) -> Value {
     a.clone().add(b.subtract(a).multiply(t))
-}
-
-fn add(sum: &mut Option<Value>, value: Option<Value>) {
-    *sum = match (sum.take(), value) {
-        (Some(sum), Some(value)) => Some(sum.add(value)),
-        (sum, value) => sum.or(value),
-    };
 }
 
 /// `T3`, or `T3 to T7`.
