@@ -242,6 +242,12 @@ impl<'a, C: Room> Compensation<'a, C> {
         None
     }
 
+    /// What the stored samples of table `table` are multiplied by: 1 for samples of f32.
+    #[must_use]
+    pub fn scale(&self, table: usize) -> Option<f32> {
+        self.plan.scales().get(table).copied()
+    }
+
     /// Value of output `output` (its index in [`Grid::outputs`]) at node `node` of grid `grid`.
     #[must_use]
     pub fn grid_sample(&self, grid: usize, node: usize, output: usize) -> Option<f32> {

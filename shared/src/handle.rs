@@ -1,7 +1,11 @@
 //! How a servo holds its compensations.
 
 use crate::compensation::Compensation;
+use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Room;
+use crate::weights::Weights;
+
+type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
 
 /// A pointer to a compensation: a reference (`&Compensation`, `&'static mut Compensation`), a `Box` or an `Arc`
 /// (feature `encode`, which needs a heap), a compensation itself, or a custom type, such as the lease of a pool.
@@ -13,6 +17,19 @@ pub trait Handle {
 
     /// The compensation.
     fn get(&self) -> &Compensation<'_, Self::Room>;
+
+    /// Its corrections, see [`Compensation::evaluate_into`]; [`Generated`] computes them by code of its own.
+    #[inline(always)]
+    fn evaluate_into(
+        &self,
+        inputs: &Inputs<Axes<Self, f32>>,
+        travel: &Travelling<Axes<Self, Travel>>,
+        weights: &Weights,
+        corrections: &mut Axes<Self, f32>,
+    ) {
+        self.get()
+            .evaluate_into(inputs, travel, weights, corrections);
+    }
 }
 
 impl<C: Room> Handle for Compensation<'_, C> {
@@ -33,6 +50,17 @@ macro_rules! through {
             fn get(&self) -> &Compensation<'_, H::Room> {
                 (**self).get()
             }
+
+            #[inline(always)]
+            fn evaluate_into(
+                &self,
+                inputs: &Inputs<Axes<Self, f32>>,
+                travel: &Travelling<Axes<Self, Travel>>,
+                weights: &Weights,
+                corrections: &mut Axes<Self, f32>,
+            ) {
+                (**self).evaluate_into(inputs, travel, weights, corrections);
+            }
         }
     )*}
 }
@@ -40,3 +68,49 @@ macro_rules! through {
 through!(&H &mut H);
 #[cfg(feature = "encode")]
 through!(alloc::boxed::Box<H> alloc::sync::Arc<H>);
+
+/// A compensation that is evaluated by generated code (`trueaxis generate`), not by its tables.
+///
+/// The compensation has the axes, bounds, auxiliaries and weights, but no samples: `trueaxis generate --servo` writes it
+/// into the same file as the code.
+#[derive(Clone, Copy, Debug)]
+pub struct Generated<H, F> {
+    compensation: H,
+    evaluate: F,
+}
+
+impl<H: Handle, F> Generated<H, F>
+where
+    F: Fn(&Inputs<Axes<H, f32>>, &Travelling<Axes<H, Travel>>, &Weights, &mut Axes<H, f32>),
+{
+    /// Of both.
+    pub const fn new(compensation: H, evaluate: F) -> Self {
+        Self {
+            compensation,
+            evaluate,
+        }
+    }
+}
+
+impl<H: Handle, F> Handle for Generated<H, F>
+where
+    F: Fn(&Inputs<Axes<H, f32>>, &Travelling<Axes<H, Travel>>, &Weights, &mut Axes<H, f32>),
+{
+    type Room = H::Room;
+
+    #[inline(always)]
+    fn get(&self) -> &Compensation<'_, H::Room> {
+        self.compensation.get()
+    }
+
+    #[inline(always)]
+    fn evaluate_into(
+        &self,
+        inputs: &Inputs<Axes<H, f32>>,
+        travel: &Travelling<Axes<H, Travel>>,
+        weights: &Weights,
+        corrections: &mut Axes<H, f32>,
+    ) {
+        (self.evaluate)(inputs, travel, weights, corrections);
+    }
+}

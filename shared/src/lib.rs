@@ -94,7 +94,7 @@ pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 #[doc(hidden)]
 pub use embed::Aligned;
 pub use format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
-pub use handle::Handle;
+pub use handle::{Generated, Handle};
 pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{LoadError, Part};

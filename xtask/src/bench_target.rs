@@ -14,12 +14,13 @@ use cycles::Cost;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Permitted growth of a figure over the committed one, per cent.
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, title, maximum instructions (0: no limit).
-const CALLS: [(&str, &str, u64); 22] = [
+const CALLS: [(&str, &str, u64); 26] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 390),
     (
         "evaluate_huron13_5_axes",
@@ -66,6 +67,18 @@ const CALLS: [(&str, &str, u64); 22] = [
     ("linear_9_tables", "  of nine", 0),
     ("cubic_1_table", "evaluate: a bank of one cubic table", 0),
     ("cubic_9_tables", "  of nine", 0),
+    ("generated_huron13", "generated: 13 errors, five axes", 0),
+    (
+        "generated_huron13_direction",
+        "  for the direction of the tool",
+        200,
+    ),
+    (
+        "generated_kolibri10_direction",
+        "  the same, 10 errors of the Kolibri",
+        350,
+    ),
+    ("generated_document_40_tables", "  layout of 40 tables", 350),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
     (
         "rival_closed_form_micromath",
@@ -84,7 +97,11 @@ const OURS: &str = "evaluate_huron13";
 /// Maximum instructions of any update of a kind.
 const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1600), ("servo_fade_huron13", 2400)];
 /// Target for the cycles of the typical call.
-const CYCLES: [(&str, u64); 2] = [("evaluate_huron13", 665), ("servo_update_huron13", 1050)];
+const CYCLES: [(&str, u64); 3] = [
+    ("evaluate_huron13", 665),
+    ("servo_update_huron13", 1050),
+    ("generated_huron13_direction", 320),
+];
 /// Maximum stack of any of our calls, bytes.
 const STACK: u64 = 1024;
 /// Maximum size of the code that runs in the servo loop, bytes.
@@ -108,10 +125,12 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
     let folder = build(&cross)?;
-    let (mut figures, costs) = measure(&folder.join("release/bench-target"))?;
-    // The rivals are optimised for speed; our code is built like on the boards, for size.
-    let (fast, _) = measure(&folder.join("fast/bench-target"))?;
-    for (key, ..) in CALLS.iter().filter(|(key, ..)| key.starts_with("rival_")) {
+    let (mut figures, mut costs) = measure(&folder.join("release/bench-target"))?;
+    // Generated code and the rivals as fast as the compiler makes them; ours as the boards are built, for size.
+    let (fast, fast_costs) = measure(&folder.join("fast/bench-target"))?;
+    let is_fast = |key: &str| key.starts_with("rival_") || key.starts_with("generated_");
+    costs.extend(fast_costs.into_iter().filter(|(key, _)| is_fast(key)));
+    for (key, ..) in CALLS.iter().filter(|(key, ..)| is_fast(key)) {
         for key in ["", "_min", "_max", "_nm", "_cycles"].map(|end| format!("{key}{end}")) {
             if let Some(value) = fast.get(&key) {
                 figures.set(&key, value);
@@ -165,6 +184,16 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
         blob::compile(&trueaxis, &sources, &options, &blob)?;
     }
     run(example("bench-blobs").current_dir(root()).arg(&blobs))?;
+    for name in [
+        "huron13",
+        "huron13-direction",
+        "kolibri10-direction",
+        "document40",
+    ] {
+        let [blob, code] = ["trax", "rs"].map(|kind| blobs.join(name).with_extension(kind));
+        let mut generate = Command::new(&trueaxis);
+        run(generate.arg("generate").arg(blob).arg("-o").arg(code))?;
+    }
     let build = |profile| {
         let words = format!("build -q --profile {profile} -p trueaxis-bench-target");
         let (mut command, folder) = cross.cargo("stm32f405", &words);
@@ -246,7 +275,9 @@ fn print(figures: &Figures, costs: &Costs, fast: &Figures, version: &str) {
         }
         println!();
     }
-    println!("most of a servo update: where axes reverse. Built for size; the rivals for speed.");
+    println!(
+        "most of a servo update: where axes reverse. Built for size; generated code and rivals for speed."
+    );
     let of = |key| costs.get(key).cloned().unwrap_or_default();
     shares(&CYCLES.map(|(key, _)| (key, of(key))));
     println!("\nbytes");

@@ -16,6 +16,7 @@ mod files;
 mod firmware_crate;
 mod fuzz;
 mod gcode;
+mod generated;
 mod grblhal;
 mod hil;
 mod linuxcnc;
@@ -56,6 +57,8 @@ usage: cargo xtask COMMAND
                                  twentieth and five times of it: how many meet it, what is worse for it
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
+  generated [COUNT]              what `trueaxis generate` writes for every example, compiled with rustc, gcc and clang,
+                                 beside the general evaluation: the same bits at COUNT (10 million) inputs
   report                         the report of every example in a browser: what it computes, shows, prints
   reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
         ["gcode", ref options @ ..] => gcode::execute(options),
+        ["generated", ref options @ ..] => generated::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["mutants", ref names @ ..] => mutants::execute(names),
         ["deny"] => test::deny(),

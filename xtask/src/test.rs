@@ -108,6 +108,7 @@ fn rest() -> Vec<Step> {
         step("C interface from C and C++", "xtask capi"),
         step("plugin for grblHAL", "xtask grblhal"),
         step("LinuxCNC", "xtask linuxcnc"),
+        step("generated code", "xtask generated 300000"),
         step("programs beside another interpreter", "xtask gcode"),
         step("reports in a browser", "xtask report"),
         step("examples for RTIC and embassy", "xtask boards"),

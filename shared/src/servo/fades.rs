@@ -15,7 +15,7 @@ use crate::weights::Weights;
 impl<H: Handle> Servo<H> {
     /// The compensation being faded in, or else the one in use.
     pub(super) fn target(&self) -> &Compensation<'_, H::Room> {
-        target(&self.current, &self.other, self.fading)
+        target(&self.current, &self.other, self.fading).get()
     }
 
     /// Adopts the limits of the axes, both of the compensation in use and of one being faded in. The factors move at a
@@ -23,7 +23,7 @@ impl<H: Handle> Servo<H> {
     /// worst case from bound to bound, and during a fade each has half of that, because both may move.
     pub(super) fn take_limits(&mut self) {
         let from = self.current.get();
-        let to = target(&self.current, &self.other, self.fading);
+        let to = target(&self.current, &self.other, self.fading).get();
         let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
         let axes = from.axes().iter().zip(to.axes());
         let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
@@ -179,7 +179,7 @@ impl<H: Handle> Servo<H> {
         // All of it is overwritten; a copy costs less than zeros.
         let mut new = self.correction.computed;
         let current = self.current.get();
-        current.evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
+        (self.current).evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
         let mut acted = 0;
         bound(current, &mut new, &mut acted);
         let axes = current.axes().iter();
@@ -213,7 +213,7 @@ impl<H: Handle> Servo<H> {
         // All of it is overwritten; a copy costs less than zeros.
         let mut new = self.correction.computed;
         to.evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
-        bound(to, &mut new, &mut self.correction.status.saturated);
+        bound(to.get(), &mut new, &mut self.correction.status.saturated);
         let both = self
             .correction
             .computed
@@ -226,15 +226,11 @@ impl<H: Handle> Servo<H> {
     }
 }
 
-/// The compensation being faded in, or else the one in use.
-fn target<'h, H: Handle>(
-    current: &'h H,
-    other: &'h Option<H>,
-    fading: Fading,
-) -> &'h Compensation<'h, H::Room> {
+/// The handle being faded in, or else the one in use.
+fn target<'h, H: Handle>(current: &'h H, other: &'h Option<H>, fading: Fading) -> &'h H {
     match other {
-        Some(other) if fading == Fading::Compensation => other.get(),
-        _ => current.get(),
+        Some(other) if fading == Fading::Compensation => other,
+        _ => current,
     }
 }
 

@@ -41,9 +41,8 @@ impl<H: Handle> Servo<H> {
     /// Evaluates the compensation in use.
     #[inline(always)]
     pub(super) fn compute(&mut self) {
-        let current = self.current.get();
         let computed = &mut self.correction.computed;
-        current.evaluate_into(&self.inputs, &self.travelling, &self.weights, computed);
+        (self.current).evaluate_into(&self.inputs, &self.travelling, &self.weights, computed);
     }
 
     /// An update in which anything may change, except for the guard rails.

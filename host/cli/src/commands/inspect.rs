@@ -7,6 +7,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::contents::{Contents, contents, end};
+use trueaxis_tables::extremes::{Extremes, extremes};
 use trueaxis_tables::schemes::fik;
 use trueaxis_tables::validate::Runtime;
 
@@ -31,9 +32,11 @@ struct Answer<'a> {
     file: &'a Path,
     #[serde(flatten)]
     contents: &'a Contents<'a>,
+    /// What any input at all can give, of each axis.
+    extremes: &'a [Extremes],
 }
 
-fn listing(path: &Path, contents: &Contents<'_>) -> String {
+fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> String {
     let mut text = format!("{}: {}\n", path.display(), contents.machine);
     text += &screen::size(&contents.size);
     text += &screen::policy(contents.stored);
@@ -63,6 +66,23 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
             ),
             _ => format!("  {}: an input (K from {} °C)\n", a.name, a.reference),
         };
+    }
+    text += "\nat most, for any input\n";
+    for (axis, of) in contents.axes.iter().zip(extremes) {
+        let slopes = of
+            .steepest
+            .iter()
+            .map(|s| format!("{} {:.3e}", s.input, s.per_unit));
+        let slopes = slopes.collect::<Vec<_>>().join(", ");
+        let slopes = if slopes.is_empty() {
+            slopes
+        } else {
+            format!("; per unit of {slopes}")
+        };
+        text += &format!(
+            "  d{}  {:.5} {}{slopes}\n",
+            axis.name, of.largest, axis.unit
+        );
     }
     text += "\nbanks\n";
     for bank in &contents.bank_list {
@@ -158,6 +178,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let mut contents = contents(&runtime);
+    let extremes = extremes(runtime.compensation());
     if let Some([machine, errors]) = arguments.names.as_deref() {
         let names = names(path, &runtime, machine, errors)?;
         for (term, errors) in contents.term_list.iter_mut().zip(names) {
@@ -168,9 +189,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&Answer {
             file: path,
             contents: &contents,
+            extremes: &extremes,
         })?;
     } else {
-        files::print(&listing(path, &contents))?;
+        files::print(&listing(path, &contents, &extremes))?;
     }
     Ok(Outcome::Done)
 }

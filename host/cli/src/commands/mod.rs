@@ -14,6 +14,7 @@ mod export;
 mod files;
 mod flash;
 mod gcode;
+mod generate;
 mod identify;
 mod import;
 mod inspect;
@@ -82,6 +83,7 @@ enum Command {
     Ballbar(ballbar::Arguments),
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
+    Generate(generate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -121,6 +123,7 @@ pub fn run() -> ExitCode {
         Command::Ballbar(arguments) => ballbar::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Gcode(arguments) => gcode::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),

@@ -8,6 +8,7 @@ mod ballbar;
 mod cec;
 mod endless;
 mod gcode;
+mod generate;
 mod hints;
 mod identify;
 mod large_files;

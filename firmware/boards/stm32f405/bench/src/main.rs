@@ -6,6 +6,7 @@
 #![no_main]
 
 mod counter;
+mod generated;
 mod path;
 mod rivals;
 mod stack;
@@ -226,6 +227,41 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
     println!("{key}_nm {}", (worst * 1e6) as u32);
 }
 
+/// Generated code, which must have the bits of the tables.
+fn generated<const N: usize>(
+    counter: &mut Counter,
+    key: &str,
+    c: &Usual,
+    evaluate: impl Fn(&[f32; N]) -> [f32; N],
+) {
+    let mut path = Path::new(c);
+    let (travel, weights) = (Travelling::default(), c.weights());
+    let mut counts = [0; POSITIONS];
+    let counts = counter.some(&mut counts);
+    let mut stack = 0;
+    for count in counts.iter_mut() {
+        let q = path.random();
+        let position: [f32; N] = core::array::from_fn(|i| q[i]);
+        let mut found = [0.0; N];
+        *count = counter.instructions(|| {
+            found = black_box(evaluate(black_box(&position)));
+        });
+        if !counter.traced {
+            stack = stack.max(stack::peak(|| {
+                black_box(evaluate(black_box(&position)));
+            }));
+        }
+        let tables = c.evaluate(&Inputs::at(q), &travel, &weights);
+        let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || (*a == 0.0 && *b == 0.0);
+        if !tables.iter().zip(&found).all(same) {
+            println!("failed {key} differs from the tables at {position:?}");
+            process::exit(1);
+        }
+    }
+    report(key, counts);
+    println!("stack_{key} {stack}");
+}
+
 /// Whether the program was started with the argument `trace`.
 fn is_traced() -> bool {
     let Ok(arguments) = args::<COMMAND>() else {
@@ -266,7 +302,8 @@ fn main() -> ! {
     let kolibri = load(KOLIBRI, &KOLIBRI_DIRECTION.0);
     evaluate(counter, "evaluate_kolibri10_direction", kolibri);
     evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
-    evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
+    let document = load(LAYOUT, &DOCUMENT.0);
+    evaluate(counter, "document_40_tables", document);
     let [fixed, weighted] = FIK;
     evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
     evaluate(
@@ -285,6 +322,30 @@ fn main() -> ! {
         evaluate(counter, key, load(place, &blob.0));
     }
 
+    generated(
+        counter,
+        "generated_huron13",
+        huron,
+        generated::huron13::evaluate,
+    );
+    generated(
+        counter,
+        "generated_huron13_direction",
+        direction,
+        generated::huron13_direction::evaluate,
+    );
+    generated(
+        counter,
+        "generated_kolibri10_direction",
+        kolibri,
+        generated::kolibri10_direction::evaluate,
+    );
+    generated(
+        counter,
+        "generated_document_40_tables",
+        document,
+        generated::document40::evaluate,
+    );
     rival(
         counter,
         "rival_closed_form_libm",

@@ -1,0 +1,104 @@
+//! `trueaxis generate`
+
+use super::bad_input::BadInput;
+use super::{Outcome, files};
+use clap::Args;
+use std::path::PathBuf;
+use trueaxis::Header;
+use trueaxis_generate::{Language, Options, generate};
+use trueaxis_tables::validate::Runtime;
+
+/// Write a compensation as straight-line code in Rust or C
+///
+/// The code has no dependencies, loops, heap or `unsafe`, and gives the same bits as the general evaluation: both are
+/// compared at random inputs before the file is written.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  trueaxis generate machine.trax -o corrections.rs\n  \
+trueaxis generate machine.trax --servo -o corrections.rs\n  \
+trueaxis generate machine.trax --function mill_corrections -o corrections.c"
+)]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    /// Language [default: by the name of the output, .rs or .c]
+    #[arg(long, value_enum)]
+    lang: Option<Language>,
+    /// Where to write the code
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Name of the C function
+    #[arg(long, value_name = "NAME", default_value = "trueaxis_evaluate", value_parser = identifier)]
+    function: String,
+    /// Add what a servo of the crate trueaxis (Rust) has to know: axes, bounds, weights
+    #[arg(long)]
+    servo: bool,
+    /// Compare at N random inputs
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    compared: usize,
+}
+
+/// A name that C accepts.
+fn identifier(text: &str) -> Result<String, String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let begins = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    match begins && text.chars().all(is_word) {
+        true => Ok(text.to_owned()),
+        false => Err("write a C identifier: letters, digits and _".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let (path, output) = (&arguments.blob, &arguments.output);
+    files::prepare(output, &[path])?;
+    let extension = output.extension().and_then(|e| e.to_str());
+    let language = match (arguments.lang, extension) {
+        (Some(language), _) => language,
+        (None, Some("rs")) => Language::Rust,
+        (None, Some("c")) => Language::C,
+        (None, _) => {
+            return Err(BadInput::new(
+                format!(
+                    "{}: the name does not say which language to write",
+                    output.display()
+                ),
+                "end it with .rs or .c, or add --lang rust or --lang c",
+            ));
+        }
+    };
+    if arguments.servo && language == Language::C {
+        return Err(BadInput::new(
+            "--servo is for Rust: the servo of the C interface takes tables, not code",
+            "leave out --servo and call the function, or write Rust",
+        ));
+    }
+    let blob = files::read_blob(path)?;
+    let in_blob = |error| BadInput::in_blob(error, path);
+    let runtime = Runtime::load(&blob).map_err(in_blob)?;
+    let header = Header::read(&blob).map_err(in_blob)?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let options = Options {
+        file: &file,
+        function: &arguments.function,
+        servo: arguments.servo,
+        compared: arguments.compared,
+    };
+    let code = generate(&runtime, header.crc, language, options).map_err(|error| {
+        BadInput::new(
+            error.to_string(),
+            "report it, with the file: it is a defect of this program",
+        )
+    })?;
+    files::write(output, code.as_bytes())?;
+    let size = runtime.compensation().samples();
+    let count = arguments.compared;
+    files::print(&format!(
+        "{}: {} tables, {size} samples; the same bits as {} at {count} random inputs\n",
+        output.display(),
+        runtime.compensation().tables(),
+        path.display(),
+    ))?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,293 @@
+//! The program as C99.
+
+use crate::Head;
+use crate::program::{Local, Operation, Program, Samples, Statement, Value};
+use crate::text::{number, rows};
+
+/// The whole file.
+pub fn print(program: &Program, head: &Head<'_>) -> String {
+    let mut text = head.comment("// ");
+    text += PREAMBLE;
+    text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
+    text += &format!(" * inputs: {}.\n", head.inputs());
+    if program.is_directional {
+        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
+    }
+    if program.weights > 0 {
+        text += " * weights: those of the adjustable terms, in their order.\n";
+    }
+    text += &format!(
+        " * corrections: in the order of the axes: {}. */\n",
+        head.letters()
+    );
+    text += &format!("{};\n", signature(program, head));
+    for array in &program.arrays {
+        let points: String = array
+            .points
+            .iter()
+            .map(|points| format!("[{points}]"))
+            .collect();
+        let element = match array.samples {
+            Samples::Floats(_) => "float",
+            Samples::Shorts(_) => "int16_t",
+        };
+        text += &format!(
+            "\n/* {} */\nstatic const {element} {}{points}[{}] = ",
+            array.about, array.name, array.columns
+        );
+        text += &rows(array, ['{', '}'], "f");
+        text += ";\n";
+    }
+    text += &helpers(program);
+    text += &body(program, head);
+    text
+}
+
+fn signature(program: &Program, head: &Head<'_>) -> String {
+    let mut arguments = vec![format!("const float inputs[{}]", program.inputs)];
+    if program.is_directional {
+        arguments.push(format!("const int8_t travel[{}]", program.axes));
+    }
+    if program.weights > 0 {
+        arguments.push(format!("const float weights[{}]", program.weights));
+    }
+    arguments.push(format!("float corrections[{}]", program.axes));
+    format!("void {}({})", head.function, arguments.join(", "))
+}
+
+fn body(program: &Program, head: &Head<'_>) -> String {
+    let mut text = format!("\n{}\n{{\n", signature(program, head));
+    for statement in &program.statements {
+        let line = match statement {
+            Statement::Comment(comment) => format!("/* {comment} */"),
+            Statement::Let(local, value) => {
+                format!(
+                    "const float {} = {};",
+                    name(program, *local),
+                    show(program, value, false)
+                )
+            }
+            Statement::Held {
+                index,
+                fraction,
+                steps,
+                intervals,
+            } => interval(program, "held", [*index, *fraction], steps, *intervals),
+            Statement::Circular {
+                index,
+                fraction,
+                steps,
+                points,
+            } => interval(program, "circular", [*index, *fraction], steps, *points),
+            Statement::Next {
+                index,
+                of,
+                last,
+                wraps,
+            } => {
+                let (index, of) = (name(program, *index), name(program, *of));
+                let beyond = if *wraps { 0 } else { *last };
+                format!("const uint32_t {index} = ({of} < {last}U) ? ({of} + 1U) : {beyond}U;")
+            }
+            Statement::Correction(axis, value) => {
+                format!("corrections[{axis}] = {};", show(program, value, false))
+            }
+        };
+        text += &format!("    {line}\n");
+    }
+    text += "}\n";
+    text
+}
+
+fn interval(
+    program: &Program,
+    function: &str,
+    [index, fraction]: [Local; 2],
+    steps: &Value,
+    count: u32,
+) -> String {
+    let (index, fraction) = (name(program, index), name(program, fraction));
+    format!(
+        "uint32_t {index};\n    const float {fraction} = {function}({}, {count}U, &{index});",
+        show(program, steps, false)
+    )
+}
+
+fn name(program: &Program, local: Local) -> &str {
+    &program.locals[local.0]
+}
+
+/// An expression; in brackets if it is `inner` and has an operation.
+fn show(program: &Program, value: &Value, inner: bool) -> String {
+    match value {
+        Value::Input(k) => format!("inputs[{k}]"),
+        Value::Weight(k) => format!("weights[{k}]"),
+        Value::Number(value) => match (inner, *value < 0.0) {
+            (true, true) => format!("({}f)", number(*value)),
+            _ => format!("{}f", number(*value)),
+        },
+        Value::Local(local) => name(program, *local).to_owned(),
+        Value::Sample(array, at, column) => {
+            let array = &program.arrays[*array];
+            let place: String = at
+                .iter()
+                .map(|(index, offset)| match offset {
+                    0 => format!("[{}]", name(program, *index)),
+                    _ => format!("[{} + {offset}U]", name(program, *index)),
+                })
+                .collect();
+            let sample = format!("{}{place}[{column}]", array.name);
+            match array.samples {
+                Samples::Floats(_) => sample,
+                Samples::Shorts(_) => format!("(float){sample}"),
+            }
+        }
+        Value::Binary(operation, a, b) => {
+            let sign = match operation {
+                Operation::Add => '+',
+                Operation::Subtract => '-',
+                Operation::Multiply => '*',
+            };
+            // From left to right; everything else has brackets.
+            let is_same = |value: &Value| match value {
+                Value::Binary(of, ..) => {
+                    (*of == Operation::Multiply) == (*operation == Operation::Multiply)
+                }
+                _ => false,
+            };
+            let text = format!(
+                "{} {sign} {}",
+                show(program, a, !is_same(a)),
+                show(program, b, true)
+            );
+            if inner { format!("({text})") } else { text }
+        }
+        Value::Negated(value) => format!("-{}", show(program, value, true)),
+        Value::Reduced(value, period, inverse) => format!(
+            "reduced({}, {}f, {}f)",
+            show(program, value, false),
+            number(*period),
+            number(*inverse)
+        ),
+        Value::Line(steps, values) => format!(
+            "line({}, {})",
+            show(program, steps, false),
+            values.map(|value| number(value) + "f").join(", ")
+        ),
+        Value::ByTravel(axis, positive, negative) => format!(
+            "by_travel(travel[{axis}], {}, {})",
+            show(program, positive, false),
+            show(program, negative, false)
+        ),
+    }
+}
+
+fn helpers(program: &Program) -> String {
+    let mut text = String::new();
+    let statements = &program.statements;
+    if statements
+        .iter()
+        .any(|s| matches!(s, Statement::Held { .. }))
+    {
+        text += HELD;
+    }
+    if statements
+        .iter()
+        .any(|s| matches!(s, Statement::Circular { .. }))
+    {
+        text += CIRCULAR;
+    }
+    if program.has_lines {
+        text += LINE;
+    }
+    if program.is_directional {
+        text += BY_TRAVEL;
+    }
+    text
+}
+
+const PREAMBLE: &str = "
+#include <float.h>
+#include <stdint.h>
+
+/* Every operation is rounded to binary32 by itself: only then is this the compensation to the last bit. */
+#if defined(__FAST_MATH__)
+#error \"compile without -ffast-math\"
+#endif
+#if FLT_EVAL_METHOD != 0
+#error \"compile so that float is evaluated as float: FLT_EVAL_METHOD must be 0\"
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize (\"fp-contract=off\")
+#endif
+
+";
+const HELD: &str = "
+/* The interval that lies so many steps from the first point, at most `intervals`, and the fraction in it. */
+static inline float held(float steps, uint32_t intervals, uint32_t *index)
+{
+    float fraction = 0.0f;
+    uint32_t whole = 0U;
+    if (steps > 0.0f) {
+        if (steps < (float)intervals) {
+            whole = (uint32_t)steps;
+            fraction = steps - (float)whole;
+        } else {
+            whole = intervals;
+        }
+    }
+    *index = whole;
+    return fraction;
+}
+";
+const CIRCULAR: &str = "
+/* The interval that lies so many steps from the first of the points on a circle, and the fraction in it. */
+static inline float circular(float steps, uint32_t points, uint32_t *index)
+{
+    float fraction = 0.0f;
+    uint32_t whole = 0U;
+    if ((steps > 0.0f) && (steps < (float)points)) {
+        whole = (uint32_t)steps;
+        fraction = steps - (float)whole;
+    }
+    *index = whole;
+    return fraction;
+}
+
+/* A distance without its whole periods. */
+static inline float reduced(float distance, float period, float inverse)
+{
+    float p = distance * inverse;
+    p = (p < 4194304.0f) ? p : 4194304.0f;
+    p = (p > -4194304.0f) ? p : -4194304.0f;
+    {
+        const float whole = (float)(int32_t)p;
+        const float below = (whole > p) ? (whole - 1.0f) : whole;
+        return distance - (below * period);
+    }
+}
+";
+const LINE: &str = "
+/* A straight line from `first` over one step; beyond, its ends hold. */
+static inline float line(float steps, float first, float change, float last)
+{
+    float value = first;
+    if (steps >= 1.0f) {
+        value = last;
+    } else if (steps > 0.0f) {
+        value = first + (change * steps);
+    } else {
+        /* Before the first point. */
+    }
+    return value;
+}
+";
+const BY_TRAVEL: &str = "
+/* One value after positive, another one after negative travel, 0 while the direction is not known. */
+static inline float by_travel(int8_t travel, float positive, float negative)
+{
+    return (travel > 0) ? positive : ((travel < 0) ? negative : 0.0f);
+}
+";

@@ -1,0 +1,351 @@
+//! The program as Rust.
+
+use crate::program::{Local, Operation, Program, Samples, Statement, Value};
+use crate::text::{number, rows};
+use crate::{ForServo, Head};
+
+/// The whole file.
+pub fn print(program: &Program, head: &Head<'_>) -> String {
+    // No inner attributes, so that the file can be a module as well as be included in one.
+    let mut text = head.comment("// ");
+    text += "\n";
+    text += "/// The axes, in the order of inputs and corrections.\n";
+    let letters: Vec<String> = head.axes.iter().map(|a| format!("'{a}'")).collect();
+    text += &format!(
+        "pub const AXES: [char; {}] = [{}];\n",
+        program.axes,
+        letters.join(", ")
+    );
+    text += "/// The checksum of the compensation that this code evaluates.\n";
+    text += &format!("pub const CHECKSUM: u32 = {:#010X};\n\n", head.checksum);
+    text += &body(program, head);
+    if let Some(servo) = &head.servo {
+        text += &for_servo(program, servo);
+    }
+    for array in &program.arrays {
+        let of_row = array.points.iter().rev().fold(
+            format!("[{}; {}]", element(&array.samples), array.columns),
+            |inner, points| format!("[{inner}; {points}]"),
+        );
+        text += &format!(
+            "\n/// {}\n#[rustfmt::skip]\n#[allow(clippy::all, clippy::pedantic)]\nstatic {}: {of_row} = ",
+            array.about, array.name
+        );
+        text += &rows(array, ['[', ']'], "");
+        text += ";\n";
+    }
+    text += &helpers(program);
+    text
+}
+
+/// What `trueaxis::Generated` takes.
+fn for_servo(program: &Program, servo: &ForServo) -> String {
+    let list = |count: usize, each: &dyn Fn(usize) -> String| {
+        (0..count).map(each).collect::<Vec<_>>().join(", ")
+    };
+    let inputs = list(program.inputs, &|k| match k.checked_sub(program.axes) {
+        None => format!("inputs.axes[{k}]"),
+        Some(auxiliary) => format!("inputs.auxiliaries[{auxiliary}]"),
+    });
+    let mut arguments = format!("&[{inputs}]");
+    if program.is_directional {
+        let travel = list(program.axes, &|k| format!("sign(travel.0[{k}])"));
+        arguments += &format!(", &[{travel}]");
+    }
+    if program.weights > 0 {
+        let adjustable = servo.adjustable.iter();
+        let weights = adjustable.map(|term| format!("weights.get({term}).unwrap_or_default()"));
+        arguments += &format!(", &[{}]", weights.collect::<Vec<_>>().join(", "));
+    }
+    let axes = program.axes;
+    let bytes: Vec<String> = servo.facts.iter().map(u8::to_string).collect();
+    let lines: Vec<String> = bytes
+        .chunks(24)
+        .map(|line| format!("    {},\n", line.join(", ")))
+        .collect();
+    let sign = match program.is_directional {
+        true => SIGN,
+        false => "",
+    };
+    format!(
+        "
+/// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
+#[rustfmt::skip]
+pub static FACTS: trueaxis::Aligned<[u8; {}]> = trueaxis::Aligned([
+{}]);
+
+/// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
+#[inline]
+pub fn corrections<const N: usize>(
+    inputs: &trueaxis::Inputs<[f32; N]>,
+    travel: &trueaxis::Travelling<[trueaxis::Travel; N]>,
+    weights: &trueaxis::Weights,
+    corrections: &mut [f32; N],
+) {{
+    const {{ assert!(N >= {axes}, \"capacities for fewer axes than the machine has\") }};
+    let _ = (travel, weights);
+    let values = evaluate({arguments});
+    corrections[..{axes}].copy_from_slice(&values);
+}}
+{sign}",
+        bytes.len(),
+        lines.concat()
+    )
+}
+
+const SIGN: &str = "
+fn sign(travel: trueaxis::Travel) -> i8 {
+    match travel {
+        trueaxis::Travel::Positive => 1,
+        trueaxis::Travel::Negative => -1,
+        trueaxis::Travel::Unknown => 0,
+    }
+}
+";
+
+fn element(samples: &Samples) -> &'static str {
+    match samples {
+        Samples::Floats(_) => "f32",
+        Samples::Shorts(_) => "i16",
+    }
+}
+
+fn body(program: &Program, head: &Head<'_>) -> String {
+    let mut text =
+        "/// The corrections to add to the commanded positions, in mm and degrees.\n///\n"
+            .to_owned();
+    text += &format!("/// `inputs`: {}.\n", head.inputs());
+    let mut arguments = vec![format!("inputs: &[f32; {}]", program.inputs)];
+    if program.is_directional {
+        text += "///\n/// `travel`: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
+        arguments.push(format!("travel: &[i8; {}]", program.axes));
+    }
+    if program.weights > 0 {
+        text += "///\n/// `weights`: those of the adjustable terms, in their order.\n";
+        arguments.push(format!("weights: &[f32; {}]", program.weights));
+    }
+    let arguments = arguments.join(", ");
+    text += &format!(
+        "#[inline]\n#[must_use]\n#[allow(clippy::all, clippy::pedantic)]\npub fn evaluate({arguments}) -> [f32; {}] {{\n",
+        program.axes
+    );
+    let mut corrections = Vec::new();
+    for statement in &program.statements {
+        let line = match statement {
+            Statement::Comment(comment) => format!("// {comment}"),
+            Statement::Let(local, value) => {
+                format!(
+                    "let {} = {};",
+                    name(program, *local),
+                    show(program, value, false)
+                )
+            }
+            Statement::Held {
+                index,
+                fraction,
+                steps,
+                intervals,
+            } => format!(
+                "let ({}, {}) = held({}, {intervals});",
+                name(program, *index),
+                name(program, *fraction),
+                show(program, steps, false)
+            ),
+            Statement::Circular {
+                index,
+                fraction,
+                steps,
+                points,
+            } => format!(
+                "let ({}, {}) = circular({}, {points});",
+                name(program, *index),
+                name(program, *fraction),
+                show(program, steps, false)
+            ),
+            Statement::Next {
+                index,
+                of,
+                last,
+                wraps,
+            } => {
+                let (index, of) = (name(program, *index), name(program, *of));
+                let beyond = if *wraps { 0 } else { *last };
+                format!("let {index} = if {of} < {last} {{ {of} + 1 }} else {{ {beyond} }};")
+            }
+            Statement::Correction(axis, value) => {
+                let local = format!("d{}", head.axes[*axis].to_ascii_lowercase());
+                let line = format!("let {local} = {};", show(program, value, false));
+                corrections.push(local);
+                line
+            }
+        };
+        text += &format!("    {line}\n");
+    }
+    text += &format!("    [{}]\n}}\n", corrections.join(", "));
+    text
+}
+
+fn name(program: &Program, local: Local) -> &str {
+    &program.locals[local.0]
+}
+
+/// An expression; in brackets if it is `inner` and has an operation.
+fn show(program: &Program, value: &Value, inner: bool) -> String {
+    match value {
+        Value::Input(k) => format!("inputs[{k}]"),
+        Value::Weight(k) => format!("weights[{k}]"),
+        Value::Number(value) => match (inner, *value < 0.0) {
+            (true, true) => format!("({})", number(*value)),
+            _ => number(*value),
+        },
+        Value::Local(local) => name(program, *local).to_owned(),
+        Value::Sample(array, at, column) => {
+            let array = &program.arrays[*array];
+            let place: String = at
+                .iter()
+                .map(|(index, offset)| match offset {
+                    0 => format!("[{}]", name(program, *index)),
+                    _ => format!("[{} + {offset}]", name(program, *index)),
+                })
+                .collect();
+            let sample = format!("{}{place}[{column}]", array.name);
+            match array.samples {
+                Samples::Floats(_) => sample,
+                Samples::Shorts(_) => format!("f32::from({sample})"),
+            }
+        }
+        Value::Binary(operation, a, b) => {
+            let sign = sign(*operation);
+            // Operations of one rank are done from left to right; what is inside has brackets where it matters.
+            let left = match (&**a, operation) {
+                (Value::Binary(Operation::Add | Operation::Subtract, ..), Operation::Multiply) => {
+                    show(program, a, true)
+                }
+                _ => show(program, a, false),
+            };
+            let right = match (&**b, operation) {
+                (Value::Binary(Operation::Multiply, ..), Operation::Add | Operation::Subtract) => {
+                    show(program, b, false)
+                }
+                _ => show(program, b, true),
+            };
+            let text = format!("{left} {sign} {right}");
+            if inner { format!("({text})") } else { text }
+        }
+        Value::Negated(value) => format!("-{}", show(program, value, true)),
+        Value::Reduced(value, period, inverse) => format!(
+            "reduced({}, {}, {})",
+            show(program, value, false),
+            number(*period),
+            number(*inverse)
+        ),
+        Value::Line(steps, values) => format!(
+            "line({}, {})",
+            show(program, steps, false),
+            values.map(|value| number(value)).join(", ")
+        ),
+        Value::ByTravel(axis, positive, negative) => format!(
+            "by_travel(travel[{axis}], {}, {})",
+            show(program, positive, false),
+            show(program, negative, false)
+        ),
+    }
+}
+
+fn sign(operation: Operation) -> char {
+    match operation {
+        Operation::Add => '+',
+        Operation::Subtract => '-',
+        Operation::Multiply => '*',
+    }
+}
+
+fn helpers(program: &Program) -> String {
+    let mut text = String::new();
+    let statements = &program.statements;
+    if statements
+        .iter()
+        .any(|s| matches!(s, Statement::Held { .. }))
+    {
+        text += HELD;
+    }
+    if statements
+        .iter()
+        .any(|s| matches!(s, Statement::Circular { .. }))
+    {
+        text += CIRCULAR;
+    }
+    if program.has_lines {
+        text += LINE;
+    }
+    if program.is_directional {
+        text += BY_TRAVEL;
+    }
+    text
+}
+
+const HELD: &str = "
+/// The interval that lies so many steps from the first point, at most `intervals`, and the fraction in it.
+#[inline(always)]
+fn held(steps: f32, intervals: u32) -> (usize, f32) {
+    // From 0 on, numbers are in the order of their bits; negative ones and not-a-number have larger bits.
+    if steps.to_bits() < (intervals as f32).to_bits() {
+        let index = (steps as u32).min(intervals);
+        (index as usize, steps - index as f32)
+    } else if steps > 0.0 {
+        (intervals as usize, 0.0)
+    } else {
+        (0, 0.0)
+    }
+}
+";
+const CIRCULAR: &str = "
+/// The interval that lies so many steps from the first of the points on a circle, and the fraction in it.
+#[inline(always)]
+fn circular(steps: f32, points: u32) -> (usize, f32) {
+    if steps.to_bits() < (points as f32).to_bits() {
+        let index = (steps as u32).min(points - 1);
+        (index as usize, steps - index as f32)
+    } else {
+        (0, 0.0)
+    }
+}
+
+/// A distance without its whole periods.
+#[inline(always)]
+fn reduced(distance: f32, period: f32, inverse: f32) -> f32 {
+    let p = distance * inverse;
+    let p = if p < 4194304.0 { p } else { 4194304.0 };
+    let p = if p > -4194304.0 { p } else { -4194304.0 };
+    let whole = p as i32 as f32;
+    let floor = if whole > p { whole - 1.0 } else { whole };
+    distance - floor * period
+}
+";
+const LINE: &str = "
+/// A straight line from `first` over one step; beyond, its ends hold.
+#[inline(always)]
+fn line(steps: f32, first: f32, change: f32, last: f32) -> f32 {
+    // From 0 on, numbers are in the order of their bits; negative ones and not-a-number have larger bits.
+    if steps.to_bits() < 1.0_f32.to_bits() {
+        first + change * steps
+    } else if steps > 0.0 {
+        last
+    } else {
+        first
+    }
+}
+";
+const BY_TRAVEL: &str = "
+/// One value after positive, another one after negative travel, 0 while the direction is not known.
+#[inline(always)]
+fn by_travel(travel: i8, positive: f32, negative: f32) -> f32 {
+    if travel > 0 {
+        positive
+    } else if travel < 0 {
+        negative
+    } else {
+        0.0
+    }
+}
+";

@@ -1,0 +1,239 @@
+//! `cargo xtask generated`: what `trueaxis generate` writes, compiled and compared with the general evaluation.
+
+use crate::process::{output, root, run, target, trueaxis};
+use crate::{blob, files, packages};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Examples: the machine, its errors, options of `compile`.
+const EXAMPLES: [(&str, &str, &str, &str); 11] = [
+    ("huron13", "huron-k2x8/machine", "huron-k2x8/errors-13", ""),
+    (
+        "huron13_length",
+        "huron-k2x8/machine-tool-length",
+        "huron-k2x8/errors-13",
+        "",
+    ),
+    (
+        "huron13_weights",
+        "huron-k2x8/machine",
+        "huron-k2x8/errors-13",
+        "--scheme fik --adjust EX0S,EZ0S,EXX1,EYY1,EZZ1",
+    ),
+    ("kolibri10", "kolibri/machine", "kolibri/errors-10", ""),
+    ("hu40_13", "hu40/machine", "hu40/errors-13", ""),
+    (
+        "mill21_grid",
+        "mill-21/machine",
+        "mill-21/errors-21",
+        "--scheme grid3d",
+    ),
+    ("mill21", "mill-21/machine", "mill-21/errors-21", ""),
+    (
+        "five_axis_30",
+        "five-axis-30/machine",
+        "five-axis-30/errors-30",
+        "",
+    ),
+    (
+        "fork_head13",
+        "fork-head/machine",
+        "fork-head/errors-13",
+        "",
+    ),
+    ("router10", "router/machine", "router/errors-10", ""),
+    (
+        "xyzac_trt11",
+        "linuxcnc-xyzac-trt/machine-endless",
+        "linuxcnc-xyzac-trt/errors-11",
+        "",
+    ),
+];
+/// Committed blobs; the first has one of everything that the format has.
+const GOLDEN: [&str; 2] = ["everything", "table-head-13"];
+
+/// Compilers of C: their names, options, and what each is called here.
+const COMPILERS: [(&str, &str, &str); 5] = [
+    ("gcc", "-std=c99 -O2", "gcc_o2"),
+    ("gcc", "-std=gnu11 -O3 -march=native", "gcc_o3_native"),
+    ("clang", "-std=c99 -O2", "clang_o2"),
+    ("clang", "-std=gnu11 -O3 -march=native", "clang_o3_native"),
+    (
+        "gcc",
+        "-std=c99 -O0 -fsanitize=undefined -fno-sanitize-recover",
+        "gcc_ubsan",
+    ),
+];
+const WARNINGS: &str = "-Wall -Wextra -Wconversion -pedantic -Werror";
+
+/// Builds and compares; `count` inputs of each compensation.
+///
+/// # Errors
+/// What does not compile, warns or differs.
+pub fn execute(options: &[&str]) -> Result<(), String> {
+    let count: u32 = match options {
+        [] => 10_000_000,
+        [count] => count
+            .parse()
+            .map_err(|_| format!("`{count}` is not a number of inputs"))?,
+        _ => return Err("generated takes one number: how many inputs".to_owned()),
+    };
+    packages::provide("gcc", &["gcc", "libc6-dev"], "comparing generated C")?;
+    packages::provide("clang", &["clang"], "comparing generated C")?;
+    let trueaxis = trueaxis()?;
+    let folder = files::folder(target("generated"))?;
+    let source = files::folder(folder.join("src"))?;
+    let mut names = Vec::new();
+    for (name, machine, errors, options) in EXAMPLES {
+        let blob = folder.join(name).with_extension("trax");
+        let sources = [machine, errors].map(|path| format!("examples/{path}.toml"));
+        blob::compile(&trueaxis, &sources, options, &blob)?;
+        names.push((name.to_owned(), blob));
+    }
+    for golden in GOLDEN {
+        let committed = root()
+            .join("tests/golden/v1")
+            .join(golden)
+            .with_extension("trax");
+        let name = golden.replace('-', "_");
+        let blob = folder.join(&name).with_extension("trax");
+        fs::copy(&committed, &blob).map_err(|error| format!("{}: {error}", committed.display()))?;
+        names.push((name, blob));
+    }
+    let mut programs = Vec::new();
+    let mut objects = Vec::new();
+    for (name, blob) in &names {
+        let rust = source.join(name).with_extension("rs");
+        let c = folder.join(name).with_extension("c");
+        for (code, servo) in [(&rust, &["--servo"][..]), (&c, &[])] {
+            let mut generate = Command::new(&trueaxis);
+            generate.arg("generate").arg(blob).args(servo);
+            generate.arg("-o").arg(code);
+            print!("{}", output(&mut generate)?);
+        }
+        for (compiler, options, kind) in COMPILERS {
+            let object = folder.join(format!("{name}_{kind}.o"));
+            let mut compile = Command::new(compiler);
+            compile
+                .args(options.split_whitespace())
+                .args(WARNINGS.split_whitespace())
+                .arg(format!("-Dtrueaxis_evaluate={name}_{kind}"))
+                .args(["-c", "-o"])
+                .args([&object, &c]);
+            output(&mut compile)?;
+            objects.push(object);
+        }
+        programs.push(Program::new(
+            name,
+            &fs::read_to_string(&rust).map_err(|e| e.to_string())?,
+        ));
+    }
+    refused_with_fast_math(&folder)?;
+    write_project(&folder, &programs, &objects)?;
+    run(Command::new("cargo")
+        .current_dir(&folder)
+        .args(["run", "-q", "--release", "--", &count.to_string()])
+        .env("CARGO_TARGET_DIR", folder.join("build")))
+}
+
+/// The C must not compile where the compiler may change the order of operations.
+fn refused_with_fast_math(folder: &Path) -> Result<(), String> {
+    let c = folder.join("huron13.c");
+    for compiler in ["gcc", "clang"] {
+        let mut compile = Command::new(compiler);
+        compile
+            .args(["-std=c99", "-O2", "-ffast-math", "-fsyntax-only"])
+            .arg(&c);
+        if output(&mut compile).is_ok() {
+            return Err(format!("{compiler} -ffast-math compiles {}", c.display()));
+        }
+    }
+    Ok(())
+}
+
+/// What the comparing program has to know of one generated file.
+struct Program {
+    name: String,
+    is_directional: bool,
+    has_weights: bool,
+}
+
+impl Program {
+    fn new(name: &str, rust: &str) -> Self {
+        let has = |argument: &str| {
+            rust.lines()
+                .any(|line| line.starts_with("pub fn evaluate(") && line.contains(argument))
+        };
+        Self {
+            name: name.to_owned(),
+            is_directional: has("travel:"),
+            has_weights: has("weights:"),
+        }
+    }
+
+    /// The part of the comparing program that is about this file.
+    fn lines(&self) -> String {
+        let Self {
+            name,
+            is_directional,
+            has_weights,
+        } = self;
+        let (mut c_types, mut arguments) = (String::new(), String::new());
+        if *is_directional {
+            c_types += ", _: *const i8";
+            arguments += ", given.travel.as_ptr()";
+        }
+        if *has_weights {
+            c_types += ", _: *const f32";
+            arguments += ", given.weights.as_ptr()";
+        }
+        let kinds = COMPILERS.map(|(.., kind)| kind);
+        let externs: String = kinds
+            .iter()
+            .map(|kind| format!("    fn {name}_{kind}(_: *const f32{c_types}, _: *mut f32);\n"))
+            .collect();
+        let calls: String = kinds
+            .iter()
+            .map(|kind| {
+                format!("        (\"{kind}\", &|given, to| unsafe {{ {name}_{kind}(given.inputs.as_ptr(){arguments}, to.as_mut_ptr()) }}),\n")
+            })
+            .collect();
+        format!(
+            "#[rustfmt::skip]\nmod {name};\nunsafe extern \"C\" {{\n{externs}}}\n\
+             fn compare_{name}(count: u32) -> bool {{\n    \
+             compare(\"{name}\", include_bytes!(\"../{name}.trax\"), &{name}::FACTS.0, {name}::corrections::<16>, &[\n{calls}    ], count)\n}}\n"
+        )
+    }
+}
+
+fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Result<(), String> {
+    let shared = root().join("shared");
+    let manifest = format!(
+        "[package]\nname = \"generated\"\nversion = \"0.0.0\"\nedition = \"2024\"\nbuild = \"build.rs\"\n\n\
+         [dependencies]\ntrueaxis = {{ path = {shared:?}, features = [\"encode\"] }}\n\n[workspace]\n"
+    );
+    files::write(&folder.join("Cargo.toml"), manifest)?;
+    let lock = root().join("Cargo.lock");
+    fs::copy(&lock, folder.join("Cargo.lock"))
+        .map_err(|error| format!("{}: {error}", lock.display()))?;
+    let links: String = objects
+        .iter()
+        .map(|object| format!("    println!(\"cargo::rustc-link-arg={{}}\", {object:?});\n"))
+        .collect();
+    let build =
+        format!("fn main() {{\n{links}    println!(\"cargo::rustc-link-arg=-lubsan\");\n}}\n");
+    files::write(&folder.join("build.rs"), build)?;
+    let parts: String = programs.iter().map(Program::lines).collect();
+    let calls: String = programs
+        .iter()
+        .map(|program| format!("    all &= compare_{}(count);\n", program.name))
+        .collect();
+    let main = format!(
+        "{COMPARE}\n{parts}\nfn main() {{\n    let count = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(1000);\n    let mut all = true;\n{calls}    std::process::exit(if all {{ 0 }} else {{ 1 }});\n}}\n"
+    );
+    files::write(&folder.join("src/main.rs"), main)
+}
+
+/// The program that compares, but for its parts about each file.
+const COMPARE: &str = include_str!("generated/compare.rs");

@@ -1,0 +1,192 @@
+//! Generated code beside the general evaluation: every bit but the sign of a zero, and a servo with either.
+
+#![allow(dead_code)]
+use trueaxis::*;
+
+type Room = capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8);
+type Whole<'a> = Compensation<'a, Room>;
+/// The function for a servo.
+type Corrections =
+    fn(&Inputs<[f32; 16]>, &Travelling<[Travel; 16]>, &Weights, &mut [f32; 16]);
+/// What a C function is given.
+struct Given {
+    inputs: [f32; 24],
+    travel: [i8; 16],
+    weights: Vec<f32>,
+}
+type C<'a> = (&'a str, &'a (dyn Fn(&Given, &mut [f32; 16]) + Sync));
+
+/// Numbers that look random, the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as u32 ^ (self.0 >> 20) as u32
+    }
+    fn below(&mut self, end: u32) -> u32 {
+        (u64::from(self.bits()) * u64::from(end) >> 32) as u32
+    }
+    fn part(&mut self) -> f32 {
+        self.below(1 << 24) as f32 / (1 << 24) as f32
+    }
+}
+
+/// Start, step and points of what reads each input.
+fn places(c: &Whole<'_>) -> Vec<Vec<[f32; 3]>> {
+    let mut places = vec![Vec::new(); c.axes().len() + c.auxiliaries().len()];
+    for bank in c.banks() {
+        places[usize::from(bank.input)].push([bank.start, bank.step, bank.points as f32]);
+    }
+    for axis in c.grids().iter().flat_map(|grid| &grid.axes) {
+        places[usize::from(axis.input)].push([axis.start, axis.step, axis.points as f32]);
+    }
+    places
+}
+
+/// Inside tables, at points and beside them, at ends and beyond.
+fn position(random: &mut Random, places: &[[f32; 3]]) -> f32 {
+    if places.is_empty() {
+        return random.part() * 2000.0 - 1000.0;
+    }
+    let [start, step, points] = places[random.below(places.len() as u32) as usize];
+    let point = start + random.below(points as u32 + 1) as f32 * step;
+    match random.below(16) {
+        0 | 1 => point,
+        2 => point.next_up(),
+        3 => point.next_down(),
+        4 => start - random.part() * step * points,
+        5 => start + (1.0 + random.part()) * step * points,
+        6 => [1e9, -1e9, f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY][random.below(6) as usize],
+        _ => start + random.part() * step * points,
+    }
+}
+
+fn same(a: f32, b: f32) -> bool {
+    a.to_bits() == b.to_bits() || (a == 0.0 && b == 0.0)
+}
+
+fn compare(name: &str, blob: &[u8], facts: &[u8], rust: Corrections, c: &[C<'_>], count: u32) -> bool {
+    let blob = AlignedBlob::from_bytes(blob);
+    let halves = std::thread::scope(|scope| {
+        let half = |seed| scope.spawn({
+            let blob = &blob;
+            move || evaluations(name, blob, rust, c, count / 2, seed)
+        });
+        [half(1), half(2)].map(|half| half.join().unwrap_or(false))
+    });
+    let servo = servos(name, &blob, facts, rust);
+    let good = halves == [true, true] && servo;
+    println!(
+        "{name:<18} {} at {count} inputs in Rust and {} ways in C; a servo with either: {}",
+        if halves == [true, true] { "the same bits" } else { "DIFFERS" },
+        c.len(),
+        if servo { "the same bits" } else { "DIFFERS" }
+    );
+    good
+}
+
+fn evaluations(name: &str, blob: &[u8], rust: Corrections, c: &[C<'_>], count: u32, seed: u64) -> bool {
+    let mut whole = Box::new(Whole::empty());
+    whole.load(blob).expect("a blob that was just compiled");
+    let axes = whole.axes().len();
+    let places = places(&whole);
+    let mut weights = whole.weights();
+    let adjustable: Vec<(usize, [f32; 2])> =
+        whole.terms().enumerate().filter_map(|(k, t)| Some((k, t.limits?))).collect();
+    let mut random = Random(seed);
+    let mut inputs = Inputs::at([0.0; 16]);
+    let mut travel = Travelling([Travel::Unknown; 16]);
+    let mut given = Given { inputs: [0.0; 24], travel: [0; 16], weights: Vec::new() };
+    for _ in 0..count {
+        for (k, places) in places.iter().enumerate() {
+            given.inputs[k] = position(&mut random, places);
+        }
+        inputs.axes[..axes].copy_from_slice(&given.inputs[..axes]);
+        inputs.auxiliaries.copy_from_slice(&given.inputs[axes..axes + 8]);
+        for (sign, travel) in given.travel.iter_mut().zip(&mut travel.0) {
+            (*sign, *travel) =
+                [(0, Travel::Unknown), (1, Travel::Positive), (-1, Travel::Negative)][random.below(3) as usize];
+        }
+        for (term, [low, high]) in &adjustable {
+            weights.set(*term, low + (high - low) * random.part()).expect("within its limits");
+        }
+        given.weights.clear();
+        given.weights.extend(weights.iter().map(|(_, value)| value));
+        let right = whole.evaluate(&inputs, &travel, &weights);
+        let mut found = [0.0; 16];
+        rust(&inputs, &travel, &weights, &mut found);
+        let wrong = |found: &[f32; 16]| found.iter().zip(&right).take(axes).any(|(a, b)| !same(*a, *b));
+        if wrong(&found) {
+            println!("{name}: Rust at {:?}: {found:?}, not {right:?}", given.inputs);
+            return false;
+        }
+        for (kind, evaluate) in c {
+            let mut found = [0.0; 16];
+            evaluate(&given, &mut found);
+            if wrong(&found) {
+                println!("{name}: {kind} at {:?}: {found:?}, not {right:?}", given.inputs);
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// Two servos over the same moves, one with tables and one with code: every correction and condition.
+fn servos(name: &str, blob: &[u8], facts: &[u8], rust: Corrections) -> bool {
+    let [mut whole, mut small] = [Box::new(Whole::empty()), Box::new(Whole::empty())];
+    whole.load(blob).expect("a blob that was just compiled");
+    small.load(facts).expect("the facts that were just generated");
+    let axes = whole.axes().to_vec();
+    let auxiliaries: Vec<f32> = whole.auxiliaries().iter().map(|a| a.reference).collect();
+    let adjustable: Vec<(usize, [f32; 2])> =
+        whole.terms().enumerate().filter_map(|(k, t)| Some((k, t.limits?))).collect();
+    let mut tables = Box::new(Servo::new(&*whole));
+    let mut code = Box::new(Servo::new(Generated::new(&*small, rust)));
+    let mut random = Random(3);
+    let mut inputs = Inputs::at([0.0; 16]);
+    inputs.auxiliaries[..auxiliaries.len()].copy_from_slice(&auxiliaries);
+    let mut speed = [0.0_f32; 16];
+    let all = ((1_u32 << axes.len()) - 1) as u16;
+    for period in 0..200_000_u32 {
+        if period % 977 == 0 {
+            for (axis, speed) in axes.iter().zip(&mut speed) {
+                let range = axis.travel[1].min(1e3) - axis.travel[0].max(-1e3);
+                *speed = (random.part() - 0.5) * range * 1e-3;
+            }
+        }
+        for ((axis, speed), q) in axes.iter().zip(&speed).zip(&mut inputs.axes) {
+            *q = (*q + speed).clamp(axis.travel[0].max(-1e4), axis.travel[1].min(1e4));
+        }
+        match random.below(4000) {
+            0 => (tables.disable(), code.disable()),
+            1..8 => (tables.enable(), code.enable()),
+            8 => (tables.dry_run(true), code.dry_run(true)),
+            9..12 => (tables.dry_run(false), code.dry_run(false)),
+            12..20 if !adjustable.is_empty() => {
+                let (term, [low, high]) = adjustable[random.below(adjustable.len() as u32) as usize];
+                let value = low + (high - low) * random.part();
+                (tables.set_weight(term, value).expect("in limits"), code.set_weight(term, value).expect("in limits"))
+            }
+            20..24 if !auxiliaries.is_empty() => {
+                inputs.auxiliaries[0] = auxiliaries[0] + random.part() * 10.0;
+                ((), ())
+            }
+            _ => ((), ()),
+        };
+        let mut now = inputs;
+        if random.below(5000) == 0 {
+            now.axes[0] = f32::NAN;
+        }
+        let mask = if random.below(3000) == 0 { all >> 1 } else { all };
+        let a = tables.update(&now, mask, 0.001);
+        let b = code.update(&now, mask, 0.001);
+        let alike = a.dq.iter().zip(&b.dq).all(|(a, b)| same(*a, *b)) && a.status == b.status;
+        if !alike {
+            println!("{name}: a servo in period {period}: {:?}, not {:?}", b, a);
+            return false;
+        }
+    }
+    true
+}
