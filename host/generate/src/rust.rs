@@ -12,12 +12,12 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     text += "/// The axes, in the order of inputs and corrections.\n";
     let letters: Vec<String> = head.axes.iter().map(|a| format!("'{a}'")).collect();
     text += &format!(
-        "pub const AXES: [char; {}] = [{}];\n",
+        "#[allow(dead_code)]\npub const AXES: [char; {}] = [{}];\n",
         program.axes,
         letters.join(", ")
     );
     text += "/// The checksum of the compensation that this code evaluates.\n";
-    text += &format!("pub const CHECKSUM: u32 = {:#010X};\n\n", head.checksum);
+    text += &format!("#[allow(dead_code)]\npub const CHECKSUM: u32 = {:#010X};\n\n", head.checksum);
     text += &body(program, head);
     if let Some(servo) = &head.servo {
         text += &for_servo(program, servo);
@@ -71,11 +71,13 @@ fn for_servo(program: &Program, servo: &ForServo) -> String {
         "
 /// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
 #[rustfmt::skip]
+#[allow(dead_code)]
 pub static FACTS: trueaxis::Aligned<[u8; {}]> = trueaxis::Aligned([
 {}]);
 
 /// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
+#[allow(dead_code)]
 pub fn corrections<const N: usize>(
     inputs: &trueaxis::Inputs<[f32; N]>,
     travel: &trueaxis::Travelling<[trueaxis::Travel; N]>,

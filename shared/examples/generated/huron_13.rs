@@ -4,8 +4,10 @@
 // The same bits as the evaluation of that file. Generate it again rather than change it.
 
 /// The axes, in the order of inputs and corrections.
+#[allow(dead_code)]
 pub const AXES: [char; 5] = ['Y', 'A', 'C', 'X', 'Z'];
 /// The checksum of the compensation that this code evaluates.
+#[allow(dead_code)]
 pub const CHECKSUM: u32 = 0x253724E0;
 
 /// The corrections to add to the commanded positions, in mm and degrees.
@@ -54,6 +56,7 @@ pub fn evaluate(inputs: &[f32; 5]) -> [f32; 5] {
 
 /// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
 #[rustfmt::skip]
+#[allow(dead_code)]
 pub static FACTS: trueaxis::Aligned<[u8; 416]> = trueaxis::Aligned([
     84, 82, 65, 88, 1, 0, 0, 0, 160, 1, 0, 0, 176, 5, 181, 114, 15, 72, 117, 114, 111, 110, 32, 75,
     50, 88, 56, 45, 70, 105, 118, 101, 0, 8, 0, 5, 89, 0, 0, 175, 195, 0, 0, 175, 67, 0, 0, 0,
@@ -77,6 +80,7 @@ pub static FACTS: trueaxis::Aligned<[u8; 416]> = trueaxis::Aligned([
 
 /// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
+#[allow(dead_code)]
 pub fn corrections<const N: usize>(
     inputs: &trueaxis::Inputs<[f32; N]>,
     travel: &trueaxis::Travelling<[trueaxis::Travel; N]>,

@@ -1,6 +1,5 @@
 //! Generated code beside the general evaluation: every bit but the sign of a zero, and a servo with either.
 
-#![allow(dead_code)]
 use trueaxis::*;
 
 type Room = capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8);
