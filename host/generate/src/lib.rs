@@ -189,6 +189,26 @@ mod tests {
     }
 
     #[test]
+    fn the_example_of_the_runtime_is_generated() {
+        let blob = golden::blob("huron-13");
+        let checksum = trueaxis::Header::read(&blob).unwrap().crc;
+        let options = Options {
+            file: "huron-13.trax",
+            function: "evaluate",
+            servo: true,
+            compared: 1000,
+        };
+        let code = generate(
+            &Runtime::load(&blob).unwrap(),
+            checksum,
+            Language::Rust,
+            options,
+        );
+        let committed = include_str!("../../../shared/examples/generated/huron_13.rs");
+        assert_eq!(code.unwrap(), committed);
+    }
+
+    #[test]
     fn every_golden_blob_gives_the_same_bits() {
         for name in ["huron-13", "router-10", "table-head-13"] {
             let code = generated(&golden::blob(name), Language::Rust);

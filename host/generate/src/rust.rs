@@ -17,7 +17,10 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
         letters.join(", ")
     );
     text += "/// The checksum of the compensation that this code evaluates.\n";
-    text += &format!("#[allow(dead_code)]\npub const CHECKSUM: u32 = {:#010X};\n\n", head.checksum);
+    text += &format!(
+        "#[allow(dead_code)]\npub const CHECKSUM: u32 = {:#010X};\n\n",
+        head.checksum
+    );
     text += &body(program, head);
     if let Some(servo) = &head.servo {
         text += &for_servo(program, servo);
