@@ -20,6 +20,7 @@ pub struct Contents<'a> {
     /// Its counts and sizes.
     #[serde(flatten)]
     pub size: Size,
+    /// The axes, in the order of the compensation.
     pub axes: Vec<AxisEntry>,
     /// Inputs other than the axes.
     pub auxiliaries: Vec<AuxiliaryEntry>,
