@@ -103,8 +103,8 @@ impl Along {
         }
     }
 
-    /// Writes what was found at so many rows where it is wanted, as CSV or JSON; with the policy, if it
-    /// depends on one.
+    /// Writes the results for `rows` rows as CSV or JSON to the file or standard output, with the policy if they
+    /// depend on one.
     pub fn finish<T: Serialize>(
         &self,
         policy: Option<Policy>,
