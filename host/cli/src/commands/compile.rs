@@ -40,8 +40,8 @@ use trueaxis_tables::validate::Runtime;
 /// cause, and which coarser tolerance (0.1, 0.2, 0.5, 1, 2, 5 or 10 µm) is met, if any. An older file of the same
 /// name is left untouched.
 ///
-/// Tables that deviate from the kinematic correction by more than its own size are never written. Schemes of the
-/// source document have a fixed number of tables, so they are always written and a missed tolerance is only a
+/// Tables of `exact` that deviate from the kinematic correction by more than its own size are never written. Schemes of
+/// the source document have a fixed number of tables: they are written in any case, and what they miss is only a
 /// warning.
 #[derive(Args)]
 #[command(
