@@ -1,4 +1,4 @@
-//! The command `trueaxis`: a thin layer over the library.
+//! The command `trueaxis`, a thin layer over the libraries.
 #![forbid(unsafe_code)]
 
 mod commands;

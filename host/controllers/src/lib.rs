@@ -1,7 +1,7 @@
-//! What controllers read and run: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link
-//! to a board.
+//! Interfaces to controllers: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link to a
+//! board.
 //!
-//! Uses `trueaxis-model` and `trueaxis-tables`.
+//! Builds on `trueaxis-model` and `trueaxis-tables`.
 #![forbid(unsafe_code)]
 
 pub mod cec;

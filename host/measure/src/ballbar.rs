@@ -1,5 +1,5 @@
-//! The ball-bar: the hemispherical path of the source document (Section 4.6.2), circular tests (ISO 230-4), what a
-//! machine with known errors makes of them, and what is left of readings once the bar's own setup is taken out.
+//! The ball-bar: the hemispherical path of the source document (Section 4.6.2), circular tests (ISO 230-4), the
+//! readings of a machine with known errors, and readings with the bar's own setup removed.
 
 mod circle;
 mod hemisphere;

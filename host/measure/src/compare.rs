@@ -1,4 +1,4 @@
-//! Schemes on one machine, side by side.
+//! Compares schemes on one machine.
 
 pub mod probed;
 
@@ -17,33 +17,33 @@ use trueaxis_tables::validate::Runtime;
 pub struct Compared {
     /// Name of the scheme.
     pub scheme: String,
-    /// What it does, or why it cannot.
+    /// Its figures, or why it does not support the machine.
     pub found: Result<Figures, CompileError>,
 }
 
-/// What the tables of a scheme take and do.
+/// Resources and effect of a scheme's tables.
 #[derive(Clone, Debug)]
 pub struct Figures {
     /// Tables, terms, samples, bytes.
     pub size: Size,
     /// Estimated instructions of one evaluation on the reference target.
     pub instructions: f64,
-    /// The compensation and what it does.
+    /// The compensation and its proof.
     pub compiled: Compiled,
-    /// What it does to each error parameter; or why that cannot be said.
+    /// Its effect on each error parameter, or why that cannot be determined.
     pub compensability: Result<Compensated, Unknown>,
 }
 
-/// Why nothing can be said of the parameters that are left after a compensation.
+/// Why the remaining parameters after a compensation cannot be determined.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Unknown {
-    /// There are none.
+    /// There are no parameters.
     #[error("the error file has no parameters, only tables")]
     NoParameters,
     /// Not enough balls can be reached at many rotary positions.
     #[error("the stylus reaches too few places for simulated probings")]
     NotReached,
-    /// A probing fails.
+    /// A probing cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
     /// The parameters cannot be identified.
@@ -51,12 +51,11 @@ pub enum Unknown {
     Identify(#[from] IdentifyError),
 }
 
-/// Runs every scheme with the same options, but for their own, on one machine and its errors. None is refused
-/// for corrections that are unusually large: nothing is written.
+/// Runs every scheme on one machine and its errors, with the same common options. Unusually large corrections are
+/// accepted, because nothing is written.
 ///
-/// Compensability (Eq. 38 of the source document) is that of parameters that are identified from simulated
-/// probings without noise while the compensation is on, of balls whose distances are known, at rotary positions
-/// all over the travel.
+/// Compensability (Eq. 38 of the source document) is that of parameters identified from simulated noise-free
+/// probings with the compensation on, of balls with known distances, at rotary positions over the whole travel.
 #[must_use]
 pub fn compare(
     machine: &Machine,

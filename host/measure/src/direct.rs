@@ -1,9 +1,10 @@
-//! Direct measurements: from runs of lasers, straightedges, levels, calibrators and squares to error
-//! motions and locations.
+//! Direct measurements: from runs of lasers, straightedges, levels, calibrators and squares to error motions and
+//! locations.
 //!
-//! What an instrument shows of a machine with errors comes from the [`Bench`](trueaxis_model::explain::Bench) that
-//! `explain` reads, with exact poses. Here errors are looked for that show what was measured: no sign is
-//! written down, and the lever of the measured line (Abbe) is in it, as is everything that is known already.
+//! The reading of an instrument on a machine with errors comes from the same
+//! [`Bench`](trueaxis_model::explain::Bench) that `explain` uses, with exact poses. The errors are solved for so
+//! that they reproduce the measurements. So no sign convention is coded here, and the lever of the measured line
+//! (Abbe) is included, as are all errors that are already known.
 
 mod block;
 mod direct_error;

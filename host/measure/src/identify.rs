@@ -1,9 +1,9 @@
 //! From probings of balls to error parameters with their uncertainties.
 //!
-//! A row of probings says where all axes were when the nominal stylus centre was on the centre of a ball.
-//! With the right error parameters, balls and stylus, the tip of the actual machine is on the ball in every
-//! row: [`identify`] finds those with which it is as nearly as the noise lets it, says how well each of them
-//! is known, and which cannot be told from others with these rows.
+//! A row of probings has the positions of all axes with the nominal stylus centre at the centre of a ball. With the
+//! right error parameters, balls and stylus, the tip of the actual machine is at the ball in every row. [`identify`]
+//! finds the values for which it is as close as the noise permits, and determines how well each is known and which
+//! ones these rows cannot separate from others.
 
 mod auto;
 mod bars;

@@ -1,7 +1,7 @@
-//! From measurements of a machine tool to its error parameters: what to probe, touches and probings, runs of
-//! instruments, ball-bar, identification; and measurements simulated on machines whose errors are known.
+//! From measurements of a machine tool to its error parameters: measurement planning, touches and probings, runs of
+//! instruments, ball-bar, identification; and simulated measurements on machines with known errors.
 //!
-//! Uses `trueaxis-model`, and `trueaxis-tables` for what is left under a compensation.
+//! Builds on `trueaxis-model`, and on `trueaxis-tables` for errors that remain under a compensation.
 #![forbid(unsafe_code)]
 
 pub mod ballbar;

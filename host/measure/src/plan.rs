@@ -1,7 +1,7 @@
-//! Which balls to probe at which rotary positions: what a strategy will tell before anybody probes, a better one,
-//! and the touches that it takes.
+//! Plans which balls to probe at which rotary positions: what a strategy will identify, a better strategy, and its
+//! touches.
 //!
-//! The equations, and what counts as seen, are those of [`identify`](crate::identify).
+//! Equations and identifiability are those of [`identify`](crate::identify).
 
 mod band;
 mod candidates;

@@ -1,4 +1,4 @@
-//! Measurements as a machine with known errors would give them.
+//! Simulates measurements of a machine with known errors.
 
 pub mod ballbar;
 mod compensated;
@@ -14,31 +14,31 @@ use trueaxis_model::errors::Situation;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 
-/// What is not as it should be with the measurement itself.
+/// Disturbances of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbances {
     /// Standard deviation of each coordinate of a probing (mm).
     pub noise: f64,
     /// Movement of the workpiece frame from the first to the last row (mm), along each of its axes.
     pub drift: [f64; 3],
-    /// Part of the rows, 0 to 1, that are off by `outlier` besides.
+    /// Fraction of the rows, 0 to 1, that are off by an additional `outlier`.
     pub outliers: f64,
-    /// How far (mm), in a random direction.
+    /// Size of an outlier (mm), in a random direction.
     pub outlier: f64,
-    /// Where random numbers begin.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 /// Why a probing cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimulateError {
-    /// Nobody knows where a ball is.
+    /// The position of a ball is unknown.
     #[error("ball `{ball}` has no nominal_mm in the artefact")]
     NoPlace {
         /// Its name.
         ball: String,
     },
-    /// The machine has no three linear axes that reach every place.
+    /// The machine does not have three linear axes that reach every position.
     #[error("line {line}: the linear axes cannot bring the stylus to ball `{ball}` there")]
     NotReached {
         /// Line of the strategy.
@@ -46,7 +46,7 @@ pub enum SimulateError {
         /// The ball.
         ball: String,
     },
-    /// It is too far away.
+    /// An axis would leave its travel.
     #[error("line {line}: ball `{ball}` is at {axis} = {position:.3}, outside its travel")]
     Outside {
         /// Line of the strategy.
@@ -55,10 +55,10 @@ pub enum SimulateError {
         ball: String,
         /// The axis.
         axis: char,
-        /// Where it would have to be (mm).
+        /// The position it would need (mm).
         position: f64,
     },
-    /// The corrections of a compensation change as much as the position does.
+    /// The corrections of a compensation change as fast as the position does.
     #[error(
         "line {line}: ball `{ball}` is not found while the compensation is on: its corrections do not settle"
     )]
@@ -70,11 +70,11 @@ pub enum SimulateError {
     },
 }
 
-/// Where the axes are when the stylus is on each ball of a strategy: its rotary axes and its spindle as they
-/// are there, its linear ones where the tip of the actual machine meets the ball.
+/// Axis positions with the stylus at each ball of a strategy: rotary axes and spindle as in the strategy, linear
+/// axes where the tip of the actual machine meets the ball.
 ///
 /// # Errors
-/// [`SimulateError`]: a ball without a place, one that cannot be reached.
+/// [`SimulateError`]: a ball without a position, or one that cannot be reached.
 pub fn probings(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
@@ -88,8 +88,8 @@ pub fn probings(
     Ok(measured)
 }
 
-/// The strategy with the positions that are commanded when the tip of the actual machine is on the balls and each
-/// axis is `off` its command by so much (mm, deg).
+/// The strategy with the positions that are commanded when the tip of the actual machine is at the balls and each
+/// axis is `off` its command (mm, deg).
 fn on_balls(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
@@ -142,8 +142,7 @@ fn in_travel(machine: &Machine, measured: &Probings) -> Result<(), SimulateError
     Ok(())
 }
 
-/// Probings that were simulated without noise, with the noise and the outliers that [`probings`] would have
-/// given them; drift is not added.
+/// Adds to noise-free simulated probings the noise and the outliers that [`probings`] would have added; no drift.
 #[must_use]
 pub fn disturbed(machine: &Machine, clean: &Probings, disturbances: &Disturbances) -> Probings {
     let mut measured = clean.clone();
@@ -158,12 +157,12 @@ fn disturb_all(machine: &Machine, measured: &mut Probings, disturbances: &Distur
     }
 }
 
-/// Steps to a ball: each gains the relative size of the errors.
+/// Largest number of steps towards a ball; each reduces the distance by a factor of the relative size of the errors.
 const STEPS: usize = 20;
-/// The tip is on the ball (mm): rounding of positions of 1 m.
+/// The tip is at the ball within this (mm): rounding of positions of 1 m.
 const REACHED: f64 = 1e-11;
 
-/// Linear positions at which the tip is on the ball (mm, rad).
+/// Linear positions at which the tip is at the ball (mm, rad).
 pub(crate) fn reach(
     kinematics: &Kinematics<'_>,
     row: &Probing,
@@ -178,7 +177,7 @@ pub(crate) fn reach(
     on_ball(kinematics, &q, &situation, tip, ball)
 }
 
-/// The same from these positions of all axes on (mm, rad).
+/// The same, starting from given positions of all axes (mm, rad).
 pub(crate) fn on_ball(
     kinematics: &Kinematics<'_>,
     start: &PerAxis,
@@ -216,7 +215,7 @@ pub(crate) fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
 
 fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut Pcg64Mcg) {
     let mut off = Vector3::from_fn(|_, _| normal(random)) * by.noise;
-    // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+    // Drawn unconditionally, so that the noise of a seed is the same with and without outliers.
     let (chance, direction) = (
         random.random::<f64>(),
         Vector3::from_fn(|_, _| normal(random)),
@@ -229,7 +228,7 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
     }
 }
 
-/// How a spindle that is indexed by so much (deg) turns the stylus in its frame.
+/// Rotation of the stylus in the spindle frame by a spindle angle (deg).
 pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
     *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
 }

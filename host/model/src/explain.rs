@@ -1,8 +1,8 @@
-//! What each error parameter means on one machine: what an instrument would show.
+//! Explains error parameters on a machine: what an instrument would show.
 //!
-//! Every figure comes from the exact model of the uncompensated machine, on which this parameter is
-//! wrong and nothing else, by moving it as the instrument is used. No sign is written down here: that
-//! of a reading follows from the commands of the motion.
+//! Every figure is computed with the exact model of the uncompensated machine, on which only this parameter is
+//! wrong, by moving the machine as the instrument is used. No sign convention is coded here: the sign of a reading
+//! follows from the commanded motion.
 
 mod bench;
 mod choose;
@@ -18,19 +18,19 @@ pub use instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
 pub use sentence::number;
 pub use single_entry::{Alone, EntryKind, Nature};
 
-/// What one thing in an error file means.
+/// The explanation of one entry of an error file.
 #[derive(Clone, Debug)]
 pub struct Explained<'a> {
-    /// It by itself.
+    /// The entry.
     pub alone: Alone<'a>,
-    /// What shows it; `None` if it changes nothing.
+    /// The reading that shows it; `None` if it changes nothing.
     pub reading: Option<Reading>,
-    /// Of an inclination that changes nothing: the pair of axes (by index) whose squareness may be
-    /// meant, and the parameters that it is.
+    /// For an inclination that changes nothing: the pair of axes (by index) whose squareness may have been meant,
+    /// and the corresponding parameters.
     pub meant: Option<([usize; 2], Vec<Parameter>)>,
 }
 
-/// Explains everything that an error file says, axis by axis.
+/// Explains every entry of an error file, axis by axis.
 #[must_use]
 pub fn explain<'a>(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Explained<'a>> {
     let all = Alone::all(machine, errors).into_iter();
@@ -55,7 +55,7 @@ pub fn explain<'a>(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Explaine
 }
 
 impl Explained<'_> {
-    /// One sentence.
+    /// The explanation as one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let subject = sentence::subject(&self.alone);
@@ -65,7 +65,7 @@ impl Explained<'_> {
         }
     }
 
-    /// Why it changes nothing, and what does.
+    /// Why it changes nothing, and which parameter would.
     fn nothing(&self) -> String {
         let alone = &self.alone;
         if alone.size() == 0.0 {

@@ -1,14 +1,14 @@
 //! Rigid-body kinematics: exact pose, volumetric error, control Jacobian, correction; mm and rad.
 //!
-//! The crate `trueaxis-kinematics`, with machines and errors as they were read.
+//! Wraps the crate `trueaxis-kinematics` for machines and errors read from files.
 
 use crate::errors::ErrorModel;
 use crate::machine::Machine;
 use std::ops::Deref;
 pub use trueaxis_kinematics::{Correction, Htm, Jacobian, NotConverged, Policy, Twist};
 
-/// The kinematics of one machine with one set of errors: those of [`trueaxis_kinematics`] that it
-/// derefs to, with what the files say beyond them.
+/// The kinematics of one machine with one set of errors. Dereferences to those of [`trueaxis_kinematics`] and keeps
+/// the additional content of the files.
 #[derive(Clone, Debug)]
 pub struct Kinematics<'a> {
     /// The machine.
@@ -19,7 +19,7 @@ pub struct Kinematics<'a> {
 }
 
 impl<'a> Kinematics<'a> {
-    /// Lays out the two branches; rotary axes are corrected by the default policy.
+    /// Sets up the two branches; rotary axes are corrected by the default policy.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! Machine tools and their error parameters: what their files say, poses at positions, what an instrument would
-//! show of each parameter. Around the types of `trueaxis-kinematics`.
+//! Machine tools and their error parameters: their files, poses at positions, and what an instrument would show of
+//! each parameter. Built around the types of `trueaxis-kinematics`.
 //!
 //! Uses the kinematics and, for positions as a controller reads them, the runtime.
 #![forbid(unsafe_code)]

@@ -8,14 +8,14 @@ use crate::machine::{Machine, PerAxis};
 pub use beyond_travel::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
-/// The most axes a blob may have.
+/// Largest number of axes of a blob.
 const MOST_AXES: usize = 16;
 
-/// A position of an endless axis, or on a modulo table, within whose turn f32 tells no places apart.
+/// A position of an axis without limits, or on a modulo table, that is too large for f32 to resolve within a turn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("row {row}: {value} is more than {MOST_PERIODS} periods away from zero on {name}")]
 pub struct TooFar {
-    /// Row, counted from 1 below the header.
+    /// Row, counted from 1 after the header.
     pub row: usize,
     /// The axis.
     pub name: char,
@@ -23,13 +23,13 @@ pub struct TooFar {
     pub value: f64,
 }
 
-/// Corrections (mm, deg) of a compensation along a motion, before any guard rail.
+/// Corrections (mm, deg) of a compensation along a motion, before the guard rails.
 ///
-/// Each row holds the axes, then the auxiliaries, in the compensation's order. Directions are
-/// followed as the runtime does, with the hysteresis of the blob: unknown until an axis has moved.
+/// Each row has the axes, then the auxiliaries, in the compensation's order. Directions are tracked as in the
+/// runtime, with the hysteresis of the blob: unknown until an axis has moved.
 ///
 /// # Errors
-/// [`TooFar`] where f32 could not tell the position within a turn; the runtime calls it a fault.
+/// [`TooFar`] if f32 cannot resolve the position within a turn; the runtime reports a fault.
 pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec<f32>>, TooFar> {
     let axes = compensation.axes();
     let mut reversals = [Reversal::new(); MOST_AXES];
@@ -58,10 +58,10 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
     Ok(corrections)
 }
 
-/// What the kinematic model is told along a motion: position (mm, rad) and situation of every row.
+/// Input of the kinematic model along a motion: position (mm, rad) and situation of every row.
 ///
-/// Each row holds the axes, the tool length (mm) if it is an input of the machine, then the
-/// sensors (K from their reference). Directions are followed as [`evaluate`] does.
+/// Each row has the axes, the tool length (mm) if it is an input of the machine, then the sensors (K from their
+/// reference). Directions are tracked as in [`evaluate`].
 #[must_use]
 pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situation)> {
     let n = machine.axes.len();
@@ -85,7 +85,7 @@ pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situati
         for (kelvin, value) in situation.kelvin.iter_mut().zip(&values[n + with_length..]) {
             *kelvin = *value;
         }
-        // Where the error motions of endless axes are described.
+        // The position in the range in which error motions of axes without limits are described.
         let axes = machine.axes.iter().zip(&values[..n]);
         let position: Vec<f64> = axes.map(|(axis, q)| axis.within_turn(*q)).collect();
         along.push((machine.to_kinematic(&position), situation));

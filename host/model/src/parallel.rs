@@ -1,7 +1,7 @@
 //! Work on all processors.
 //!
-//! Closures are called through [`rayon`], whose machinery is compiled once here and not for every one of them: a fifth
-//! of the code of the crates that sample.
+//! Closures are passed to [`rayon`] as trait objects, so that its code is compiled once here and not for every
+//! closure: a fifth of the code of the crates that sample.
 
 use rayon::prelude::*;
 pub use rayon::slice::ParallelSliceMut as Sort;
@@ -10,19 +10,19 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Most parts into which items are divided: enough that processors end together.
+/// Largest number of parts that items are divided into: enough to keep all processors busy until the end.
 const PARTS: usize = 1024;
 
-/// What a function makes of each item, in their order.
+/// Results of a function for each item, in their order.
 pub fn map<'i, I: Sync, R: Send>(items: &'i [I], of: impl Fn(&'i I) -> R + Sync) -> Vec<R> {
     let done = try_map(items, |item| Ok::<R, Infallible>(of(item)));
     done.unwrap_or_else(|never| match never {})
 }
 
-/// The same for a function that can fail; after it has failed, no further items are begun.
+/// The same for a function that can fail; after a failure, no further items are started.
 ///
 /// # Errors
-/// The first one, in the order of the items, of those that were met.
+/// The first error, in the order of the items, of those that occurred.
 pub fn try_map<'i, I: Sync, R: Send, E: Send>(
     items: &'i [I],
     of: impl Fn(&'i I) -> Result<R, E> + Sync,
@@ -47,7 +47,7 @@ pub fn try_map<'i, I: Sync, R: Send, E: Send>(
     Ok(all)
 }
 
-/// Calls a function for ranges that together are all numbers below `count`.
+/// Calls a function for ranges that together cover all numbers below `count`.
 fn in_parts(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
     let size = count.div_ceil(PARTS).max(1);
     let parts = (0..count.div_ceil(size)).into_par_iter();

@@ -1,5 +1,5 @@
-//! Where the tool is, seen from the workpiece, and where the axes lie: what a user compares with the
-//! display of a controller to see whether a description is right.
+//! The tool pose relative to the workpiece, and the axis locations. Users compare them with the display of a
+//! controller to check a machine description.
 
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Htm, Kinematics};
@@ -12,7 +12,7 @@ use trueaxis_kinematics::{Branch, Nominal};
 pub struct Tool {
     /// The tip (mm).
     pub tip: [f64; 3],
-    /// Unit vector from the tip to the spindle, as controllers show it.
+    /// Unit vector from the tip to the spindle, as displayed by controllers.
     pub direction: [f64; 3],
 }
 
@@ -32,23 +32,23 @@ impl Tool {
 pub struct Line {
     /// Its letter.
     pub axis: char,
-    /// `workpiece` or `tool`: what it carries.
+    /// The branch that it carries: `workpiece` or `tool`.
     pub carries: &'static str,
-    /// True if it turns what it carries, false if it moves it.
+    /// True if it is a rotary axis.
     pub rotary: bool,
-    /// Unit vector along which a positive command moves what it carries, or about which it turns it
+    /// Unit vector of the motion of what it carries at a positive command: its direction, or its axis of rotation
     /// (right-handed).
     pub direction: [f64; 3],
-    /// A point of it (mm): the origin of its frame.
+    /// A point on it (mm): the origin of its frame.
     pub point: [f64; 3],
 }
 
-/// Everything at one position.
+/// Tool and axes at one position.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Posed {
     /// The tool of a machine without errors.
     pub nominal: Tool,
-    /// The tool with all errors, if there are any to be asked about.
+    /// The tool with all errors, if errors were given.
     pub actual: Option<Tool>,
     /// The axes, in the order of the machine.
     pub axes: Vec<Line>,

@@ -1,9 +1,8 @@
 //! Positions and corrections as CSV.
 //!
-//! The header names the inputs: axes by their letter, the tool length as `tool length` or
-//! `length`, temperature sensors by their name; in any order. Numbers are in mm, degrees and
-//! (difference to the reference) K, with a decimal point. Empty lines are skipped. The order of
-//! the rows is the motion.
+//! The header names the inputs in any order: axes by their letter, the tool length as `tool length` or `length`,
+//! temperature sensors by their name. Numbers are in mm, degrees and K (difference from the reference), with a
+//! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
 use crate::formats::csv::Table;
 use crate::machine::Machine;
@@ -11,14 +10,14 @@ use crate::source::FileError;
 use std::fmt::{Display, Write};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis};
 
-/// An input that positions must give.
+/// An input that needs a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// The name to be used in messages.
+    /// Its name in messages.
     pub name: String,
-    /// What stands for the same.
+    /// An alternative name.
     pub alias: Option<&'static str>,
-    /// What is meant, for messages.
+    /// A description for messages.
     pub meaning: String,
 }
 
@@ -76,10 +75,10 @@ impl Input {
 
 const VALUES: &str = "give every position a value in each column: a plain number in mm or degrees with a decimal point, not a comma: -12.5";
 
-/// Reads positions: one row per position, its values in the order of `inputs`.
+/// Reads positions: one row per position, with values in the order of `inputs`.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: what [`Table`] refuses, a column that is not an input, an
+/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a column that is not an input, an
 /// input without a column, a value that is not finite as f32, no rows.
 pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
     let names: Vec<&str> = inputs.iter().map(|i| i.name.as_str()).collect();
@@ -104,7 +103,7 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
         let mut position = vec![0.0; inputs.len()];
         for (column, input) in columns.iter().enumerate() {
             let value = row.number(column)?;
-            // The runtime computes in f32: what is infinite there is not a position.
+            // The runtime computes in f32, where the value must also be finite.
             if !(value as f32).is_finite() {
                 let message = format!("{value:e} is too large for a position");
                 return Err(row.error(column, message, "too large", VALUES));
@@ -116,7 +115,7 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
     Ok(rows)
 }
 
-/// Corrections as CSV, `dX,dY,…`: each number with the fewest digits that read back to the same.
+/// Corrections as CSV, `dX,dY,…`, each with the fewest digits that read back as the same number.
 #[must_use]
 pub fn write<T: Display>(letters: &[char], rows: &[Vec<T>]) -> String {
     let header: Vec<String> = letters.iter().map(|l| format!("d{l}")).collect();

@@ -1,30 +1,30 @@
-//! Errors that point into a file.
+//! Errors with a place in a file.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use std::ops::Range;
 
-/// What is wrong with a file, where, and what to write instead.
+/// An error in a file: cause, place and remedy.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 #[error("{message}")]
 pub struct FileError {
     /// What is wrong.
     pub message: String,
-    /// A few words to stand at the marked place.
+    /// A few words for the marked place.
     pub label: String,
     /// What to write instead.
     pub remedy: String,
     /// Byte range in the file.
     pub span: Option<Range<usize>>,
-    /// The file it is in, if that is another one that the file names.
+    /// The file it is in, if the file being read refers to another one.
     pub within: Option<Box<Named>>,
 }
 
 /// A text file with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
-    /// As it was named.
+    /// Its name as referred to.
     pub name: String,
-    /// All of it.
+    /// Its content.
     pub text: String,
 }
 
@@ -45,7 +45,7 @@ impl FileError {
         }
     }
 
-    /// An error of the file as a whole.
+    /// An error about the whole file.
     pub fn whole(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             message: message.into(),
@@ -66,7 +66,7 @@ impl FileError {
         self
     }
 
-    /// What is wrong with the syntax of a file in TOML.
+    /// A TOML syntax error.
     #[must_use]
     pub fn syntax(error: &toml::de::Error, text: &str) -> Self {
         let remedy = match error.span() {
@@ -98,11 +98,11 @@ impl FileError {
     }
 }
 
-/// What is said if numbers are missing, or too many.
+/// Part of the message if numbers are missing or there are too many.
 const COUNT: &str = "numbers, where";
 
-/// So many numbers in a file, neither fewer nor more: `[-210,0, 210,0]` is not the range that it looks
-/// like to somebody who writes decimal commas.
+/// Exactly `N` numbers in a file. `[-210,0, 210,0]` is rejected: it is not the range that someone who writes decimal
+/// commas intends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exactly<const N: usize>(pub [f64; N]);
 
@@ -117,8 +117,8 @@ impl<'de, const N: usize> Deserialize<'de> for Exactly<N> {
     }
 }
 
-/// True if the lines of a place have a comma between two digits, with no space after it, and that may be
-/// what is wrong: not with a key, nor with the syntax of a list, where it may be right.
+/// True if the lines of a place have a comma between two digits without a following space, and this may be the cause
+/// of the error: not for keys or for the syntax of a list, where such a comma may be right.
 fn has_decimal_comma(text: &str, span: &Range<usize>, message: &str) -> bool {
     let bytes = text.as_bytes();
     let start = span.start.min(bytes.len());
@@ -135,7 +135,7 @@ fn has_decimal_comma(text: &str, span: &Range<usize>, message: &str) -> bool {
         .any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
 }
 
-/// The name in the case that is right, if only the case is wrong: `X` for `x`, `EXXb` for `exxB`.
+/// The name in the right case, if only the case is wrong: `X` for `x`, `EXXb` for `exxB`.
 #[must_use]
 pub fn right_case(name: &str, is_right: impl Fn(&str) -> bool) -> Option<String> {
     let upper = name.to_uppercase();

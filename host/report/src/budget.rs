@@ -1,4 +1,4 @@
-//! The error budget: what each parameter does over the travel if it alone is wrong.
+//! The error budget: the effect of each parameter over the travel if it alone is wrong.
 
 use super::volumetric::quality;
 use super::words::{in_words, name};
@@ -11,59 +11,59 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
-/// Random positions: a mean over so many is known to 2 % where errors scatter as much as they are large.
+/// Number of random positions; a mean over this many is accurate to 2 % if the scatter of errors equals their size.
 const POSITIONS: usize = 2000;
-/// Of these, those at which it is looked what no correction takes away.
+/// Number of these at which the part that no correction removes is computed.
 const CORRECTED: usize = 200;
-/// What changes the tool's direction by less than this (µrad) on average need not be looked at.
+/// Parameters that change the tool direction by less than this (µrad) on average are ignored there.
 const TURNS: f64 = 0.01;
 /// Coverage factor of expanded uncertainties: 95 %.
 const EXPANDED: f64 = 2.0;
 
-/// What parameters do by themselves.
+/// Effects of single parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
-    /// Random positions of the travel.
+    /// Number of random positions in the travel.
     pub positions: usize,
-    /// What every parameter does, the largest mean of the tip first.
+    /// The effect of every parameter; the largest mean at the tip first.
     pub shares: Vec<Share>,
 }
 
-/// What one parameter does by itself.
+/// The effect of one parameter alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Share {
-    /// Its name, as in the error file; `EXX (table)` of a measured motion.
+    /// Its name, as in the error file; `EXX (table)` for a tabulated motion.
     pub name: String,
-    /// What it is.
+    /// Its description.
     pub words: String,
-    /// Its value (mm, rad, per mm or rad to its degree); none of a measured motion.
+    /// Its value (mm, rad, per mm or rad to the power of its degree); `None` for a tabulated motion.
     pub value: Option<f64>,
-    /// Its standard uncertainty in the same unit, if it is known.
+    /// Its standard uncertainty in the same unit, if known.
     pub standard_uncertainty: Option<f64>,
-    /// The volumetric error of a machine on which it alone is wrong: means at random positions, and the largest that a
-    /// search finds.
+    /// The volumetric error of a machine on which only this parameter is wrong: means at random positions, and the
+    /// maxima found by a search.
     pub alone: Quality,
-    /// The mean volumetric error that its expanded uncertainty (k = 2) can make.
+    /// The mean volumetric error that its expanded uncertainty (k = 2) can cause.
     pub expanded_uncertainty_mean_um: Option<f64>,
-    /// The largest volumetric error that its expanded uncertainty (k = 2) can make.
+    /// The largest volumetric error that its expanded uncertainty (k = 2) can cause.
     pub expanded_uncertainty_max_um: Option<f64>,
-    /// The same of the tool's direction.
+    /// The same for the tool direction.
     pub expanded_uncertainty_max_urad: Option<f64>,
-    /// What the exact kinematic correction leaves of the tool's direction on average; none if there is no
-    /// correction somewhere.
+    /// Mean error of the tool direction that the exact kinematic correction leaves; `None` if the correction fails
+    /// somewhere.
     pub uncorrected_urad: Option<f64>,
 }
 
-/// How much is found out about each parameter.
+/// What is computed for each parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// What it does.
+    /// Its effect.
     Alone,
-    /// What its uncertainty does, too, and what no correction takes away.
+    /// Also the effect of its uncertainty, and the part that no correction removes.
     Everything,
 }
 
-/// Looks at each parameter by itself.
+/// Computes the effect of each parameter alone.
 pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
@@ -129,7 +129,7 @@ fn share(
     })
 }
 
-/// Its standard uncertainty, from a file of covariances or beside its value.
+/// Its standard uncertainty, from a covariance file or from the error file.
 fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
     let covariance = subject.errors.covariance();
     let known = covariance.parameters.iter();
@@ -137,7 +137,7 @@ fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
     Some(covariance.matrix[(place, place)].sqrt())
 }
 
-/// The situation with the temperature of the one sensor that a model of one parameter has.
+/// The situation with the temperature of the only sensor in the model of one parameter.
 fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) -> Situation {
     let mut kelvin = [0.0; MAX_SENSORS];
     if let EntryKind::PerKelvin { sensor, .. } = &alone.said {
@@ -152,7 +152,7 @@ fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) ->
     }
 }
 
-/// The volumetric error that it makes by itself; of the verdict alone maxima are those at the commands.
+/// The volumetric error caused by this parameter alone. For a verdict, maxima are those at the commands.
 fn does(
     subject: &Subject<'_>,
     alone: &Alone<'_>,
@@ -178,7 +178,7 @@ fn does(
     Ok(found)
 }
 
-/// What the kinematic correction leaves of the tool's direction (µrad) on average.
+/// Mean error of the tool direction (µrad) that the kinematic correction leaves.
 fn left(subject: &Subject<'_>, alone: &Alone<'_>, commands: &[Command]) -> Option<f64> {
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(subject.machine, &model).with_policy(subject.policy);
@@ -241,7 +241,7 @@ mod tests {
                 .find(|s| s.name == parameter.to_string())
                 .unwrap();
             let tip = share.alone.translation_um;
-            // Rounding of positions of 1 m; of the cosine of a small angle, half of its last digit.
+            // Rounding of positions of 1 m; for the cosine of a small angle, half of its last digit.
             assert!(
                 (tip.mean - mean(0)).abs() < 1e-9,
                 "{parameter}: {tip:?} {}",

@@ -1,60 +1,60 @@
-//! What has changed since an older report.
+//! Changes since an older report.
 
 use super::words::figure;
 use super::{Report, Share};
 use serde::{Deserialize, Serialize};
 
-/// Coverage factor: a change beyond so many standard uncertainties is one (95 %).
+/// Coverage factor: larger changes are significant (95 %).
 const EXPANDED: f64 = 2.0;
 
-/// What has changed.
+/// The differences between two reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Changes {
     /// The date of the older report, if it has one.
     pub since: Option<String>,
-    /// What there is to say first.
+    /// A summary.
     pub sentence: String,
-    /// Files whose bytes are others.
+    /// Files whose content has changed.
     pub files: Vec<String>,
-    /// Figures of the whole.
+    /// Overall figures.
     pub figures: Vec<Figure>,
-    /// Parameters that are not the same, the largest change at the tip first.
+    /// Parameters that have changed; the largest change at the tip first.
     pub parameters: Vec<Change>,
 }
 
-/// A figure then and now.
+/// A figure, old and new.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// `µm` or `µrad`.
     pub unit: String,
-    /// Then; none if there were no tables.
+    /// The old value; `None` if there were no tables.
     pub old: Option<f64>,
-    /// Now.
+    /// The new value.
     pub new: Option<f64>,
 }
 
-/// A parameter then and now.
+/// A parameter, old and new.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its description.
     pub words: String,
-    /// Its value then (mm, rad, per mm or rad to its degree); none if it was not there.
+    /// The old value (mm, rad, per mm or rad to the power of its degree); `None` if it did not exist.
     pub old: Option<f64>,
-    /// Its value now.
+    /// The new value.
     pub new: Option<f64>,
-    /// What it made at the tip then, mean.
+    /// Old mean effect at the tip.
     pub old_mean_um: f64,
-    /// What it makes now.
+    /// New mean effect at the tip.
     pub new_mean_um: f64,
-    /// True if it has changed by more than its uncertainties explain (95 %); none if they are not known.
+    /// True if it has changed by more than its uncertainties explain (95 %); `None` if they are unknown.
     pub is_significant: Option<bool>,
 }
 
-/// Compares; the older report is of the same machine.
+/// Compares with an older report of the same machine.
 #[must_use]
 pub fn changes(old: &Report, new: &Report) -> Changes {
     let figure_of = |name: &str, unit: &str, of: &dyn Fn(&Report) -> Option<f64>| Figure {

@@ -1,24 +1,24 @@
-//! What a report says of itself: for whom it is a document.
+//! Metadata of a report.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 use trueaxis_model::machine::Machine;
 
-/// A file that a report was made of.
+/// A file from which a report was made.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct File {
-    /// What it is for: machine, errors, compensation …
+    /// Its role: machine, errors, compensation …
     pub role: String,
-    /// Its name as it was given.
+    /// Its name as given.
     pub name: String,
-    /// Its length.
+    /// Its length in bytes.
     pub bytes: usize,
     /// CRC-32 of its bytes (that of ISO-HDLC, zip and PNG), eight hexadecimal digits.
     pub crc32: String,
 }
 
 impl File {
-    /// Of a file with these bytes.
+    /// Describes a file with these bytes.
     #[must_use]
     pub fn new(role: &str, name: &str, bytes: &[u8]) -> Self {
         Self {
@@ -30,33 +30,33 @@ impl File {
     }
 }
 
-/// What it is about, and from what it was made.
+/// The subject of a report and its sources.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Document {
     /// Name of the machine.
     pub machine: String,
-    /// Its axes from the workpiece to the tool, F for the foundation: `wCAYFXZSt`.
+    /// Its axes from the workpiece to the tool, with F for the foundation: `wCAYFXZSt`.
     pub topology: String,
-    /// The date that was given, as it was given.
+    /// The date as given.
     pub date: Option<String>,
     /// Version of the program.
     pub version: String,
     /// The files.
     pub files: Vec<File>,
-    /// The position whose correction is left out, as it was given.
+    /// The position whose correction is subtracted, as given.
     pub reference_position: Option<String>,
-    /// What rotary axes are corrected for.
+    /// What the rotary axes correct.
     pub policy: String,
-    /// The tolerance that tables are held to, at the tip.
+    /// The tolerance of the tables, at the tip.
     pub tolerance_um: f64,
-    /// The same for the tool's direction or rotary axes.
+    /// The same for the tool direction or rotary axes.
     pub tolerance_urad: f64,
     /// Seed of the random positions.
     pub seed: u64,
 }
 
 impl Document {
-    /// Of a machine, without date and files; made by this version.
+    /// Metadata for a machine, without date and files, and with the version of this program.
     #[must_use]
     pub fn of(machine: &Machine) -> Self {
         Self {
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn checksums_are_those_of_other_programs() {
-        // The check value of the algorithm's catalogue.
+        // The check value from the catalogue of CRC algorithms.
         assert_eq!(File::new("r", "n", b"123456789").crc32, "cbf43926");
     }
 }

@@ -1,4 +1,4 @@
-//! The still figures of the page.
+//! The static figures of the page.
 
 use super::{
     AxisMotions, AxisUse, Budget, CircularTest, Curve, Diagonal, Identification, Motion,
@@ -6,12 +6,12 @@ use super::{
 };
 use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series, Turn};
 
-/// Bars in one figure.
+/// Largest number of bars in one figure.
 const BARS: usize = 30;
 /// Shares below this (µm, µrad) get no bar.
 const NOTHING: f64 = 1e-4;
 
-/// Bars of what each parameter does at the tip, or to the tool's direction; none if nothing does anything.
+/// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
 pub fn budget(budget: &Budget, at_tip: bool) -> Option<Picture> {
     let bar = |share: &Share| {
         let (found, uncertainty) = match at_tip {
@@ -82,7 +82,7 @@ fn chart(title: String, x: Scale, y: &str, shaded: Vec<[f64; 2]>, series: Vec<Se
     .inline()
 }
 
-/// What was not measured of an axis with this name.
+/// The ranges of an axis with this name that were not measured.
 fn unmeasured(axes: &[AxisMotions], name: &str) -> Vec<[f64; 2]> {
     let mut letters = axes.iter().filter(|axis| name == axis.axis.to_string());
     letters.next().map_or(Vec::new(), AxisMotions::unmeasured)
@@ -162,7 +162,7 @@ pub fn circle(test: &CircularTest) -> Picture {
     .draw()
 }
 
-/// There and back, before and with the tables.
+/// Both directions, before and with the tables.
 fn both_ways(at: &[f64], before: &[Vec<f64>; 2], after: Option<&[Vec<f64>; 2]>) -> Vec<Series> {
     let ways = |both: &[Vec<f64>; 2], names: [&str; 2], ink: Ink| {
         let [forth, back] = both;
@@ -210,7 +210,7 @@ pub fn positioning(found: &Positioning, axes: &[AxisMotions]) -> String {
     chart(title, x, "deviation (µm)", shaded, all)
 }
 
-/// Points of a line, at most so many that a figure can show them apart, the last among them.
+/// Points of a line, thinned out to as many as a figure can resolve, including the last.
 fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     const MOST: usize = 240;
     let (last, every) = (
@@ -243,7 +243,7 @@ pub fn curve(curve: &Curve, axes: &[AxisMotions]) -> String {
     )
 }
 
-/// The correction of an axis along another, between its bounds; none if it varies along none.
+/// The correction of an axis along another, between its bounds; `None` if it varies along none.
 pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
     let along = used.along.as_ref()?;
     let ends = [along.at.first(), along.at.last()].map(|q| q.copied().unwrap_or(0.0));
@@ -281,7 +281,7 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
     ))
 }
 
-/// What an identification leaves, ball by ball.
+/// Residuals of an identification, ball by ball.
 pub fn balls(identification: &Identification) -> Option<String> {
     let bars: Vec<Bar> = (identification.balls.iter())
         .map(|ball| Bar {
@@ -301,7 +301,7 @@ pub fn balls(identification: &Identification) -> Option<String> {
     (!bars.bars.is_empty()).then(|| bars.draw().inline())
 }
 
-/// What an identification leaves, over the time, or over the rows if no time is known.
+/// Residuals of an identification over time, or over the rows if no time is known.
 pub fn residuals(identification: &Identification) -> Option<String> {
     let rows = &identification.rows;
     let timed = rows.iter().all(|row| row.time_s.is_some());
@@ -313,7 +313,7 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         let all = rows.iter().enumerate();
         all.map(|(k, row)| [at(k), row.after_um[c]]).collect()
     };
-    // The coordinate that is farthest off stands for the row.
+    // The largest coordinate represents the row.
     let farthest = |of: &[f64; 3]| {
         of.iter()
             .copied()

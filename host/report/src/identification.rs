@@ -1,55 +1,55 @@
-//! What an identification says of itself: what `identify --json` writes, as far as a report shows it.
+//! The results of an identification: the part of the output of `identify --json` that a report shows.
 
 use serde::{Deserialize, Serialize};
 
-/// An identification, in the names and units of `identify --json`.
+/// An identification, with the names and units of `identify --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     /// The machine.
     pub machine: String,
-    /// How many probings.
+    /// Number of probings.
     pub probings: usize,
-    /// From where to where each axis went.
+    /// The range that each axis covered.
     pub probed: Vec<Probed>,
     /// The balls.
     pub balls: Vec<Ball>,
-    /// The parameters that were found.
+    /// The parameters found.
     pub parameters: Vec<Estimate>,
     /// Pairs of parameters whose correlation is above 0.9.
     pub correlations: Vec<(String, String, f64)>,
-    /// What could not be seen.
+    /// Unknowns that could not be identified.
     pub unseen: Vec<NotSeen>,
     /// Standard deviation of a coordinate.
     pub noise_um: f64,
-    /// Probed coordinates less unknowns.
+    /// Probed coordinates minus unknowns.
     pub degrees_of_freedom: usize,
-    /// Condition of the scaled problem.
+    /// Condition number of the scaled problem.
     pub condition: f64,
-    /// What balls were predicted to without them, if that could be tried.
+    /// Residuals of balls predicted without them, if available.
     pub held_out: Option<HeldOut>,
-    /// What is left along the axes of the workpiece frame (rms).
+    /// Residuals along the axes of the workpiece frame (rms).
     pub left_um: [f64; 3],
-    /// Whether what is left goes with time, temperature, run or direction.
+    /// Whether the residuals depend on time, temperature, run or direction.
     pub checks: Vec<Check>,
-    /// What does not go with the other rows.
+    /// Rows that do not fit the others.
     pub suspected: Vec<Suspected>,
     /// Each probing.
     pub rows: Vec<Row>,
 }
 
-/// Rows that do not go with the others.
+/// Rows that do not fit the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Suspected {
-    /// What they are, and what to do.
+    /// Cause and remedy.
     pub sentence: String,
 }
 
-/// What probings have seen of an axis.
+/// The probed range of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Probed {
     /// Its letter.
     pub axis: char,
-    /// Its least and its largest position (mm, deg).
+    /// Its smallest and largest position (mm, deg).
     pub range: [f64; 2],
 }
 
@@ -58,11 +58,11 @@ pub struct Probed {
 pub struct Ball {
     /// Its name.
     pub name: String,
-    /// How often it was probed.
+    /// Number of probings.
     pub probings: usize,
-    /// What is left there, rms.
+    /// Residual, rms.
     pub left_um: f64,
-    /// The most that is left there.
+    /// Largest residual.
     pub most_um: f64,
 }
 
@@ -71,7 +71,7 @@ pub struct Ball {
 pub struct Estimate {
     /// Its name.
     pub parameter: String,
-    /// Its value (mm, rad, per mm or rad to its degree).
+    /// Its value (mm, rad, per mm or rad to the power of its degree).
     pub value: f64,
     /// Its standard uncertainty.
     pub standard_uncertainty: f64,
@@ -79,40 +79,40 @@ pub struct Estimate {
     pub expanded_uncertainty: f64,
 }
 
-/// What could not be seen.
+/// An unknown that could not be identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NotSeen {
     /// Its name.
     pub unknown: String,
-    /// Why.
+    /// The reason.
     pub sentence: String,
-    /// A probing with which it would be seen.
+    /// A probing that would identify it.
     pub add: Option<String>,
 }
 
-/// Balls that were left out.
+/// Residuals of balls predicted by models fitted without them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
-    /// Of all.
+    /// Over all balls, rms.
     pub rms_um: f64,
 }
 
-/// Whether what is left goes with something.
+/// Whether the residuals depend on something.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// `time_s`, `order`, `temperature_C`, `run` or `direction`.
     pub along: String,
-    /// The axis of a direction.
+    /// The axis, for a direction.
     pub axis: Option<char>,
-    /// The run.
+    /// The run, if that is what it depends on.
     pub run: Option<f64>,
     /// Time (s) or temperature (K) over which it changes.
     pub over: Option<f64>,
-    /// By how much, in the workpiece frame.
+    /// The change in the workpiece frame.
     pub change_um: Option<[f64; 3]>,
     /// Its standard uncertainty.
     pub standard_uncertainty_um: Option<[f64; 3]>,
-    /// True if it is more than chance.
+    /// True if it exceeds chance.
     pub is_significant: bool,
 }
 
@@ -121,18 +121,18 @@ pub struct Check {
 pub struct Row {
     /// Its line in the file.
     pub line: usize,
-    /// When it was, if that is known.
+    /// Its time, if known.
     pub time_s: Option<f64>,
-    /// From tip to ball without errors.
+    /// Vector from ball to tip without errors.
     pub before_um: [f64; 3],
-    /// What the parameters leave of that.
+    /// The remainder with the parameters.
     pub after_um: [f64; 3],
     /// False if it fits badly.
     pub is_trusted: bool,
 }
 
 impl Check {
-    /// What it is about.
+    /// Its subject as text.
     #[must_use]
     pub fn words(&self) -> String {
         match (self.along.as_str(), self.over, self.axis, self.run) {

@@ -1,10 +1,10 @@
-//! What a machine's errors are, what a compensation does about them, and how well both are known: figures for
-//! programs ([`Report`]), and a page for people ([`page()`]).
+//! The errors of a machine, the effect of a compensation, and how well both are known: figures for programs
+//! ([`Report`]), and a page for people ([`page()`]).
 //!
-//! A report is data first: everything that the page shows as a figure is in it, with its unit in its name, and the
-//! page is made of nothing else and of the [`Model`] that its drawings move.
+//! A report is data first. It contains every figure that the page shows, with the unit as part of the name, and the
+//! page is made only from it and from the [`Model`] behind the interactive drawings.
 //!
-//! Uses `trueaxis-model`, `trueaxis-tables` and `trueaxis-measure`.
+//! Builds on `trueaxis-model`, `trueaxis-tables` and `trueaxis-measure`.
 #![forbid(unsafe_code)]
 
 mod budget;
@@ -47,21 +47,21 @@ pub use volumetric::{Known, Volumetric};
 pub use words::{figure, unit};
 pub use worst::{ErrorAt, Worst};
 
-/// The version of what is written: it grows when a name changes its meaning.
+/// Version of the JSON format; increased when the meaning of a name changes.
 pub const FORMAT: u32 = 1;
 
-/// A compensation, and what it was found to do.
+/// A compensation and its proof.
 #[derive(Clone, Copy)]
 pub struct Compensation<'a> {
     /// Its tables.
     pub runtime: &'a Runtime<'a>,
     /// The comparison with the exact model.
     pub proof: &'a Proof,
-    /// What uncertain parameters leave, if an uncertainty is known.
+    /// The error that uncertain parameters leave, if an uncertainty is known.
     pub uncertainty: Option<&'a OverTravel>,
-    /// The position (mm, deg, one per axis) whose correction the tables leave out.
+    /// The position (mm, deg, one per axis) whose correction the tables subtract.
     pub zero_at: Option<&'a [f64]>,
-    /// The tolerance (µm) that it is held to.
+    /// The tolerance (µm) that it is judged by.
     pub tolerance_um: f64,
 }
 
@@ -70,36 +70,36 @@ pub struct Compensation<'a> {
 pub struct Report {
     /// [`FORMAT`].
     pub format: u32,
-    /// What there is to say first, a sentence each.
+    /// The summary, one sentence each.
     pub verdict: Vec<String>,
-    /// What it is about.
+    /// Metadata.
     pub document: Document,
-    /// What could not be shown, and why.
+    /// What could not be computed, and why.
     pub remarks: Vec<String>,
     /// The volumetric error before and after.
     pub volumetric: Volumetric,
-    /// Where the tip is farthest off.
+    /// Where the error of the tip is largest.
     pub worst: Worst,
-    /// What each parameter does by itself.
+    /// The effect of each parameter alone.
     pub budget: Budget,
-    /// What no table corrects, and why, a sentence each.
+    /// Errors that no table corrects, and why, one sentence each.
     pub beyond: Vec<String>,
-    /// The tables, if there are some.
+    /// The tables, if any.
     pub tables: Option<Tables>,
-    /// What tests of the machine would find.
+    /// Predicted results of machine tests.
     pub tests: Tests,
     /// The error motions of its axes.
     pub axes: Vec<AxisMotions>,
-    /// How the errors were found, if that is known.
+    /// How the errors were found, if known.
     pub identification: Option<Identification>,
-    /// What has changed since an older report, if there is one.
+    /// Changes since an older report, if one was given.
     pub changes: Option<Changes>,
 }
 
 /// Why there is no report.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum ReportError {
-    /// The position that is left out is none.
+    /// The position whose correction is subtracted is invalid.
     #[error(transparent)]
     Zero(#[from] SchemeError),
     /// Random positions cannot be drawn.
@@ -111,7 +111,7 @@ pub enum ReportError {
 }
 
 impl ReportError {
-    /// What to do about it.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -128,11 +128,11 @@ impl From<NotConverged> for ReportError {
     }
 }
 
-/// Everything about a machine with its errors, as it is and with a compensation, if there is one.
+/// Computes all figures of a machine with its errors, without and, if given, with a compensation.
 ///
 /// # Errors
-/// [`ReportError`] where positions cannot be drawn, or the one that is left out is wrong. A kinematic correction
-/// that fails somewhere is not an error, but said in the report.
+/// [`ReportError`] if positions cannot be drawn, or the position whose correction is subtracted is wrong. A
+/// kinematic correction that fails somewhere is not an error; the report mentions it.
 pub fn report(
     machine: &Machine,
     errors: &ErrorModel,
@@ -180,19 +180,19 @@ pub fn report(
     Ok(report)
 }
 
-/// What there is to say first, and the parameters that do most.
+/// The summary, and the parameters with the largest effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The first sentences of a report.
     pub sentences: Vec<String>,
-    /// What every parameter does, the largest mean at the tip first.
+    /// The effect of every parameter; the largest mean at the tip first.
     pub shares: Vec<Share>,
 }
 
-/// The verdict of a report, without the rest of it; positions are drawn with `seed`.
+/// Computes only the verdict of a report; positions are drawn with `seed`.
 ///
 /// # Errors
-/// As [`report`].
+/// Those of [`report`].
 pub fn verdict(
     machine: &Machine,
     errors: &ErrorModel,
@@ -208,14 +208,14 @@ pub fn verdict(
     })
 }
 
-/// What a report is about.
+/// The subject of a report.
 struct Subject<'a> {
     machine: &'a Machine,
     errors: &'a ErrorModel,
     policy: Policy,
     compensation: Option<Compensation<'a>>,
     seed: u64,
-    /// What the tables leave out.
+    /// What the tables subtract.
     subtracted: schemes::Options,
 }
 

@@ -1,8 +1,8 @@
-//! What the page of a report computes with: machine, errors and tables as numbers, and positions at which
-//! this program says what must come of them.
+//! The data with which the page of a report computes: machine, errors and tables as numbers, and positions with the
+//! results expected there.
 //!
-//! Frames are twelve numbers, three rows of `[R | t]`; lengths mm, angles rad, travels and corrections as in
-//! commands (mm, deg).
+//! Frames are twelve numbers, three rows of `[R | t]`. Lengths are in mm, angles in rad; travels and corrections
+//! have the units of commands (mm, deg).
 
 mod check;
 mod tables;
@@ -20,7 +20,7 @@ use trueaxis_tables::validate::Runtime;
 /// A pose: three rows of rotation and translation (mm).
 pub type Frame = [f64; 12];
 
-/// Everything that a page needs to move the machine, with and without its tables.
+/// Everything that the page needs to move the machine with and without its tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Model {
     /// The axes, each branch from the foundation outwards.
@@ -35,18 +35,18 @@ pub struct Model {
     pub tip: [f64; 3],
     /// Range of the tool length (mm) if the length is an input.
     pub length_range: Option<[f64; 2]>,
-    /// Sensors of temperature that errors depend on.
+    /// Temperature sensors on which errors depend.
     pub sensors: Vec<Sensor>,
     /// Inter-axis errors `[x y z a b c]` (mm, rad) of each axis, then of the spindle.
     pub locations: Vec<[f64; 6]>,
-    /// How those change with temperature.
+    /// Changes of these with temperature.
     pub locations_per_kelvin: Vec<LocationChange>,
-    /// The compensation, if there is one.
+    /// The compensation, if any.
     pub tables: Option<Tables>,
-    /// What every correction is counted from (mm, deg), before and after: that of the position whose correction
-    /// the tables leave out, or nothing.
+    /// Subtracted from every correction (mm, deg), before and after: that of the position whose correction the
+    /// tables subtract, or zero.
     pub zero: Vec<f64>,
-    /// What this program computes at positions all over the travel.
+    /// Expected results at positions over the whole travel.
     pub checks: Vec<Check>,
 }
 
@@ -55,27 +55,27 @@ pub struct Model {
 pub struct Axis {
     /// Its letter.
     pub letter: char,
-    /// `workpiece` or `tool`: what it carries.
+    /// The branch that it carries: `workpiece` or `tool`.
     pub carries: &'static str,
-    /// True if it turns what it carries, false if it moves it.
+    /// True if it is a rotary axis.
     pub rotary: bool,
-    /// Along or about which axis of its frame: 0, 1, 2 for x, y, z.
+    /// The axis of its frame along or about which it moves: 0, 1, 2 for x, y, z.
     pub component: usize,
-    /// −1 if a positive command moves its carriage the negative way, otherwise 1.
+    /// −1 if a positive command moves its carriage in negative direction, otherwise 1.
     pub sense: f64,
-    /// Travel limits (mm or deg); of an endless axis its turn.
+    /// Travel limits (mm or deg); for an axis without limits, its turn.
     pub travel: [f64; 2],
-    /// True if it turns without end.
+    /// True if it rotates without limits.
     pub endless: bool,
     /// Its frame in the foundation frame, all axes at zero.
     pub frame: Frame,
-    /// Where its error motions are known (mm or rad).
+    /// The range in which its error motions are known (mm or rad).
     pub calibrated: [f64; 2],
-    /// Its error motions in x y z a b c; `None` where there is none.
+    /// Its error motions x y z a b c; `None` if zero.
     pub motions: [Option<ErrorMotion>; 6],
 }
 
-/// An error motion: the sum of all that it has (mm or rad, over mm or rad).
+/// An error motion: the sum of all of these (mm or rad, over mm or rad).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ErrorMotion {
     /// Coefficients of degree 0, 1, 2 …
@@ -86,29 +86,29 @@ pub struct ErrorMotion {
     pub backlash: f64,
     /// Measured values.
     pub tabulated: Option<Tabulated>,
-    /// How coefficients change with temperature.
+    /// Changes of coefficients with temperature.
     pub per_kelvin: Vec<CoefficientChange>,
     /// True if it holds its end value outside the calibrated range.
     pub holds: bool,
 }
 
-/// Measured values of an error motion, linear in between.
+/// Measured values of an error motion, interpolated linearly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tabulated {
     /// Positions (mm or rad).
     pub at: Vec<f64>,
-    /// Values (mm or rad) after positive travel, or after any.
+    /// Values (mm or rad) after positive travel, or for both directions.
     pub positive: Vec<f64>,
-    /// Values after negative travel, where they differ.
+    /// Values after negative travel, if they differ.
     pub negative: Option<Vec<f64>>,
 }
 
-/// A sensor of temperature.
+/// A temperature sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensor {
     /// Its name.
     pub name: String,
-    /// Differences to its reference (K) that matter.
+    /// Range of differences from its reference (K).
     pub range_kelvin: [f64; 2],
 }
 
@@ -130,7 +130,7 @@ pub struct LocationChange {
 pub struct CoefficientChange {
     /// `degree`, `cosine` or `sine`.
     pub of: &'static str,
-    /// Of which degree, or of how many times the angle.
+    /// The degree, or the multiple of the angle.
     pub k: u8,
     /// Index of the sensor.
     pub sensor: usize,
@@ -139,15 +139,15 @@ pub struct CoefficientChange {
 }
 
 impl Model {
-    /// Everything about a machine with its errors, and with a compensation that belongs to it
+    /// A machine with its errors, and with a compensation that belongs to it
     /// ([`belongs`](trueaxis_tables::compile::belongs)).
     #[must_use]
     pub fn new(machine: &Machine, errors: &ErrorModel, runtime: Option<&Runtime<'_>>) -> Self {
         Self::relative_to(machine, errors, runtime, &[0.0; MAX_AXES])
     }
 
-    /// The same of tables that leave out a correction (mm, rad): the machine's datum is corrected by as much,
-    /// before and after, as [`Measured`](trueaxis_tables::validate::Measured) has it.
+    /// The same for tables that subtract a correction (mm, rad): the machine's datum is corrected by that amount,
+    /// before and after, as in [`Measured`](trueaxis_tables::validate::Measured).
     #[must_use]
     pub fn relative_to(
         machine: &Machine,
@@ -208,7 +208,7 @@ fn motion(motion: &Motion) -> Option<ErrorMotion> {
             ParameterKind::Cosine(k) => ("cosine", k),
             ParameterKind::Sine(k) => ("sine", k),
             ParameterKind::Degree(k) => ("degree", k),
-            // A motion has no other coefficients that change.
+            // Motions have no other coefficients that change.
             ParameterKind::Inter | ParameterKind::Backlash => ("degree", 0),
         };
         CoefficientChange {

@@ -8,9 +8,9 @@ use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
 use trueaxis_model::machine::Axis;
 use trueaxis_tables::validate::calibrated;
 
-/// Positions of a curve that has no measured points.
+/// Number of positions of a curve without measured points.
 const STEPS: u32 = 72;
-/// A part of an axis (mm, deg) that is shorter is none.
+/// Parts of an axis (mm, deg) that are shorter are ignored.
 const NO_LENGTH: f64 = 1e-9;
 const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
@@ -23,38 +23,37 @@ pub struct AxisMotions {
     pub unit: String,
     /// Its travel.
     pub travel: [f64; 2],
-    /// True if it turns without end.
+    /// True if it rotates without limits.
     pub is_endless: bool,
-    /// The part of the travel in which the errors are known; none if it is all of it.
+    /// The part of the travel in which the errors are known; `None` if it is all of it.
     pub calibrated: Option<[f64; 2]>,
-    /// Where the axis stood at the first and at the last probed position, if the errors come from probings and it has
-    /// ends.
+    /// Lowest and highest probed position, if the errors come from probings and the axis has limits.
     pub probed: Option<[f64; 2]>,
-    /// Those that are not zero everywhere.
+    /// The error motions that are not zero everywhere.
     pub motions: Vec<Motion>,
 }
 
 /// One error motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// Its name in ISO 230-1: `EYX`.
+    /// Its name according to ISO 230-1: `EYX`.
     pub name: String,
-    /// What it is.
+    /// Its description.
     pub words: String,
     /// `µm` or `µrad`.
     pub unit: String,
     /// Positions (mm, deg).
     pub at: Vec<f64>,
-    /// Values after positive travel, or of both directions if they do not differ.
+    /// Values after positive travel, or for both directions if they do not differ.
     pub positive: Vec<f64>,
     /// Values after negative travel, if they differ.
     pub negative: Option<Vec<f64>>,
-    /// Where it was measured (mm, deg), if it is a table.
+    /// Measured positions (mm, deg), if it is a table.
     pub measured_at: Vec<f64>,
 }
 
 impl AxisMotions {
-    /// The parts of the travel in which nothing was measured.
+    /// The parts of the travel without measurements.
     #[must_use]
     pub fn unmeasured(&self) -> Vec<[f64; 2]> {
         let [low, high] = self.travel;
@@ -71,7 +70,7 @@ impl AxisMotions {
     }
 }
 
-/// Those of all axes, at the reference temperatures.
+/// The error motions of all axes, at the reference temperatures.
 pub fn motions(subject: &Subject<'_>, probed: &[Probed]) -> Vec<AxisMotions> {
     let (machine, errors) = (subject.machine, subject.errors);
     let of = |(index, axis): (usize, &Axis)| {

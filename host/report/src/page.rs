@@ -7,7 +7,7 @@ use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
 
-/// Parts of the page by name.
+/// Named parts of the page.
 const TEMPLATES: [(&str, &str); 9] = [
     ("page.html", include_str!("page/page.html")),
     ("machine.html", include_str!("page/machine.html")),
@@ -26,7 +26,7 @@ const STYLE: &str = concat!(
     include_str!("page/style.css"),
     include_str!("page/view.css")
 );
-/// What the page computes, and what it draws with that.
+/// Scripts for computing and drawing.
 const SCRIPTS: [&str; 7] = [
     include_str!("page/engine.js"),
     include_str!("page/scene.js"),
@@ -37,12 +37,12 @@ const SCRIPTS: [&str; 7] = [
     include_str!("page/view.js"),
 ];
 
-/// Figures beside the data that they show.
+/// Figures beside their data.
 #[derive(Serialize)]
 struct Motions<'a> {
     axis: &'a super::AxisMotions,
     figures: Vec<Figure>,
-    /// Names of those that are zero.
+    /// Names of the motions that are zero.
     none: Vec<String>,
 }
 
@@ -54,10 +54,10 @@ struct Figure {
     svg: String,
 }
 
-/// The page of a report: one file that needs no other.
+/// The page of a report: one self-contained file.
 ///
 /// # Errors
-/// A template that is wrong, or data that cannot be written as JSON: a mistake of the program.
+/// A wrong template, or data that cannot be written as JSON: a bug in the program.
 pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
@@ -114,7 +114,7 @@ fn motions(report: &Report) -> Vec<Motions<'_>> {
         .collect()
 }
 
-/// The report without the samples of its tables, half of it: the page has them once more in the data of its model.
+/// The report without the samples of its tables, which are half of it; the page has them in the data of its model.
 fn without_samples(report: &Report) -> Report {
     let mut report = report.clone();
     for curve in report
@@ -128,7 +128,7 @@ fn without_samples(report: &Report) -> Report {
     report
 }
 
-/// Data for an element `script` of a page: JSON in which nothing ends the element or begins another.
+/// Data for a `script` element of a page: JSON that cannot end the element or start another one.
 fn data(value: &impl Serialize) -> Result<String, Error> {
     let json = serde_json::to_string(value)
         .map_err(|error| Error::new(ErrorKind::BadSerialization, error.to_string()))?;
@@ -144,7 +144,7 @@ fn data(value: &impl Serialize) -> Result<String, Error> {
     Ok(safe)
 }
 
-/// Pictures of a report that can stand elsewhere too, with their names: the error budget and the circular tests.
+/// Pictures of a report for use elsewhere, with their names: the error budget and the circular tests.
 #[must_use]
 pub fn pictures(report: &Report) -> Vec<(String, Picture)> {
     let budget = [("tip", true), ("direction", false)];

@@ -1,7 +1,7 @@
-//! Still pictures: from data to SVG, for reports and for the manual.
+//! Static pictures: from data to SVG, for reports and for the manual.
 //!
-//! Colours are names that a page gives a meaning ([`Ink`]), so that one picture serves light and dark; a picture
-//! in a file of its own carries both with it. The same data make the same bytes.
+//! Colours are names that a page defines ([`Ink`]), so that one picture serves light and dark pages; a picture in
+//! its own file contains both. The same data give the same bytes.
 
 mod bars;
 mod canvas;
@@ -14,12 +14,12 @@ pub use polar::{Polar, Turn};
 
 use std::fmt::Write;
 
-/// What a line or an area is, which decides its colour.
+/// The role of a line or an area, which determines its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// Text.
     Text,
-    /// Text that says less, and axes.
+    /// Secondary text, and axes.
     Muted,
     /// Lines of a grid.
     Grid,
@@ -27,16 +27,16 @@ pub enum Ink {
     Before,
     /// With correction.
     After,
-    /// What stands for itself: a curve, a bar.
+    /// Something without a counterpart: a curve, a bar.
     Accent,
-    /// The other of two that are alike, as the negative direction of travel.
+    /// The second of two similar things, such as the negative direction of travel.
     Other,
-    /// An area behind others, where nothing was measured.
+    /// An area in the background, where nothing was measured.
     Shade,
 }
 
-/// Every ink with its name in a style sheet and its colours on light and on dark paper; the first number is what
-/// stands for it while a picture is drawn.
+/// Every ink with its name in a style sheet and its colours on light and on dark paper. The first number represents
+/// it while a picture is being drawn.
 const INKS: [(Ink, u8, &str, &str, &str); 8] = [
     (Ink::Text, 1, "ink", "#1b2229", "#e6e9ec"),
     (Ink::Muted, 2, "muted", "#56616b", "#a3adb6"),
@@ -49,7 +49,7 @@ const INKS: [(Ink, u8, &str, &str, &str); 8] = [
 ];
 
 impl Ink {
-    /// The colour that stands for it while a picture is drawn.
+    /// The colour that represents it while a picture is being drawn.
     fn sentinel(self) -> plotters::style::RGBColor {
         let found = INKS.iter().find(|(ink, ..)| *ink == self);
         let number = found.map_or(0, |(_, number, ..)| *number);
@@ -60,19 +60,19 @@ impl Ink {
 /// A drawn picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// What it shows, in words.
+    /// A description of its content.
     title: String,
-    /// Width and height in units of a CSS pixel.
+    /// Width and height in CSS pixels.
     size: [u32; 2],
-    /// What is inside of the `svg` element; its colours are variables of a style sheet.
+    /// The content of the `svg` element; its colours are variables of a style sheet.
     content: String,
 }
 
-/// Room on all sides, in units of a CSS pixel: numbers at the ends of an axis reach beyond it.
+/// Margin on all sides in CSS pixels: numbers at the ends of an axis extend beyond it.
 const EDGE: u32 = 9;
 
 impl Picture {
-    /// Width and height in units of a CSS pixel.
+    /// Width and height in CSS pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -85,7 +85,7 @@ impl Picture {
         self.element("", "")
     }
 
-    /// A file of its own, which is light or dark as its reader likes it.
+    /// A file of its own, light or dark according to the reader's preference.
     #[must_use]
     pub fn file(&self) -> String {
         let variables = |dark: bool| {
@@ -117,7 +117,7 @@ impl Picture {
     }
 }
 
-/// Text for an attribute or between tags.
+/// Escapes text for an attribute or between tags.
 #[must_use]
 pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -128,7 +128,7 @@ pub(crate) fn escaped(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // XML has no other control characters.
+            // XML permits no other control characters.
             c if c.is_control() && c != '\n' && c != '\t' => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
@@ -136,11 +136,10 @@ pub(crate) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// A number at an axis: as many digits as it has, with a power of ten where those are many zeros, and a true minus
-/// sign.
+/// A number at an axis: with as many digits as needed, a power of ten instead of many zeros, and a true minus sign.
 #[must_use]
 pub(crate) fn tick(value: f64) -> String {
-    // What a sum of steps leaves of rounding.
+    // Removes rounding errors from sums of steps.
     let rounded = format!("{value:.9}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     match short {
@@ -224,7 +223,7 @@ mod tests {
 
     #[test]
     fn the_least_contrast_of_text_is_that_of_readable_text() {
-        // WCAG 2: relative luminances of the paper and of everything that text is written in.
+        // WCAG 2: relative luminance of the paper and of all text colours.
         let luminance = |colour: &str| {
             let part = |k: usize| {
                 let byte = u8::from_str_radix(&colour[1 + 2 * k..3 + 2 * k], 16).unwrap();

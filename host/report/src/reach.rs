@@ -1,13 +1,13 @@
-//! What tables cannot correct, and why.
+//! Errors that tables cannot correct, and why.
 
 use super::words::figure;
 use super::{AxisMotions, Budget, Subject, Volumetric};
 use trueaxis_model::kinematics::Policy;
 
-/// A mean error of direction (µrad) that is worth a sentence.
+/// Mean direction errors (µrad) below this are not mentioned.
 const MATTERS: f64 = 0.1;
 
-/// Sentences on what stays, whatever the tables.
+/// Sentences on errors that remain with any tables.
 pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -> Vec<String> {
     let mut sentences = Vec::new();
     let machine = subject.machine;
@@ -77,7 +77,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
     sentences
 }
 
-/// What probings have not seen, if the errors come from probings.
+/// Axes that were not fully probed, if the errors come from probings.
 pub(crate) fn never_probed(axes: &[AxisMotions]) -> Option<String> {
     let parts: Vec<String> = (axes.iter())
         .filter_map(|axis| {

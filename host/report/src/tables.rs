@@ -1,4 +1,4 @@
-//! The tables: their curves, their terms as formulas, what they do to each axis, what they cost.
+//! The tables: their curves, terms as formulas, effect on each axis, and cost.
 
 use super::words::is_rotary;
 use super::{ReportError, Subject};
@@ -11,40 +11,40 @@ use trueaxis_tables::cost::{CYCLES_PER_INSTRUCTION, instructions};
 use trueaxis_tables::size::Size;
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// Steps along an axis.
+/// Number of steps along an axis.
 const STEPS: u32 = 120;
 /// Clock of the reference board (MHz).
 const CLOCK: f64 = 168.0;
 
-/// What a compensation consists of and does.
+/// Contents and effect of a compensation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tables {
-    /// Its numbers.
+    /// Its counts and sizes.
     pub size: Size,
-    /// Instructions of an evaluation on a Cortex-M4F, estimated.
+    /// Estimated instructions of an evaluation on a Cortex-M4F.
     pub instructions: f64,
-    /// Cycles of it without wait states, estimated.
+    /// Estimated cycles of an evaluation without wait states.
     pub cycles: f64,
-    /// Its time at 168 MHz.
+    /// Estimated time at 168 MHz.
     pub time_us: f64,
-    /// What it amounts to in ISO/TR 16907.
+    /// Its classification by ISO/TR 16907.
     pub class: Class,
     /// Every table.
     pub curves: Vec<Curve>,
     /// Every term.
     pub terms: Vec<Formula>,
-    /// Grids, a sentence each.
+    /// The grids, one sentence each.
     pub grids: Vec<String>,
-    /// What it does to each axis.
+    /// Its effect on each axis.
     pub axes: Vec<AxisUse>,
 }
 
 /// Types of numerical compensation of ISO/TR 16907.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Class {
-    /// Their short names, `L-VOL+`, `R-ANG`, as far as it has them.
+    /// The abbreviations that apply, such as `L-VOL+`, `R-ANG`.
     pub names: Vec<String>,
-    /// What they mean.
+    /// Their meaning.
     pub words: String,
 }
 
@@ -53,36 +53,36 @@ pub struct Class {
 pub struct Curve {
     /// `T3`.
     pub name: String,
-    /// What it reads.
+    /// Its input.
     pub input: String,
-    /// Unit of what it reads.
+    /// Unit of its input.
     pub input_unit: String,
-    /// Unit of its values: `mm`, `deg`, or `factor` where it stands in products.
+    /// Unit of its values: `mm`, `deg`, or `factor` if it is used in products.
     pub unit: String,
     /// `linear` or `cubic`.
     pub interpolation: String,
     /// `both`, `positive`, `negative` or `signed`.
     pub direction: String,
-    /// True if it wraps.
+    /// True if its input wraps.
     pub is_endless: bool,
-    /// Where its points are.
+    /// Positions of its points.
     pub at: Vec<f64>,
-    /// Its values there.
+    /// Its values at these.
     pub values: Vec<f64>,
 }
 
 /// One term.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Formula {
-    /// The axis that it corrects.
+    /// The corrected axis.
     pub output: char,
     /// `ΔX += 0.5 · T3(A) · T7(Y)`, its weight to four digits.
     pub formula: String,
-    /// True if its weight can be changed while it runs.
+    /// True if its weight can be changed at run time.
     pub is_adjustable: bool,
 }
 
-/// What it does to an axis.
+/// The effect on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisUse {
     /// Its letter.
@@ -91,14 +91,14 @@ pub struct AxisUse {
     pub unit: String,
     /// Largest correction.
     pub largest: f64,
-    /// What no correction exceeds.
+    /// Bound of the correction.
     pub value_bound: f64,
     /// Largest rate of the correction at top speed of all axes, per second.
     pub largest_rate: f64,
-    /// What no rate exceeds, per second.
+    /// Bound of the rate, per second.
     pub rate_bound: f64,
-    /// The axis along which the correction varies most, from where all linear axes are in the middle and rotary
-    /// ones at zero; none if it varies along none.
+    /// The axis along which the correction varies most, with all linear axes in the middle and rotary ones at zero;
+    /// `None` if it does not vary.
     pub along: Option<Along>,
 }
 
@@ -117,7 +117,7 @@ pub struct Along {
     pub negative: Option<Vec<f64>>,
 }
 
-/// Looks at the compensation.
+/// Evaluates the compensation.
 pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<Tables, ReportError> {
     let machine = subject.machine;
     let contents = contents(runtime);
@@ -160,7 +160,7 @@ pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<Tables, Re
     })
 }
 
-/// The decimal number that an f32 stands for.
+/// The shortest decimal number that rounds to an f32.
 fn wide(value: f32) -> f64 {
     value
         .to_string()
@@ -195,7 +195,7 @@ fn formulas(contents: &Contents<'_>) -> Vec<Formula> {
         .collect()
 }
 
-/// A weight as it is shown, to four digits.
+/// A weight as displayed, with four digits.
 fn four_digits(weight: f32) -> f32 {
     format!("{weight:.3e}").parse().unwrap_or(weight)
 }
@@ -215,12 +215,12 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
             let nodes = match (bank.interpolation, bank.modulo) {
                 (Interpolation::Linear, false) => points,
                 (Interpolation::Cubic, false) => points - 2,
-                // The first once more, at the end of the period.
+                // The first point again, at the end of the period.
                 (_, true) => points + 1,
             };
             let value = |node: usize| match bank.interpolation {
                 Interpolation::Linear => sample(node % points),
-                // The uniform cubic B-spline at the beginning of an interval.
+                // The uniform cubic B-spline at the start of an interval.
                 Interpolation::Cubic => {
                     let c = |k: usize| sample((node + k) % points);
                     (c(0) + 4.0 * c(1) + c(2)) / 6.0
@@ -258,7 +258,7 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
         .collect()
 }
 
-/// The correction of an axis along the axis with which it changes most.
+/// The correction of an axis along the axis with which it varies most.
 fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<Along> {
     let middle = |axis: &trueaxis_model::machine::Axis| {
         let [low, high] = axis.travel;
@@ -306,10 +306,10 @@ fn positions(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..=STEPS).map(move |k| low + (high - low) * f64::from(k) / f64::from(STEPS))
 }
 
-/// The types of ISO/TR 16907 that the terms make up: what corrects linear axes by their own position (L-POS), by
-/// another one along a straight line (L-SQR) or a curve (L-STR), or by several (L-ANG), or all of these (L-VOL);
-/// what corrects rotary axes for the tool's orientation (FOR, with L-VOL: L-VOL+); what corrects for errors of
-/// rotary axes: of position (R-RAX), or with orientation (R-ANG).
+/// The types of ISO/TR 16907 that the terms amount to. Corrections of linear axes: by their own position (L-POS); by
+/// another axis along a straight line (L-SQR) or a curve (L-STR); by several axes (L-ANG); all of these (L-VOL).
+/// Corrections of rotary axes for the tool orientation (FOR; with L-VOL: L-VOL+). Corrections of errors of rotary
+/// axes: of position (R-RAX), or with orientation (R-ANG).
 fn class(contents: &Contents<'_>) -> Class {
     let straight: Vec<bool> = (contents.bank_list.iter())
         .flat_map(|bank| {
@@ -351,7 +351,7 @@ struct Found {
 }
 
 impl Found {
-    /// A correction of an axis that depends on some axes.
+    /// Adds a correction of an axis that depends on given axes.
     fn add(&mut self, output: char, reads: &[&str], is_straight: bool) {
         let (rotary, linear): (Vec<&str>, Vec<&str>) =
             reads.iter().partition(|r| r.chars().all(is_rotary));
@@ -418,7 +418,7 @@ impl Found {
 mod tests {
     use super::*;
 
-    /// What terms with these outputs, inputs and straightness amount to.
+    /// The types for terms with these outputs, inputs and straightness.
     fn names(terms: &[(char, &[&str], bool)]) -> Vec<String> {
         let mut found = Found::default();
         for (output, reads, is_straight) in terms {

@@ -1,5 +1,5 @@
-//! Tests that owners know, on the machine as its errors describe it, before and with the tables: circles
-//! (ISO 230-4), body diagonals (ISO 230-6), positioning of linear axes (ISO 230-2).
+//! Simulates common machine tests, before and with the tables: circles (ISO 230-4), body diagonals (ISO 230-6),
+//! positioning of linear axes (ISO 230-2).
 
 use super::Subject;
 use nalgebra::Vector3;
@@ -11,19 +11,19 @@ use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::validate::Runtime;
 
-/// Lengths of ball-bars (mm), the longest that the travels allow is used.
+/// Lengths of ball-bars (mm); the longest that the travels permit is used.
 const BARS: [f64; 6] = [300.0, 250.0, 150.0, 100.0, 50.0, 25.0];
-/// Steps of a turn: of 1.5°, so that the middles of quarters are among them.
+/// Steps per turn: of 1.5°, so that the middles of quadrants are included.
 const STEPS: i32 = 240;
-/// Steps with which a turn is run in and out.
+/// Number of steps before and after a turn.
 const OVERSHOOT: i32 = 30;
-/// Targets along an axis and along a diagonal.
+/// Number of targets along an axis and along a diagonal.
 const TARGETS: u32 = 20;
 
-/// What tests would find.
+/// Predicted test results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tests {
-    /// Where the axes stand that do not move, and where circles have their centre (mm, deg): `X = 0, …`.
+    /// Positions of axes that do not move, and centre of the circles (mm, deg): `X = 0, …`.
     pub at: String,
     /// Circles.
     pub circles: Vec<CircularTest>,
@@ -36,7 +36,7 @@ pub struct Tests {
 /// A circular test in both directions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CircularTest {
-    /// `XY`, `YZ` or `ZX`: angles are from the first towards the second.
+    /// `XY`, `YZ` or `ZX`; angles are measured from the first towards the second axis.
     pub plane: String,
     /// Radius of the path.
     pub radius_mm: f64,
@@ -46,7 +46,7 @@ pub struct CircularTest {
     pub after: Option<CircleFound>,
 }
 
-/// What a circle shows.
+/// Results of a circular test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CircleFound {
     /// Bidirectional circular deviation G(b).
@@ -55,32 +55,32 @@ pub struct CircleFound {
     pub radial_um: [f64; 2],
     /// Circular hysteresis H.
     pub hysteresis_um: f64,
-    /// Angles (deg) of both turns, the second backwards.
+    /// Angles (deg) of both turns; the second runs backwards.
     pub angles_deg: Vec<f64>,
     /// Radial deviations there, from the nominal radius.
     pub readings_um: Vec<f64>,
 }
 
-/// A body diagonal, run there and back.
+/// A body diagonal, travelled both ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagonal {
     /// Its directions: `+X+Y−Z`.
     pub name: String,
     /// Its length.
     pub length_mm: f64,
-    /// Positions along it from its beginning.
+    /// Positions along it from its start.
     pub at_mm: Vec<f64>,
-    /// Deviations along it without tables: there, and back.
+    /// Deviations along it without tables: outward, and back.
     pub before_um: [Vec<f64>; 2],
     /// The same with the tables.
     pub after_um: Option<[Vec<f64>; 2]>,
-    /// Range of all deviations, before: what ISO 230-6 calls the bidirectional systematic deviation E.
+    /// Range of all deviations, before: the bidirectional systematic deviation E of ISO 230-6.
     pub systematic_before_um: f64,
     /// The same with the tables.
     pub systematic_after_um: Option<f64>,
 }
 
-/// A linear axis, run in both directions.
+/// A linear axis, travelled both ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Positioning {
     /// Its letter.
@@ -93,7 +93,7 @@ pub struct Positioning {
     pub after: Option<PositioningFound>,
 }
 
-/// What ISO 230-2 makes of it. A model does not scatter: accuracy A is E, repeatability R is B.
+/// Results according to ISO 230-2. A model has no scatter, so accuracy A is E, and repeatability R is B.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositioningFound {
     /// Deviations after positive and after negative travel.
@@ -106,7 +106,7 @@ pub struct PositioningFound {
     pub reversal_um: Option<f64>,
 }
 
-/// Runs all tests.
+/// Simulates all tests.
 pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
     let (machine, errors) = (subject.machine, subject.errors);
     let bench = Bench::new(machine, errors, Default::default());
@@ -163,7 +163,7 @@ pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
     tests
 }
 
-/// A circle in the plane of two of X, Y and Z; none if no bar is short enough.
+/// A circle in the plane of two of X, Y and Z; `None` if no bar is short enough.
 fn circular(
     bench: &Bench<'_>,
     axes: [usize; 3],
@@ -219,8 +219,8 @@ fn circular(
     })
 }
 
-/// Deviations (µm) along a straight way, there and back, from where it begins: `position` and the sides it comes
-/// from, at parts of the way.
+/// Deviations (µm) along a straight path, outward and back, relative to its start. `position` gives positions and
+/// directions of approach at fractions of the path.
 fn along(
     bench: &Bench<'_>,
     runtime: Option<&Runtime<'_>>,
@@ -374,7 +374,7 @@ mod tests {
         assert_eq!(planes, ["XY", "YZ", "ZX"]);
         let [xy, yz, zx] = [0, 1, 2].map(|k| &tests.circles[k].before);
         let expected = 40e-6 * tests.circles[0].radius_mm * 1e3;
-        // Of second order: some µm squared by the radius.
+        // Second order: a few µm squared, divided by the radius.
         assert!((xy.deviation_um - expected).abs() < 1e-3, "{xy:?}");
         assert!((xy.radial_um[0] - 0.5 * expected).abs() < 1e-3);
         assert!((xy.radial_um[1] + 0.5 * expected).abs() < 1e-3);
@@ -402,7 +402,7 @@ mod tests {
         for diagonal in &tests.diagonals {
             let length = travel('X').hypot(travel('Y')).hypot(travel('Z'));
             assert!((diagonal.length_mm - length).abs() < 1e-9);
-            // The part of X along the diagonal.
+            // The share of X along the diagonal.
             let part = travel('X') / length;
             let [forth, back] = &diagonal.before_um;
             assert!(

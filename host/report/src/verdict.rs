@@ -1,14 +1,14 @@
-//! What there is to say first.
+//! The summary at the top of a report.
 
 use super::words::{capital, figure};
 use super::{Share, Volumetric};
 use trueaxis_tables::validate::Quality;
 
-/// Errors below this on average (µm, µrad) are none.
+/// Mean errors below this (µm, µrad) count as zero.
 const NOTHING: f64 = 5e-5;
 
-/// The verdict, a sentence each: what the machine will do, what causes most of its error, what tables leave of it. Of
-/// all figures the mean over the travel.
+/// The verdict, one sentence each: the expected error of the machine, its main cause, and what the tables leave. All
+/// figures are means over the travel.
 pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
@@ -24,7 +24,7 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
     ]
 }
 
-/// What the machine will do: with tables, where they leave it and how well its parameters are known.
+/// The expected error: with tables, what they leave plus the effect of uncertain parameters.
 fn expected(volumetric: &Volumetric) -> String {
     match (&volumetric.after, &volumetric.known) {
         (None, _) => format!(
@@ -40,7 +40,7 @@ fn expected(volumetric: &Volumetric) -> String {
                 0 => String::new(),
                 exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
             };
-            // The length of a sum is no more than the sum of the lengths.
+            // The length of a sum does not exceed the sum of the lengths.
             let within = |left: f64, band: f64| figure(left + band);
             format!(
                 "With these tables the machine will be off by no more than about {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
@@ -51,7 +51,7 @@ fn expected(volumetric: &Volumetric) -> String {
     }
 }
 
-/// The means of tip and direction.
+/// The means for tip and direction.
 fn means(quality: &Quality) -> String {
     format!(
         "{} µm and {} µrad",
@@ -64,7 +64,8 @@ fn is_nothing(quality: &Quality) -> bool {
     quality.translation_um.max < NOTHING && quality.direction_urad.max < NOTHING
 }
 
-/// Which parameter causes how much of the error: at the tip, or of the direction if there is none at the tip.
+/// The parameter that causes most of the error and its share: at the tip, or of the direction if there is none at
+/// the tip.
 fn cause(before: &Quality, shares: &[Share]) -> String {
     let at_tip = before.translation_um.mean >= NOTHING;
     let mean = |quality: &Quality| match at_tip {
@@ -101,7 +102,7 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
     }
 }
 
-/// What a correction leaves by itself, and how well the parameters are known.
+/// What a correction leaves, and how well the parameters are known.
 fn left(volumetric: &Volumetric) -> String {
     let left = match (&volumetric.after, &volumetric.kinematic) {
         (Some(after), _) => format!("The tables themselves leave {} on average", means(after)),
@@ -114,7 +115,7 @@ fn left(volumetric: &Volumetric) -> String {
             figure(known.band.translation_um.mean),
             figure(known.band.direction_urad.mean)
         ),
-        // It has been said first.
+        // Already stated in the first sentence.
         None if volumetric.after.is_some() => format!("{left}."),
         None => format!("{left}; how well the parameters are known is not said."),
     }

@@ -1,4 +1,4 @@
-//! The volumetric error over the travel: without correction, with the tables, with the best correction there is.
+//! The volumetric error over the travel: without correction, with the tables, and with the best possible correction.
 
 use super::{ReportError, Subject};
 use serde::{Deserialize, Serialize};
@@ -8,45 +8,45 @@ use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::over_travel;
 use trueaxis_tables::validate::{Quality, Region, Statistics, direction, random_commands};
 
-/// Random positions where no compensation was compared at its own.
+/// Number of random positions, unless a proof of a compensation has its own.
 pub const POSITIONS: usize = 5000;
 
-/// The volumetric error over the whole travel: mean, root mean square and 95 % at random positions. A report's maxima
-/// are the largest that a search finds from the worst of these on; a verdict's those at these positions.
+/// The volumetric error over the whole travel: mean, root mean square and 95 % at random positions. Maxima in a
+/// report are the largest found by a search from the worst of these; in a verdict they are those at these positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Volumetric {
-    /// How many.
+    /// Number of positions.
     pub positions: usize,
-    /// Without correction, but for that of the reference position.
+    /// Without correction, except for that of the reference position.
     pub before: Quality,
-    /// With the tables, if there are some.
+    /// With the tables, if any.
     pub after: Option<Quality>,
-    /// With the exact kinematic correction, which no tables can do better; if it can be found everywhere.
+    /// With the exact kinematic correction, a limit for all tables; `None` if it fails somewhere.
     pub kinematic: Option<Quality>,
-    /// Largest difference of the tables to the kinematic correction at the tip, where the tolerance must hold.
+    /// Largest difference of the tables from the kinematic correction at the tip, where the tolerance applies.
     pub difference_um: Option<f64>,
-    /// The same of the tool's direction, or of a rotary axis.
+    /// The same for the tool direction, or for a rotary axis.
     pub difference_urad: Option<f64>,
-    /// True if the tables keep the tolerance.
+    /// True if the tables meet the tolerance.
     pub meets_tolerance: Option<bool>,
-    /// Change of the tip's error with the length of the tool, where that is not an input of the tables.
+    /// Change of the tip error with tool length, if that is not an input of the tables.
     pub um_per_mm_of_tool_length: Option<f64>,
-    /// What uncertain parameters leave, if an uncertainty is known.
+    /// The error that uncertain parameters leave, if an uncertainty is known.
     pub known: Option<Known>,
 }
 
 /// How well the errors are known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Known {
-    /// 95 % band of what the uncertainty of parameters and measured motions leaves.
+    /// 95 % band of the error that uncertain parameters and measured motions leave.
     pub band: Quality,
-    /// Parameters and measured motions with an uncertainty.
+    /// Number of parameters and measured motions with an uncertainty.
     pub uncertain: usize,
-    /// Those without one, which count as exact.
+    /// Number of those without one, which count as exact.
     pub exact: usize,
 }
 
-/// Looks at the machine.
+/// Evaluates the machine.
 pub fn volumetric(
     subject: &Subject<'_>,
     remarks: &mut Vec<String>,
@@ -111,7 +111,7 @@ pub fn volumetric(
     })
 }
 
-/// Of errors of tip (mm) and direction (rad).
+/// Statistics of errors of tip (mm) and direction (rad).
 pub fn quality(errors: impl Iterator<Item = [f64; 2]> + Clone) -> Quality {
     Quality {
         translation_um: Statistics::of(errors.clone().map(|[tip, _]| tip * 1e3)),

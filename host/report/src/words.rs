@@ -1,12 +1,12 @@
-//! Parameters and figures as people say them.
+//! Parameters and figures in everyday terms.
 
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::explain::{Alone, EntryKind, number};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
-/// The unit that a parameter is shown in, and by what its value (mm, rad) is multiplied for it; no factor if it is
-/// shown as it is in files.
+/// The unit in which a parameter is displayed, and the factor for its value (mm, rad); no factor if it is displayed
+/// as in files.
 #[must_use]
 pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
     match (parameter.kind, parameter.is_angular()) {
@@ -26,7 +26,7 @@ pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
     }
 }
 
-/// The value of a parameter with its unit: `−0.87 µm/m`; of a coefficient of a motion `12.00 µrad/m²`, per kelvin
+/// The value of a parameter with its unit: `−0.87 µm/m`; for a coefficient of a motion `12.00 µrad/m²`, per kelvin
 /// `1.50 µm/K`. As in files if it is not a parameter.
 pub fn quantity(name: &str, value: f64) -> String {
     let (name, per_kelvin) = match name.split_once(" (per K") {
@@ -40,7 +40,7 @@ pub fn quantity(name: &str, value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// As [`unit()`], and of coefficients of motions in µm or µrad per metre or radian to their degree.
+/// Like [`unit()`], with coefficients of motions in µm or µrad per metre or radian to the power of their degree.
 fn shown(parameter: Parameter) -> (f64, String) {
     let coefficient = match (unit(parameter), parameter.kind) {
         ((Some(factor), unit), _) => return (factor, unit.to_owned()),
@@ -67,7 +67,7 @@ fn shown(parameter: Parameter) -> (f64, String) {
     )
 }
 
-/// The name of one thing that an error file says: `EZ0S`, `EXX (table)`.
+/// The name of an entry of an error file: `EZ0S`, `EXX (table)`.
 pub fn name(alone: &Alone<'_>) -> String {
     let name = alone.parameter.to_string();
     let motion = &name[..3.min(name.len())];
@@ -79,7 +79,7 @@ pub fn name(alone: &Alone<'_>) -> String {
     }
 }
 
-/// What it is: `the spindle's Z position`.
+/// Its description: `the spindle's Z position`.
 pub(crate) fn in_words(alone: &Alone<'_>) -> String {
     let Parameter {
         component,
@@ -126,12 +126,12 @@ pub(crate) fn in_words(alone: &Alone<'_>) -> String {
     }
 }
 
-/// True if it is the letter of a rotary axis.
+/// True for the letter of a rotary axis.
 pub fn is_rotary(axis: char) -> bool {
     matches!(axis, 'A' | 'B' | 'C')
 }
 
-/// The coordinate axis that an axis goes along or turns about.
+/// The coordinate axis that an axis moves along or rotates about.
 fn along(axis: char) -> char {
     match axis {
         'X' | 'U' | 'A' => 'X',
@@ -140,7 +140,7 @@ fn along(axis: char) -> char {
     }
 }
 
-/// What an error motion is, by its component 0…5 of an axis: `the straightness of X in Y`.
+/// The description of an error motion by its component 0…5 and axis: `the straightness of X in Y`.
 pub(crate) fn motion_in_words(component: usize, axis: char) -> String {
     let about = AXES[component % 3];
     match (is_rotary(axis), component >= 3, about == along(axis)) {
@@ -155,7 +155,7 @@ pub(crate) fn motion_in_words(component: usize, axis: char) -> String {
     }
 }
 
-/// With a capital letter.
+/// Capitalizes the first letter.
 pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     match letters.next() {
@@ -164,7 +164,7 @@ pub fn capital(text: &str) -> String {
     }
 }
 
-/// A figure with two digits, or as many as it has before the point; a true minus sign.
+/// A figure with two digits, or all digits before the decimal point; with a true minus sign.
 #[must_use]
 pub fn figure(value: f64) -> String {
     let size = value.abs();

@@ -1,4 +1,4 @@
-//! The largest errors over the travel, as a search finds them, and where.
+//! Searches the largest errors over the travel and their positions.
 
 use super::{ReportError, Subject, Volumetric};
 use serde::{Deserialize, Serialize};
@@ -11,63 +11,64 @@ use trueaxis_tables::compile::seed_over_travel;
 use trueaxis_tables::uncertainty::Uncertain;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
-/// Rounds, and how much of an axis to both sides each looks at: all of it, once more after the others have moved, then
-/// closer.
+/// Rounds of a search, with the fraction of an axis that each covers on both sides: twice the whole axis, because
+/// the others have moved in between, then closer.
 const ROUNDS: [f64; 4] = [1.0, 1.0, 0.07, 0.005];
-/// Steps of a round along each axis.
+/// Number of steps along each axis per round.
 const STEPS: u32 = 16;
-/// What is not larger by this part is no larger: the last bit of a mathematical library must not decide.
+/// Values that exceed another one by less than this fraction are equal: the last bit of a mathematical library must
+/// not decide.
 const LARGER: f64 = 1e-9;
-/// Positions from which a search for a maximum goes on.
+/// Number of positions from which a maximum is searched.
 const STARTS: usize = 3;
-/// Random positions from which a search goes on where each of them takes long, or where many errors are looked at.
+/// Number of random positions for a search if evaluations are slow or many errors are evaluated.
 pub(crate) const FEW: usize = 500;
-/// Places that are listed.
+/// Number of places listed.
 const LISTED: usize = 6;
-/// Places that are nearer than this part of the travel, along every axis, are one.
+/// Places closer than this fraction of the travel along every axis count as one.
 const NEAR: f64 = 0.25;
 
-/// Where the tip is farthest off.
+/// Where the error of the tip is largest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Worst {
-    /// Without correction, the worst first, none near another.
+    /// Without correction; the worst first, none close to another.
     pub before: Vec<ErrorAt>,
     /// The same with the tables; empty if there are none.
     pub after: Vec<ErrorAt>,
 }
 
-/// A place, and the error there.
+/// The error at a position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorAt {
     /// Positions of the axes (mm, deg).
     pub position: Vec<f64>,
-    /// Whence each axis has come: 1 from below, −1 from above, 0 if it does not matter.
+    /// Direction from which each axis arrived: 1 from below, −1 from above, 0 if it does not matter.
     pub direction: Vec<i8>,
     /// Tool length (mm) if it is an input, then temperatures (K from their reference).
     pub auxiliaries: Vec<f64>,
-    /// Error of the tip.
+    /// Error at the tip.
     pub tip_um: f64,
-    /// Error of the tool's direction.
+    /// Error of the tool direction.
     pub direction_urad: f64,
 }
 
-/// What is looked at.
+/// The error to maximize.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
-    /// The error of the tip (mm).
+    /// At the tip (mm).
     Tip,
-    /// The error of the tool's direction (rad).
+    /// Of the tool direction (rad).
     Direction,
 }
 
 /// An error at a command.
 pub type Left<'a> = dyn Fn(&Command, Of) -> f64 + Sync + 'a;
 
-/// Looks for the largest errors: they become the maxima of what is known at random positions.
+/// Searches the largest errors, which become the maxima of the figures at random positions.
 pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
-    // The positions that means are of.
+    // The positions over which the means are taken.
     let seed = match subject.compensation {
         Some(_) => seed_over_travel(subject.seed),
         None => subject.seed,
@@ -101,7 +102,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
         let left = |command: &Command, of: Of| {
             let (q, situation) = command.kinematic(machine);
             let exact = kinematics.correction(&q, &situation, &Switches::ALL);
-            // Where there is no correction, there is nothing that it leaves.
+            // Without a correction there is nothing that it leaves.
             exact.map_or(0.0, |exact| with(command, &exact.dq, of))
         };
         search.raise(best, few, &left);
@@ -126,7 +127,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
 pub struct Search<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors, which have the temperatures.
+    /// Its errors, which include the temperature sensors.
     pub errors: &'a ErrorModel,
 }
 
@@ -134,20 +135,20 @@ pub struct Search<'a> {
 type Sized = (f64, Command);
 
 impl Search<'_> {
-    /// Raises the maxima to those that a search from the worst of `commands` finds.
+    /// Raises the maxima to those found by a search from the worst of `commands`.
     pub fn raise(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
         for of in [Of::Tip, Of::Direction] {
             self.raise_of(of, found, commands, left);
         }
     }
 
-    /// Raises the maximum of one of both.
+    /// Raises one of the two maxima.
     fn raise_of(&self, of: Of, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
         let all = self.climbed(&sized(commands, left, of), STARTS, left, of);
         raise(found, of, all.first());
     }
 
-    /// Raises the maxima, and lists the worst places of the tip, none near another.
+    /// Raises the maxima, and lists the worst positions for the tip, none close to another.
     fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<ErrorAt> {
         self.raise_of(Of::Direction, found, commands, left);
         let all = sized(commands, left, Of::Tip);
@@ -160,7 +161,7 @@ impl Search<'_> {
             .collect()
     }
 
-    /// The first of them of which none is near another.
+    /// The first `count` of them of which none is close to another.
     fn apart<'s>(&self, all: impl Iterator<Item = &'s Sized>, count: usize) -> Vec<Sized> {
         let mut chosen: Vec<Sized> = Vec::new();
         for one in all {
@@ -213,20 +214,20 @@ impl Search<'_> {
         }
     }
 
-    /// Ranges of tool length and temperatures, as far as they are inputs.
+    /// Ranges of tool length and temperatures, if they are inputs.
     fn auxiliaries(&self) -> impl Iterator<Item = [f64; 2]> {
         let sensors = self.errors.sensors.iter().map(|sensor| sensor.range_kelvin);
         self.machine.length_range.into_iter().chain(sensors)
     }
 
-    /// Some of the worst, none near another, each gone on to where it is worse; the worst first.
+    /// Some of the worst, none close to another, each improved by a climb; the worst first.
     fn climbed(&self, all: &[Sized], starts: usize, left: &Left<'_>, of: Of) -> Vec<Sized> {
         let starts = self.apart(all.iter(), starts);
         let climb = |start: &Sized| self.climb(*start, &|command| left(command, of));
         sorted(parallel::map(&starts, climb))
     }
 
-    /// From a command, one input after the other, to where it is worse.
+    /// Climbs from a command to a larger error, one input after the other.
     fn climb(&self, start: Sized, size: &dyn Fn(&Command) -> f64) -> Sized {
         let axes = self.machine.axes.iter().map(|axis| axis.travel);
         let ranges: Vec<[f64; 2]> = axes.chain(self.auxiliaries()).collect();
@@ -268,7 +269,7 @@ fn raise(found: &mut Quality, of: Of, worst: Option<&Sized>) {
         .max(statistics.max);
 }
 
-/// An input of a command: an axis, or one of the others.
+/// An input of a command: an axis, or one of the auxiliaries.
 fn value(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
     match input.checked_sub(axes) {
         None => &mut command.axes[input],
@@ -276,7 +277,8 @@ fn value(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
     }
 }
 
-/// Values around one, by a part of a range to both sides, as the runtime sees them and not beyond its ends.
+/// Values around a value, by a fraction of the range to both sides, as rounded by the runtime and limited to the
+/// range.
 fn around(here: f32, [low, high]: [f64; 2], part: f64) -> impl Iterator<Item = f32> {
     let half = part * (high - low);
     let (from, to) = (
@@ -294,7 +296,7 @@ fn sized(commands: &[Command], left: &Left<'_>, of: Of) -> Vec<Sized> {
     sorted(parallel::map(commands, |c| (left(c, of), *c)))
 }
 
-/// The largest first; what differs by less than 1e-9 mm or rad stays in its order.
+/// Sorts by size, largest first; those that differ by less than 1e-9 mm or rad keep their order.
 fn sorted(mut all: Vec<Sized>) -> Vec<Sized> {
     let rounded = |size: f64| (size * 1e9).round();
     all.sort_by(|a, b| rounded(b.0).total_cmp(&rounded(a.0)));
@@ -306,7 +308,7 @@ mod tests {
     use super::*;
     use trueaxis_model::errors::Parameter;
 
-    /// The mill with some errors.
+    /// The mill with given errors.
     fn subject(parameters: &[(&str, f64)]) -> (Machine, ErrorModel) {
         let text = include_str!("../../../examples/mill-21/machine.toml");
         let machine = Machine::from_toml(text).unwrap();
@@ -332,7 +334,7 @@ mod tests {
         let way = ['X', 'Y', 'Z'].map(most);
         let corner = (0.02 * way[0]).hypot(0.03 * way[1]).hypot(0.01 * way[2]);
         let max = found.before.translation_um.max;
-        // Ends of the travel are whole numbers, which f32 holds; the rest is rounding of positions of 1 m.
+        // Ends of the travel are whole numbers, exact in f32; the rest is rounding of positions of 1 m.
         assert!((max - corner).abs() < 1e-8, "{max} {corner}");
         assert!(max > at_random);
         assert_eq!(worst.before[0].tip_um, max);

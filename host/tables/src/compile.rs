@@ -1,8 +1,8 @@
 //! From a machine and its errors to a proven compensation: scheme, bounds, blob, verification.
 //!
-//! Two steps, so that a program can write the file in between and prove what it reads back:
-//! [`build`] makes the blob, [`prove`] evaluates a blob with the runtime and compares it with the
-//! exact model. [`compile`] does both.
+//! There are two steps, so that a program can write the file in between and prove what it reads back: [`build`]
+//! makes the blob, [`prove`] evaluates a blob with the runtime and compares it with the exact model. [`compile`]
+//! does both.
 
 mod best;
 mod bounds;
@@ -32,7 +32,7 @@ pub use warnings::{Culprit, Warning, over_bounds, worse};
 pub struct Options {
     /// How tables are found.
     pub scheme: Scheme,
-    /// What they are to be like, whatever the scheme.
+    /// Options that apply to every scheme.
     pub tables: schemes::Options,
     /// Accept corrections whose bound exceeds 2 mm or 1°.
     pub allow_large: bool,
@@ -54,11 +54,11 @@ impl Default for Options {
     }
 }
 
-/// Is told how far the work is. `()` tells nobody.
+/// Receives the progress of the work. `()` ignores it.
 pub trait Progress: Sync {
-    /// A new piece of work begins; `total` steps, or 0 if nobody knows.
+    /// A new stage begins, with `total` steps, or 0 if the number is unknown.
     fn stage(&self, what: &'static str, total: usize);
-    /// One step of it is done.
+    /// One step of the stage is done.
     fn step(&self);
 }
 
@@ -67,25 +67,25 @@ impl Progress for () {
     fn step(&self) {}
 }
 
-/// A blob with what is known about it before verification.
+/// A blob before verification, with its properties.
 #[derive(Clone, Debug)]
 pub struct Built {
-    /// The compensation, as it is written to a file.
+    /// The compensation as written to a file.
     pub blob: AlignedBlob,
-    /// Its numbers.
+    /// Its counts and sizes.
     pub size: Size,
-    /// Bounds of each axis, and the largest corrections they came from.
+    /// Bounds of each axis, with the largest corrections that they are derived from.
     pub bounds: Vec<AxisBounds>,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<Warning>,
-    /// Largest difference to the kinematic correction that the structure alone leaves, in units
-    /// of the tolerance; if the scheme knows.
+    /// Largest difference from the kinematic correction due to the structure alone, in units of the tolerance;
+    /// `None` if the scheme does not know it.
     pub structure_error: Option<f64>,
-    /// The tolerance (mm) that the scheme measured its tables to meet, if any.
+    /// The tolerance (mm) that the tables meet according to the scheme's own measurements, if any.
     pub meets: Option<f64>,
-    /// True if the tolerance asked for needs more than the target holds, says the scheme.
+    /// True if, according to the scheme, the requested tolerance needs more than the target holds.
     pub is_full: bool,
-    /// What the scheme has to say.
+    /// The scheme's notes.
     pub notes: Vec<String>,
 }
 
@@ -94,27 +94,26 @@ pub struct Built {
 pub struct Compiled {
     /// The blob and what is known about it.
     pub built: Built,
-    /// What it does to the volumetric error.
+    /// Its effect on the volumetric error.
     pub proof: Proof,
 }
 
 /// Why there is no compensation.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum CompileError {
-    /// The scheme found none.
+    /// The scheme failed.
     #[error(transparent)]
     Scheme(#[from] SchemeError),
-    /// The kinematic correction fails somewhere.
+    /// The kinematic correction does not converge somewhere.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
-    /// The draft cannot be written.
+    /// The draft cannot be encoded.
     #[error("the compensation cannot be written: {0}")]
     Encode(#[from] EncodeError),
-    /// What was written cannot be read.
+    /// The encoded blob cannot be loaded.
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
-    /// The target holds less than is needed, for a scheme that does not keep to it; or not even
-    /// the axes.
+    /// The target holds too little for a scheme that does not adapt to it, or not even the axes.
     #[error("the target {target} holds too little: {}", list(.shortages))]
     NoRoom {
         /// Name of the target.
@@ -122,21 +121,21 @@ pub enum CompileError {
         /// What it lacks, at least one.
         shortages: Vec<Shortage>,
     },
-    /// A bound is so large that it protects from nothing.
+    /// A bound is too large to protect the machine.
     #[error(
         "{warning}, which asks for a bound of {bound:.3} {unit}: more than {most} {unit} is refused"
     )]
     TooLarge {
-        /// Axis, place and culprit.
+        /// Axis, position and main cause.
         warning: Box<Warning>,
         /// The bound needed.
         bound: f64,
-        /// The largest that is not refused.
+        /// The largest bound that is accepted.
         most: f32,
         /// `mm` or `deg`.
         unit: &'static str,
     },
-    /// Hardly a position is where no error motion holds its end value, so nothing could be proven there.
+    /// Almost no position is where no error motion holds its end value, so nothing can be proven there.
     #[error("{0}")]
     Draw(DrawError),
 }
@@ -156,7 +155,7 @@ fn list(shortages: &[Shortage]) -> String {
 }
 
 impl CompileError {
-    /// What to do about it.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -178,10 +177,10 @@ impl CompileError {
     }
 }
 
-/// Bounds of a compensation that was not compiled from errors of the machine, from what its tables do.
+/// Bounds of a compensation that was not compiled from errors of the machine, found from the output of its tables.
 ///
 /// # Errors
-/// [`CompileError`] where positions cannot be drawn.
+/// [`CompileError`] if positions cannot be drawn.
 pub fn bounds_of(
     machine: &Machine,
     runtime: &Runtime<'_>,
@@ -193,7 +192,7 @@ pub fn bounds_of(
     Ok(survey.bounds())
 }
 
-/// Runs the scheme, sets the bounds, writes the blob and loads it once.
+/// Runs the scheme, sets the bounds, encodes the blob and loads it once.
 ///
 /// # Errors
 /// [`CompileError`].
@@ -213,7 +212,7 @@ pub fn build(
     } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
     let runtime = Runtime::load(&provisional)?;
-    // Bounds change none of these numbers.
+    // Not affected by bounds.
     let size = Size::of(&runtime);
     let target = &options.tables.target;
     let shortages = target.shortages(&size);
@@ -261,7 +260,7 @@ pub fn build(
     })
 }
 
-/// [`build`], then [`prove_held`] of the bytes that were built.
+/// [`build`], then [`prove_held`] on the resulting bytes.
 ///
 /// # Errors
 /// [`CompileError`].

@@ -6,40 +6,40 @@ use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
 
-/// All of a compensation but its samples.
+/// Everything in a compensation except its samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contents<'a> {
     /// The machine it was made for.
     pub machine: &'a str,
-    /// What rotary axes are corrected for.
+    /// What the rotary axes correct.
     #[serde(flatten)]
     pub policy: PolicyName,
     /// The same as the blob stores it.
     #[serde(skip)]
     pub stored: Policy,
-    /// Its numbers.
+    /// Its counts and sizes.
     #[serde(flatten)]
     pub size: Size,
-    /// Its axes.
+    /// The axes, in the order of the compensation.
     pub axes: Vec<AxisEntry>,
-    /// Its inputs beside the axes.
+    /// Inputs other than the axes.
     pub auxiliaries: Vec<AuxiliaryEntry>,
-    /// Tables with common points.
+    /// Tables that share their points.
     pub bank_list: Vec<BankEntry>,
     /// Products of tables.
     pub term_list: Vec<TermEntry>,
-    /// Grids.
+    /// Grids of corrections.
     pub grid_list: Vec<GridEntry>,
 }
 
 /// An axis (mm, deg).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisEntry {
-    /// Its name.
+    /// Letter of the axis.
     pub name: char,
     /// `mm` or `deg`.
     pub unit: &'static str,
-    /// `None`: turns without end.
+    /// `None`: the axis rotates without limits.
     pub travel: Option<[f32; 2]>,
     /// `None`: positions do not repeat.
     pub period: Option<f32>,
@@ -49,14 +49,14 @@ pub struct AxisEntry {
     pub rate_bound: f32,
     /// Rate of transitions (mm/s, deg/s).
     pub ramp_rate: f32,
-    /// How far it retreats until it has reversed (mm, deg).
+    /// Distance of reverse travel (mm, deg) after which the direction counts as reversed.
     pub hysteresis: f32,
 }
 
 /// An input that is not an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AuxiliaryEntry {
-    /// Its name.
+    /// Name of the input.
     pub name: String,
     /// `tool length` or `temperature`.
     pub kind: &'static str,
@@ -67,23 +67,23 @@ pub struct AuxiliaryEntry {
 /// Tables with one input and common points.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BankEntry {
-    /// What is read.
+    /// The input that the tables read.
     pub input: String,
-    /// Numbers of the first and of the last table.
+    /// First and last table number.
     pub tables: [usize; 2],
-    /// How many points.
+    /// Number of points.
     pub points: u32,
-    /// The first.
+    /// Position of the first point.
     pub start: f32,
-    /// Their distance.
+    /// Spacing of the points.
     pub step: f32,
     /// True if the input wraps.
     pub modulo: bool,
-    /// For which direction of travel.
+    /// The direction of travel for which the tables apply.
     pub direction: &'static str,
-    /// The last point; of cubic tables, where their last interval ends.
+    /// Position of the last point; for cubic tables, the end of their last interval.
     pub end: f32,
-    /// Between points.
+    /// Interpolation between points.
     pub interpolation: &'static str,
     /// How samples are stored.
     pub samples: &'static str,
@@ -94,15 +94,15 @@ pub struct BankEntry {
 /// Weight times product of tables, added to the correction of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TermEntry {
-    /// The axis.
+    /// Letter of the corrected axis.
     pub output: char,
-    /// The weight.
+    /// Factor of the product.
     pub weight: f32,
-    /// What the weight may be changed to.
+    /// Limits within which the weight may be changed.
     pub limits: Option<[f32; 2]>,
-    /// Numbers of its tables.
+    /// Numbers of the tables that are multiplied.
     pub tables: Vec<u8>,
-    /// The errors that it is for, if they were asked for.
+    /// The errors that it corrects, if names were requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<String>,
 }
@@ -110,9 +110,9 @@ pub struct TermEntry {
 /// A grid of corrections.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GridEntry {
-    /// Its inputs.
+    /// The inputs.
     pub inputs: Vec<GridInputEntry>,
-    /// Its axes.
+    /// Letters of the corrected axes.
     pub outputs: Vec<char>,
     /// How samples are stored.
     pub samples: &'static str,
@@ -121,13 +121,13 @@ pub struct GridEntry {
 /// An input of a grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GridInputEntry {
-    /// What is read.
+    /// Name of the input.
     pub input: String,
-    /// How many points.
+    /// Number of points.
     pub points: u32,
-    /// The first.
+    /// Position of the first point.
     pub start: f32,
-    /// Their distance.
+    /// Spacing of the points.
     pub step: f32,
     /// True if the input wraps.
     pub modulo: bool,
@@ -160,7 +160,7 @@ pub(crate) fn input(compensation: &Largest<'_>, number: u8) -> String {
     }
 }
 
-/// Of a loaded blob.
+/// The contents of a loaded blob.
 #[must_use]
 pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
     let compensation = runtime.compensation();
@@ -261,14 +261,14 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
     }
 }
 
-/// The end of an evenly spaced row of points.
+/// The position of the last of `points` evenly spaced points.
 #[must_use]
 pub fn end(start: f32, step: f32, points: u32) -> f32 {
     start + step * (points - 1) as f32
 }
 
 impl Contents<'_> {
-    /// What each table reads, in the order of their numbers.
+    /// The input of each table, in the order of their numbers.
     #[must_use]
     pub fn inputs(&self) -> Vec<&str> {
         let banks = self.bank_list.iter();
@@ -280,8 +280,8 @@ impl Contents<'_> {
 }
 
 impl TermEntry {
-    /// The factors: `0.5 · T3(A) · T7(Y)`. A weight of 1 goes without saying, unless there is nothing else or it
-    /// may change.
+    /// The product as text: `0.5 · T3(A) · T7(Y)`. A weight of 1 is omitted, unless there is no table or the weight
+    /// is adjustable.
     #[must_use]
     pub fn product(&self, inputs: &[&str]) -> String {
         let plain = self.weight == 1.0 && self.limits.is_none() && !self.tables.is_empty();

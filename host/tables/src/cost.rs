@@ -1,27 +1,27 @@
-//! What an evaluation costs on the reference target, a Cortex-M4F: estimated instructions.
+//! Cost of an evaluation on the reference target, a Cortex-M4F, in estimated instructions.
 
 use crate::validate::Runtime;
 use trueaxis::Interpolation;
 
 // Counted by `cargo xtask bench-target`: a bank of nine cubic tables with its terms takes 210 instructions more than
-// one of one, a bank of nine linear ones 136 more: 9 a table. The bank of one cubic table takes 109 more than the
-// linear one. The constants are those of an earlier kernel, within 20 instructions for each bank, and stay: they decide
-// which tables a scheme chooses.
+// a bank of one, a bank of nine linear tables 136 more: 9 per table. A bank of one cubic table takes 109 more than a
+// bank of one linear table. The constants below come from an earlier kernel and are within 20 instructions per bank.
+// They are kept because they decide which tables a scheme chooses.
 
-/// Of a term.
+/// Per term.
 pub(crate) const TERM: f64 = 10.0;
-/// Of each table of its product beyond two: its number, its address, its value, the product.
+/// Per table of a product beyond the second: its number, address, value and the multiplication.
 pub const FACTOR: f64 = 4.0;
-/// Of a table with linear interpolation.
+/// Per table with linear interpolation.
 pub(crate) const LINEAR_TABLE: f64 = 7.0;
-/// Of a table with cubic interpolation.
+/// Per table with cubic interpolation.
 pub(crate) const CUBIC_TABLE: f64 = 19.0;
-/// Of a bank of cubic tables, beyond one of linear ones.
+/// Per bank of cubic tables, in addition to the cost of a bank of linear tables.
 pub(crate) const CUBIC_BANK: f64 = 119.0;
-/// Of a bank: where its input is among its points. The layout of 40 tables of the source document takes 700 in all
+/// Per bank: locating the input among its points. The layout of 40 tables of the source document takes 700 in total
 /// (`cargo xtask bench-target`).
 pub(crate) const BANK: f64 = 40.0;
-/// Of a grid of three inputs, and of each output of it: a grid with three outputs takes 200.
+/// Per grid with three inputs; [`GRID_OUTPUT`] is added for each output. A grid with three outputs takes 200.
 pub(crate) const GRID: f64 = 80.0;
 /// See [`GRID`].
 pub(crate) const GRID_OUTPUT: f64 = 40.0;
@@ -45,6 +45,6 @@ pub fn instructions(runtime: &Runtime<'_>) -> f64 {
     banks + terms + grids
 }
 
-/// Cycles of an instruction of an evaluation without wait states: between 1.55 and 1.62 for the five compensations
-/// that `cargo xtask bench-target` counts.
+/// Cycles per instruction of an evaluation without wait states: 1.55 to 1.62 for the five compensations counted by
+/// `cargo xtask bench-target`.
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.6;

@@ -1,7 +1,7 @@
-//! From error parameters to the fewest compensation tables that null them: schemes, the blob, its proof, and what
-//! uncertain parameters leave.
+//! From error parameters to the fewest compensation tables that cancel them: schemes, the blob, its proof, and the
+//! error that uncertain parameters leave.
 //!
-//! Uses `trueaxis-model`.
+//! Builds on `trueaxis-model`.
 #![forbid(unsafe_code)]
 
 pub mod compile;

@@ -1,9 +1,9 @@
-//! The policy for rotary axes, as the kinematics know it and as a blob stores it.
+//! The policy for rotary axes, as used by the kinematics and as stored in a blob.
 
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
 
-/// A policy in answers for programs.
+/// A policy in JSON output.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PolicyName {
     /// `direction`, `orientation` or `position`.
@@ -23,7 +23,7 @@ impl From<trueaxis::Policy> for PolicyName {
     }
 }
 
-/// What a blob stores of a policy.
+/// The policy as stored in a blob.
 #[must_use]
 pub fn stored(policy: Policy) -> trueaxis::Policy {
     match policy {
@@ -35,8 +35,8 @@ pub fn stored(policy: Policy) -> trueaxis::Policy {
     }
 }
 
-/// The policy that a blob stores. The damping is the shortest decimal number that its f32 stands for: 0.1,
-/// not the 1.5e-9 more that it is.
+/// The policy stored in a blob. The damping is the shortest decimal number that rounds to the stored f32: 0.1, not
+/// its exact value, which is 1.5e-9 larger.
 #[must_use]
 pub fn of_blob(policy: trueaxis::Policy) -> Policy {
     match policy {
@@ -51,9 +51,8 @@ pub fn of_blob(policy: trueaxis::Policy) -> Policy {
     }
 }
 
-/// How far tables may be from the kinematic correction in rotation (µrad), where they may be `um` µm from
-/// it in translation: in the tool's direction, of which less than 1 µrad does not matter, or in a rotary
-/// axis.
+/// Permitted rotational deviation of the tables from the kinematic correction (µrad), if `um` µm are permitted in
+/// translation. It applies to the tool direction, for which at least 1 µrad is permitted, or to each rotary axis.
 #[must_use]
 pub fn tolerance_urad(policy: Policy, um: f64) -> f64 {
     match policy {

@@ -1,10 +1,10 @@
-//! How large a compensation is.
+//! The size of a compensation.
 
 use crate::validate::Runtime;
 use serde::{Deserialize, Serialize};
 use trueaxis::Counts;
 
-/// Numbers and sizes of a compensation.
+/// Counts and sizes of a compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Size {
     /// Axes.
@@ -25,7 +25,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Of a loaded blob.
+    /// The size of a loaded blob.
     #[must_use]
     pub fn of(runtime: &Runtime<'_>) -> Self {
         let compensation = runtime.compensation();
@@ -40,7 +40,7 @@ impl Size {
         }
     }
 
-    /// The smallest capacities that hold it; they are shown as the type to write.
+    /// The smallest capacities that hold it, displayed as the type to write.
     #[must_use]
     pub fn capacities(&self) -> Counts {
         Counts {

@@ -1,4 +1,4 @@
-//! The controller that a compensation is made for: what it holds.
+//! The capacity of the controller that a compensation is made for.
 
 mod file;
 
@@ -6,8 +6,8 @@ use crate::size::Size;
 use serde::{Serialize, Serializer};
 use trueaxis::SampleFormat;
 
-/// Capacities of a controller: what its [`Compensation`](trueaxis::Compensation)s have room for,
-/// and the size of its table slots.
+/// Capacities of a controller: those of its [`Compensation`](trueaxis::Compensation)s, and the size of its table
+/// slots.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Target {
     /// Its name.
@@ -22,9 +22,9 @@ pub struct Target {
     pub terms: usize,
     /// Grids.
     pub grids: usize,
-    /// Bytes of a blob that fit into a table slot; `None` where only memory limits them.
+    /// Bytes of a blob that fit into a table slot; `None` if only memory limits it.
     pub bytes: Option<usize>,
-    /// How samples are stored best.
+    /// Preferred sample format.
     #[serde(serialize_with = "sample_format")]
     pub samples: SampleFormat,
 }
@@ -36,35 +36,35 @@ fn sample_format<S: Serializer>(format: &SampleFormat, to: S) -> Result<S::Ok, S
     })
 }
 
-/// Something of which a compensation needs more than its target holds.
+/// A capacity that a compensation exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{needed} {what} are needed, {held} are held")]
 pub struct Shortage {
     /// `axes`, `banks`, `tables`, `terms`, `grids` or `bytes`.
     pub what: &'static str,
-    /// As many as the compensation has.
+    /// The number that the compensation needs.
     pub needed: usize,
-    /// As many as the target holds.
+    /// The number that the target holds.
     pub held: usize,
 }
 
-/// How much of a capacity a compensation takes.
+/// The used part of a capacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{used} of {held} {what}")]
 pub struct Usage {
     /// `tables`, `terms` or `bytes`.
     pub what: &'static str,
-    /// As many as the compensation has.
+    /// The number that the compensation uses.
     pub used: usize,
-    /// As many as the target holds.
+    /// The number that the target holds.
     pub held: usize,
 }
 
 impl Target {
-    /// Names of the targets that need no file.
+    /// Names of the built-in targets.
     pub const NAMES: [&'static str; 2] = ["stm32f405", "desktop"];
 
-    /// A target by its name, one of [`Target::NAMES`].
+    /// The built-in target with this name, one of [`Target::NAMES`].
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         match name {
@@ -74,8 +74,8 @@ impl Target {
         }
     }
 
-    /// The reference board, `firmware/boards/stm32f405`: slots of two sectors, less the 384 bytes
-    /// at their end (`docs/src/slots.md`).
+    /// The reference board, `firmware/boards/stm32f405`: slots of two sectors, minus the 384 bytes at their end
+    /// (`docs/src/slots.md`).
     #[must_use]
     pub fn stm32f405() -> Self {
         Self {
@@ -85,14 +85,14 @@ impl Target {
             tables: 96,
             terms: 256,
             grids: 2,
-            // Less what a slot keeps for itself: 128, and four choices of 64.
+            // A slot reserves 128 bytes and four choices of 64.
             bytes: Some(256 * 1024 - 384),
             samples: SampleFormat::F32,
         }
     }
 
-    /// A controller on a desktop computer, with the capacities of [`trueaxis::Largest`]: more
-    /// cannot be written into a blob.
+    /// A controller on a desktop computer, with the capacities of [`trueaxis::Largest`], the limits of the blob
+    /// format.
     #[must_use]
     pub fn desktop() -> Self {
         Self {
@@ -107,7 +107,7 @@ impl Target {
         }
     }
 
-    /// Of what a compensation of this size has more than the target holds; nothing if it fits.
+    /// The capacities that a compensation of this size exceeds; empty if it fits.
     #[must_use]
     pub fn shortages(&self, size: &Size) -> Vec<Shortage> {
         [
@@ -125,7 +125,7 @@ impl Target {
         .collect()
     }
 
-    /// How much of the capacities that a finer tolerance needs more of is taken.
+    /// The used part of those capacities that a finer tolerance needs more of.
     #[must_use]
     pub fn usage(&self, size: &Size) -> Vec<Usage> {
         [

@@ -1,11 +1,11 @@
-//! What the uncertainty of the error parameters and of tabulated motions leaves of the volumetric error.
+//! The volumetric error that remains because error parameters and tabulated motions are uncertain.
 //!
-//! Tables undo the errors as they are written. If these are off by δ, normally distributed with a covariance C,
-//! the tip is off by J·δ and the tool's direction by D·δ, with the exact derivatives J and D of the actual
-//! machine. Both are vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the
-//! length that the vector does not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it
-//! can go along one line only, 2.80 times that of a coordinate if all three are alike. The values of a tabulated
-//! motion are known each by itself, so that at one position it is one more parameter, independent of all others.
+//! Tables compensate the errors as given. If these are off by δ, normally distributed with a covariance C, the tip
+//! is off by J·δ and the tool direction by D·δ, with the exact derivatives J and D of the actual machine. Both are
+//! vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the length that the vector does
+//! not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it lies along one line, 2.80 times
+//! that of a coordinate if all three are equal. The values of a tabulated motion are independent of each other, so
+//! at one position it counts as one more parameter, independent of all others.
 
 mod length;
 mod travel;
@@ -19,33 +19,33 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Probability with which an error is inside the band.
+/// Probability that an error is inside the band.
 pub(crate) const PROBABILITY: f64 = 0.95;
 
-/// What uncertain parameters leave at one position.
+/// The error that uncertain parameters leave at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leaves {
-    /// Covariance of the tip (mm², workpiece frame).
+    /// Covariance of the tip position (mm², workpiece frame).
     pub tip: Matrix3<f64>,
-    /// Covariance of the tool's direction (rad², workpiece frame; none along the tool).
+    /// Covariance of the tool direction (rad², workpiece frame; zero along the tool).
     pub direction: Matrix3<f64>,
 }
 
 impl Leaves {
-    /// Length (mm) that the error of the tip does not exceed with 95 %.
+    /// Length (mm) that the error of the tip does not exceed with 95 % probability.
     #[must_use]
     pub fn tip_band(&self) -> f64 {
         length::quantile(&self.tip)
     }
 
-    /// Angle (rad) that the error of the tool's direction does not exceed with 95 %.
+    /// Angle (rad) that the error of the tool direction does not exceed with 95 % probability.
     #[must_use]
     pub fn direction_band(&self) -> f64 {
         length::quantile(&self.direction)
     }
 }
 
-/// What uncertain parameters leave, to be asked position by position.
+/// Computes the error that uncertain parameters leave, position by position.
 pub struct Uncertain<'a> {
     kinematics: Kinematics<'a>,
     parameters: &'a [Parameter],
@@ -53,8 +53,7 @@ pub struct Uncertain<'a> {
 }
 
 impl<'a> Uncertain<'a> {
-    /// Of parameters with a covariance, and of the errors' own tabulated motions, which are known independently of
-    /// them.
+    /// For parameters with a covariance, and the tabulated motions of the errors, which are independent of them.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel, covariance: &'a Covariance) -> Self {
         Self {
@@ -64,7 +63,7 @@ impl<'a> Uncertain<'a> {
         }
     }
 
-    /// What they leave at a position (mm, rad) with its situation.
+    /// The remaining error at a position (mm, rad) with its situation.
     #[must_use]
     pub fn leaves(&self, q: &PerAxis, situation: &Situation) -> Leaves {
         let changes = Changes::new(&self.kinematics, q, situation);
@@ -76,7 +75,7 @@ impl<'a> Uncertain<'a> {
     }
 }
 
-/// What the covariance of parameters leaves at each position ([`Uncertain::leaves`]).
+/// The error that the covariance of the parameters leaves at each position ([`Uncertain::leaves`]).
 #[must_use]
 pub fn leaves(
     machine: &Machine,
@@ -105,8 +104,8 @@ pub fn band(
     }
 }
 
-/// How the tip (mm) and the unit vector of the tool's direction (rad) change with each parameter, in the
-/// workpiece frame.
+/// Derivatives of the tip (mm) and of the unit vector of the tool direction (rad) with respect to each parameter, in
+/// the workpiece frame.
 #[must_use]
 pub fn derivatives(
     kinematics: &Kinematics<'_>,
@@ -117,7 +116,7 @@ pub fn derivatives(
     Changes::new(kinematics, q, situation).by(parameters)
 }
 
-/// How the tip, and a point 1 mm further along the tool, change with errors at a position.
+/// Changes of the tip, and of a point 1 mm further along the tool, with errors at a position.
 struct Changes<'a> {
     kinematics: &'a Kinematics<'a>,
     q: &'a PerAxis,
@@ -143,7 +142,7 @@ impl<'a> Changes<'a> {
         }
     }
 
-    /// With each parameter: tip and direction.
+    /// With respect to each parameter: tip and direction.
     fn by(&self, parameters: &[Parameter]) -> [Matrix3xX<f64>; 2] {
         let (machine, errors) = (self.kinematics.machine, self.kinematics.errors);
         self.columns(parameters.iter().map(|parameter| {
@@ -160,7 +159,7 @@ impl<'a> Changes<'a> {
         }))
     }
 
-    /// With each tabulated motion that is uncertain, by its standard uncertainty.
+    /// With respect to each uncertain tabulated motion, times its standard uncertainty.
     fn of_tables(&self) -> [Matrix3xX<f64>; 2] {
         let errors = self.kinematics.errors;
         self.columns(errors.table_uncertainty.keys().map(|(axis, component)| {
@@ -170,7 +169,7 @@ impl<'a> Changes<'a> {
         }))
     }
 
-    /// Of changes of both points those of tip and direction.
+    /// Converts changes of both points to changes of tip and direction.
     fn columns(&self, changes: impl Iterator<Item = [Vector3<f64>; 2]>) -> [Matrix3xX<f64>; 2] {
         let all: Vec<[Vector3<f64>; 2]> =
             changes.map(|[tip, further]| [tip, further - tip]).collect();

@@ -1,4 +1,4 @@
-//! What a compensation does to the volumetric error: where it is looked at, and with what.
+//! Measures the effect of a compensation on the volumetric error: positions and runtime.
 
 mod verification;
 
@@ -15,7 +15,7 @@ pub use verification::{
     AxisDeviation, Measured, Quality, Statistics, Verification, direction, verify,
 };
 
-/// A position of the machine with everything the runtime is told about it.
+/// A position of the machine with all inputs of the runtime.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// Axis positions (mm, deg), as the runtime sees them.
@@ -44,7 +44,7 @@ impl Command {
         command
     }
 
-    /// The same with the directions from which axes have come: more than 0, less, or 0 if unknown.
+    /// The same with the directions from which the axes arrived: positive, negative, or 0 if unknown.
     #[must_use]
     pub fn coming(machine: &Machine, position: &[f64], direction: &[f64]) -> Self {
         let mut command = Self::at(machine, position);
@@ -92,7 +92,7 @@ impl<'a> Runtime<'a> {
     /// Decodes a blob.
     ///
     /// # Errors
-    /// [`LoadError`] names what is damaged.
+    /// [`LoadError`] describes the damage.
     pub fn load(blob: &'a [u8]) -> Result<Self, LoadError> {
         let mut compensation = Box::new(Largest::empty());
         compensation.load(blob)?;
@@ -105,7 +105,7 @@ impl<'a> Runtime<'a> {
         &self.0
     }
 
-    /// The kinematics of a machine with its errors, with the policy of this compensation.
+    /// The kinematics of a machine with its errors, under the policy of this compensation.
     #[must_use]
     pub fn kinematics<'m>(&self, machine: &'m Machine, errors: &'m ErrorModel) -> Kinematics<'m> {
         Kinematics::new(machine, errors).with_policy(of_blob(self.0.policy()))
@@ -124,19 +124,19 @@ impl<'a> Runtime<'a> {
     }
 }
 
-/// Where random positions are drawn.
+/// The region in which random positions are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Region {
     /// The whole travel.
     Travel,
-    /// Only where no error motion holds its end value, neither at the command nor at the corrected
-    /// position.
+    /// Where no error motion holds its end value, neither at the command nor at the corrected position.
     Inside,
     /// Everywhere else.
     Outside,
 }
 
-/// True if a command lies where every error motion that holds is calibrated, at `position` (mm, rad).
+/// True if a command is in the calibrated range of every error motion that holds its end value, at `position` (mm,
+/// rad).
 fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis) -> bool {
     (0..machine.axes.len()).all(|i| {
         let [low, high] = errors.calibrated[i];
@@ -144,8 +144,8 @@ fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis) -> 
     })
 }
 
-/// True if an error motion holds its end value at a position (mm, rad) or at the corrected one,
-/// where motions are evaluated.
+/// True if an error motion holds its end value at a position (mm, rad) or at the corrected one, where motions are
+/// evaluated.
 #[must_use]
 pub fn holds(
     machine: &Machine,
@@ -157,11 +157,11 @@ pub fn holds(
     !(is_calibrated(machine, errors, position) && is_calibrated(machine, errors, &corrected))
 }
 
-/// True if an axis with measured motions is no farther from a measured point than its own correction (mm, rad).
+/// True if an axis with measured motions is within its own correction (mm, rad) of a measured point.
 ///
-/// A motion bends where the *corrected* position passes the point, a table where the command does; and where the
-/// former is depends on all axes. So between the two no table that reads commands can be exact. At its ends a
-/// motion [`holds`] instead.
+/// A motion bends where the *corrected* position passes the point, a table where the command does, and the corrected
+/// position depends on all axes. So between the two, no table that reads commands can be exact. At its ends a motion
+/// [`holds`] instead.
 #[must_use]
 pub fn is_near_point(
     machine: &Machine,
@@ -187,8 +187,8 @@ pub fn is_near_point(
     })
 }
 
-/// True if an error motion holds its end value anywhere in the travel, be it so near an end that
-/// only the correction carries its axis past it.
+/// True if an error motion holds its end value anywhere in the travel, even if only the correction carries its axis
+/// past an end.
 #[must_use]
 pub(crate) fn holds_anywhere(machine: &Machine, errors: &ErrorModel) -> bool {
     let motions = &errors.motions[..machine.axes.len()];
@@ -214,19 +214,19 @@ pub fn is_partly_calibrated(machine: &Machine, errors: &ErrorModel) -> bool {
 /// Why random commands cannot be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DrawError {
-    /// The correction that decides between inside and outside fails.
+    /// The correction that decides between inside and outside does not converge.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
-    /// Hardly a position lies in the region.
+    /// Almost no position lies in the region.
     #[error(
         "of {draws} random positions only {found} are {}", .region.of_positions()
     )]
     Rare {
-        /// Where they should be.
+        /// The region to draw in.
         region: Region,
-        /// Positions tried.
+        /// Number of positions tried.
         draws: usize,
-        /// Positions found there.
+        /// Number of positions found in the region.
         found: usize,
     },
 }
@@ -241,16 +241,16 @@ impl Region {
     }
 }
 
-/// Drawing ends if fewer than one position in so many is in the region, after so many draws: a
-/// calibrated range is much wider than the corrections, so most of what is drawn inside stays.
+/// Drawing fails if fewer than one in this many positions is in the region, after this many draws. A calibrated
+/// range is much wider than the corrections, so most positions drawn inside it are usable.
 const RARE: usize = 50;
 const DRAWS: usize = 10_000;
 
 /// Random commands: positions, directions of travel, tool lengths and temperatures.
 ///
 /// # Errors
-/// [`DrawError`] where the correction that decides between inside and outside fails, or hardly a
-/// position is in the region.
+/// [`DrawError`] if the correction that decides between inside and outside does not converge, or almost no position
+/// is in the region.
 pub fn random_commands(
     kinematics: &Kinematics<'_>,
     region: Region,
@@ -267,7 +267,7 @@ pub fn random_commands(
         if region == Region::Travel {
             return Ok(true);
         }
-        // The corrected position counts: there the motions are evaluated.
+        // The corrected position decides, because motions are evaluated there.
         let (q, situation) = command.kinematic(machine);
         let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
         Ok(holds(machine, errors, &q, &dq) != (region == Region::Inside))
@@ -297,7 +297,7 @@ pub fn random_commands(
     Ok(commands)
 }
 
-/// As [`random_commands`] in the whole travel, where nothing decides what is drawn again.
+/// Like [`random_commands`] in the whole travel, where no draw is rejected.
 #[must_use]
 pub fn commands_in_travel(
     machine: &Machine,
@@ -310,7 +310,7 @@ pub fn commands_in_travel(
     (0..count).map(draw).collect()
 }
 
-/// One of them, which may turn out to be somewhere else.
+/// One random command, which may turn out to be outside the region.
 fn random_command(
     machine: &Machine,
     errors: &ErrorModel,
@@ -324,7 +324,7 @@ fn random_command(
             let [from, to] = calibrated(machine, errors, i);
             (low, high) = (low.max(from), high.min(to));
         }
-        // Rounded as the runtime sees it, and not beyond the ends by rounding.
+        // Rounded as the runtime sees it, without exceeding the ends by rounding.
         let q = (low + (high - low) * random.random::<f64>()) as f32;
         command.axes[i] = q.max(low as f32).min(high as f32);
         command.travel[i] = if random.random::<bool>() {
@@ -384,7 +384,7 @@ mod tests {
                 "{drawn:?}"
             );
         }
-        // Half of it: the correction leads out of the other.
+        // Half of it; in the other half the correction leads outside.
         errors.calibrated[x] = [10.0, 11.0];
         let kinematics = Kinematics::new(&machine, &errors);
         let drawn = random_commands(&kinematics, Region::Inside, 1000, 1).unwrap();
@@ -407,7 +407,7 @@ mod tests {
             assert!(is_near(position, -0.003) && is_near(position, 0.003));
         }
         assert!(!is_near(0.0031, -0.003) && !is_near(-0.0031, 0.003));
-        // At its ends the motion holds; between points it is straight.
+        // At its ends the motion holds its end value; between points it is straight.
         assert!(!is_near(65.0, -0.003) && !is_near(-65.0, 0.003) && !is_near(30.0, 0.003));
     }
 }

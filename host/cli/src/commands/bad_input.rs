@@ -1,4 +1,4 @@
-//! What is shown when input is bad: file, line, cause, remedy.
+//! Reports bad input: file, line, cause, remedy.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::ops::Range;
@@ -16,18 +16,18 @@ pub struct BadInput {
     quote: Option<Box<Quote>>,
 }
 
-/// Lines of a text file, and the place in them that a message is about.
+/// The lines of a text file around the place that a message is about.
 #[derive(Debug)]
 struct Quote {
     /// The name of the file.
     name: String,
-    /// The line before that of the place, its own, and the one after it.
+    /// The line of that place with one line before and one after.
     lines: Excerpt,
     label: String,
 }
 
 impl BadInput {
-    /// Without a place in a file.
+    /// Bad input without a place in a file.
     pub fn new(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             message: cut(message.into(), MOST_MESSAGE),
@@ -36,10 +36,10 @@ impl BadInput {
         }
     }
 
-    /// At its place in a text file of this name.
+    /// Bad input at a place in a text file called `name`.
     pub fn in_text(error: FileError, place: &str, name: &str, text: &str) -> Self {
         let quoted = error.span.as_ref().map(|span| line(text, span.start));
-        // A message about a long line may quote it.
+        // The message itself may quote a long line.
         let most = match quoted {
             Some(line) if line.chars().nth(MOST_LINE).is_some() => MOST_LINE,
             _ => MOST_MESSAGE,
@@ -58,7 +58,7 @@ impl BadInput {
         }
     }
 
-    /// Prints it to standard error: message, place and remedy.
+    /// Prints message, place and remedy to standard error.
     pub fn show(&self) {
         let snippet = self.quote.as_ref().map(|quote| {
             let Excerpt { first, text, span } = &quote.lines;
@@ -79,7 +79,7 @@ impl BadInput {
         anstream::eprintln!("{text}");
     }
 
-    /// A blob that the runtime refuses.
+    /// A blob that the runtime rejects.
     pub fn in_blob(error: LoadError, path: &Path) -> Self {
         let remedy = match error {
             LoadError::NoHeader | LoadError::BadMagic => {
@@ -101,7 +101,7 @@ impl BadInput {
         Self::new(format!("{}: {error}", path.display()), remedy)
     }
 
-    /// A blob that belongs to another machine.
+    /// A blob made for another machine.
     pub fn mismatch(error: &Mismatch, path: &Path) -> Self {
         Self::new(
             format!("{}: {error}", path.display()),
@@ -110,19 +110,19 @@ impl BadInput {
     }
 }
 
-/// Most characters of a line of an input file that a message shows.
+/// Longest line, in characters, that a message quotes from an input file.
 const MOST_LINE: usize = 200;
-/// Most characters of a message.
+/// Longest message, in characters.
 const MOST_MESSAGE: usize = 2000;
 
-/// The line of a text that a byte belongs to.
+/// The line of `text` that contains byte `at`.
 fn line(text: &str, at: usize) -> &str {
     let at = floor_char_boundary(text, at);
     let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
     text[start..].lines().next().unwrap_or_default()
 }
 
-/// The place of the character that a byte belongs to; the end of the text if it is beyond.
+/// Index of the start of the character that contains byte `at`, or the end of the text if `at` is past it.
 fn floor_char_boundary(text: &str, at: usize) -> usize {
     let at = at.min(text.len());
     (0..=at)
@@ -131,7 +131,7 @@ fn floor_char_boundary(text: &str, at: usize) -> usize {
         .unwrap_or(0)
 }
 
-/// Text of at most so many characters; if there are more, `…` replaces those after three quarters of them.
+/// Shortens a text to `most` characters: `…` replaces what follows the first three quarters.
 fn cut(text: String, most: usize) -> String {
     let count = text.chars().count();
     if count <= most {
@@ -144,18 +144,18 @@ fn cut(text: String, most: usize) -> String {
     format!("{start}…{end}")
 }
 
-/// A few lines around a place in a text, each of at most [`MOST_LINE`] characters.
+/// A few lines around a place in a text, each at most [`MOST_LINE`] characters long.
 #[derive(Debug)]
 struct Excerpt {
-    /// The number of the first of them in the text, counted from 1.
+    /// Number of the first line in the text, counted from 1.
     first: usize,
     text: String,
-    /// The place in `text`; its part in the first line, if it has several.
+    /// The place in `text`; if it spans several lines, the part in the first.
     span: Range<usize>,
 }
 
 impl Excerpt {
-    /// The line of the place, cut around the place if it is long, between its neighbours.
+    /// The line at `span` and its neighbours. A long line is cut around the place.
     fn around(text: &str, span: Range<usize>) -> Self {
         let at = floor_char_boundary(text, span.start);
         let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);

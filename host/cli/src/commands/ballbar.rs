@@ -14,10 +14,10 @@ use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// Test a machine with a ball-bar: write the path, foresee the readings, say what readings tell
+/// Test a machine with a ball-bar: write the path, predict or analyse readings
 ///
-/// On a hemisphere (five half meridians there and back, and the equator between them, as in the source document) and
-/// on circles (ISO 230-4).
+/// The path is a hemisphere (five half meridians, each travelled both ways, and the equator between them, as in the
+/// source document) or circles (ISO 230-4).
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -31,7 +31,6 @@ enum What {
     Analyse(analyse::Analyse),
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Path(path) => path.run(),
@@ -40,19 +39,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
 }
 
-/// The path, and where it is.
+/// The path and its centre.
 #[derive(Args)]
 struct Test {
-    /// Where the axes are in the centre: machine positions; axes left out are at 0
+    /// Centre of the path: machine positions of the axes; axes left out are at 0
     #[arg(long, value_name = "X=0,Y=0,Z=-200", allow_hyphen_values = true)]
     at: String,
     /// Length of the bar
     #[arg(long, value_name = "mm", default_value_t = 150.0, value_parser = positive)]
     radius: f64,
-    /// Half meridians, evenly over half a turn
+    /// Number of half meridians, evenly spaced over half a turn
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=180))]
     meridians: u32,
-    /// Steps of half a meridian: 1800 are steps of 0.1 degrees
+    /// Steps per half meridian: 1800 means 0.1 degrees each
     #[arg(long, default_value_t = 1800, value_parser = clap::value_parser!(u32).range(2..=36_000))]
     steps: u32,
 }
@@ -72,7 +71,7 @@ impl Test {
         })
     }
 
-    /// Sets the bar up, and sees that the axes reach everything.
+    /// Sets up the bar and checks that the axes reach the whole path.
     fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[PathPoint]) -> Result<Bar<'b>, BadInput> {
         let machine: &Machine = bench.machine;
         let centre = position_argument::position("--at", &self.at, machine)?;

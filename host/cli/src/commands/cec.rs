@@ -1,9 +1,9 @@
-//! What `export cec` and `import cec` share.
+//! Shared by `export cec` and `import cec`.
 
 use super::bad_input::BadInput;
 use trueaxis_controllers::cec::AxesError;
 
-/// What is wrong with `--axes`.
+/// Describes what is wrong with `--axes`.
 pub fn axes(error: &AxesError) -> BadInput {
     BadInput::new(
         format!("--axes: {error}"),

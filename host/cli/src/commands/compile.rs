@@ -29,19 +29,20 @@ use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
 
-/// Turn a machine and its errors into a compensation, and prove what it does
+/// Turn a machine and its errors into a compensation, and verify it
 ///
-/// Evaluates the bytes of FILE.trax with the runtime at random positions over the whole travel,
-/// with random directions of travel, and compares with the exact kinematic model; then writes them
-/// and reads them back.
+/// Evaluates the bytes of FILE.trax with the runtime at random positions over the whole travel, with random
+/// directions of travel, and compares the result with the exact kinematic model. Then writes the file and reads it
+/// back.
 ///
-/// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
-/// value, unless --best-effort is given. If that is because the target holds too little, it says
-/// so. It says which coarser tolerance is met, if one of 0.1, 0.2, 0.5, 1, 2, 5 and 10 µm is, and
-/// --best-effort writes what deviates least of all that was made. Tables that deviate from the kinematic
-/// correction by more than it is large are never written. An older file of the same name stays as
-/// it was. The schemes of the source document have as many tables as they have: they are written in
-/// any case, and what they miss is a warning.
+/// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end value.
+/// --best-effort then writes the candidate that deviates least. The message says if the target's capacity is the
+/// cause, and which coarser tolerance (0.1, 0.2, 0.5, 1, 2, 5 or 10 µm) is met, if any. An older file of the same
+/// name is left untouched.
+///
+/// Tables of `exact` that deviate from the kinematic correction by more than its own size are never written. Schemes of
+/// the source document have a fixed number of tables: they are written in any case, and what they miss is only a
+/// warning.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nA scheme of the source document, where the rotary axes are at 0:\n  trueaxis compile machine.toml errors.toml -o grid.trax --scheme grid3d --policy position\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
@@ -49,42 +50,41 @@ use trueaxis_tables::validate::Runtime;
 pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,
-    /// The compensation to write
+    /// Compensation file to write
     #[arg(short, long, value_name = "FILE.trax")]
     output: PathBuf,
     #[command(flatten)]
     policy: PolicyArguments,
     #[command(flatten)]
     scheme: SchemeArguments,
-    /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
-    /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
-    /// (default: the finest of 0.05, 0.1, 0.2, 0.5 and 1 that the target has room for)
+    /// Largest difference from the kinematic correction, in µm: at the tip in µm, and the same number of µrad for
+    /// the tool direction, but at least 1; under the other policies, on every axis in µm and µrad (default: the
+    /// finest of 0.05, 0.1, 0.2, 0.5 and 1 that fits into the target)
     #[arg(long, value_name = "µm", value_parser = positive)]
     tolerance: Option<f64>,
-    /// Points of every table that is not a straight line (default: as the tolerance needs)
+    /// Points of every table that is not a straight line (default: as many as the tolerance needs)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
     points: Option<u32>,
-    /// Subtract the correction at this position everywhere, so that the machine's datum stays;
-    /// axes left out are at 0
+    /// Subtract the correction at this position everywhere, to keep the machine's datum; axes left out are at 0
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
-    /// The controller it is for: stm32f405 (the reference board), desktop (as much as a blob can
-    /// hold), or a file as `trueaxis flash --dry-run` prints it
+    /// The controller that will run it: stm32f405 (the reference board), desktop (the limits of the blob format), or
+    /// a file printed by `trueaxis flash --dry-run`
     #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
     target: String,
-    /// How samples are stored (default: as the target prefers)
+    /// How samples are stored (default: what the target prefers)
     #[arg(long, value_enum)]
     samples: Option<Samples>,
-    /// Write it even if the tolerance is not met, unless it does harm
+    /// Write the file even if the tolerance is not met, unless the tables would do harm
     #[arg(long)]
     best_effort: bool,
     /// Accept corrections whose bound exceeds 2 mm or 1°
     #[arg(long)]
     allow_large: bool,
-    /// Write a page that shows the errors and what the tables do, as `trueaxis report` does
+    /// Also write a page with the errors and the effect of the tables, as `trueaxis report` does
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// The date that the page shows, as it is to stand there (default: none)
+    /// Date to print on the page, in any format (default: none)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     #[command(flatten)]
@@ -102,7 +102,6 @@ enum Samples {
     I16,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let files = &arguments.files;
     let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
@@ -136,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .collect();
     let made = made?;
     drop(bar);
-    // All of them, or none.
+    // Write either all files or none.
     let written = made
         .iter()
         .all(|one| one.may_be_written(arguments.best_effort));
@@ -159,7 +158,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
-    /// What is to be made: one file, or one for each position of the rotary axes.
+    /// The files to make: one, or one for each position of the rotary axes.
     fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
         let schemes = self.scheme.schemes(machine)?;
         let is_one = schemes.len() == 1;
@@ -175,7 +174,7 @@ impl Arguments {
         wanted.collect()
     }
 
-    /// What the verdict of a report says of it, for people; nothing if there is no compensation.
+    /// The report's verdict for the screen, or `None` without a compensation.
     fn verdict(
         &self,
         machine: &Machine,
@@ -195,7 +194,7 @@ impl Arguments {
         ))
     }
 
-    /// A compensation for a report.
+    /// The compensation, as a report takes it.
     fn compensation<'a>(
         &self,
         runtime: &'a Runtime<'a>,
@@ -211,7 +210,7 @@ impl Arguments {
         }
     }
 
-    /// Writes the page, if it is asked for.
+    /// Writes the page if `--report` was given.
     fn report(
         &self,
         machine: &Machine,
@@ -252,7 +251,7 @@ impl Arguments {
         super::report::write_page(page, &found, &model)
     }
 
-    /// What there is to say of it.
+    /// Collects the results for output.
     fn answer<'a>(
         &'a self,
         machine: &'a Machine,
@@ -306,7 +305,7 @@ impl Arguments {
         }
     }
 
-    /// What the library is asked.
+    /// Options for the library.
     fn options(
         &self,
         machine: &Machine,
@@ -345,7 +344,7 @@ impl Arguments {
     }
 }
 
-/// The name of one file of several: FILE-A0-C90.trax.
+/// Name of one of several files: FILE-A0-C90.trax.
 fn beside(output: &Path, place: &str) -> PathBuf {
     let stem = output.file_stem().unwrap_or_default().to_string_lossy();
     let extension = output.extension().unwrap_or_default().to_string_lossy();

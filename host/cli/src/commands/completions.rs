@@ -6,7 +6,7 @@ use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Print what a shell needs to complete commands and options
+/// Print a completion script for a shell
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis completions bash > ~/.local/share/bash-completion/completions/trueaxis"
@@ -16,7 +16,6 @@ pub struct Arguments {
     shell: Shell,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut script = Vec::new();
     let mut command = Cli::command();
@@ -25,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// Write the pages of `man`, one for each command
+/// Write manual pages, one for each command
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis man ~/.local/share/man/man1")]
 pub struct Pages {
@@ -34,7 +33,6 @@ pub struct Pages {
     folder: PathBuf,
 }
 
-/// Runs the command.
 pub fn man(arguments: &Pages) -> Result<Outcome, BadInput> {
     let folder = &arguments.folder;
     if !folder.is_dir() {

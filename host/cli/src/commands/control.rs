@@ -10,12 +10,11 @@ use serde_json::{Value, json};
 use trueaxis::link::{Slot, Storing};
 use trueaxis_controllers::link::{self, Action, ControlError, Done, State};
 
-/// Let corrections in or take them out, and say which compensation is in use
+/// Switch corrections on or off, and choose the compensation in use
 ///
-/// Shows how things were before and are after it. Settings last until the next start, but for
-/// `enable-at-start`, `activate` and `rollback`, which are stored. Where the flash stalls the
-/// controller, they are stored at standstill with drives off: until then they are pending, which is
-/// said.
+/// Shows the state before and after. Settings last until the controller restarts, except `enable-at-start`,
+/// `activate` and `rollback`, which are stored. If writing flash stalls the controller, these are stored once the
+/// machine stands still with its drives off; until then they are shown as pending.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 enable"
@@ -32,19 +31,19 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum What {
-    /// Change nothing: show how things are
+    /// Show the state and change nothing
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 show")]
     Show,
-    /// Let the corrections in, until the next start
+    /// Switch corrections on until the next restart
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 enable")]
     Enable,
-    /// Take the corrections out
+    /// Switch corrections off
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 disable")]
     Disable,
-    /// Let the corrections in at every start, or not, as it is at first; stored
+    /// Switch corrections on at every start, or not (factory setting: not)
     ///
-    /// It survives uploads and rollbacks. A start that does not find the compensation it should use,
-    /// and a compensation of another machine, let nothing in.
+    /// Stored; uploads and rollbacks do not change it. Corrections stay off if the controller starts without the
+    /// compensation that it should use, or with one for another machine.
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 enable-at-start on")]
     EnableAtStart {
         /// on or off
@@ -56,44 +55,44 @@ enum What {
         /// on or off
         switch: Switch,
     },
-    /// Set the tool length, mm, along the tool axis from the spindle frame
+    /// Set the tool length in mm, along the tool axis from the spindle frame
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 tool-length 120.5")]
     ToolLength {
-        /// mm
+        /// Length in mm
         #[arg(value_name = "MM", allow_negative_numbers = true)]
         length: f32,
     },
     /// Set the weight of an adjustable term; `show` lists them
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 weight 7 0.5")]
     Weight {
-        /// Its number in the compensation, as `show` and `inspect` print it
+        /// Number of the term, as printed by `show` and `inspect`
         term: u16,
-        /// The weight, within the limits of the term
+        /// Weight, within the limits of the term
         #[arg(allow_negative_numbers = true)]
         value: f32,
     },
-    /// Change over to the compensation of a slot, for good
+    /// Switch to the compensation in a slot, permanently
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 activate B")]
     Activate {
         /// A or B
         slot: SlotName,
-        /// Also if it is for another machine (name or axes)
+        /// Even if it is for another machine (name or axes)
         #[arg(long)]
         force: bool,
     },
-    /// Change over to the compensation that was in use before, for good
+    /// Switch back to the previous compensation, permanently
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 rollback")]
     Rollback {
-        /// Also if it is for another machine (name or axes)
+        /// Even if it is for another machine (name or axes)
         #[arg(long)]
         force: bool,
     },
-    /// Say which axes are referenced; a motion side that says it itself comes first
+    /// State which axes are referenced, unless the motion controller reports it itself
     #[command(
         after_help = "Examples:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 reference none"
     )]
     Reference {
-        /// The letters of those axes and of no other, `all`, or `none`
+        /// Letters of all referenced axes, or `all`, or `none`
         axes: String,
     },
 }
@@ -112,7 +111,6 @@ enum SlotName {
     B,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let port = &arguments.port;
     let (mut client, controller) = port.connect()?;
@@ -165,7 +163,7 @@ fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
     BadInput::new(format!("{}: {error}", port.port), remedy)
 }
 
-/// Whether the corrections are in.
+/// Whether corrections are on.
 fn corrections(state: &State) -> String {
     let report = &state.report;
     let wanted = match (report.enabled, report.dry_run) {
@@ -180,7 +178,7 @@ fn corrections(state: &State) -> String {
         (false, factor) => format!("going out, {:.0} %", 100.0 * factor),
     };
     let holds = conditions(report.conditions);
-    // Said already.
+    // Already part of the line above.
     let said = ["disabled", "dry run"];
     let holds: Vec<&str> = holds
         .into_iter()
@@ -225,7 +223,7 @@ fn axes(state: &State) -> String {
     }
 }
 
-/// Everything that can change, by its name.
+/// Every setting that can change, by name.
 fn lines(state: &State) -> Vec<(String, String)> {
     let mut lines = vec![
         ("corrections".to_owned(), corrections(state)),
@@ -252,7 +250,7 @@ fn lines(state: &State) -> Vec<(String, String)> {
     lines
 }
 
-/// What people read: what has changed as it was and is, the rest as it is.
+/// Text output: for settings that changed, the old and the new value; for the others, the current one.
 fn text(port: &str, done: &Done) -> String {
     let controller = &done.after.controller;
     let machine = match controller.machine.as_str() {

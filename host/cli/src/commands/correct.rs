@@ -13,9 +13,9 @@ use trueaxis_model::positions::Input;
 
 /// Compute the exact kinematic correction at positions, without tables
 ///
-/// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
-/// machine file. Corrections are dX,dY,… in the order of the machine's axes. An axis outside its travel
-/// gets a warning.
+/// Rows are taken as a motion in their order, which gives the direction of travel, with the hysteresis of the
+/// machine file. Corrections are dX,dY,… in the order of the machine's axes. Prints a warning for an axis outside
+/// its travel.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
@@ -32,7 +32,6 @@ pub struct Arguments {
     policy: PolicyArguments,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         files,
@@ -63,9 +62,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     along.write(policy.stored()?, &letters, &corrections, &outside)
 }
 
-/// A correction to 1e-10 mm or deg: finer than the kinematic correction is iterated, and coarse
-/// enough for the same digits on every system, whose mathematical libraries differ by 1e-13.
+/// Rounds a correction to 1e-10 mm or deg: finer than the iteration of the kinematic correction, and coarse enough
+/// to print the same digits on every system, although mathematical libraries differ by 1e-13.
 fn rounded(correction: f64) -> f64 {
-    // Adding 0 makes -0 to 0.
+    // Adding 0 turns -0 into 0.
     (correction * 1e10).round() / 1e10 + 0.0
 }

@@ -10,7 +10,7 @@ use trueaxis_model::source::FileError;
 use trueaxis_tables::compile::{CompileError, Warning};
 use trueaxis_tables::schemes::SchemeError;
 
-/// The line of a parameter, or of a table, with what is wrong.
+/// The line of a parameter or table, with a message about it.
 fn at(
     files: &MachineFiles,
     (parameter, tabulated): (Parameter, bool),
@@ -25,7 +25,7 @@ fn at(
     place.unwrap_or_else(|| BadInput::new(message, remedy))
 }
 
-/// A correction that does not converge: points to the largest of the errors.
+/// A correction that does not converge: points to the largest error.
 pub fn not_converged(
     message: &str,
     files: &MachineFiles,
@@ -38,7 +38,7 @@ pub fn not_converged(
     })
     .remedy();
     let size = |alone: &Alone<'_>| match alone.parameter.is_angular() {
-        // As far as a tenth of a radian, which is the most that is read, moves a tool at 1 m.
+        // An angular error moves the tip of a 1 m tool by this much. 0.1 rad is the most that a file may contain.
         true => alone.size() * 1e3,
         false => alone.size(),
     };
@@ -61,7 +61,7 @@ pub fn not_converged(
     )
 }
 
-/// What `compile` and `verify` could not do.
+/// Errors of `compile` and `verify`.
 pub fn compile(
     error: CompileError,
     files: &MachineFiles,
@@ -84,7 +84,7 @@ pub fn compile(
     }
 }
 
-/// The parameter, or the table of a motion, that causes most of a correction, and its part.
+/// The parameter, or the table of a motion, that contributes most to a correction, and its share.
 fn named(warning: &Warning) -> Option<((Parameter, bool), f64)> {
     let Warning::Large {
         culprit: Some(culprit),

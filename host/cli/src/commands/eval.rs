@@ -15,9 +15,9 @@ use trueaxis_tables::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
 ///
-/// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
-/// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes. An axis
-/// outside its travel gets a warning; tables hold their end values there.
+/// Rows are taken as a motion in their order, which gives the direction of travel, with the hysteresis of the blob.
+/// Prints corrections before the guard rails, dX,dY,… in the order of the blob's axes. Tables hold their end values
+/// outside the travel; a warning names the axis.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
@@ -33,7 +33,7 @@ pub struct Arguments {
     along: Along,
 }
 
-/// Where positions come from and corrections go to.
+/// Input positions and output of corrections.
 #[derive(Args)]
 pub struct Along {
     /// Positions (CSV)
@@ -66,7 +66,7 @@ struct Written<'a, T> {
 }
 
 impl Along {
-    /// Reads the positions, each row in the order of `inputs`; `others` are further input files.
+    /// Reads the positions, each row in the order of `inputs`. `others` are further input files.
     pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
         if let Some(output) = &self.output {
             files::prepare(output, others)?;
@@ -76,7 +76,7 @@ impl Along {
         positions::read(&text.text, inputs).map_err(|e| text.bad(e))
     }
 
-    /// Writes the corrections where they are wanted, and warns of axes outside their travel.
+    /// Writes the corrections to the file or standard output, and warns about axes outside their travel.
     pub fn write<T: Display + Serialize>(
         &self,
         policy: Policy,
@@ -96,15 +96,15 @@ impl Along {
         self.finish(Some(policy), rows, "corrections", csv, &answer, outside)
     }
 
-    /// Warns of axes outside their travel.
+    /// Warns about axes outside their travel.
     pub fn warn<T: Display>(&self, outside: &[Outside<T>]) {
         for outside in outside {
             eprintln!("warning: {}: {outside}", self.positions.display());
         }
     }
 
-    /// Writes what was found at so many rows where it is wanted, as CSV or JSON; with the policy, if it
-    /// depends on one.
+    /// Writes the results for `rows` rows as CSV or JSON to the file or standard output, with the policy if they
+    /// depend on one.
     pub fn finish<T: Serialize>(
         &self,
         policy: Option<Policy>,
@@ -137,7 +137,6 @@ impl Along {
     }
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { blob: path, along } = arguments;
     let blob = files::read_blob(path)?;
@@ -158,7 +157,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .collect();
     let outside = motion::outside_compensation(compensation, &rows);
     if along.output.is_none() && !along.json {
-        // Not among the rows, which are for programs.
+        // Not among the rows, which are read by programs.
         eprint!("{}", screen::policy(compensation.policy()));
     }
     along.write(compensation.policy(), &letters, &corrections, &outside)

@@ -9,19 +9,19 @@ use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::{EntryKind, Explained, Instrument, Sense, State, explain};
 use trueaxis_model::machine::Machine;
 
-/// Say what each error parameter means on this machine, and what an instrument would show
+/// Explain each error parameter: what an instrument would show on this machine
 ///
-/// One sentence and one figure for each parameter, table and thermal change, computed with the exact
-/// model of the uncompensated machine on which this is wrong and nothing else. Compare the sign with
-/// that of the measurement: readings are positive where the tool goes too far, against the workpiece,
-/// in the direction of a positive command. What changes nothing on an aligned part is said to, with
-/// the parameter that may be meant.
+/// Prints one sentence and one figure for each parameter, table and thermal change. They are computed with the exact
+/// model of the uncompensated machine on which only this error exists. Compare the sign with that of your
+/// measurement: a reading is positive if the tool goes too far, relative to the workpiece, in the direction of a
+/// positive command. If a parameter changes nothing on an aligned part, the sentence says so and names the parameter
+/// that you may have meant.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis explain examples/mill-21/machine.toml errors.toml\n\n\
-With --json, each has the reading (µm or µrad; on a square µm per 100 mm), the instrument, and the\n\
-commands from which and to which it is read: with an error file of nothing else, `trueaxis pose` shows\n\
-there where the tool has gone."
+With --json, each entry has the reading (µm or µrad; on a square µm per 100 mm), the instrument, and the\n\
+positions from which and to which it is read. To see where the tool has gone there, run `trueaxis pose` with\n\
+an error file that contains nothing else."
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -38,7 +38,7 @@ struct Answer<'a> {
     explained: Vec<One>,
 }
 
-/// One parameter, table or change.
+/// One parameter, table or thermal change.
 #[derive(Serialize)]
 struct One {
     parameter: String,
@@ -47,28 +47,27 @@ struct One {
     value: Option<f64>,
     sentence: String,
     changes_nothing: bool,
-    /// The parameters that are meant, perhaps.
+    /// Parameters that may have been meant instead.
     meant: Vec<String>,
     shown: Option<Shown>,
 }
 
-/// What shows it.
+/// The instrument that shows it.
 #[derive(Serialize)]
 struct Shown {
     instrument: &'static str,
     /// The axis that moves.
     moved: Option<char>,
-    /// The direction it is read in: `X`, or for an angle `X to Y` or the letter of a rotary axis.
+    /// The direction of the reading: `X`; for an angle `X to Y`, or the letter of a rotary axis.
     reads_in: String,
     reading: f64,
     /// `µm`, `µm per 100 mm` or `µrad`.
     unit: &'static str,
-    /// Where it is set to zero, and where it is read (mm, deg).
+    /// Positions (mm, deg) where the instrument is set to zero and where it is read.
     from: Vec<f64>,
     to: Vec<f64>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     let explained = explain(&machine, &errors);

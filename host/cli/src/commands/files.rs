@@ -1,4 +1,4 @@
-//! Reading files, and writing them so that nobody ever sees half of one.
+//! Reading files, and writing them so that no reader ever sees half a file.
 
 use super::bad_input::BadInput;
 use super::replace;
@@ -18,9 +18,8 @@ use trueaxis_report as report;
 
 /// A text file with its name.
 pub struct Text {
-    /// As the user gave it.
+    /// The name as the user gave it.
     pub name: String,
-    /// All of it.
     pub text: String,
 }
 
@@ -44,13 +43,13 @@ impl Text {
         Ok(Self { name, text })
     }
 
-    /// The path of a file that this one names.
+    /// The path of a file that this one refers to.
     pub fn beside(&self, name: &str) -> String {
         let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
         folder.join(name).display().to_string()
     }
 
-    /// The file, and the line of an error in it.
+    /// The file and line of an error.
     pub fn place(&self, error: &FileError) -> String {
         match error.line(&self.text) {
             Some(line) => format!("{}, line {line}", self.name),
@@ -58,7 +57,7 @@ impl Text {
         }
     }
 
-    /// Shows an error at its place in this text, or in that of another file that this names.
+    /// Shows an error at its place in this text, or in another file that this one refers to.
     pub fn bad(&self, error: FileError) -> BadInput {
         let within = error.within.as_deref().map(|other| Self {
             name: self.beside(&other.name),
@@ -70,10 +69,10 @@ impl Text {
     }
 }
 
-/// Most bytes of an input file that is read as a whole.
+/// Largest input file, in bytes, that is read as a whole.
 const LARGEST: u64 = LARGEST_BLOB as u64;
 
-/// The bytes of a file; [`ErrorKind::FileTooLarge`] before any is read if there are more than [`LARGEST`].
+/// Reads a file. Fails with [`ErrorKind::FileTooLarge`] before reading if it has more than [`LARGEST`] bytes.
 fn bounded(path: &Path) -> std::io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let mut bytes = Vec::new();
@@ -108,18 +107,18 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
     })
 }
 
-/// The folder of a path, if it is not there.
+/// The folder of a path, if it does not exist.
 fn missing_folder(path: &Path) -> Option<&Path> {
     let folder = path.parent()?;
     (!folder.as_os_str().is_empty() && !folder.exists()).then_some(folder)
 }
 
-/// Reads a blob into aligned memory, as it would lie in flash.
+/// Reads a blob into memory aligned as in flash.
 pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
     Ok(AlignedBlob::from_bytes(&read_bytes(path)?))
 }
 
-/// What a report says of a file that it was made of.
+/// An input file as listed in a report.
 pub fn described(role: &str, path: &Path) -> Result<report::File, BadInput> {
     let name = path.display().to_string();
     Ok(report::File::new(role, &name, &read_bytes(path)?))
@@ -135,7 +134,7 @@ pub struct MachineFiles {
 }
 
 impl MachineFiles {
-    /// Reads and checks both.
+    /// Reads and validates both files.
     pub fn read(&self) -> Result<(Machine, ErrorModel), BadInput> {
         let machine = read_machine(&self.machine)?;
         let errors = read_errors(&self.errors, &machine)?;
@@ -143,7 +142,7 @@ impl MachineFiles {
     }
 }
 
-/// Reads and checks a machine description, and warns of what it hardly means.
+/// Reads and validates a machine description, and warns about unlikely values.
 pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
     let text = Text::read(path)?;
     let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
@@ -154,19 +153,19 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
     Ok(machine)
 }
 
-/// Reads where the balls of an artefact are.
+/// Reads the positions of an artefact's balls.
 pub fn read_artefact(path: &Path, machine: &Machine) -> Result<Artefact, BadInput> {
     let text = Text::read(path)?;
     Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))
 }
 
-/// Reads which ball is probed at which rotary positions.
+/// Reads a strategy: which ball is probed at which rotary positions.
 pub fn read_strategy(path: &Path, machine: &Machine) -> Result<Probings, BadInput> {
     let text = Text::read(path)?;
     probings::read(&text.text, machine, false).map_err(|e| text.bad(e))
 }
 
-/// Reads and checks the errors of a machine, and warns of what is counted twice.
+/// Reads and validates the errors of a machine, and warns about errors that are counted twice.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = read_known_errors(path, machine)?;
     let doubts = match errors.slopes_beside_squareness {
@@ -180,7 +179,7 @@ pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInpu
     Ok(errors)
 }
 
-/// The same without warnings, for who warns of what comes of them.
+/// The same without warnings, for callers that issue their own.
 pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let text = Text::read(path)?;
     let read = |name: &str| {
@@ -193,9 +192,8 @@ pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, B
     ErrorModel::with_files(&text.text, machine, &read).map_err(|e| text.bad(e))
 }
 
-/// Before the work begins: refuses to write over a file that is read or into a folder that is not
-/// there, and removes what an earlier
-/// run has left of the output that was ended in the middle of writing.
+/// Called before the work begins: refuses an output that is also an input or whose folder does not exist, and
+/// removes the partial file of an earlier run that was killed while writing.
 pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
     if let Some(folder) = missing_folder(output) {
         return Err(BadInput::new(
@@ -228,8 +226,7 @@ pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
     }
 }
 
-/// Writes a file as a whole, see [`replace`]: if anything fails or the program is interrupted, the
-/// old file stays as it was.
+/// Writes a whole file; see [`replace`]. If anything fails or the program is interrupted, the old file remains.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
     replace::replace(path, bytes).map_err(|error| {
         BadInput::new(
@@ -239,12 +236,12 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
     })
 }
 
-/// Writes to standard output; a reader that has gone away is not an error.
+/// Writes to standard output. A reader that has closed the pipe is not an error.
 pub fn print(text: &str) -> Result<(), BadInput> {
     stream(text).map(|_| ())
 }
 
-/// The same; false if the reader has gone away, so that nothing more need be written.
+/// The same; returns false if the reader has closed the pipe and nothing more need be written.
 pub fn stream(text: &str) -> Result<bool, BadInput> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -257,7 +254,7 @@ pub fn stream(text: &str) -> Result<bool, BadInput> {
     }
 }
 
-/// Writes a text to a file and prints the name of the file with what is said of it; without a file, prints the text.
+/// Writes a text to a file and prints the name of the file followed by `said`. Without a file, prints the text.
 pub fn write_or_print(output: Option<&Path>, text: &str, said: &str) -> Result<(), BadInput> {
     let Some(path) = output else {
         return print(text);
@@ -266,7 +263,7 @@ pub fn write_or_print(output: Option<&Path>, text: &str, said: &str) -> Result<(
     print(&format!("{}: {said}\n", path.display()))
 }
 
-/// Writes an answer for programs to standard output.
+/// Prints JSON to standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
     let text = serde_json::to_string_pretty(value).map_err(|error| {
         BadInput::new(

@@ -14,15 +14,14 @@ use trueaxis_controllers::link::{self, Activated};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
 
-/// Upload a compensation into a controller
+/// Upload a compensation to a controller
 ///
-/// It goes into the table slot that is not in use. With --activate it is in use from then on, at
-/// every start too; without, it waits until `trueaxis control` activates it. An upload that was
-/// interrupted goes on where it was. What is in use stays so until the new one is complete and
-/// checked.
+/// The upload goes to the table slot that is not in use. With --activate the compensation is in use from then on,
+/// also after a restart; otherwise it waits for `trueaxis control … activate`. An interrupted upload is resumed. The
+/// compensation in use remains so until the new one is complete and verified.
 ///
-/// With --dry-run nothing is uploaded: it prints what the controller holds, as `compile --target`
-/// reads it, and checks a compensation, if one is given, as an upload would.
+/// --dry-run uploads nothing: it prints the controller's capacity in the format of `compile --target`, and checks
+/// the compensation, if given, as an upload would.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate\n\nWhat the controller holds:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
@@ -33,13 +32,13 @@ pub struct Arguments {
     blob: Option<PathBuf>,
     #[command(flatten)]
     port: PortArguments,
-    /// Change over to it now, and at every start
+    /// Switch to it now and at every start
     #[arg(long)]
     activate: bool,
-    /// Upload nothing: check it, and print what the controller holds
+    /// Upload nothing: check the compensation and print the controller's capacity
     #[arg(long, conflicts_with = "activate")]
     dry_run: bool,
-    /// Also if the controller has a compensation of another machine (name or axes)
+    /// Even if the controller has a compensation for another machine (name or axes)
     #[arg(long)]
     force: bool,
     /// Print JSON
@@ -70,14 +69,14 @@ struct Checked<'a> {
     target: &'a Target,
 }
 
-/// Reads a compensation and checks that it is one.
+/// Reads a compensation and validates it.
 fn read(path: &Path) -> Result<AlignedBlob, BadInput> {
     let blob = files::read_blob(path)?;
     Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     Ok(blob)
 }
 
-/// Says what the controller holds, in the words of `compile --target`, and uploads nothing.
+/// Prints the controller's capacity in the format of `compile --target`; uploads nothing.
 fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let port = &arguments.port;
     let path = arguments.blob.as_deref();
@@ -105,7 +104,6 @@ fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         blob: Some(path),

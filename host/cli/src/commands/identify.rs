@@ -26,20 +26,20 @@ use trueaxis_report::{self as report, Document, Identification, Model as ReportM
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// Identify error parameters, with their uncertainties, from probings of balls
+/// Identify error parameters and their uncertainties from probings of balls
 ///
-/// A row of the probings has the axis positions at which the stylus was on the centre of a ball. The parameters,
-/// the balls and the stylus are found together; parameters that these probings cannot tell get no value, but a
-/// sentence that says why. The error file can be given to `trueaxis compile` as it is.
+/// Each row of the probings has the axis positions at which the stylus was at the centre of a ball. Parameters,
+/// balls and stylus are found together. A parameter that these probings cannot identify gets no value; a sentence
+/// says why. The resulting error file can be passed to `trueaxis compile` as it is.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
 trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n\n\
-Probings: a header, then one probing per line, mm and degrees. Beside ball and axes there may be S (spindle\n\
+Probings: a header, then one probing per line, mm and degrees. Besides ball and axes, columns may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
-direction from which an axis came):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
+direction from which an axis arrived):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
 Models: 10, 12 and 13 (locations, scales, backlash, spindle; X, Y, Z and two rotary axes), 81 and\n\
-84 (the coefficients published for two machines), auto (what the probings see), or names: EA0Z,EXX1,ECCb"
+84 (the coefficients published for two machines), auto (what the probings can identify), or names: EA0Z,EXX1,ECCb"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
@@ -47,37 +47,37 @@ pub struct Arguments {
     /// Probings (CSV)
     #[arg(value_name = "PROBINGS.csv")]
     probings: PathBuf,
-    /// Which parameters to look for
+    /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
-    /// What is known of balls, bars and stylus (artefact.toml)
+    /// What is known about balls, bars and stylus (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: Option<PathBuf>,
     /// Where to write the parameters (errors.toml)
     #[arg(short, long, value_name = "ERRORS.toml")]
     output: Option<PathBuf>,
-    /// Let rows that fit badly count less
+    /// Reduce the weight of rows that fit badly
     #[arg(long)]
     robust: bool,
-    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180" (can be given again)
+    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180" (repeatable)
     #[arg(long, value_name = "ROWS")]
     without: Vec<String>,
-    /// Go on although balls or stylus are more than 5 mm from where they are stated to be
+    /// Continue even if balls or stylus are more than 5 mm from their stated positions
     #[arg(long)]
     accept_places: bool,
-    /// Keep what this error file says of parameters that are not looked for
+    /// Keep the values in this error file for parameters that are not identified
     #[arg(long, value_name = "OLD.toml")]
     update: Option<PathBuf>,
-    /// The compensation that was on while probing, which is undone
+    /// The compensation that was on while probing; its effect is undone
     #[arg(long, value_name = "FILE.trax")]
     active: Option<PathBuf>,
-    /// What this error file says was there before the compensation that was on while probing: how much of it is gone
+    /// Errors before the compensation that was on while probing: print how much of each it removes
     #[arg(long, value_name = "ERRORS.toml", conflicts_with = "active")]
     before: Option<PathBuf>,
-    /// Write a page that shows the errors and how they were found, as `trueaxis report` does
+    /// Also write a page with the errors and how they were found, as `trueaxis report` does
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// The date that the page shows, as it is to stand there (default: none)
+    /// Date to print on the page, in any format (default: none)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     /// Print JSON
@@ -85,7 +85,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let inputs = [
         Some(&arguments.machine),
@@ -203,7 +202,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let errors = error_file(&machine, &measured, &identified, &name);
     let covariance = covariance::write(&identified.known);
     if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
-        // If the second cannot be written, the first is refused beside what was there before.
+        // If the second file cannot be written, the first one is rejected next to the older covariances.
         files::write(covariances, covariance.as_bytes())?;
         files::write(output, errors.as_bytes())?;
     }
@@ -229,39 +228,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// All that there is to say.
+/// All results.
 struct Found<'a> {
     machine: &'a Machine,
     measured: &'a Probings,
     identified: &'a Identified,
     levels: &'a [Level],
-    /// Beside what was chosen.
+    /// Comparison of the chosen model with the published one.
     published: Option<Published>,
-    /// With what was there before the compensation that was on.
+    /// Comparison with the errors before the compensation that was on.
     compared: Option<Compensated>,
     honesty: Honesty,
     held_out: Result<HeldOut, IdentifyError>,
-    /// What would show what is not seen.
+    /// Measurements that would identify the missing parameters.
     remedies: Vec<Remedy>,
-    /// Where balls and stylus are, beside where they are stated to be.
+    /// Balls and stylus, found and as stated.
     places: Vec<Stated>,
-    /// What does not go with the others, with a sentence about each.
+    /// Rows that do not fit the others, with a sentence about each.
     suspicions: Vec<(Suspicion, String)>,
-    /// Location errors that the model cannot make up for.
+    /// Location errors that the model cannot compensate for.
     missing: Vec<Parameter>,
 }
 
-/// Of the rows, this part may be suspected before a result is none.
+/// A result is doubtful if a larger part of the rows is suspicious.
 const SUSPECTED: f64 = 0.1;
 
 impl Found<'_> {
-    /// True if a row of the file is suspected.
+    /// True if a row of the file is suspicious.
     fn is_suspected(&self, row: usize) -> bool {
         let mut suspicions = self.suspicions.iter();
         suspicions.any(|(suspicion, _)| suspicion.rows.contains(&row))
     }
 
-    /// True if the parameters are not to be believed: too many rows do not go with the others, or a group of them.
+    /// True if the parameters should not be trusted: too many rows, or a whole group, do not fit the others.
     fn is_doubtful(&self) -> bool {
         let is_group = self
             .suspicions
@@ -272,7 +271,7 @@ impl Found<'_> {
         is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
     }
 
-    /// What to look at before the parameters are believed.
+    /// What to check before trusting the parameters.
     fn warnings(&self, artefact: &Artefact) -> Vec<String> {
         let mut warnings: Vec<String> = (self.suspicions.iter())
             .map(|(_, sentence)| sentence.clone())
@@ -337,12 +336,12 @@ impl Found<'_> {
     }
 }
 
-/// The file of covariances that belongs to an error file.
+/// The covariance file that belongs to an error file.
 fn beside(errors: &Path) -> PathBuf {
     errors.with_extension("covariance.csv")
 }
 
-/// What an error file says already; one with more than parameters would not be whole afterwards.
+/// Reads an existing error file; refuses one with more than parameters, which could not be written back in full.
 fn known(path: &Path, machine: &Machine, option: &str) -> Result<ErrorModel, BadInput> {
     let errors = files::read_errors(path, machine)?;
     let mut motions = errors.motions.iter().flatten();
@@ -366,11 +365,11 @@ pub fn no_model(error: ModelError) -> BadInput {
     BadInput::new(format!("--model: {}", error.reason), error.remedy)
 }
 
-/// Seed of the positions at which the machine is looked at, that of other commands.
+/// Seed of the positions at which the machine is evaluated, as in other commands.
 const SEED: u64 = 1;
 
 impl Arguments {
-    /// Writes the page: the machine with the errors that were found, and how they were.
+    /// Writes the page: the machine with its errors, and how they were found.
     fn report(&self, page: &Path, found: &Found<'_>, errors: &ErrorModel) -> Result<(), BadInput> {
         let machine = found.machine;
         let inputs = [
@@ -410,7 +409,7 @@ impl Arguments {
     }
 }
 
-/// Adds what a compensation has done to the axes.
+/// Adds the compensation's corrections to the axis positions.
 fn undo(
     measured: &mut Probings,
     path: &Path,

@@ -18,7 +18,6 @@ enum What {
     Cec(cec::Arguments),
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Cec(arguments) => cec::run(arguments),

@@ -18,7 +18,7 @@ pub struct Arguments {
     /// The compensation
     #[arg(value_name = "FILE.trax")]
     blob: PathBuf,
-    /// Name the errors of each term: the machine and the errors of which --scheme fik made it
+    /// List the errors of each term; takes the machine and the errors from which --scheme fik made it
     #[arg(long, num_args = 2, value_names = ["MACHINE", "ERRORS"])]
     names: Option<Vec<PathBuf>>,
     /// Print JSON
@@ -26,7 +26,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// The answer for programs.
+/// The results as JSON.
 #[derive(Serialize)]
 struct Answer<'a> {
     file: &'a Path,
@@ -147,7 +147,7 @@ fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> Strin
     text
 }
 
-/// The errors that each term is for.
+/// The errors that each term corrects.
 fn names(
     path: &Path,
     runtime: &Runtime<'_>,
@@ -172,7 +172,6 @@ fn names(
     })
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let path = &arguments.blob;
     let blob = files::read_blob(path)?;

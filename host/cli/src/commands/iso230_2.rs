@@ -10,11 +10,11 @@ use trueaxis_measure::direct::Line;
 use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
 use trueaxis_model::machine::Machine;
 
-/// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R; and turn them into error motions
+/// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R
 ///
-/// Deviations are those of the tool against the workpiece in the direction of a positive command, whatever the
-/// instrument counts as positive. With -o, the error file has a table for each direction of travel, or with
-/// --one-number their mean and half of the mean reversal value: `trueaxis measured` with one kind of file.
+/// Deviations are those of the tool relative to the workpiece in the direction of a positive command, whatever the
+/// instrument counts as positive. With -o, also writes error motions: a table for each direction of travel, or with
+/// --one-number their mean and half of the mean reversal value. This is `trueaxis measured` for one kind of file.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis iso230-2 machine.toml x.csv y.csv -o errors.toml\n\n\
@@ -29,7 +29,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read()?;
     let evaluated: Vec<(String, Line, Analysis)> = positioning(&measurements)?
@@ -63,14 +62,14 @@ fn factor(line: &Line) -> (f64, &'static str) {
 
 /// A number with two decimals, or a dash.
 fn number(value: Option<f64>, factor: f64) -> String {
-    // Neither "-0.00".
+    // Avoids "-0.00".
     value.map_or_else(
         || "–".to_owned(),
         |v| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0),
     )
 }
 
-/// What a person reads.
+/// The text output.
 fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> String {
     let axis = &machine.axes[line.setup.moved];
     let (factor, unit) = factor(line);
@@ -127,7 +126,7 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
     text
 }
 
-/// The answer for programs, in µm and µrad.
+/// The results as JSON, in µm and µrad.
 #[derive(Serialize)]
 struct One<'a> {
     file: &'a str,

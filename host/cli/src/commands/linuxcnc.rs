@@ -9,7 +9,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use clap::{Args, Subcommand};
 
-/// Bring a compensation into LinuxCNC, check how it is wired, simulate the machine
+/// Install a compensation in LinuxCNC, check its wiring, simulate the machine
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -23,7 +23,6 @@ enum What {
     Model(model::Arguments),
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Setup(arguments) => setup::run(arguments),

@@ -16,11 +16,12 @@ use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
-/// Turn runs of lasers, straightedges, levels, calibrators and squares into error motions and squareness
+/// Turn readings of lasers, straightedges, levels and squares into error parameters
 ///
-/// Each file says which axis moved, where the others stood, and what the instrument counts as positive; the sign
-/// in the error file follows from the machine. Levers of angular motions to the measured line (Abbe) are taken
-/// into account where these are measured or known. The error file can be given to `trueaxis compile` as it is.
+/// Takes runs of lasers, straightedges, levels, calibrators and squares, and gives error motions and squareness.
+/// Each file says which axis moved, where the others stood, and what the instrument counts as positive; the sign in
+/// the error file follows from the machine. Abbe offsets of angular motions to the measured line are corrected where
+/// these motions are measured or known. The error file can be passed to `trueaxis compile` as it is.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis measured machine.toml x.csv x-pitch.csv xy-square.csv -o errors.toml\n\n\
@@ -30,7 +31,7 @@ direction of travel. Units: um mm, urad arcsec mrad rad.\n  \
 target,+1,-1,+2,-2\n  0,0.1,-1.2,0.0,-1.3\n  100,2.2,1.0,2.1,1.1\n\n\
 \"tool +X\": the reading grows where the tool is farther in the direction of a positive command of X, seen from\n\
 the workpiece. Other readings: \"workpiece +X\", \"tool +Y to +Z\" (an angle), \"tool +C\" (a rotary calibrator).\n\
-Of a square: # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }, and line,target,+1,-1 …"
+For a square: # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }, and line,target,+1,-1 …"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -40,7 +41,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What was measured, and where the result goes.
+/// Input files and output.
 #[derive(Args)]
 pub struct Files {
     /// Machine description (machine.toml)
@@ -51,26 +52,23 @@ pub struct Files {
     /// Where to write the error motions and locations (errors.toml)
     #[arg(short, long, value_name = "ERRORS.toml")]
     pub output: Option<PathBuf>,
-    /// What is known already, and kept but for what was measured
+    /// An existing error file; everything that was not measured is kept
     #[arg(long, value_name = "OLD.toml")]
     pub update: Option<PathBuf>,
-    /// One number for the backlash of an axis, half of the mean reversal value, instead of a table for each direction
+    /// Describe backlash of an axis by one number, half of the mean reversal value, not by a table for each
+    /// direction
     #[arg(long)]
     pub one_number: bool,
 }
 
-/// What came out.
+/// The results.
 pub struct Imported {
-    /// The machine.
     pub machine: Machine,
-    /// What was measured.
     pub measurements: Vec<Measurement>,
-    /// What was found.
     pub found: DirectResult,
 }
 
 impl Files {
-    /// Reads the machine and the runs.
     pub fn read(&self) -> Result<(Machine, Vec<Measurement>), BadInput> {
         let others = [Some(&self.machine), self.update.as_ref()];
         let inputs = others.into_iter().flatten().chain(&self.runs);
@@ -89,7 +87,7 @@ impl Files {
         Ok((machine, measurements))
     }
 
-    /// Finds the errors and writes them.
+    /// Computes the errors and writes them.
     pub fn import(
         &self,
         machine: Machine,
@@ -110,7 +108,7 @@ impl Files {
         }
         if let Some(output) = &self.output {
             let text = error_file(&machine, &measurements, &found);
-            // What was found is an error file: what that refuses is told before anything is written.
+            // The result is an error file; anything it would reject is reported before writing.
             ErrorModel::from_toml(&text, &machine).map_err(|error| {
                 BadInput::new(
                     format!("no error file can be written: {}", error.message),
@@ -127,7 +125,7 @@ impl Files {
     }
 }
 
-/// What an error file says already.
+/// Reads an existing error file.
 fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = files::read_known_errors(path, machine)?;
     let mut motions = errors.motions.iter().flatten();
@@ -143,7 +141,7 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     Ok(errors)
 }
 
-/// What to look at, with the file that it is about.
+/// Warnings, with the file that each is about.
 fn warnings(found: &DirectResult, measurements: &[Measurement]) -> Vec<String> {
     let said = found.doubts.iter().map(|doubt| match doubt.file() {
         Some(file) => format!("{}: {doubt}", measurements[file].name),
@@ -165,7 +163,6 @@ fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
     BadInput::new(format!("{place}{error}"), error.remedy())
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read()?;
     let imported = arguments.files.import(machine, measurements)?;
@@ -176,7 +173,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// What a person reads.
+/// The text output.
 fn screen(imported: &Imported) -> String {
     let Imported {
         machine,
@@ -243,7 +240,7 @@ fn screen(imported: &Imported) -> String {
     text
 }
 
-/// Runs of the axis itself, with their files.
+/// The positioning runs of the axis itself, with their files.
 pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &Line)>, BadInput> {
     let of = |m: &'_ Measurement| match &m.measured {
         Measured::Line(line) if line.setup.is_positioning() => Ok(()),

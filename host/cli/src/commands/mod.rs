@@ -1,4 +1,4 @@
-//! The commands: each reads files, calls the library, writes files, says what it did.
+//! The commands. Each reads files, calls the library, writes files and prints a summary.
 
 mod bad_input;
 mod ballbar;
@@ -50,12 +50,12 @@ use bad_input::BadInput;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Makes a machine tool as accurate as its measurements allow, with tables.
+/// Compensates the geometric errors of machine tools with tables in their controllers.
 ///
 /// Files: machine.toml describes the machine, errors.toml its error parameters (mm, rad), a .trax
 /// file holds a compensation. Positions and corrections are in mm and degrees.
 ///
-/// Exit codes: 0 done, 1 a check did not hold, 2 bad input.
+/// Exit codes: 0 success, 1 a check failed, 2 bad input.
 #[derive(Parser)]
 #[command(name = "trueaxis", version)]
 struct Cli {
@@ -94,7 +94,7 @@ enum Command {
     Man(completions::Pages),
 }
 
-/// How a command ended that had good input.
+/// The result of a command whose input was valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     /// Exit code 0.
@@ -103,7 +103,7 @@ enum Outcome {
     CheckFailed,
 }
 
-/// Reads the arguments, runs the command, shows what is wrong.
+/// Parses the arguments, runs the command and prints errors.
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Compile(arguments) => compile::run(&arguments),

@@ -18,21 +18,20 @@ use trueaxis_controllers::link::Controller;
 pub struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    /// One line per sample: time, positions, corrections, status
+    /// Print one line per sample: time, positions, corrections, status
     #[arg(long, conflicts_with = "json")]
     csv: bool,
-    /// One JSON object per line and sample
+    /// Print one JSON object per line and sample
     #[arg(long)]
     json: bool,
     /// Time between samples, ms
     #[arg(long, value_name = "MS", default_value_t = 200)]
     interval: u64,
-    /// Number of samples; without it until interrupted
+    /// Number of samples (default: until interrupted)
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let port = &arguments.port;
     let (mut client, mut controller) = port.connect()?;
@@ -52,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         if known.replace((report.activation, report.upload))
             != Some((report.activation, report.upload))
         {
-            // Slots, machine and axes may be others now.
+            // Slots, machine and axes may have changed.
             controller = client.hello().map_err(|error| port.bad(&error))?;
         }
         let seconds = start.elapsed().as_secs_f64();
@@ -68,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             text += &line(&report, seconds);
         } else {
             if live && drawn > 0 {
-                // Over what is there: up, and clear to the end.
+                // Redraw: move up and clear to the end of the screen.
                 text = format!("\x1b[{drawn}A\x1b[J");
             }
             let shown = table(&port.port, &controller, &report, health);
@@ -83,12 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// Names of the conditions that hold.
+/// Names of the active conditions.
 pub(super) fn conditions(bits: u16) -> Vec<&'static str> {
     Conditions(bits).names().collect()
 }
 
-/// The rails that act on an axis.
+/// The guard rails that currently limit an axis.
 fn rails(report: &Report, axis: usize) -> String {
     let acts = [
         (report.saturated, "value bound"),
@@ -147,7 +146,7 @@ fn slot(state: SlotState) -> String {
     }
 }
 
-/// What people read.
+/// The text output.
 fn table(port: &str, controller: &Controller, report: &Report, health: Option<Health>) -> String {
     let mut text = String::new();
     let t = &mut text;
@@ -156,7 +155,7 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
         "" => "no machine",
         name => name,
     };
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     *t += &format!("{port}: {firmware} on {board}, {machine}\n");
     for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
         let (state, erased) = (slot(report.state), report.erased);
@@ -223,7 +222,7 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
     text
 }
 
-/// Frames of the motion side, and why the controller has started.
+/// Counts of frames from the motion controller, and the reason for the last restart.
 fn well(health: &Health) -> String {
     let Health {
         healthy,

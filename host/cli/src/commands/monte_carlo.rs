@@ -13,11 +13,11 @@ use trueaxis_measure::identify::{self, Model, Trial, TrialError, monte_carlo};
 use trueaxis_tables::compile::Progress;
 use trueaxis_tables::validate::is_partly_calibrated;
 
-/// Identify simulated probings again and again, and compare with the truth
+/// Repeat an identification of simulated probings and compare with the truth
 ///
-/// Every time with other noise, and with lengths of bars and stylus that are off as far as they are uncertain. Shows by
-/// how much parameters are off, in the standard uncertainties that the identification states, and how often what is
-/// left of the volumetric error is inside its 95 % band.
+/// Each repetition has other noise, and lengths of bars and stylus that are off within their uncertainty. Shows how
+/// far parameters are off, in units of the standard uncertainty that the identification states, and how often the
+/// remaining volumetric error is inside its 95 % band.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --model 10 --seeds 1000"
@@ -25,19 +25,19 @@ use trueaxis_tables::validate::is_partly_calibrated;
 pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,
-    /// Where the balls are (artefact.toml)
+    /// Positions of the balls (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
     #[arg(long, value_name = "FILE.csv")]
     strategy: PathBuf,
-    /// Which parameters to look for
+    /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
     /// Standard deviation of each coordinate of a probing
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
-    /// How often
+    /// Number of repetitions
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     seeds: u32,
     /// Print JSON
@@ -58,7 +58,7 @@ struct Answer<'a> {
     least_inside: f64,
 }
 
-/// A parameter: errors by stated standard uncertainty.
+/// The error of a parameter, divided by its stated standard uncertainty.
 #[derive(Serialize)]
 struct One {
     parameter: String,
@@ -67,7 +67,6 @@ struct One {
     standard_deviation: f64,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     if is_partly_calibrated(&machine, &errors) {

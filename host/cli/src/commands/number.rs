@@ -1,9 +1,9 @@
-//! Numbers as options.
+//! Numbers on the command line.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// Larger numbers are mistakes whatever their unit (µm, mm, mm/min, s).
+/// Larger numbers are mistakes in any of the units (µm, mm, mm/min, s).
 const MOST: f64 = 1e6;
 
 fn within<T: FromStr + PartialOrd>(
@@ -32,12 +32,12 @@ pub fn percent(text: &str) -> Result<f64, String> {
     within(text, 0.0..=100.0, "a number from 0 to 100")
 }
 
-/// An angle of a cone, in degrees.
+/// Half angle of a cone, in degrees.
 pub fn cone(text: &str) -> Result<f64, String> {
     within(text, 0.0..=180.0, "a number from 0 to 180")
 }
 
-/// A damping that a blob can hold.
+/// A damping that a blob can store.
 pub fn damping(text: &str) -> Result<f32, String> {
     let range = trueaxis::Policy::LEAST_DAMPING..=1.0;
     within(text, range, "a number from 0.01 to 1")
@@ -48,7 +48,7 @@ pub fn finite(text: &str) -> Result<f64, String> {
     within(text, f64::MIN..=f64::MAX, "a finite number")
 }
 
-/// Three numbers, or zeros where none are given.
+/// Three numbers, or zeros if none are given.
 pub fn three(values: &[f64], option: &str, unit: &str) -> Result<[f64; 3], super::BadInput> {
     match *values {
         [] => Ok([0.0; 3]),

@@ -19,45 +19,45 @@ use trueaxis_measure::plan::{
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
-/// Say what a probing strategy will tell before anybody probes, or propose one
+/// Predict what a probing strategy will identify, or propose a strategy
 ///
-/// With the equations of `trueaxis identify`, at the positions of a strategy: which parameters will be seen, how well
-/// each will be known, and what volumetric error they will leave over the travel. Without --strategy it chooses
-/// the probings that tell most, and writes them, and a program that makes them.
+/// Solves the equations of `trueaxis identify` at the positions of a strategy: which parameters will be identified,
+/// how well each will be known, and what volumetric error will remain over the travel. Without --strategy it chooses
+/// the most informative probings and writes them together with a program.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis plan machine.toml --model 12 --artefact artefact.toml --strategy strategy.csv\n  \
 trueaxis plan machine.toml --model 12 --artefact artefact.toml --minutes 60 --indexings A=-55:55:5,C=0:330:30 \\\n    \
 --ball-diameter 20 --stylus-diameter 6 -o strategy.csv --program probe.ngc\n\n\
 The artefact has balls with nominal_mm, and away_from_table where that is not z of the workpiece. A strategy has a\n\
-header and a line for each probing, without linear axes; S indexes the spindle, A_dir says from where an axis\n\
-comes:\n  ball,A,C\n  1,15,60\n  1,30,180"
+header and a line for each probing, without linear axes; S indexes the spindle, A_dir is the direction from\n\
+which an axis arrives:\n  ball,A,C\n  1,15,60\n  1,30,180"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
-    /// Which parameters will be looked for
+    /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
-    /// Degree of what `auto` looks for
+    /// Polynomial degree for the model `auto`
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=3))]
     degree: u8,
-    /// Where the balls are (artefact.toml)
+    /// Positions of the balls (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: PathBuf,
-    /// Judge this strategy instead of proposing one (CSV)
+    /// Evaluate this strategy instead of proposing one (CSV)
     #[arg(long, value_name = "FILE.csv")]
     strategy: Option<PathBuf>,
-    /// Take a position set of the source document instead of proposing one: one ball at 60 rotary positions
+    /// Use a position set of the source document instead of proposing one: one ball at 60 rotary positions
     /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
-    /// What cannot be reached is left out; for samba --cone is 90 unless given
+    /// Unreachable positions are left out. For samba, --cone defaults to 90
     #[arg(long, value_enum, conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
     set: Option<Set>,
-    /// Propose the fewest probings after which the volumetric error (--best-for parameters: and every parameter) is
-    /// known no less than after this strategy (CSV)
+    /// Propose the fewest probings after which the volumetric error (with --best-for parameters, also every
+    /// parameter) is known at least as well as after this strategy (CSV)
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
     as_good_as: Option<PathBuf>,
-    /// Balls that may be used (default: all of the artefact)
+    /// Balls that may be used (default: all balls of the artefact)
     #[arg(
         long,
         value_name = "NAMES",
@@ -65,40 +65,40 @@ pub struct Arguments {
         conflicts_with = "strategy"
     )]
     balls: Vec<String>,
-    /// Positions that rotary axes and spindle may take (default: their travel; the spindle only if parameters cannot be
-    /// told from the stylus otherwise)
+    /// Positions that rotary axes and spindle may take (default: their travel; the spindle only if parameters could
+    /// not be separated from the stylus otherwise)
     #[arg(long, value_name = "A=FROM:TO:STEP,…", conflicts_with = "strategy")]
     indexings: Option<String>,
-    /// How long probing may take
+    /// Longest time for probing
     #[arg(long, value_name = "MIN", conflicts_with_all = ["strategy", "probings"], value_parser = positive)]
     minutes: Option<f64>,
-    /// How many probings there may be (default: as many as unknowns)
+    /// Largest number of probings (default: as many as unknowns)
     #[arg(long, value_name = "N", conflicts_with = "strategy")]
     probings: Option<usize>,
-    /// How long one probing takes
+    /// Time of one probing
     #[arg(long, value_name = "S", default_value_t = 110.0, value_parser = positive)]
     seconds: f64,
-    /// What a proposed strategy is best for
+    /// What a proposed strategy optimizes
     #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "strategy")]
     best_for: Criterion,
-    /// Standard uncertainty of each coordinate of a probing, where the strategy states none
+    /// Standard uncertainty of each coordinate of a probing, unless the strategy states one
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
-    /// The errors that the machine is assumed to have (errors.toml)
+    /// Assumed errors of the machine (errors.toml)
     #[arg(long, value_name = "ERRORS.toml")]
     errors: Option<PathBuf>,
     #[command(flatten)]
     touching: Touching,
-    /// Feed of touches
+    /// Feed rate of touches
     #[arg(long, value_name = "MM/MIN", default_value_t = 60.0, value_parser = positive)]
     feed: f64,
-    /// Feed near the balls
+    /// Feed rate near the balls
     #[arg(long, value_name = "MM/MIN", default_value_t = 1000.0, value_parser = positive)]
     approach: f64,
     /// Where to write the proposed strategy (CSV)
     #[arg(short, long, value_name = "STRATEGY.csv", conflicts_with = "strategy")]
     output: Option<PathBuf>,
-    /// Where to write a program for LinuxCNC
+    /// Where to write a program that probes the strategy on LinuxCNC
     #[arg(
         long,
         value_name = "FILE.ngc",
@@ -106,7 +106,7 @@ pub struct Arguments {
         requires = "stylus_diameter"
     )]
     program: Option<PathBuf>,
-    /// What the program calls the log of its touches
+    /// Name of the log of touches in the program
     #[arg(long, value_name = "NAME", default_value = "touches.log", value_parser = log_name)]
     log: String,
     /// Where to write the touches for other controllers (CSV)
@@ -122,7 +122,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// A name that fits into a comment of G-code.
+/// A name that is valid in a G-code comment.
 fn log_name(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
     if (1..=200).contains(&text.len()) && text.chars().all(fits) {
@@ -131,7 +131,6 @@ fn log_name(text: &str) -> Result<String, String> {
     Err("give a name without spaces and brackets".to_owned())
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
     let machine = files::read_machine(&arguments.machine)?;
@@ -310,8 +309,8 @@ impl Arguments {
         })
     }
 
-    /// Of which axes it will be known where they come from: those of the strategy, or those whose backlash is looked
-    /// for.
+    /// The axes whose direction of approach will be known: those stated in the strategy, or those whose backlash is
+    /// identified.
     fn directions(
         &self,
         machine: &Machine,
@@ -338,7 +337,7 @@ impl Arguments {
             .collect())
     }
 
-    /// A position set, and what is left out of it.
+    /// A position set, with the positions that were left out.
     fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<Positions, BadInput> {
         let found = positions(setup, set);
         let found = found.map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
@@ -406,7 +405,7 @@ impl Arguments {
 
     fn write(&self, setup: &Setup<'_>, judgement: &Judgement) -> Result<(), BadInput> {
         let strategy = &judgement.strategy;
-        // All that can go wrong first, so that no file is written without the others.
+        // Do everything that can fail first, so that no file is written without the others.
         let not_reached = |why: NotTouched| {
             let (row, reason) = *why;
             BadInput::new(
@@ -438,7 +437,7 @@ impl Arguments {
     }
 }
 
-/// What the spindle would have shown.
+/// What turning the spindle would have identified.
 fn not_oriented(machine: &Machine, needs: &[Parameter]) -> String {
     let each = needs.iter().map(|p| {
         if p.kind != ParameterKind::Inter {

@@ -9,7 +9,8 @@ use trueaxis_measure::plan::{Judgement, Ratios, Spread, Unreachable};
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 
-/// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
+/// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
+/// their units.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     machine: &'a str,
@@ -24,10 +25,10 @@ pub struct Answer<'a> {
     direction_urad: Over,
     unseen: Vec<NotSeen>,
     unreachable: Vec<NotReached>,
-    /// What of a position set with a name cannot be probed.
+    /// Probings of a named position set that are not reachable.
     left_out: Vec<LeftOut>,
     compared: Option<Compared>,
-    /// Location errors that the model cannot make up for.
+    /// Location errors that the model cannot compensate for.
     missing: Vec<String>,
 }
 
@@ -50,7 +51,7 @@ struct Over {
 struct NotSeen {
     unknown: String,
     sentence: String,
-    /// A probing with which it would be seen.
+    /// A probing that would identify it.
     add: Option<String>,
 }
 
@@ -85,13 +86,13 @@ impl Over {
 }
 
 impl Answer<'_> {
-    /// The same, with location errors that the model cannot make up for.
+    /// Adds the location errors that the model cannot compensate for.
     pub fn lacking(mut self, missing: &[Parameter]) -> Self {
         self.missing = missing.iter().map(Parameter::to_string).collect();
         self
     }
 
-    /// The same, with what of a position set is left out.
+    /// Adds the probings that were left out of a position set.
     pub fn leaving_out(mut self, rows: &[(String, Probing, Unreachable)]) -> Self {
         let one = |(ball, _, reason): &(String, Probing, Unreachable)| LeftOut {
             ball: ball.clone(),
@@ -157,10 +158,10 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// Rows that are named, at most.
+/// Largest number of rows listed.
 const NAMED: usize = 10;
 
-/// What a person reads.
+/// The text output.
 pub fn screen(
     machine: &Machine,
     judgement: &Judgement,

@@ -1,4 +1,4 @@
-//! What rotary axes are corrected for, as an option.
+//! `--policy` and `--damping`: what the rotary axes correct.
 
 use super::bad_input::BadInput;
 use super::number::damping;
@@ -8,28 +8,28 @@ use trueaxis_tables::policy::of_blob;
 /// The policy for rotary axes.
 #[derive(Args)]
 pub struct PolicyArguments {
-    /// What rotary axes are corrected for
+    /// What the rotary axes correct
     #[arg(long, value_enum, default_value = "direction")]
     policy: Policy,
-    /// Damping of --policy direction, 0.01 to 1: less of it points the tool better near positions where
-    /// it is parallel to a rotary axis, with larger rotary corrections (default: 0.1)
+    /// Damping of --policy direction, 0.01 to 1. A smaller value points the tool better near positions where it is
+    /// parallel to a rotary axis, with larger rotary corrections (default: 0.1)
     #[arg(long, value_name = "λ", value_parser = damping)]
     damping: Option<f32>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Policy {
-    /// The tool's direction, whatever the rotation about its own axis
+    /// The tool direction; rotation about the tool axis is ignored
     Direction,
-    /// The tool's orientation, with rotation about its own axis, as the source document does: the
-    /// direction can become worse
+    /// The full tool orientation, with rotation about the tool axis, as in the source document; the direction can
+    /// become worse
     Orientation,
     /// Nothing: linear axes only
     Position,
 }
 
 impl PolicyArguments {
-    /// As a blob stores it.
+    /// The policy as stored in a blob.
     pub fn stored(&self) -> Result<trueaxis::Policy, BadInput> {
         match (self.policy, self.damping) {
             (Policy::Direction, damping) => Ok(trueaxis::Policy::Direction {
@@ -44,7 +44,7 @@ impl PolicyArguments {
         }
     }
 
-    /// As the kinematics know it.
+    /// The policy for the kinematic model.
     pub fn kinematic(&self) -> Result<trueaxis_model::kinematics::Policy, BadInput> {
         self.stored().map(of_blob)
     }

@@ -1,4 +1,4 @@
-//! `--port`, and what can go wrong on a link.
+//! `--port`, and errors of the link.
 
 use super::bad_input::BadInput;
 use clap::Args;
@@ -6,13 +6,13 @@ use trueaxis::LoadError;
 use trueaxis::link::Refusal;
 use trueaxis_controllers::link::{self, BadPort, Client, Controller, FlashError, LinkError, Port};
 
-/// Where the controller is.
+/// Connection to the controller.
 #[derive(Args)]
 pub struct PortArguments {
     /// Serial device, pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
     pub port: String,
-    /// Bits per second of a serial device
+    /// Baud rate of a serial device
     #[arg(long, value_name = "RATE", default_value_t = 115_200)]
     pub baud: u32,
 }
@@ -21,7 +21,7 @@ pub struct PortArguments {
 pub type AnyClient = Client<Box<dyn Port + Send>>;
 
 impl PortArguments {
-    /// Opens the port and says hello.
+    /// Opens the port and performs the handshake.
     pub fn connect(&self) -> Result<(AnyClient, Controller), BadInput> {
         let port = link::open(&self.port, self.baud).map_err(|error| {
             let remedy = match &error {
@@ -35,12 +35,12 @@ impl PortArguments {
         Client::connect(port).map_err(|error| self.bad(&error))
     }
 
-    /// Shows an error of the link.
+    /// Describes an error of the link.
     pub fn bad(&self, error: &LinkError) -> BadInput {
         BadInput::new(format!("{}: {error}", self.port), remedy(error))
     }
 
-    /// Shows why a blob was not flashed.
+    /// Describes why a blob was not uploaded.
     pub fn bad_flash(&self, error: &FlashError) -> BadInput {
         let remedy = match error {
             FlashError::Blob(_) => "copy the file again (as binary), or compile it again",

@@ -14,24 +14,23 @@ use trueaxis_model::motion::{self, Outside};
 use trueaxis_model::pose::{Line, Posed, Tool, pose};
 use trueaxis_model::positions::Input;
 
-/// Show where the tool is, seen from the workpiece, and where the axes lie
+/// Show the tool pose relative to the workpiece and the axis locations
 ///
-/// To be compared with what a controller shows with its tool centre point control on (G43.4, TRAORI,
-/// the world coordinates of LinuxCNC), to see whether the description is right: move one axis after
-/// the other and look whether the tip moves the same way. With an error file, also where the tool of
-/// the uncompensated machine really is.
+/// To check the machine description, compare with the display of a controller with tool centre point control on
+/// (G43.4, TRAORI, the world coordinates of LinuxCNC): move one axis after the other and see whether the tip moves
+/// the same way. With an error file, also shows where the tool of the uncompensated machine really is.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis pose machine.toml --at X=100,A=30\n  trueaxis pose machine.toml errors.toml --positions path.csv -o poses.csv\n\n\
-Positions are those of `trueaxis correct`. Of each, the CSV has the tip x,y,z (mm) and the tool\n\
-direction i,j,k from the tip to the spindle; with an error file those of the actual tool behind them."
+Positions have the format of `trueaxis correct`. For each, the CSV has the tip x,y,z (mm) and the tool\n\
+direction i,j,k from the tip to the spindle; with an error file, those of the actual tool follow."
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
     /// Error parameters (errors.toml)
     errors: Option<PathBuf>,
-    /// The position; axes left out are at 0 (default: all of them)
+    /// Axis positions; axes left out are at 0 (default: all)
     #[arg(long, value_name = "X=0,Y=0,…", conflicts_with = "positions")]
     at: Option<String>,
     /// Positions (CSV)
@@ -53,7 +52,7 @@ struct Answer<'a> {
     poses: &'a [At],
 }
 
-/// A position (mm, deg) and what is there.
+/// A position (mm, deg) and the poses there.
 #[derive(Serialize)]
 struct At {
     position: Vec<f64>,
@@ -61,7 +60,6 @@ struct At {
     posed: Posed,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let machine = files::read_machine(&arguments.machine)?;
     let errors = match &arguments.errors {
@@ -111,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
-    /// The row of `--at`: the machine's own tool, reference temperatures.
+    /// The row for `--at`: the machine's own tool, reference temperatures.
     fn position(
         &self,
         machine: &Machine,
@@ -158,7 +156,7 @@ fn csv(poses: &[At]) -> String {
     text + "\n"
 }
 
-/// What a person reads at one position.
+/// The text output for one position.
 fn screen(machine: &Machine, at: &At) -> String {
     let Posed {
         nominal,
@@ -216,7 +214,7 @@ fn screen(machine: &Machine, at: &At) -> String {
         .collect()
 }
 
-/// A number with so many decimals, and no minus before nothing but zeros.
+/// A number with `digits` decimals, without a minus sign before zeros.
 fn decimals(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {

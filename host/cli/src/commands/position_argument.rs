@@ -4,7 +4,7 @@ use super::bad_input::BadInput;
 use super::number::finite;
 use trueaxis_model::machine::Machine;
 
-/// What is wrong with the position that an option was given, with an example of this machine.
+/// Describes what is wrong with the value of a position option, with an example for this machine.
 fn bad(option: &str, cause: String, machine: &Machine) -> BadInput {
     let axes = machine.axes.iter();
     let example: Vec<String> = axes.map(|a| format!("{}=0", a.letter)).collect();
@@ -17,12 +17,12 @@ fn bad(option: &str, cause: String, machine: &Machine) -> BadInput {
     )
 }
 
-/// Reads the position (mm, deg) that an option was given, wherever it is; axes left out are at 0.
+/// Reads the position (mm, deg) of an option, inside the travel or not. Axes left out are at 0.
 pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     position_or(option, text, machine, &vec![0.0; machine.axes.len()])
 }
 
-/// The same, but axes left out are where `others` says.
+/// The same, but axes left out take their position from `others`.
 pub fn position_or(
     option: &str,
     text: &str,
@@ -62,12 +62,12 @@ pub fn position_or(
         .collect())
 }
 
-/// Reads the position of `--zero-at`, which must be within the travel.
+/// Reads the position of `--zero-at`, which must be inside the travel.
 pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     within_travel("--zero-at", text, machine)
 }
 
-/// The same of any option.
+/// The same for any option.
 pub fn within_travel(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     let position = position(option, text, machine)?;
     for (axis, q) in machine.axes.iter().zip(&position) {

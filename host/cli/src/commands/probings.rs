@@ -16,14 +16,14 @@ use trueaxis_tables::validate::Runtime;
 
 /// Turn the log of a probing program into probings
 ///
-/// Fits a sphere to the five touches of each row of a strategy, and writes where the axes are with the stylus centre
-/// on the centre of the ball: what `trueaxis identify` reads. With `--apply`, takes probings that were recorded without
-/// compensation, and writes them as they would have been read with it on.
+/// Fits a sphere to the five touches of each row of a strategy, and writes the axis positions at which the stylus
+/// centre is at the ball centre: the input of `trueaxis identify`. With `--apply`, reads probings that were recorded
+/// without compensation and writes what they would have been with it.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n  \
 trueaxis probings machine.toml before.csv --apply machine.trax -o after.csv\n\n\
-The log is that of the program which `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
+The log comes from the program that `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
 X Y Z A B C U V W. Logs of other controllers have a header and commas; machine positions, mm and degrees, five\n\
 touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
 )]
@@ -35,17 +35,17 @@ pub struct Arguments {
     /// The strategy from which the program was written (CSV)
     #[arg(long, value_name = "FILE.csv", required_unless_present = "apply")]
     strategy: Option<PathBuf>,
-    /// Write recorded probings as they would have been read with this compensation on
+    /// Convert recorded probings to what they would have been with this compensation on
     #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["strategy", "ball_diameter", "stylus_diameter", "errors"])]
     apply: Option<PathBuf>,
-    /// Diameter of the balls, if it is to be trusted rather than fitted
+    /// Diameter of the balls, to use it instead of fitting it
     #[arg(long, value_name = "MM", requires = "stylus_diameter", value_parser = positive)]
     ball_diameter: Option<f64>,
-    /// Diameter of the stylus tip as it was qualified
+    /// Qualified diameter of the stylus tip
     #[arg(long, value_name = "MM", requires = "ball_diameter", value_parser = positive)]
     stylus_diameter: Option<f64>,
-    /// Errors that are known of the machine, as a first identification found them: scales and squarenesses make balls
-    /// that were not touched evenly no spheres
+    /// Known errors of the machine, from a first identification; errors of scale and squareness distort the fit of
+    /// balls that were not touched evenly
     #[arg(long, value_name = "ERRORS.toml")]
     errors: Option<PathBuf>,
     /// Where to write the probings (CSV; default: standard output)
@@ -53,7 +53,6 @@ pub struct Arguments {
     output: Option<PathBuf>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log];
     let others = [&arguments.strategy, &arguments.apply, &arguments.errors];
@@ -86,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
-    /// Probings from touches as CSV, and a summary.
+    /// Probings from touches, as CSV, and a summary.
     fn fitted(&self, machine: &Machine, strategy: &Path) -> Result<(String, String), BadInput> {
         let errors = match &self.errors {
             Some(path) => files::read_errors(path, machine)?,
@@ -103,7 +102,7 @@ impl Arguments {
         Ok((csv, said(&found, radius.is_some())))
     }
 
-    /// Probings with a compensation on as CSV, and a summary.
+    /// Probings with a compensation on, as CSV, and a summary.
     fn applied(&self, machine: &Machine, path: &Path) -> Result<(String, String), BadInput> {
         let text = Text::read(&self.log)?;
         let recorded = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
@@ -127,7 +126,7 @@ impl Arguments {
     }
 }
 
-/// What was found.
+/// The summary of a log.
 fn said(found: &LogContents, is_known: bool) -> String {
     let LogContents {
         probings,

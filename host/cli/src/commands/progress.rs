@@ -16,7 +16,7 @@ pub struct Bar {
 const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Bar {
-    /// Hidden at first.
+    /// Creates a hidden bar.
     pub fn new() -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let done = Arc::new(AtomicBool::new(false));

@@ -1,4 +1,4 @@
-//! How parameters, uncertainties and numbers of things are shown.
+//! Formats parameters, uncertainties and counts.
 
 use trueaxis_model::errors::Parameter;
 pub use trueaxis_report::unit;
@@ -6,7 +6,7 @@ pub use trueaxis_report::unit;
 /// Coverage factor of expanded uncertainties: 95 %.
 pub const EXPANDED: f64 = 2.0;
 
-/// How values of a parameter are shown, and their unit.
+/// A formatter for values of a parameter, and their unit.
 pub fn shown(parameter: Parameter) -> (impl Fn(f64) -> String, &'static str) {
     let (factor, unit) = unit(parameter);
     let show = move |value: f64| match factor {
@@ -16,7 +16,7 @@ pub fn shown(parameter: Parameter) -> (impl Fn(f64) -> String, &'static str) {
     (show, unit)
 }
 
-/// A number of things.
+/// A count with its noun, in the plural if needed.
 pub fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

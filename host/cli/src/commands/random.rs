@@ -1,11 +1,10 @@
-//! Random positions, as options.
+//! Options for random positions.
 
 use clap::Args;
 
-/// Random positions.
 #[derive(Args, Clone, Copy)]
 pub struct Random {
-    /// Random positions in each region of the verification
+    /// Number of random positions in each region of the verification
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub random: u32,
     /// Seed of the random positions

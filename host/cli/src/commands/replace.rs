@@ -1,33 +1,32 @@
-//! Replacing a file as a whole: it is either the old or the new one.
+//! Replaces a file as a whole: readers see either the old or the new content.
 //!
-//! The new content goes into a *partial* file beside the old one, of a name that follows from that
-//! of the file, and then takes its place by renaming. Who writes holds a lock on the partial file,
-//! which the system lets go when the program ends, however that happens. So a partial file without
-//! a lock is one that a program has left behind which was ended in the middle: the next one that
-//! writes there, or was about to, removes it.
+//! The new content goes into a *partial* file beside the old one, with a name derived from it, which is then
+//! renamed. The writer holds a lock on the partial file, and the system releases it whenever the program ends. A
+//! partial file without a lock was therefore left behind by a program that was killed; the next program that writes
+//! the same file removes it.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// Longest part of the file's own name in that of its partial file: file systems allow 255 bytes.
-/// Two files that share a partial file wait for each other, no more.
+/// Longest part of the file name that is kept in the name of its partial file: file systems allow 255 bytes. If two
+/// files share a partial file, their writers merely wait for each other.
 const LONGEST: usize = 200;
 
-/// Puts `bytes` in the place of the file, or leaves the old one as it was.
+/// Replaces the content of a file with `bytes`, or leaves the old content in place.
 ///
 /// # Errors
-/// Those of the file system; also if the file does not read back as it was written.
+/// Those of the file system, and content that does not read back as written.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |file| file.write_all(bytes), |_| Ok(()))
 }
 
-/// The same with what `write` writes, which need not be in memory as a whole, once `accept` has read it and accepts it.
-/// What goes into a device or a pipe cannot be read, and is not asked about.
+/// The same for content produced by `write`, which need not fit into memory. The new file takes its place once
+/// `accept` has read and accepted it. `accept` is not called for a device or a pipe, which cannot be read back.
 ///
 /// # Errors
-/// Those of `write` and of `accept`, too.
+/// Also those of `write` and `accept`.
 pub fn replace_by(
     path: &Path,
     write: impl FnOnce(&mut Sink<'_>) -> Result<()>,
@@ -50,24 +49,24 @@ pub fn replace_by(
         .and_then(|()| accept(&partial.file))
         .and_then(|()| std::fs::rename(&partial.path, &path));
     if done.is_err() {
-        // Still ours: the lock is held.
+        // Still ours, because we hold the lock.
         let _ = std::fs::remove_file(&partial.path);
         return done;
     }
-    // The new name is safe from a power cut once the folder is; not every system can do that.
+    // The new name survives a power cut once the folder is synced; not every system can do that.
     if let Ok(folder) = File::open(folder(&path)) {
         let _ = folder.sync_all();
     }
     Ok(())
 }
 
-/// Removes what a program left behind that was ended while it wrote this file.
+/// Removes the partial file of a program that was killed while writing this file.
 pub fn tidy(path: &Path) {
-    // Whatever is in the way is told by the one who writes.
+    // Any obstacle will be reported when the file is written.
     let _ = remove_abandoned(&partial_path(&real(path)), OnLock::Leave);
 }
 
-/// Through a symbolic link the file that it names is replaced, not the link.
+/// Resolves a symbolic link, so that the file it names is replaced and not the link.
 fn real(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
@@ -94,11 +93,11 @@ fn partial_path(path: &Path) -> PathBuf {
     folder(path).join(name)
 }
 
-/// Of what is written and of what is read back, in whatever pieces; sixteen tables are far faster than one.
+/// Checksum of what is written and of what is read back. Sixteen tables are far faster than one.
 static CRC: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
 type Sum = crc::Digest<'static, u64, crc::Table<16>>;
 
-/// Where the new content goes, which remembers what that was.
+/// Destination of the new content; keeps a checksum of it.
 pub struct Sink<'a> {
     file: &'a File,
     sum: Sum,
@@ -125,14 +124,14 @@ impl Write for Sink<'_> {
     }
 }
 
-/// A partial file that nobody else writes into or removes.
+/// A partial file that no other program writes or removes.
 struct Partial {
     path: PathBuf,
     file: File,
 }
 
 impl Partial {
-    /// Waits for whoever writes the same file, and begins a new one.
+    /// Waits for other writers of the same file, then creates a new partial file.
     fn begin(path: &Path) -> Result<Self> {
         let path = partial_path(path);
         loop {
@@ -144,7 +143,7 @@ impl Partial {
             match new {
                 Ok(file) => {
                     lock(&file)?;
-                    // Before that it was free to be taken for abandoned.
+                    // Until it was locked, others could take it for abandoned.
                     if is_at(&file, &path)? {
                         return Ok(Self { path, file });
                     }
@@ -157,8 +156,7 @@ impl Partial {
         }
     }
 
-    /// Writes all of it to the disk, with the permissions of the file it will replace, and reads
-    /// it back.
+    /// Writes everything to disk, with the permissions of the file to be replaced, and reads it back.
     fn fill(&self, write: impl FnOnce(&mut Sink<'_>) -> Result<()>, old: &Path) -> Result<()> {
         let mut file = &self.file;
         let mut sink = Sink::new(file);
@@ -186,14 +184,14 @@ impl Partial {
     }
 }
 
-/// What to do about a partial file that somebody is writing.
+/// What to do if another program is writing the partial file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum OnLock {
     Wait,
     Leave,
 }
 
-/// Removes a partial file once nobody writes it any more.
+/// Removes a partial file once it is no longer being written.
 fn remove_abandoned(path: &Path, on_lock: OnLock) -> Result<()> {
     let found = match std::fs::symlink_metadata(path) {
         Ok(found) => found,
@@ -217,15 +215,15 @@ fn remove_abandoned(path: &Path, on_lock: OnLock) -> Result<()> {
             }
         }
     }
-    // Whoever wrote it may have finished meanwhile: then it has another name now.
+    // Its writer may have finished in the meantime; then it has another name now.
     if is_at(&file, path)? {
         std::fs::remove_file(path)?;
     }
     Ok(())
 }
 
-/// Waits for the lock. Where the file system knows none, two programs that write the same file at
-/// the same time are not kept apart.
+/// Waits for the lock. On a file system without locks, two programs that write the same file at the same time are
+/// not kept apart.
 fn lock(file: &File) -> Result<()> {
     match file.lock() {
         Err(error) if error.kind() == ErrorKind::Unsupported => Ok(()),
@@ -233,7 +231,7 @@ fn lock(file: &File) -> Result<()> {
     }
 }
 
-/// Whether the open file is the one of this name.
+/// Whether the open file is the one with this name.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> Result<bool> {
     use std::os::unix::fs::MetadataExt;
@@ -245,8 +243,7 @@ fn is_at(file: &File, path: &Path) -> Result<bool> {
     }
 }
 
-/// Whether there is a file of this name; that it is the open one is more than the standard library
-/// can tell here.
+/// Whether a file with this name exists; the standard library cannot tell here whether it is the open one.
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> Result<bool> {
     path.try_exists()

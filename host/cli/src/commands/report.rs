@@ -23,11 +23,11 @@ use trueaxis_tables::schemes;
 use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
 
-/// Show a machine's errors and what a compensation does about them, on one page
+/// Write a page with a machine's errors and a compensation's effect
 ///
-/// The page is one file that needs no other and no network: a verdict in words, the machine and its errors to turn
-/// and to move, the error budget, error motions, simulated tests, tables. It can be printed. The same files make
-/// the same bytes.
+/// The page is one file that needs no network: a verdict in words, an interactive model of the machine and its
+/// errors, the error budget, error motions, simulated tests, tables. It can be printed. The same input gives the
+/// same bytes.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis report machine.toml errors.toml machine.trax -o report.html --date 2026-11-23\n  \
@@ -50,21 +50,21 @@ pub struct Arguments {
     /// Write the error budget and the circular tests into this folder, as SVG files
     #[arg(long, value_name = "FOLDER")]
     pictures: Option<PathBuf>,
-    /// How the errors were found: what `identify --json` has printed
+    /// How the errors were found: output of `identify --json`
     #[arg(long, value_name = "FILE.json")]
     identification: Option<PathBuf>,
-    /// An older report of the machine, as --json prints it: what has changed since
+    /// An older report of the machine, as printed by --json: shows what has changed since
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
-    /// The date that the page shows, as it is to stand there (default: none)
+    /// Date to print on the page, in any format (default: none)
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
     #[command(flatten)]
     random: Random,
-    /// Largest difference to the kinematic correction, as in `compile`
+    /// Largest permitted difference from the kinematic correction, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
-    /// The position that `compile` was given with --zero-at
+    /// The --zero-at position that `compile` was given
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
     /// Print all figures as JSON
@@ -72,7 +72,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { files, blob, .. } = arguments;
     let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
@@ -199,7 +198,7 @@ pub fn write_page(path: &Path, report: &Report, model: &Model) -> Result<(), Bad
     files::write(path, page.as_bytes())
 }
 
-/// Writes pictures of a report, each into a file of its name.
+/// Writes the pictures of a report, each into its own file.
 fn write_pictures(folder: &Path, report: &Report) -> Result<(), BadInput> {
     std::fs::create_dir_all(folder).map_err(|error| {
         BadInput::new(
@@ -218,7 +217,7 @@ fn load<'a>(bytes: &'a AlignedBlob, path: &Path) -> Result<Runtime<'a>, BadInput
     Runtime::load(bytes).map_err(|error| BadInput::in_blob(error, path))
 }
 
-/// Reads what another run has printed as JSON.
+/// Reads the JSON output of another run.
 fn read_json<T: DeserializeOwned>(path: &Path, what: &str) -> Result<T, BadInput> {
     let text = Text::read(path)?;
     serde_json::from_str(&text.text).map_err(|error| {
@@ -247,7 +246,7 @@ fn read_old(path: &Path) -> Result<Report, BadInput> {
 }
 
 impl Arguments {
-    /// Compares the tables with the exact model, and finds what uncertain parameters leave.
+    /// Compares the tables with the exact model, and computes the error that uncertain parameters leave.
     fn prove(
         &self,
         machine: &Machine,
@@ -275,12 +274,12 @@ impl Arguments {
     }
 }
 
-/// What is wrong where there is no report.
+/// Describes why there is no report.
 pub fn bad(error: &ReportError) -> BadInput {
     BadInput::new(error.to_string(), error.remedy())
 }
 
-/// What a person reads on the terminal.
+/// The text output.
 fn said(report: &Report, output: Option<&Path>) -> String {
     let mut text = String::new();
     if let Some(output) = output {

@@ -1,4 +1,4 @@
-//! `--scheme`, and the options that only one scheme has.
+//! `--scheme`, and the options of single schemes.
 
 use super::bad_input::BadInput;
 use super::number::positive;
@@ -9,54 +9,54 @@ use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::schemes::{Scheme, exact, grid3d, poly25};
 
-/// How tables are found.
+/// The scheme and its options.
 #[derive(Args)]
 pub struct SchemeArguments {
-    /// How tables are found: exact (finds the factors itself, for any machine and any errors), or as in the
-    /// source document: grid3d (corrections at the nodes of a grid of the linear axes), poly25 (sums of cubic polynomials), trigo23 (products with trigonometric functions),
-    /// trigo23:free (with a free function for each constant), fik (a chain of tables for each closed-form term of
-    /// each error) or subset:N (the N tables that remove most)
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors), or a scheme of the
+    /// source document: grid3d (corrections at the nodes of a grid of the linear axes), poly25 (sums of cubic
+    /// polynomials), trigo23 (products with trigonometric functions), trigo23:free (with a free function for each
+    /// constant), fik (a chain of tables for each closed-form term of each error) or subset:N (the N tables that
+    /// remove most)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
     own: OwnArguments,
 }
 
-/// What only one scheme is asked.
+/// Options that only one scheme has.
 #[derive(Args)]
 pub struct OwnArguments {
-    /// exact: what is to be least: instructions per evaluation (cost, the default), or the number of
-    /// tables
+    /// exact: minimize instructions per evaluation (cost, the default) or the number of tables
     #[arg(long, value_enum, value_name = "WHAT")]
     minimize: Option<exact::Minimize>,
-    /// poly25: what is made least: what is missing of the kinematic correction of each axis (corrections, the
-    /// default), or the volumetric error that is left, mm and rad in one sum (error, Eqs. 28 to 30)
+    /// poly25: minimize the difference from the kinematic correction of each axis (corrections, the default), or the
+    /// remaining volumetric error, mm and rad in one sum (error, Eqs. 28 to 30)
     #[arg(long, value_enum, value_name = "WHAT")]
     objective: Option<poly25::Objective>,
-    /// grid3d: the grid is large enough if one node more changes the root mean square of what is left by less
-    /// than this, in µm (default: 0.1)
+    /// grid3d: stop refining when one more node changes the root mean square of the remaining error by less than
+    /// this, in µm (default: 0.1)
     #[arg(long, value_name = "µm", value_parser = positive)]
     threshold: Option<f64>,
-    /// grid3d: the root mean square of Eq. 12: usual (the default), or as it is printed, which is 1/√2000 of it
+    /// grid3d: root mean square of Eq. 12: usual (the default), or as printed, which is 1/√2000 of it
     #[arg(long, value_enum, value_name = "WHICH")]
     rms: Option<grid3d::Rms>,
-    /// grid3d: as many nodes along each axis as it needs, not as many along all
+    /// grid3d: choose the number of nodes for each axis, instead of the same for all
     #[arg(long)]
     per_axis: bool,
-    /// grid3d: most nodes along an axis (default: 25)
+    /// grid3d: largest number of nodes along an axis (default: 25)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100))]
     max_nodes: Option<u32>,
-    /// grid3d: where the nodes are: over the travel (the default), or over the calibrated range only
+    /// grid3d: place nodes over the travel (the default) or only over the calibrated range
     #[arg(long, value_enum, value_name = "WHERE")]
     zone: Option<Zone>,
-    /// grid3d: where the rotary axes are that the grid is made for (default: at 0); axes left out are at 0. Once
-    /// for each position: then there is a file for each, FILE-A0-C90.trax
+    /// grid3d: position of the rotary axes for which the grid is made (default: 0); axes left out are at 0. Repeat
+    /// for several positions; each gets its own file, FILE-A0-C90.trax
     #[arg(long, value_name = "A=0,C=0")]
     rotary: Vec<String>,
-    /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
+    /// poly25, trigo23: number of positions along each axis of the grid to which tables are fitted (default: 10)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
     nodes: Option<u32>,
-    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: none)
+    /// fik: errors whose weights can be set on the controller, for example EZ0S,EXX1 (default: none)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     adjust: Option<Vec<Parameter>>,
 }
@@ -68,15 +68,15 @@ fn parameter(name: &str) -> Result<Parameter, String> {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Zone {
-    /// Over the travel of each axis
+    /// Over the whole travel of each axis
     Travel,
     /// Where no error motion of the axis holds its end value
     Calibrated,
 }
 
 impl SchemeArguments {
-    /// The scheme with its options; several of them where there is one grid for each position of the rotary axes,
-    /// each with that position as it is part of a file name.
+    /// The scheme with its options. If there is one grid for each position of the rotary axes, there are several,
+    /// each with its position as part of a file name.
     pub fn schemes(&self, machine: &Machine) -> Result<Vec<(Scheme, String)>, BadInput> {
         let name = self.scheme.name();
         let chosen = name.split(':').next().unwrap_or_default();
@@ -86,7 +86,7 @@ impl SchemeArguments {
             .find(|(_, owners)| !owners.contains(&chosen));
         if let Some((option, owners)) = stranger {
             let why = match option {
-                // Not only `poly25`: whatever folds several errors into one table.
+                // Applies to every scheme that folds several errors into one table, not only `poly25`.
                 "--adjust" => {
                     ": its tables are those of all errors together, and no weight is that of one error"
                 }
@@ -127,7 +127,7 @@ impl SchemeArguments {
 }
 
 impl OwnArguments {
-    /// The options that are given, each with the schemes that have it.
+    /// The given options, each with the schemes that have it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
         let all: [(_, &[_], _); 10] = [
             ("--threshold", &["grid3d"], self.threshold.is_some()),
@@ -145,7 +145,7 @@ impl OwnArguments {
         given.map(|(option, owners, _)| (option, owners)).collect()
     }
 
-    /// A scheme with what is given of its own options; one for each position of the rotary axes that is given.
+    /// A scheme with the given options of its own, one for each given position of the rotary axes.
     pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Vec<Scheme>, BadInput> {
         let mut scheme = scheme.clone();
         match &mut scheme {

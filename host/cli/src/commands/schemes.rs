@@ -16,12 +16,12 @@ use trueaxis_measure::compare::compare;
 use trueaxis_tables::compile::Options;
 use trueaxis_tables::schemes::{self, Scheme};
 
-/// Run every scheme on one machine, and print side by side what each takes and does
+/// Compare all schemes on one machine, side by side
 ///
-/// The scheme `exact` and those of the source document, each with the figures of its proof: translation and
-/// direction of the volumetric error over the whole travel, and how far from the kinematic correction it is.
-/// Below that, how much of each error parameter is gone (Eq. 38), identified from simulated probings while the
-/// compensation is on. Schemes that cannot do this machine are listed with the reason. Nothing is written.
+/// Runs `exact` and the schemes of the source document, and prints the figures of each proof: translation and
+/// direction of the volumetric error over the whole travel, and the difference from the kinematic correction. Then
+/// prints how much of each error parameter is removed (Eq. 38), identified from simulated probings with the
+/// compensation on. Schemes that do not support the machine are listed with the reason. Writes no files.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis schemes examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml --policy orientation"
@@ -33,18 +33,17 @@ pub struct Arguments {
     policy: PolicyArguments,
     #[command(flatten)]
     own: OwnArguments,
-    /// Largest difference to the kinematic correction, in µm: what exact keeps to, and what the others are
-    /// judged by
+    /// Largest difference from the kinematic correction, in µm: exact meets it, the others are judged by it
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
-    /// Points of every table that is not a straight line (default: exact as the tolerance needs, poly25 50,
+    /// Points of every table that is not a straight line (default: exact as many as the tolerance needs, poly25 50,
     /// trigo23 10, fik and subset 101)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
     points: Option<u32>,
     /// Subtract the correction at this position everywhere; axes left out are at 0
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
-    /// The controller it is for, as in compile
+    /// The controller that will run it, as in compile
     #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
     target: String,
     #[command(flatten)]
@@ -54,7 +53,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = target::read(&arguments.target)?;
     let (machine, errors) = arguments.files.read()?;

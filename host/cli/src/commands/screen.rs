@@ -1,15 +1,15 @@
-//! What people read: results on one screen.
+//! Text output that several commands share.
 
 use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::compile::{AxisBounds, Proof, Size};
 use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{Quality, Statistics, Verification};
 
-/// Where tables can follow the correction, and where they cannot.
+/// The region where tables can follow the correction.
 const INSIDE: &str = "where no error motion holds its end value";
 
-/// Volumetric errors before and after, in each region that differs. Regions that differ by next to
-/// nothing are one; what misses the tolerance only because of that is told in a line.
+/// Volumetric errors before and after, in each region that differs. Regions that differ by next to nothing are shown
+/// as one; if only that makes the tolerance fail, a line says so.
 pub fn quality(proof: &Proof, tolerance: f64) -> String {
     let mut text = String::new();
     text += &format!(
@@ -45,7 +45,7 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
     text
 }
 
-/// What does not count for the tolerance, for no table that reads commands is exact there.
+/// Positions that do not count for the tolerance, because no table that reads commands is exact there.
 fn near_points(text: &mut String, proof: &Proof) {
     if let Some(near) = &proof.near_points {
         let all = near.positions + proof.inside.as_ref().map_or(0, |found| found.positions);
@@ -117,7 +117,7 @@ fn row(quality: &Quality) -> String {
     )
 }
 
-/// Four decimals below 1, fewer above: nobody reads more.
+/// Four decimals below 1, fewer above.
 pub fn number(value: f64) -> String {
     let digits = match value.abs() {
         v if v < 1.0 => 4,
@@ -127,7 +127,7 @@ pub fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// What the uncertainty of parameters and tabulated motions leaves, if it is known.
+/// The error that uncertain parameters and tabulated motions leave, if known.
 pub fn uncertainty(found: Option<&OverTravel>) -> String {
     let Some(found) = found else {
         return String::new();
@@ -187,7 +187,7 @@ pub fn size(size: &Size) -> String {
     )
 }
 
-/// To what before and after are relative, if the tables leave out the correction of a position.
+/// The reference of before and after, if the tables subtract the correction of a position.
 pub fn zero(zero_at: Option<&str>) -> String {
     match zero_at {
         Some(position) => format!(
@@ -197,12 +197,12 @@ pub fn zero(zero_at: Option<&str>) -> String {
     }
 }
 
-/// What rotary axes are corrected for.
+/// What the rotary axes correct.
 pub fn policy(policy: trueaxis::Policy) -> String {
     format!("policy: {policy}\n")
 }
 
-/// The largest correction of each axis against its bounds.
+/// The largest correction of each axis beside its bounds.
 pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
     let mut text = String::from("axis   largest correction         bound         rate bound\n");
     for (bound, verified) in bounds.iter().zip(verified) {
@@ -243,7 +243,7 @@ pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
     format!("largest rotary corrections: {}\n", places.join("; "))
 }
 
-/// What another tool does.
+/// The effect of another tool.
 pub fn tool_length(proof: &Proof) -> String {
     match proof.um_per_mm_of_tool_length {
         Some(um) => format!(

@@ -19,9 +19,9 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
 
-/// Write the measurements that a machine with known errors would give
+/// Simulate measurements of a machine with known errors
 ///
-/// To try a strategy before anybody measures, or an identification against the truth.
+/// Use it to try a strategy before measuring, or to test an identification against known values.
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -38,18 +38,18 @@ enum What {
     Identifications(monte_carlo::Arguments),
 }
 
-/// Axis positions at which the stylus is on the balls of an artefact
+/// Simulate probings: axis positions with the stylus on the balls
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n  \
 trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --active machine.trax -o after.csv\n\n\
-The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir says\n\
-from where an axis came:\n  ball,A,C\n  1,15,60\n  1,30,180"
+The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir is\n\
+the direction from which an axis arrived:\n  ball,A,C\n  1,15,60\n  1,30,180"
 )]
 struct Probings {
     #[command(flatten)]
     files: MachineFiles,
-    /// Where the balls are (artefact.toml)
+    /// Positions of the balls (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
@@ -61,7 +61,7 @@ struct Probings {
     /// Standard deviation of each coordinate of a probing
     #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
     noise: f64,
-    /// How far the workpiece moves along x, y and z from the first to the last probing
+    /// Drift of the workpiece along x, y and z from the first to the last probing
     #[arg(
         long,
         value_name = "µm,µm,µm",
@@ -70,16 +70,16 @@ struct Probings {
         value_parser = finite
     )]
     drift: Vec<f64>,
-    /// How many of a hundred probings are wrong
+    /// Percentage of probings that are outliers
     #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
     outliers: f64,
-    /// By how much these are wrong
+    /// Size of an outlier
     #[arg(long, value_name = "µm", default_value_t = 100.0, value_parser = size)]
     outlier: f64,
-    /// The compensation that is on while probing: the errors that are left are measured
+    /// The compensation that is on while probing; the probings then show the remaining errors
     #[arg(long, value_name = "FILE.trax")]
     active: Option<PathBuf>,
-    /// Another seed gives other noise
+    /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -91,7 +91,6 @@ fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
     )
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Probings(probings) => probings.run(),

@@ -5,7 +5,7 @@ use super::files::Text;
 use std::path::Path;
 use trueaxis_tables::target::Target;
 
-/// A target by its name, or from a file.
+/// Finds a target by its name, or reads it from a file.
 pub fn read(name_or_file: &str) -> Result<Target, BadInput> {
     if let Some(target) = Target::named(name_or_file) {
         return Ok(target);

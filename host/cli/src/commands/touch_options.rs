@@ -5,39 +5,39 @@ use super::number::{cone, positive};
 use clap::Args;
 use trueaxis_measure::plan::Probe;
 
-/// How balls are touched.
+/// Geometry of the touches.
 #[derive(Args)]
 pub struct Touching {
-    /// Diameter of the balls (needed for a program; else 20)
+    /// Diameter of the balls (required for a program, otherwise 20)
     #[arg(long, value_name = "MM", value_parser = positive)]
     ball_diameter: Option<f64>,
-    /// Diameter of the stylus tip (needed for a program; else 6)
+    /// Diameter of the stylus tip (required for a program, otherwise 6)
     #[arg(long, value_name = "MM", value_parser = positive)]
     stylus_diameter: Option<f64>,
-    /// How far from a ball touches begin
+    /// Distance from the ball at which a touch begins
     #[arg(long, value_name = "MM", default_value_t = 5.0, value_parser = positive)]
     clearance: f64,
-    /// How far beyond the nominal surface touches may go on
+    /// Search distance beyond the nominal surface
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
     search: f64,
-    /// Largest angle of the stylus from the direction in which a ball stands away from the table (default: 60)
+    /// Largest angle between the stylus and the direction in which a ball stands off the table (default: 60)
     #[arg(long, value_name = "DEG", value_parser = cone)]
     cone: Option<f64>,
 }
 
-/// Diameters of ball and stylus (mm) where nothing is written that moves a machine.
+/// Diameters of ball and stylus (mm) if nothing is written that moves a machine.
 const BALL: f64 = 20.0;
 const STYLUS: f64 = 6.0;
-/// Largest angle of the stylus (deg) where nothing is said.
+/// Default of the largest angle of the stylus (deg).
 const CONE: f64 = 60.0;
 
 impl Touching {
-    /// The same for the library.
+    /// The probe for the library.
     pub fn probe(&self) -> Result<Probe, BadInput> {
         self.probe_within(CONE)
     }
 
-    /// The same with another angle (deg) where none is given.
+    /// The same with another default angle (deg).
     pub fn probe_within(&self, cone: f64) -> Result<Probe, BadInput> {
         let ball = self.ball_diameter.unwrap_or(BALL);
         let radius = (ball + self.stylus_diameter.unwrap_or(STYLUS)) / 2.0;

@@ -6,7 +6,7 @@ use trueaxis_measure::plan::Remedy;
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::machine::Machine;
 
-/// A sentence for each parameter, with the probing that would show it.
+/// A sentence for each parameter, with a probing that would identify it.
 pub fn lines(
     text: &mut String,
     probed: &str,
@@ -33,7 +33,7 @@ pub fn lines(
     }
 }
 
-/// The probing that would show something, for people.
+/// The probing that would identify a parameter, as text.
 pub fn added(
     machine: &Machine,
     balls: &[String],
@@ -44,7 +44,7 @@ pub fn added(
     Some(place(machine, balls, remedy.add.as_ref()?))
 }
 
-/// Where a probing is, for people.
+/// The place of a probing, as text.
 fn place(machine: &Machine, balls: &[String], row: &Probing) -> String {
     let mut at = Vec::new();
     for (i, axis) in machine.axes.iter().enumerate() {

@@ -1,23 +1,23 @@
-//! The last lines of `compile`, `verify` and `identify`: the verdict of a report, and what does most.
+//! The last lines of `compile`, `verify` and `identify`: the report's verdict, and the largest contributions.
 
 use std::io::IsTerminal;
 use trueaxis_report::{Share, Verdict, figure};
 
-/// Parameters that are named.
+/// Number of parameters listed.
 const NAMED: usize = 5;
-/// Width of the longest bar.
+/// Length of the longest bar, in characters.
 const WIDE: f64 = 24.0;
-/// Less (µm, µrad) than this is nothing.
+/// Values below this (µm, µrad) count as zero.
 const NOTHING: f64 = 5e-5;
-/// Blue, and back: what a bar is coloured with.
+/// Escape codes that switch the colour of a bar to blue and back.
 const COLOUR: [&str; 2] = ["\x1b[34m", "\x1b[0m"];
 
-/// The sentences, and bars of the largest parameters, coloured where somebody looks.
+/// The sentences, and bars of the largest parameters, coloured on a terminal.
 pub fn lines(verdict: &Verdict) -> String {
     text(verdict, is_coloured())
 }
 
-/// True if standard output is a terminal and nobody has asked for no colour.
+/// True if standard output is a terminal and `NO_COLOR` is not set.
 fn is_coloured() -> bool {
     let asked_for_none = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     std::io::stdout().is_terminal() && !asked_for_none

@@ -21,10 +21,9 @@ use trueaxis_tables::validate::Runtime;
 
 /// Compare a compensation with the exact model at random positions
 ///
-/// Evaluates the blob with the runtime over the whole travel, with random directions of travel,
-/// tool lengths and temperatures. Exits with 1 if the tolerance is not met where no error motion
-/// holds its end value, or if the tables deviate from the kinematic correction of an axis by more
-/// than it is large.
+/// Evaluates the blob with the runtime over the whole travel, with random directions of travel, tool lengths and
+/// temperatures. Exits with 1 if the tolerance is not met where no error motion holds its end value, or if the
+/// tables deviate from the kinematic correction of an axis by more than its own size.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis verify machine.toml errors.toml machine.trax --random 100000 --seed 7 --json"
@@ -37,14 +36,14 @@ pub struct Arguments {
     blob: PathBuf,
     #[command(flatten)]
     random: Random,
-    /// Largest difference to the kinematic correction that passes, as in `compile`
+    /// Largest permitted difference from the kinematic correction, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
-    /// The position that `compile` was given with --zero-at
+    /// The --zero-at position that `compile` was given
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
-    /// The position of the rotary axes that `compile --scheme grid3d` was given with --rotary (A=0,C=0 if it was
-    /// given none): what passes is decided there
+    /// The --rotary position that `compile --scheme grid3d` was given (A=0,C=0 if none); the blob passes if it is
+    /// right there
     #[arg(long, value_name = "A=0,C=0")]
     rotary: Option<String>,
     /// Print the result as JSON
@@ -69,11 +68,10 @@ struct Answer<'a> {
     size: Size,
     #[serde(flatten)]
     proof: &'a Proof,
-    /// 95 % band of what uncertain parameters leave.
+    /// 95 % band of the error that uncertain parameters leave.
     uncertainty: Option<OverTravel>,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         files,
@@ -123,7 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map_err(|error| blame(error.into()))?;
     let mut refusals = proof.refusals(*tolerance);
     if !held.is_empty() {
-        // What tables do elsewhere is told, but not held against them.
+        // Elsewhere, deviations are reported but do not fail.
         refusals.retain(Refusal::yields_to_best_effort);
     }
     let warnings = compile::worse(&proof, *tolerance);
@@ -178,7 +176,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     })
 }
 
-/// The numbers of the rotary axes and where they are (deg).
+/// The indices of the rotary axes and their positions (deg).
 fn held(machine: &Machine, position: Vec<f64>) -> Vec<(usize, f64)> {
     let all = position.into_iter().enumerate();
     all.filter(|(i, _)| machine.axes[*i].letter.is_rotary())

@@ -1,8 +1,8 @@
-//! Blobs that are refused: each damage says what it is and what to do.
+//! Damaged blobs are refused, with cause and remedy.
 
 use crate::program::{Folder, blob, example, refused};
 
-/// CRC-32/ISO-HDLC over everything but itself, bit by bit.
+/// CRC-32/ISO-HDLC of everything except the checksum itself, bit by bit.
 fn checksum(blob: &[u8]) -> u32 {
     let mut crc = u32::MAX;
     for byte in blob[..12].iter().chain(&blob[16..]) {
@@ -14,7 +14,7 @@ fn checksum(blob: &[u8]) -> u32 {
     !crc
 }
 
-/// Every command that reads a blob refuses the damaged one.
+/// Checks that every command that reads a blob refuses the damaged one.
 fn refuses(damage: impl Fn(&mut Vec<u8>), cause: &str, remedy: &str) {
     let mut bytes = std::fs::read(blob("huron")).unwrap();
     damage(&mut bytes);
@@ -80,7 +80,7 @@ fn wrong_contents_with_a_right_checksum_are_refused() {
         let crc = checksum(b);
         b[12..16].copy_from_slice(&crc.to_le_bytes());
     };
-    // After the header: length of the name, the name, the policy.
+    // The header is followed by the length of the name, the name, and the policy.
     let policy = 16 + 1 + "Huron K2X8-Five".len();
     refuses(
         |b| {

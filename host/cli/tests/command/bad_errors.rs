@@ -2,7 +2,7 @@
 
 use crate::program::{Folder, answer, example, refused};
 
-/// `body` after the line that names the Kolibri is refused at `line`.
+/// Checks that `body`, after the line that names the Kolibri, is refused at `line`.
 fn refuses(body: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();
     let errors = folder.file("errors.toml", format!("machine = \"Kolibri\"\n{body}\n"));
@@ -295,7 +295,7 @@ fn standard_uncertainties_of_a_table_that_cannot_be_are_refused() {
     }
 }
 
-/// `body` is refused at `line` for the table-head machine, whose C axis turns without end.
+/// Checks that `body` is refused at `line` for the table-head machine, whose C axis rotates without limits.
 fn refuses_endless(body: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();
     let text = format!("machine = \"Table and head\"\n{body}\n");

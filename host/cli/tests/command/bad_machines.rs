@@ -32,7 +32,7 @@ axis = "z"
 tip_mm = [0.0, 0.0, -74.0]
 "#;
 
-/// Compiling the machine with `from` replaced by `to` is refused at `line`.
+/// Checks that the machine with `from` replaced by `to` is refused at `line`.
 fn refuses(from: &str, to: &str, line: usize, cause: &str, remedy: &str) {
     assert!(MACHINE.contains(from));
     let folder = Folder::new();

@@ -2,7 +2,7 @@
 
 use crate::program::{Folder, blob, example, refused};
 
-/// Both `eval` and `correct` refuse the positions at `line`.
+/// Checks that both `eval` and `correct` refuse the positions at `line`.
 fn refuses(text: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();
     let positions = folder.file("p.csv", text);

@@ -4,7 +4,7 @@ use crate::program::{Folder, answer, example, refused};
 
 const CENTRE: &str = "X=12,Y=-7,Z=5";
 
-/// A figure of the answer.
+/// A figure from the JSON output.
 fn figure(json: &str, pointer: &str) -> f64 {
     let value: serde_json::Value = serde_json::from_str(json).unwrap();
     let found = value.pointer(pointer).and_then(serde_json::Value::as_f64);
@@ -39,17 +39,18 @@ fn a_hemisphere_is_written_simulated_and_its_readings_analysed() {
     let options = ["--compensation", &blob, "-o", &csv, "--json"];
     let json = answer(0, &[&simulated[..], &few, &options].concat());
     let [before, after] = ["/before/form_um", "/after/form_um"].map(|name| figure(&json, name));
-    // Squareness of some 100 µrad on a bar of 150 mm; tables of 0.05 µm at both balls.
+    // Squareness of about 100 µrad on a bar of 150 mm; tables of 0.05 µm at both balls.
     assert!(before > 5.0 && after < 0.2, "{json}");
     assert!(figure(&json, "/after/size_um").abs() < 0.1, "{json}");
     let analysed = answer(0, &["ballbar", "analyse", &csv, "--json"]);
-    // The file has readings to 0.1 nm at positions to 0.1 µm.
+    // The file has readings to 0.1 nm, and positions to 0.1 µm.
     for name in ["size_um", "form_um", "form_deviation_um", "rms_um"] {
         let off = figure(&json, &format!("/after/{name}"))
             - figure(&analysed, &format!("/measured/{name}"));
         assert!(off.abs() < 1e-3, "{name}: {off}");
     }
-    // Along X too, which carries the workpiece: a positive command takes the tip the negative way over it.
+    // Also along X, which carries the workpiece: a positive command moves the tip in negative direction relative to
+    // it.
     for axis in 0..3 {
         let [simulated, measured] = [(&json, "after"), (&analysed, "measured")]
             .map(|(json, which)| figure(json, &format!("/{which}/setup_um/{axis}")));
@@ -78,8 +79,8 @@ fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
         "ballbar", "simulate", &machine, &errors, "--steps", "180", "--json",
     ];
     let json = answer(0, &[&simulated[..], &at].concat());
-    // 40 µrad · 100 mm · x y, x y between -1/2 and 1/2 on a hemisphere: 4 µm. The equator is driven on one side only,
-    // so that the sphere of least squares leans there and leaves a little more.
+    // 40 µrad · 100 mm · x y, with x y between -1/2 and 1/2 on a hemisphere: 4 µm. The equator is only travelled on
+    // one side, so the least-squares sphere is tilted there and leaves a little more.
     let form = figure(&json, "/before/form_um");
     assert!((4.0..4.4).contains(&form), "{json}");
     let circle = folder.at("circle.csv");

@@ -1,4 +1,4 @@
-//! `export cec` and `import cec`: what is written, and what is refused.
+//! `export cec` and `import cec`: their output, and what they refuse.
 
 use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
 
@@ -52,10 +52,11 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
             arguments.push("--json");
             let told = json(&answer(0, &arguments));
             let tables = told["tables"].as_u64().unwrap();
-            // One output per table: at most F0 and three products for each linear axis, one for each rotary one.
+            // One output per table: at most F0 and three products for each linear axis, and one table for each
+            // rotary one.
             assert!(tables <= 23, "{policy} {factor_tables}: {tables}");
             for axis in told["proof"]["axes"].as_array().unwrap() {
-                // 0.05 µm or µrad; the rounding of f32 is a thousandth of it.
+                // 0.05 µm or µrad; f32 rounding is a thousandth of that.
                 assert!(axis["difference"].as_f64().unwrap() < 0.05, "{axis}");
             }
             let text = std::fs::read_to_string(&cec).unwrap();
@@ -76,13 +77,13 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
                 } else {
                     1e3
                 };
-                // The file is as far from the compensation as this.
+                // The difference of the file from the compensation.
                 let [largest, off] =
                     ["largest", "difference"].map(|key| axis[key].as_f64().unwrap());
                 let largest = largest - off;
                 assert!(limit * factor >= largest, "{axis}: {limit}");
             }
-            // Every axis that has tables.
+            // Every axis with tables.
             let count = |what: &str| text.matches(what).count();
             assert_eq!(
                 count("; MD32720 $MA_CEC_MAX_SUM at least "),
@@ -101,7 +102,7 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
                 first == second,
                 "{policy} {factor_tables}: not the same file again"
             );
-            // And what is imported keeps the tolerance that it was compiled with.
+            // The imported compensation meets the tolerance for which it was compiled.
             answer(
                 0,
                 &["verify", &machine, &errors, &again, "--random", "2000"],
@@ -123,7 +124,7 @@ fn limits_in_the_file_are_read_and_tables_beyond_them_warned_of() {
     ));
     answer(0, &export(&huron, "added", &cec));
     let text = std::fs::read_to_string(&cec).unwrap();
-    // X reaches 0.0639 mm, and its correction changes by up to `rate` mm/min.
+    // X reaches 0.0639 mm, and the rate of its correction up to `rate` mm/min.
     let axis = |axes: &serde_json::Value| {
         let axes = axes.as_array().unwrap();
         axes.iter().find(|a| a["axis"] == "X").unwrap().clone()
@@ -156,7 +157,7 @@ fn limits_in_the_file_are_read_and_tables_beyond_them_warned_of() {
         ),
         "{sum}"
     );
-    // A hundredth of a per cent of the largest speed.
+    // A hundredth of a per cent of the maximum speed.
     let velocity = read("$MA_CEC_MAX_VELO[AX1]=0.01\n", 0);
     assert!(
         velocity.contains("MD32730 stops the correction of X at 0.0500 mm/s"),
@@ -195,7 +196,7 @@ fn the_trigonometric_scheme_is_exported_at_the_default_limits() {
             // The default of --factor-limit.
             assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
             for axis in told["proof"]["axes"].as_array().unwrap() {
-                // Products in another order: the rounding of f32 of a tenth of a millimetre.
+                // Products in another order: f32 rounding of a tenth of a millimetre.
                 assert!(axis["difference"].as_f64().unwrap() < 1e-3, "{axis}");
             }
         }
@@ -340,7 +341,7 @@ fn a_file_that_is_not_understood_is_refused_at_its_line_and_leaves_nothing() {
         &import(&path, &machine, "added", &out),
         &["line 2", "not UTF-8 text"],
     );
-    // A millimetre slip: 5 mm where 5 µm are meant.
+    // A slip in the unit: 5 mm instead of 5 µm.
     let large = "METRIC\n$AN_CEC[0,0]=5\n$AN_CEC[0,1]=5\n$AN_CEC_INPUT_AXIS[0]=AX1\n$AN_CEC_OUTPUT_AXIS[0]=AX1\n\
                  $AN_CEC_STEP[0]=700\n$AN_CEC_MIN[0]=-350\n$AN_CEC_MAX[0]=350\n";
     refused(

@@ -1,15 +1,15 @@
-//! An axis is endless because the machine file says so, whatever tables its compensation has.
+//! Whether an axis rotates without limits follows from the machine file, whatever tables its compensation has.
 
 use crate::program::{Folder, answer, example};
 use serde_json::Value;
 
-/// C turns on in steps of 0.2°, over the end of the turn; then back over it.
+/// C turns in steps of 0.2° across the end of the turn, then back across it.
 const TURNING: &str = "Y,C,X,Z,B\n0,359.5,0,0,0\n0,359.7,0,0,0\n0,359.9,0,0,0\n0,0.1,0,0,0\n\
     0,0.3,0,0,0\n0,0.1,0,0,0\n0,359.9,0,0,0\n0,359.7,0,0,0\n";
 /// Direction of travel of C in each row.
 const SIGNS: [f64; 8] = [0.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0];
 
-/// A column of what `eval` or `correct` print.
+/// A column from the output of `eval` or `correct`.
 fn column(csv: &str, name: &str) -> Vec<f64> {
     let (header, body) = csv.split_once('\n').unwrap();
     let place = header.split(',').position(|n| n == name).unwrap();
@@ -18,7 +18,7 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// The table-head machine, whose C is endless, with these errors: machine, errors, blob.
+/// The table-head machine, whose C has no limits, with these errors: machine, errors, blob.
 fn compiled(folder: &Folder, errors: &str) -> [String; 3] {
     let machine = example("table-head/machine.toml");
     let errors = folder.file(

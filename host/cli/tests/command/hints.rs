@@ -2,7 +2,7 @@
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
-/// Explaining the Kolibri with `body` behind its name is refused at `line`.
+/// Checks that `explain` for the Kolibri refuses `body`, after its name, at `line`.
 fn refuses(body: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();
     let errors = folder.file("errors.toml", format!("machine = \"Kolibri\"\n{body}\n"));
@@ -118,7 +118,7 @@ fn a_correction_that_is_too_large_points_to_the_parameter() {
     }
 }
 
-/// X travels 2.5 mm for each mm: whatever is added comes back larger.
+/// X travels 2.5 mm for each mm, so any addition comes back enlarged.
 #[test]
 fn a_correction_that_does_not_converge_points_to_the_largest_error() {
     let folder = Folder::new();
@@ -160,7 +160,7 @@ fn a_correction_that_does_not_converge_points_to_the_largest_error() {
     assert!(said.contains("p.csv, line 4)"), "{said}");
 }
 
-/// An error file for the router that names `x.csv`, with more lines of its entry.
+/// An error file for the router that names `x.csv`, with additional lines in its entry.
 fn measured(folder: &Folder, csv: &str, entry: &str) -> String {
     folder.file("x.csv", csv);
     folder.file(
@@ -201,7 +201,7 @@ fn a_measured_motion_is_read_from_a_file_beside_the_error_file() {
         let errors = measured(&folder, csv, &format!("unit = \"{unit}\"\n"));
         assert_eq!(json(&errors), same, "{unit}");
     }
-    // Two directions, and angles.
+    // Both directions, and angles.
     let both = inline(
         "EXX",
         "at = [0, 800]\npositive = [0.0, 0.010]\nnegative = [0.002, 0.012]\n",
@@ -220,7 +220,7 @@ fn a_measured_motion_is_read_from_a_file_beside_the_error_file() {
             assert!((found - expected).abs() < 1e-6, "{unit}");
         }
     }
-    // A unit may stand with values that are written out, too.
+    // A unit may also be given for values in the file itself.
     let errors = inline(
         "EXX",
         "at = [0, 400, 800]\nvalue = [0.0, 2.5, 10]\nunit = \"um\"\n",
@@ -228,7 +228,7 @@ fn a_measured_motion_is_read_from_a_file_beside_the_error_file() {
     assert_eq!(json(&errors), same);
 }
 
-/// All numbers of the corrections.
+/// All corrections.
 fn rows(json: &serde_json::Value) -> Vec<f64> {
     let rows = json["corrections"].as_array().unwrap().iter();
     rows.flat_map(|row| row.as_array().unwrap())

@@ -1,4 +1,4 @@
-//! From probings to parameters, and what is not a probing.
+//! From probings to parameters, and invalid probings.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
@@ -34,7 +34,7 @@ fn identified(folder: &Folder, probings: &str, more: &[&str]) -> serde_json::Val
     serde_json::from_str(&answer(0, &arguments)).unwrap()
 }
 
-/// Value and uncertainty of a parameter.
+/// Value and standard uncertainty of a parameter.
 fn of(answer: &serde_json::Value, name: &str) -> [f64; 2] {
     let all = answer["parameters"].as_array().unwrap();
     let one = all.iter().find(|p| p["parameter"] == name).unwrap();
@@ -59,7 +59,7 @@ fn what_is_identified_can_be_compiled() {
             "compile", &machine, &errors, "-o", &blob, "--random", "1000",
         ],
     );
-    // As a person sees it.
+    // The text output.
     let said = answer(0, &["identify", &machine, &probings]);
     for part in [
         "10 parameters from 168 probings of 4 balls",
@@ -74,7 +74,7 @@ fn what_is_identified_can_be_compiled() {
 fn what_is_not_seen_has_a_probing_that_would_show_it() {
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");
-    // Where C stands at zero.
+    // Rows with C at zero.
     let all = std::fs::read_to_string(probings(&folder, &[])).unwrap();
     let mut rows = all.lines();
     let header = rows.next().unwrap();
@@ -92,7 +92,7 @@ fn what_is_not_seen_has_a_probing_that_would_show_it() {
     let add = unseen
         .lines()
         .find(|line| line.starts_with("    add: ball "));
-    // At zero nothing of C turns.
+    // At zero, C has no effect.
     assert!(add.is_some_and(|line| line.contains(", C = ")), "{said}");
     let json = identified(&folder, &kept, &["--model", "10"]);
     let unseen = json["unseen"].as_array().unwrap();
@@ -111,7 +111,7 @@ fn a_compensation_that_was_on_is_undone() {
             "compile", &machine, &errors, "-o", &blob, "--random", "1000",
         ],
     );
-    // Positions as they are read while the compensation is on: they lack its correction.
+    // Positions as read with the compensation on: without its correction.
     let measured = std::fs::read_to_string(probings(&folder, &[])).unwrap();
     let positions: String = (measured.lines())
         .map(|line| line.split_once(',').unwrap().1.to_owned() + "\n")
@@ -134,7 +134,7 @@ fn a_compensation_that_was_on_is_undone() {
     assert!(of(&without, "EB0A")[0].abs() < 1e-4);
 }
 
-/// Probings of the Kolibri with the ball and the pairs of A and C by which its compensation was validated.
+/// Probings of the Kolibri with the ball and the positions of A and C by which its compensation was validated.
 fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
     let out = folder.at(name);
     let files = [
@@ -198,12 +198,12 @@ fn what_a_compensation_has_done_to_each_parameter_is_said() {
         // The source document's Eq. 38.
         let part = (before.abs() - after.abs()) / before.abs();
         assert!((part - number("compensability")).abs() < 1e-12, "{one}");
-        // Of ten values one of 15 000 is farther from 0 than this; the calibration has three times as many rows.
+        // Of ten values, one in 15 000 is farther from 0; the calibration has three times as many rows.
         let uncertainty = 1.5 * number("after_standard_uncertainty");
         assert!(after.abs() < 4.5 * uncertainty, "{one}");
     }
     let mean = [0, 1].map(|k| compensated["mean_um"][k].as_f64().unwrap());
-    // 0.1 mm of errors; what is left is the noise of two calibrations, some µm.
+    // 0.1 mm of errors; the remainder is the noise of two calibrations, a few µm.
     assert!(mean[0] > 50.0 && mean[1] < 0.05 * mean[0], "{mean:?}");
     let other = folder.file(
         "other.toml",
@@ -241,9 +241,9 @@ fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
         );
         of(&serde_json::from_str(&found).unwrap(), "EB0A")[0]
     };
-    // Tables are within 0.05 µm of the exact correction; at levers of 0.1 m that is less than 1 µrad.
+    // Tables are within 0.05 µm of the exact correction, which is less than 1 µrad at levers of 0.1 m.
     assert!(of_all(&[]).abs() < 1e-6);
-    // Undone, nothing of them is left but f32 numbers.
+    // With the tables undone, only f32 rounding remains.
     assert!((of_all(&["--active", &blob]) - 1.09e-3).abs() < 1e-9);
 }
 
@@ -276,11 +276,11 @@ fn recorded_probings_with_an_exact_compensation_applied_identify_to_nothing() {
     };
     let left = found(&[]);
     for one in left["parameters"].as_array().unwrap() {
-        // Tables are within 0.05 µm of the exact correction; at levers of 0.1 m that is less than 1 µrad and 1 µm/m.
-        // The bound is stricter for EY0C, which is in mm.
+        // Tables are within 0.05 µm of the exact correction, which is less than 1 µrad and 1 µm/m at levers of 0.1
+        // m. The bound is stricter for EY0C, which is in mm.
         assert!(one["value"].as_f64().unwrap().abs() < 1e-6, "{one}");
     }
-    // `--active` is the inverse: what is left are f32 numbers.
+    // `--active` is the inverse; only f32 rounding remains.
     let undone = of(&found(&["--active", &blob]), "EB0A")[0];
     assert!((undone - 1.09e-3).abs() < 1e-9, "{undone}");
 }
@@ -426,7 +426,7 @@ fn a_ball_that_nobody_knows_is_refused_and_one_that_was_probed_once_is_told() {
             "write one of 1, 2, 3, 4",
         ],
     );
-    // Without an artefact it is a fifth ball.
+    // Without an artefact it counts as a fifth ball.
     let output = trueaxis(&with);
     assert_eq!(output.status.code(), Some(0));
     let said = plain(&output.stderr);

@@ -1,4 +1,4 @@
-//! Input files that are too large, and lines that are too long to be shown.
+//! Input files that are too large, and lines that are too long to print.
 
 use std::fs::File;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use trueaxis::LARGEST_BLOB;
 
 use crate::program::{Folder, blob, example, refused, trueaxis};
 
-/// A file of zeros that takes no room on the disk.
+/// A file of zeros that takes no space on the disk.
 fn sparse(folder: &Folder, name: &str, length: u64) -> String {
     let path = folder.at(name);
     File::create(&path).unwrap().set_len(length).unwrap();
@@ -82,7 +82,7 @@ fn a_message_shows_at_most_200_characters_of_a_line() {
         let output = trueaxis(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
-        // The message, the line, and what is drawn around them.
+        // The message, the line, and the frame around them.
         assert!(said.len() < 4000, "{} bytes", said.len());
         assert!(!said.contains(&"x".repeat(201)), "{said}");
         assert!(said.contains("line"), "{said}");

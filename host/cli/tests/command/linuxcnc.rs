@@ -1,4 +1,4 @@
-//! `trueaxis linuxcnc`: what each of its commands says of the simulated machines, whole and spoilt.
+//! The commands of `trueaxis linuxcnc` on the simulated machines, intact and with faults.
 
 use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 const FILES: [&str; 4] = ["machine.hal", "trueaxis.hal", "model.hal", "demo.ngc"];
 
-/// A simulated machine in a folder of its own.
+/// A simulated machine in its own folder.
 struct Simulated {
     folder: Folder,
     name: &'static str,
@@ -19,7 +19,7 @@ fn configs() -> String {
     )
 }
 
-/// Without the panel, whose pins are those of a screen.
+/// Without the panel, whose pins belong to a screen.
 fn simulated(name: &'static str) -> Simulated {
     let folder = Folder::new();
     let from = Path::new(&configs()).join(name);
@@ -41,7 +41,7 @@ impl Simulated {
     fn text(&self, file: &str) -> String {
         std::fs::read_to_string(self.at(file)).unwrap()
     }
-    /// Writes `to` for the first `from` of a file.
+    /// Replaces the first `from` in a file by `to`.
     fn change(&self, file: &str, from: &str, to: &str) {
         let text = self.text(file);
         assert!(text.contains(from), "{file} has no {from}");
@@ -58,7 +58,7 @@ impl Simulated {
             "--json".into(),
         ]
     }
-    /// What `check` finds; it must end with 1 if something is refused, otherwise with 0.
+    /// The findings of `check`. Checks that it exits with 1 if something is refused, otherwise with 0.
     fn findings(&self, more: &[&str]) -> Vec<Value> {
         let arguments = self.arguments();
         let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -77,7 +77,7 @@ impl Simulated {
         let line = usize::try_from(finding["line"].as_u64().unwrap()).unwrap();
         text.lines().nth(line - 1).unwrap_or("").to_owned()
     }
-    /// There must be a finding with this severity and reason, in this line, with this to be written.
+    /// Checks that there is a finding with this severity and reason, in this line, with this proposal.
     #[track_caller]
     fn finds(&self, more: &[&str], expected: [&str; 4]) {
         let [severity, line, reason, write] = expected;
@@ -107,7 +107,7 @@ fn both_simulated_machines_pass() {
     }
 }
 
-/// Changes one thing, and looks for the finding.
+/// Changes one thing, and checks the finding.
 #[track_caller]
 fn spoilt(name: &'static str, change: [&str; 3], expected: [&str; 4]) {
     let machine = simulated(name);
@@ -129,7 +129,7 @@ fn joints_that_are_compensated_twice_are_found() {
             "# COMP_FILE = x.comp",
         ],
     );
-    // X of the five-axis machine has tables for each direction of travel, that of the mill has none.
+    // X of the five-axis machine has tables for each direction of travel, X of the mill has not.
     spoilt(
         "xyzac-trt",
         ["machine.ini", first, "[JOINT_0]\nBACKLASH = 0.01\n"],
@@ -161,7 +161,7 @@ fn joints_that_are_compensated_twice_are_found() {
 
 #[test]
 fn limits_outside_the_compensation_or_too_close_to_its_ends_are_found() {
-    // Of the joint: those of the axes stand before.
+    // In the section of the joint; those of the axes come before.
     for (joint, from, to, severity, line, reason, write) in [
         (
             "[JOINT_0]",
@@ -227,7 +227,7 @@ fn limits_outside_the_compensation_or_too_close_to_its_ends_are_found() {
             [before, joint, &after.replacen(from, to, 1)].concat(),
         );
         machine.finds(&[], [severity, line, reason, write]);
-        // What is to be written passes.
+        // The proposed value passes.
         let write = machine.findings(&[])[0]["write"]
             .as_str()
             .unwrap()
@@ -358,7 +358,7 @@ fn functions_in_the_wrong_order_are_found() {
             "addf stepgen.update-freq servo-thread -1",
         ),
     ] {
-        // The second place is another one after a line that is added or left out.
+        // The second position changes if a line is added or removed.
         let machine = simulated("mill-21");
         machine.change("trueaxis.hal", from, to);
         let text = machine.text("trueaxis.hal");
@@ -444,12 +444,12 @@ fn letters_of_joints_are_those_that_hal_loads() {
     let load = "loadrt [KINS]KINEMATICS";
     machine.change("machine.hal", load, "loadrt trivkins coordinates=xyz");
     assert_eq!(machine.findings(&[]), [] as [Value; 0]);
-    // A gantry, of which the component is told one joint.
+    // A gantry of which the component knows one joint.
     machine.change("machine.hal", "coordinates=xyz", "coordinates=XYYZ");
     machine.change("machine.ini", "JOINTS = 3", "JOINTS = 4");
     let expected = "joint 2 has the axis Z in axes=XYZ, but Y in trivkins";
     machine.finds(&[], ["refused", "loadrt", expected, "axes=XYYZ"]);
-    // Another module than the INI file names.
+    // The module differs from the one in the INI file.
     machine.change("machine.hal", "trivkins coordinates=XYYZ", "xyzac-trt-kins");
     let expected = "xyzac-trt-kins is for rotary axes AC";
     machine.finds(&[], ["refused", "xyzac-trt-kins", expected, "KINEMATICS ="]);
@@ -467,7 +467,7 @@ fn pins_that_are_linked_one_to_one_are_connected() {
         let link = format!("linkpp joint.0.{of} trueaxis.joint.0.{pin}\n");
         machine.change("trueaxis.hal", &net, &link);
     }
-    // The model reads the position, too.
+    // The model also reads the position.
     machine.change("model.hal", "net trueaxis-0-pos-cmd", "net joint.0.pos-cmd");
     assert_eq!(machine.findings(&[]), [] as [Value; 0]);
 }
@@ -485,7 +485,7 @@ fn weights_without_pins_and_pins_without_weights_are_found() {
             "weights=0",
         ],
     );
-    // One with two adjustable terms, of another machine: what else is found does not matter here.
+    // A compensation with two adjustable terms, for another machine; other findings do not matter here.
     let machine = simulated("mill-21");
     let golden = format!(
         "{}/../../tests/golden/v1/everything.trax",
@@ -526,7 +526,7 @@ fn a_machine_without_the_component_is_told_how_to_load_it() {
             "loadrt trueaxis file=FILE.trax axes=XYZ units=[TRAJ]LINEAR_UNITS",
         ],
     );
-    // A program may do all that.
+    // A program may do all of this.
     machine.change(
         "machine.ini",
         "HALFILE = machine.hal",
@@ -580,7 +580,7 @@ fn kinematics_that_are_not_those_of_the_machine_are_found() {
         machine.change(file, from, to);
         machine.finds(&["--machine", &trt], ["refused", line, reason, write]);
     }
-    // A pin that comes from elsewhere is nobody's mistake.
+    // A pin that is connected elsewhere is not a mistake.
     let machine = simulated("xyzac-trt");
     machine.change(
         "machine.hal",
@@ -588,7 +588,7 @@ fn kinematics_that_are_not_those_of_the_machine_are_found() {
         "net pivot probe.y => xyzac-trt-kins.y-offset",
     );
     assert!(machine.findings(&["--machine", &trt]).is_empty());
-    // Another machine file than that of the compensation.
+    // A machine file that does not belong to the compensation.
     let machine = simulated("xyzac-trt");
     let text = std::fs::read_to_string(&trt).unwrap();
     let swap = text
@@ -634,10 +634,10 @@ fn kinematics_that_are_not_those_of_the_machine_are_found() {
 
 #[test]
 fn a_head_under_kinematics_for_a_table_is_found() {
-    // The same letters, C and A at the tool.
+    // The same letters, with C and A at the tool.
     let machine = simulated("xyzac-trt");
     let toml = std::fs::read_to_string(example("linuxcnc-xyzac-trt/machine.toml")).unwrap();
-    // Behind the comments: Y, X, A, C, then Z with spindle and tool.
+    // After the comments: Y, X, A, C, then Z with spindle and tool.
     let parts: Vec<&str> = toml.split("[[axis]]\n").collect();
     let (z, rest) = parts[5].split_once("\n\n").unwrap();
     let [a, c] = [3, 4].map(|k| parts[k].replace("\"workpiece\"", "\"tool\""));
@@ -717,7 +717,7 @@ fn connections_that_are_missing_or_wrong_are_found() {
             [severity, line, reason, write],
         );
     }
-    // Nothing but the component on the signal of the drive.
+    // Only the component on the drive's signal.
     let machine = simulated("mill-21");
     for line in [
         "net x-drive => trueaxis.joint.0.motor-fb-in\n",
@@ -904,7 +904,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
     for name in ["mill-21", "xyzac-trt"] {
         let machine = simulated(name);
         let lines = machine.text("trueaxis.hal");
-        // Not where they are already: what is connected then is ours.
+        // Not into the machine's own folder, where these lines are already in effect.
         refused(
             &[
                 "linuxcnc",
@@ -933,7 +933,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
             "{said}"
         );
         assert_eq!(machine.text("new/trueaxis.hal"), lines);
-        // It is a description that is accepted, and says the same of the kinematics as the example.
+        // The description is valid, and equals the example in its kinematics.
         let described = machine.at("new/machine.toml");
         let example = match name {
             "mill-21" => example("mill-21/machine.toml"),
@@ -947,7 +947,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
             pose["poses"][0]["nominal"].clone()
         };
         assert_eq!(pose(&described), pose(&example));
-        // Nothing is written over.
+        // Existing files are kept.
         std::fs::write(&described, "mine").unwrap();
         refused(
             &setup,

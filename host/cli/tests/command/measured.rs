@@ -1,8 +1,8 @@
-//! From runs of instruments to error files, and what is no such run.
+//! From runs of instruments to error files, and invalid runs.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
-/// A run of a laser along X of the mill, as it is simulated.
+/// A simulated run of a laser along X of the mill.
 fn laser(folder: &Folder, name: &str, more: &[&str]) -> String {
     let out = folder.at(name);
     let (machine, errors) = (
@@ -50,7 +50,7 @@ fn what_was_measured_can_be_compiled() {
             "compile", &machine, &errors, "-o", &blob, "--random", "1000",
         ],
     );
-    // A second import keeps what the first one found.
+    // A second import keeps the result of the first.
     let straight = laser(
         &folder,
         "straight.csv",
@@ -81,8 +81,8 @@ fn what_was_measured_can_be_compiled() {
     let table = written.split("[tabulated.EYX]").nth(1).unwrap();
     let table = table.split("positive = [").nth(1).unwrap();
     let value: f64 = table.split(',').nth(3).unwrap().trim().parse().unwrap();
-    // EYX is the same whether the yaw was known before or is measured with it; an error file has 1e-6 µm
-    // and µrad, the latter with a lever of 0.5 m.
+    // EYX is the same whether the yaw was known before or is measured with it. An error file resolves 1e-6 µm and
+    // µrad, the latter with a lever of 0.5 m.
     assert!((value - expected).abs() < 2e-6, "{value} is not {expected}");
 }
 
@@ -162,7 +162,7 @@ fn simulated_runs_and_circles_are_written() {
             "200",
         ],
     );
-    // R·EXX1·cos²φ; and backlash of ±2 µm, seen in X: after negative travel at φ = 45° counter-clockwise.
+    // R·EXX1·cos²φ, and ±2 µm of backlash, measured in X: after negative travel at φ = 45° counter-clockwise.
     let rows: Vec<&str> = circle
         .lines()
         .filter(|line| !line.starts_with('#'))
@@ -173,7 +173,7 @@ fn simulated_runs_and_circles_are_written() {
     let half = 0.5_f64.sqrt();
     assert!((at_45[1] - (10.0 - 2.0 * half)).abs() < 1e-3, "{circle}");
     assert!((at_45[2] - (10.0 + 2.0 * half)).abs() < 1e-3, "{circle}");
-    // The same seed, the same noise.
+    // The same seed gives the same noise.
     let run = |seed: &str| {
         answer(
             0,
@@ -417,7 +417,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
     );
 }
 
-/// A radial error of a table shows as two motions that turn with it.
+/// A radial error of a table shows as two motions that rotate with it.
 #[test]
 fn what_one_reading_mixes_is_refused() {
     let folder = Folder::new();
@@ -474,7 +474,7 @@ fn positions_are_no_deviations_but_can_be_read_as_positions() {
         ];
         refused(&["measured", &machine, &raw, "-o", &out], &parts);
     }
-    // Deviations of 9 mm between targets of 30 mm are some other unit.
+    // Deviations of 9 mm at targets 30 mm apart are in another unit.
     let wide = file("# unit = \"mm\"", 0.4);
     refused(
         &["measured", &machine, &wide, "-o", &out],

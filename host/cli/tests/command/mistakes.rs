@@ -1,8 +1,8 @@
-//! Probings that are wrong in the ways that happen most, each made so on purpose, and what is said about it.
+//! Deliberate versions of the most common mistakes in probings, and the messages about them.
 
 use crate::program::{Folder, answer, example, plain, trueaxis};
 
-/// Probings of the Kolibri as a table that can be spoilt.
+/// Probings of the Kolibri as a table that can be modified.
 struct Table {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -57,7 +57,7 @@ impl Table {
 
 const MACHINE: &str = "kolibri/machine.toml";
 
-/// Simulates with a changed artefact, machine or strategy.
+/// Simulates with a modified artefact, machine or strategy.
 fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
     let file = |name: &str| {
         let mut text = std::fs::read_to_string(example(&format!("kolibri/{name}"))).unwrap();
@@ -86,7 +86,7 @@ fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
     ))
 }
 
-/// Takes the rows of another table in place of some.
+/// Replaces some rows by those of another table.
 fn mixed(mut table: Table, other: &Table, rows: &[usize]) -> Table {
     for row in rows {
         table.rows[*row].clone_from(&other.rows[*row]);
@@ -94,7 +94,7 @@ fn mixed(mut table: Table, other: &Table, rows: &[usize]) -> Table {
     table
 }
 
-/// What `identify` says on standard error, and how it ends.
+/// Exit code and standard error of `identify`.
 fn said(folder: &Folder, table: &Table, more: &[&str]) -> (i32, String) {
     let probings = folder.file("spoilt.csv", table.text());
     let (machine, artefact) = (example(MACHINE), example("kolibri/artefact.toml"));
@@ -107,7 +107,7 @@ fn said(folder: &Folder, table: &Table, more: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), plain(&output.stderr))
 }
 
-/// Spoils good probings and looks at what is said.
+/// Modifies good probings and checks the messages.
 fn spoilt(code: i32, parts: &[&str], spoil: impl Fn(&mut Table)) {
     let folder = Folder::new();
     let mut table = simulated(&folder, &[]);
@@ -165,7 +165,7 @@ fn exchanged_columns_are_named() {
             }
         },
     );
-    // A goes no farther than 120°.
+    // A only reaches 120°.
     spoilt(2, &["outside the travel of -120 to 120"], |table| {
         for row in &mut table.rows {
             row.swap(2, 3);
@@ -205,7 +205,7 @@ fn units_are_told() {
     spoilt(2, &["look like radians"], |table| {
         table.change_all(&["A", "C"], f64::to_radians)
     });
-    // Without places of balls the machine itself has lengths.
+    // Without stated positions of balls, the machine itself provides lengths.
     let folder = Folder::new();
     let mut table = simulated(&folder, &[]);
     table.change_all(&LINEAR, |v| v / 25.4);
@@ -345,7 +345,7 @@ fn a_ball_that_has_moved_is_named_with_its_row() {
     let what = format!("before line {line}: look whether it is loose");
     let parts = ["ball 2 has moved by", what.as_str(), "--without \"ball 2\""];
     assert_said(said(&folder, &table, &[]), 1, &parts);
-    // Robust or not, it is a ball and no rows.
+    // Robust or not, it is a ball and not single rows.
     assert_said(said(&folder, &table, &["--robust"]), 1, &parts);
     assert_eq!(
         said(&folder, &table, &["--without", "ball 2"]),
@@ -408,7 +408,7 @@ fn places_and_a_tip_that_are_wrong_are_refused() {
         "say --accept-places",
     ];
     assert_said(said(&folder, &table, &["--artefact", &artefact]), 2, &parts);
-    // A tip of the machine file that is another tool's.
+    // The tip in the machine file belongs to another tool.
     let far = simulated(
         &folder,
         &[("machine.toml", "[0.0, 0.0, -74.0]", "[0.0, 0.0, -104.0]")],

@@ -1,11 +1,11 @@
-//! `eval` and `correct` say which axes are outside their travel, and answer all the same.
+//! `eval` and `correct` report axes outside their travel, and still print results.
 
 use crate::program::{Folder, answer, blob, example, plain, trueaxis};
 use serde_json::{Value, json};
 
 const HEADER: &str = "Y,A,C,X,Z\n";
 
-/// What `eval` of the Kolibri's blob and `correct` with its files are called with.
+/// Arguments of `eval` with the Kolibri's blob and of `correct` with its files.
 fn both(positions: &str) -> [Vec<String>; 2] {
     let files = [
         example("kolibri/machine.toml"),
@@ -21,7 +21,7 @@ fn both(positions: &str) -> [Vec<String>; 2] {
     })
 }
 
-/// Rows on standard output, and what stands on standard error.
+/// Number of rows on standard output, and the text on standard error.
 fn said(arguments: &[String]) -> (usize, String) {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let output = trueaxis(&arguments);
@@ -30,7 +30,7 @@ fn said(arguments: &[String]) -> (usize, String) {
     (rows, plain(&output.stderr))
 }
 
-/// What `eval` says beside its rows; `correct` was told.
+/// The policy printed by `eval` on standard error; for `correct` it is an argument.
 fn policy(arguments: &[String]) -> String {
     match arguments[0] == "eval" {
         true => "policy: direction, damping 0.1".to_owned(),

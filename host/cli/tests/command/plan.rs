@@ -1,4 +1,4 @@
-//! A strategy, its program, the log of its touches, and what is none of these.
+//! Strategies, their programs, the logs of their touches, and invalid ones.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
@@ -20,7 +20,7 @@ fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
     serde_json::from_str(&answer(0, &arguments)).unwrap()
 }
 
-/// The log of its touches on a machine with the document's errors, and 0.5 µm of noise.
+/// The log of its touches on a machine with the document's errors and 0.5 µm of noise.
 fn touched(folder: &Folder) -> String {
     let files = ["machine", "errors-12", "artefact"];
     let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
@@ -76,7 +76,7 @@ fn a_plan_leads_to_parameters() {
         "{strategy}"
     );
     assert_eq!(strategy.lines().count(), 41);
-    // The first one is probed again, as another run.
+    // The first probing is repeated as another run.
     let first: Vec<&str> = strategy.lines().nth(1).unwrap().rsplitn(2, ',').collect();
     let last: Vec<&str> = strategy.lines().last().unwrap().rsplitn(2, ',').collect();
     assert_eq!((first[1], first[0] == last[0]), (last[1], false));
@@ -85,7 +85,7 @@ fn a_plan_leads_to_parameters() {
     assert_eq!(touches.count(), 200);
     let table = std::fs::read_to_string(&table).unwrap();
     assert_eq!(table.lines().count(), 201);
-    // What is written is judged alike.
+    // The written strategy gets the same evaluation.
     let [machine, artefact] =
         ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
     let strategy = folder.at("strategy.csv");
@@ -123,7 +123,7 @@ fn a_plan_leads_to_parameters() {
         said.contains("40 probings of 4 balls from 200 touches"),
         "{said}"
     );
-    // 10 + 3 mm, but for scales of up to 0.6 mm/m.
+    // 10 + 3 mm, with scales of up to 0.6 mm/m.
     assert!(
         said.contains("ball 1: 13.00") || said.contains("ball 1: 12.99"),
         "{said}"
@@ -177,7 +177,7 @@ fn the_program_comes_from_the_side_that_the_strategy_wants() {
                 }
             }
         }
-        // The first touch of a row stands behind the approach to it.
+        // The first touch of a row follows its approach.
         if line.starts_with("(row ") {
             came = if at[0].is_nan() { [0.0; 2] } else { came };
         }
@@ -193,7 +193,7 @@ fn the_program_comes_from_the_side_that_the_strategy_wants() {
     assert!(rows.next().is_none());
 }
 
-/// True of the first move near a ball: the one behind `G0` with linear axes.
+/// True for the first move near a ball: the one after `G0` with linear axes.
 fn program_row(program: &str, line: &str) -> bool {
     let before = program[..line.as_ptr() as usize - program.as_ptr() as usize]
         .lines()
@@ -315,7 +315,7 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
     );
     let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
     refused(&other, &["the row has 8 columns"]);
-    // Of another strategy: rows in another order, of which the first and the last are the same.
+    // The log of another strategy: rows in another order, with the same first and last rows.
     let mut turned: Vec<&[&str]> = lines.chunks(5).collect();
     turned.reverse();
     refused(
@@ -359,17 +359,17 @@ fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() 
     };
     let (said, all) = read(&lines);
     assert!(!said.contains("left out"), "{said}");
-    // Ended in the middle of row 13.
+    // Stopped in the middle of row 13.
     let (said, part) = read(&lines[..63]);
     assert!(said.contains("12 probings"), "{said}");
     assert!(said.contains("3 of 5 touches of ball"), "{said}");
     assert!(said.contains("(line 14 of the strategy), 0 of 5"), "{said}");
     assert_eq!(part.lines().count(), 1 + 12);
-    // Begun again with this row: all is there, to the last digit.
+    // Restarted with this row: everything is there, to the last digit.
     let (said, again) = read(&[&lines[..63], &lines[60..]].concat());
     assert!(!said.contains("left out"), "{said}");
     assert_eq!(again, all);
-    // One touch is gone.
+    // One touch is missing.
     let (said, _) = read(&[&lines[..3], &lines[4..]].concat());
     assert!(said.contains("29 probings"), "{said}");
     assert!(said.contains("missing: 4 of 5 touches of ball"), "{said}");
@@ -442,7 +442,7 @@ fn location_errors_that_a_model_lacks_are_named_before_and_after_probing() {
         )
     };
     assert_eq!(plan("10", "A=-50:50:10,C=0:330:30"), "");
-    // A stylus that turns shows where the spindle is.
+    // Indexing the spindle shows the position of the stylus.
     let said = plan("10", "A=-50:50:10,C=0:330:30,S=0:270:90");
     assert!(
         said.contains("the strategy turns the spindle (M19)"),
@@ -483,7 +483,7 @@ fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated(
     };
     let (said, shown) = plan(&machine, "");
     assert!(said.contains("the spindle is not turned"), "{said}");
-    // Turned about C by half a turn, the workpiece sees it on the other side.
+    // After half a turn of C, the workpiece sees it on the other side.
     assert!(
         said.contains("EX0S (10 µm move the tip by up to 20.0 µm over the travel)"),
         "{said}"

@@ -1,4 +1,4 @@
-//! `pose` and `explain`, and descriptions that are taken but hardly meant.
+//! `pose` and `explain`, and unlikely machine descriptions.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 use serde_json::Value;
@@ -12,8 +12,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     values.map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// By hand: Kolibri at X = 10, A = 30. The tip is at (10, 0, −74) in the machine, the table turned by
-/// +30° about x, so on the table y = −74·sin 30°, z = −74·cos 30°, and the tool leans to +y.
+/// Calculated by hand: Kolibri at X = 10, A = 30. The tip is at (10, 0, −74) in the machine, and the table is turned
+/// by +30° about x, so on the table y = −74·sin 30°, z = −74·cos 30°, and the tool leans to +y.
 #[test]
 fn pose_is_that_of_the_tip_seen_from_the_workpiece() {
     let machine = example("kolibri/machine.toml");
@@ -43,7 +43,7 @@ fn the_direction_of_a_reversed_axis_is_that_of_its_carriage() {
     assert_eq!(numbers(&axes[1]["direction"]), [-1.0, 0.0, 0.0]);
     assert_eq!(axes[1]["carries"], "workpiece");
     assert_eq!(numbers(&axes[2]["direction"]), [0.0, 0.0, 1.0]);
-    // The tool goes to +X all the same.
+    // The tool still goes to +X.
     let at = json(&["pose", &machine, "--at", "X=100", "--json"]);
     assert_eq!(
         numbers(&at["poses"][0]["nominal"]["tip"]),
@@ -51,7 +51,7 @@ fn the_direction_of_a_reversed_axis_is_that_of_its_carriage() {
     );
 }
 
-/// What `correct` adds takes the actual tool to the nominal place, but for what two rotary axes and
+/// With the output of `correct`, the actual tool reaches the nominal position, except for what two rotary axes and
 /// the second order leave.
 #[test]
 fn the_actual_pose_of_a_corrected_command_is_the_nominal_one() {
@@ -146,7 +146,7 @@ fn a_bad_position_is_refused() {
     }
 }
 
-/// The Kolibri with `from` replaced by `to`: what is warned of.
+/// The warnings for the Kolibri with `from` replaced by `to`.
 fn warned(from: &str, to: &str) -> String {
     let folder = Folder::new();
     let text = std::fs::read_to_string(example("kolibri/machine.toml")).unwrap();
@@ -196,7 +196,7 @@ fn what_is_hardly_meant_is_warned_of_with_its_line() {
         let place = format!("machine.toml, line {line}: {cause}");
         assert!(said.contains(&place), "`{place}` is not in:\n{said}");
     }
-    // What is meant: a tilt of 5.5 degrees, a narrow travel in degrees.
+    // Intended values: a tilt of 5.5 degrees, a narrow travel in degrees.
     for to in [
         "[-120.0, 120.0]\norientation_deg = [5.5, -45.0, 0.0]",
         "[-4.0, 4.0]",
@@ -215,7 +215,7 @@ fn no_example_is_doubted() {
             if name.starts_with("machine") {
                 let output = trueaxis(&["pose", path.to_str().unwrap()]);
                 let said = plain(&output.stderr);
-                // Some have no zero in their travels.
+                // Some machines do not have zero in their travels.
                 assert!(
                     !said.contains("looks like") && !said.contains("the tip is"),
                     "{said}"
@@ -242,8 +242,8 @@ fn a_missing_spindle_is_refused_with_the_axis_of_the_tip() {
     );
 }
 
-/// Every reading of `explain` as JSON is what `pose` shows between the same two commands: that the
-/// tool has gone too far, in the direction of a positive command.
+/// Every reading of `explain` in JSON equals the displacement that `pose` shows between the same two commands: how
+/// far the tool has gone too far in the direction of a positive command.
 #[test]
 fn explain_reads_what_pose_shows() {
     let folder = Folder::new();

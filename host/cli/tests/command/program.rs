@@ -1,16 +1,16 @@
-//! Runs the command and looks at what it says.
+//! Runs the command and captures its output.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// A file of the examples.
+/// A file from the examples.
 pub fn example(path: &str) -> String {
     format!("{}/../../examples/{path}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The command with arguments.
+/// Runs the command with arguments.
 pub fn trueaxis(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueaxis"))
         .args(arguments)
@@ -18,7 +18,7 @@ pub fn trueaxis(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Runs it and takes standard output; it must end with `code`.
+/// Runs the command and returns standard output. Checks that it exits with `code`.
 pub fn answer(code: i32, arguments: &[&str]) -> String {
     let output = trueaxis(arguments);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -26,7 +26,8 @@ pub fn answer(code: i32, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs it, must end with `code` 2 and say all of `parts` on standard error, nothing elsewhere.
+/// Runs the command. Checks that it exits with 2, prints all of `parts` on standard error, and nothing on standard
+/// output.
 pub fn refused(arguments: &[&str], parts: &[&str]) {
     let output = trueaxis(arguments);
     let said = plain(&output.stderr);
@@ -37,7 +38,7 @@ pub fn refused(arguments: &[&str], parts: &[&str]) {
     }
 }
 
-/// Words with single spaces: without frames and line breaks.
+/// The words separated by single spaces, without frames and line breaks.
 pub fn plain(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let words = text
@@ -60,12 +61,12 @@ impl Folder {
     pub fn at(&self, name: &str) -> String {
         self.path().join(name).to_str().unwrap().to_owned()
     }
-    /// A file in it with this content.
+    /// Writes a file in it with this content.
     pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
         std::fs::write(self.path().join(name), content).unwrap();
         self.at(name)
     }
-    /// Names of all files in it.
+    /// Names of all files in the folder.
     pub fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.path()).unwrap();
         let mut names: Vec<String> = entries
@@ -76,7 +77,7 @@ impl Folder {
     }
 }
 
-/// Blobs that several tests read, compiled once.
+/// Blobs shared by several tests, compiled once.
 pub struct Blobs {
     folder: TempDir,
 }

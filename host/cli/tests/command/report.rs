@@ -1,4 +1,4 @@
-//! The report: one page, the same bytes every time, and what it says of bad input.
+//! The report: a single page, reproducible bytes, and messages about bad input.
 
 use crate::identify::probings;
 use crate::program::{Folder, answer, blob, example, refused, trueaxis};
@@ -12,7 +12,7 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The page that `report` writes with these arguments, and what it prints; it must end with `code`.
+/// The page that `report` writes with these arguments, and its output. Checks that it exits with `code`.
 fn page(folder: &Folder, code: i32, arguments: &[&str]) -> (String, String) {
     let out = folder.at("report.html");
     let mut all = vec!["report"];
@@ -29,7 +29,7 @@ fn figures(arguments: &[&str]) -> Report {
     serde_json::from_str(&answer(0, &all)).unwrap()
 }
 
-/// What stands in the page as text, without its data, style and scripts.
+/// The page's text without its data, style and scripts.
 fn text(page: &str) -> &str {
     let body = page.find("<main>").unwrap();
     let end = page.find("</main>").unwrap();
@@ -52,7 +52,7 @@ fn the_page_is_one_small_file_without_addresses_and_the_same_every_time() {
     let cause = "The spindle's Z position (EZ0S) causes 56 of 68 µm on average.";
     assert!(said.contains(headline) && said.contains(cause), "{said}");
     assert!(text(&first).contains(&format!("<p class=\"verdict\">{headline}")));
-    // Autoescaping writes the apostrophe as a reference.
+    // Autoescaping writes the apostrophe as a character reference.
     assert!(text(&first).contains(&cause.replace('\'', "&#x27;")));
     for heading in [
         "Before and after",
@@ -95,11 +95,11 @@ fn all_figures_are_json_and_come_back() {
     assert!(again == report);
     let most = &report.budget.shares[0];
     assert_eq!(most.name, "EZ0S");
-    // A shift of 55.6 µm at every position, but for rounding.
+    // A shift of 55.6 µm at every position, up to rounding.
     let tip = most.alone.translation_um;
     assert!((tip.mean - 55.6).abs() < 1e-9 && (tip.max - 55.6).abs() < 1e-9);
     assert_eq!(report.volumetric.meets_tolerance, Some(true));
-    // One number: the maxima are those of the worst positions, and no less than at random ones.
+    // One number: the maxima are those of the worst positions, and not less than at random ones.
     let (volumetric, worst) = (&report.volumetric, &report.worst);
     let after = volumetric.after.unwrap();
     for (quality, places) in [(volumetric.before, &worst.before), (after, &worst.after)] {
@@ -135,7 +135,7 @@ fn a_report_says_what_has_changed_since_an_older_one() {
     let found: Vec<_> = (changes.parameters.iter())
         .map(|c| (&*c.name, c.old, c.new, c.is_significant))
         .collect();
-    // By 20 µm, of which 2·√2·6.8 µm = 19.2 would be chance; and by 1 µm/m, where 22.9 would be.
+    // By 20 µm, where chance explains 2·√2·6.8 µm = 19.2; and by 1 µm/m, where it explains 22.9.
     assert_eq!(
         found,
         [
@@ -193,10 +193,10 @@ fn nothing_of_a_name_is_run() {
     );
     let (page, _) = page(&folder, 0, &[&machine, &errors, "--date", "<b>today</b>"]);
     assert!(!page.contains("<script>alert") && !page.contains("<b>today"));
-    // The page's own: two of data and one to run.
+    // The page's own scripts: two with data and one to run.
     assert_eq!(page.matches("<script").count(), 3);
     assert_eq!(page.matches("</script>").count(), 3);
-    // What ends a line for scripts alone is no such thing in text.
+    // U+2028 ends a line in scripts but not in text.
     let data = &page[page.find("id=\"report-data\"").unwrap()..];
     assert!(!data.contains("<!--") && !data.contains('\u{2028}'));
     let heading = "<h1>&lt;&#x2f;script&gt;&lt;script&gt;alert(1)";
@@ -208,7 +208,7 @@ fn nothing_of_a_name_is_run() {
 fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     let folder = Folder::new();
     let of = |machine: &str, errors: &str| [machine, errors].map(|f| example(&format!("{f}.toml")));
-    // Three axes only, of which none turns.
+    // Only three axes, none of them rotary.
     let router = of("router/machine", "router/errors-10");
     let report = figures(&[&router[0], &router[1]]);
     assert!(
@@ -234,7 +234,7 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     let x = report.axes.iter().find(|axis| axis.axis == 'X').unwrap();
     assert_eq!(x.motions.len(), 6);
     assert_eq!(x.motions[0].measured_at.len(), 51);
-    // An axis that turns without end.
+    // An axis without limits.
     let endless = of(
         "linuxcnc-xyzac-trt/machine-endless",
         "linuxcnc-xyzac-trt/errors-11",

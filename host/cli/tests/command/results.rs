@@ -1,4 +1,4 @@
-//! What the commands answer.
+//! Results of the commands.
 
 use crate::program::{Folder, answer, blob, example};
 use serde_json::Value;
@@ -20,7 +20,7 @@ fn json(code: i32, arguments: &[&str]) -> Value {
     serde_json::from_str(&answer(code, arguments)).unwrap()
 }
 
-/// Rows of numbers below the header.
+/// Header and rows of numbers.
 fn rows<T: std::str::FromStr>(csv: &str) -> (String, Vec<Vec<T>>) {
     let (header, body) = csv.split_once('\n').unwrap();
     let number = |v: &str| v.parse().unwrap_or_else(|_| panic!("{v}"));
@@ -32,7 +32,7 @@ fn rows<T: std::str::FromStr>(csv: &str) -> (String, Vec<Vec<T>>) {
     )
 }
 
-/// Checks `before`, `after` and `kinematic`, and that tables are as good as the correction.
+/// Checks `before`, `after` and `kinematic`, and that the tables are as good as the kinematic correction.
 fn check_quality(json: &Value) {
     for key in ["before", "after", "kinematic"] {
         for kind in ["translation_um", "direction_urad"] {
@@ -78,7 +78,7 @@ fn compile_says_what_it_did_and_writes_what_it_says() {
         assert!((number("ramp_rate") - (2.0 * number("value_bound")).max(0.01)).abs() < 1e-6);
         assert!(number("rate_bound") >= 0.1 && number("rate_bound") > number("ramp_rate"));
     }
-    // Much less than where rotation about the tool axis is corrected, too.
+    // Much less than if rotation about the tool axis is corrected, too.
     let per_mm = |answer: &Value| answer["um_per_mm_of_tool_length"].as_f64().unwrap();
     assert!(per_mm(&answer) > 0.003);
     let orientation = ["--policy", "orientation", "--random", "500", "--json"];
@@ -124,7 +124,7 @@ fn compile_writes_the_same_bytes_again() {
 fn neither_bytes_nor_figures_depend_on_the_number_of_threads() {
     let folder = Folder::new();
     let path = folder.at("k.trax");
-    // Location errors and backlash; a bent axis, a calibrated range and a rich scheme.
+    // Location errors and backlash; a bent axis, a calibrated range and a scheme with many tables.
     let bent = folder.file(
         "bent.toml",
         "machine = \"Kolibri\"\n[parameters]\nEXX2 = 2e-7\nEXA2 = 1e-2\nEB0A = 1e-4\n[calibrated]\nA = [-55.0, 55.0]\n",
@@ -185,7 +185,7 @@ fn verify_sees_a_missed_tolerance_as_compile_did() {
         "{said}"
     );
     assert_eq!(folder.names(), ["h.trax"]);
-    // The same as verify sees it; a wider tolerance passes.
+    // `verify` finds the same; a wider tolerance passes.
     answer(1, &["verify", &machine, &errors, &path, "--random", "300"]);
     answer(
         0,
@@ -223,7 +223,7 @@ fn verify_reports_before_after_and_kinematic() {
     check_quality(&first);
     assert_eq!(first["positions"], 400);
     assert_eq!(json(0, &arguments), first);
-    // Another seed, other positions.
+    // Another seed gives other positions.
     let mut other = arguments.to_vec();
     other[7] = "6";
     assert_ne!(json(0, &other)["before"], first["before"]);
@@ -251,7 +251,7 @@ fn verify_needs_the_zero_position_that_compile_had() {
         ],
     );
     answer(1, &["verify", &machine, &errors, &path, "--random", "300"]);
-    // At that position the blob does nothing.
+    // At that position the correction is zero.
     let positions = folder.file("p.csv", "Y,A,C,X,Z\n0,-20,0,10,100\n");
     let (_, values) = rows::<f32>(&answer(0, &["eval", &path, "--positions", &positions]));
     assert!(values[0].iter().all(|v| v.abs() < 5e-5), "{values:?}");
@@ -280,7 +280,7 @@ fn inside_and_outside_the_calibrated_range_are_told_apart() {
 fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_travel() {
     let folder = Folder::new();
     let machine = example("mill-21/machine.toml");
-    // The correction of X leads 0.05 mm past an end, where EYX keeps its value: a bend of 0.1 µm.
+    // The correction of X leads 0.05 mm past an end, where EYX holds its value: a bend of 0.1 µm.
     let text = "machine = \"Mill with 21 errors\"\n[parameters]\nEXX0 = 0.05\nEYX2 = 2e-6\n";
     let errors = folder.file("errors.toml", text);
     let path = folder.at("m.trax");
@@ -350,7 +350,7 @@ fn a_table_for_each_direction_of_travel_is_corrected_in_each() {
         "Y,A,C,X,Z\n0,0,0,-120,0\n0,0,0,-65,0\n0,0,0,65,0\n0,0,0,125,0\n0,0,0,65,0\n0,0,0,-65,0\n",
     );
     let (_, values) = rows::<f64>(&answer(0, &["eval", &path, "--positions", &positions]));
-    // First the mean, for the direction is not known yet.
+    // First the mean, because the direction is still unknown.
     let expected = [-0.000_231, -0.002, -0.003, -0.003, 0.001, -0.001];
     for (row, expected) in values.iter().zip(expected) {
         assert!((row[3] - expected).abs() < 5e-5, "{} {expected}", row[3]);
@@ -429,7 +429,7 @@ fn eval_gives_the_bits_of_the_runtime() {
     let bytes = AlignedBlob::from_bytes(&std::fs::read(path).unwrap());
     let runtime = Runtime::load(&bytes).unwrap();
     for (command, row) in commands.iter().zip(values) {
-        // No backlash here: the direction does not matter.
+        // Without backlash the direction does not matter.
         let expected = runtime.evaluate(command);
         assert!(
             row.iter()
@@ -443,7 +443,7 @@ fn eval_gives_the_bits_of_the_runtime() {
 #[test]
 fn the_order_of_positions_is_the_direction_of_travel() {
     let folder = Folder::new();
-    // A moves up, down by less than the hysteresis, then really down.
+    // A moves up, down by less than the hysteresis, then down by more.
     let motion = [0.0, 10.0, 20.0, 19.9995, 10.0_f64];
     let directions = [
         Travel::Unknown,
@@ -467,10 +467,10 @@ fn the_order_of_positions_is_the_direction_of_travel() {
         command.travel[1] = travel;
         assert_eq!(row[..], runtime.evaluate(&command)[..5]);
     }
-    // The same place, the other way: twice the parameter EAAb = -0.013 mrad apart, damped by 0.1.
+    // The same position in the other direction: twice the parameter EAAb = -0.013 mrad apart, damped by 0.1.
     let apart = f64::from(values[1][1] - values[4][1]).to_radians();
     assert!((apart - 2.0 * 0.013e-3 / 1.01).abs() < 1e-7, "{apart}");
-    // The exact correction sees the same directions.
+    // The exact correction uses the same directions.
     let (machine, errors) = (
         example("kolibri/machine.toml"),
         example("kolibri/errors-12.toml"),

@@ -4,7 +4,7 @@ use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 use serde_json::Value;
 use trueaxis_tables::target::Target;
 
-/// Compiles the Kolibri with ten errors into `k.trax`, which must end with `code`: what is said on standard error.
+/// Compiles the Kolibri with ten errors into `k.trax` and returns standard error. Checks that it exits with `code`.
 #[track_caller]
 fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
     let (machine, errors, out) = (
@@ -31,7 +31,7 @@ fn a_grid_that_leaves_a_machine_worse_than_nothing_is_written_with_the_figures()
     let told = json(&shown);
     assert_eq!(told["written"], true);
     assert_eq!(told["scheme"], "grid3d");
-    // It does what it should where its rotary axes are.
+    // It is accurate where its rotary axes are.
     assert_eq!(told["held"]["axes"], json(r#"[["A", 0.0], ["C", 0.0]]"#));
     let largest = |of: &Value| of["translation_um"]["max"].as_f64().unwrap();
     assert!(largest(&told["held"]["after"]) < 0.01);
@@ -42,7 +42,7 @@ fn a_grid_that_leaves_a_machine_worse_than_nothing_is_written_with_the_figures()
     assert!(said.contains(worse), "{said}");
     assert!(said.contains("for A = 0, C = 0 alone"), "{said}");
     assert_eq!(folder.names(), ["k.trax"]);
-    // As `verify` finds: nowhere but there.
+    // `verify` finds the same: only there.
     let (machine, errors, grid) = (
         example("kolibri/machine.toml"),
         example("kolibri/errors-10.toml"),
@@ -71,7 +71,7 @@ fn there_is_a_grid_for_each_position_of_the_rotary_axes_or_none() {
         let left = &one["held"]["after"]["translation_um"]["max"];
         assert!(left.as_f64().unwrap() < 0.01);
     }
-    // One of them does not fit: none is written.
+    // One of them does not fit, so none is written.
     let mut target = Target::stm32f405();
     target.bytes = Some(200);
     let small = folder.file("small.toml", target.to_toml());

@@ -1,9 +1,9 @@
-//! Position sets with a name: `trueaxis plan --set`.
+//! Named position sets: `trueaxis plan --set`.
 
 use crate::program::{Folder, answer, example, refused};
 use serde_json::Value;
 
-/// Plans a set, and says what it will tell.
+/// Plans a set and returns the prediction.
 fn planned(machine: &str, artefact: &str, model: &str, set: &str, more: &[&str]) -> Value {
     let mut arguments = vec![
         "plan",
@@ -24,7 +24,7 @@ fn of_example(name: &str) -> [String; 2] {
     ["machine", "artefact"].map(|file| example(&format!("{name}/{file}.toml")))
 }
 
-/// Lines of a strategy, without the columns of the ball: different positions.
+/// Number of different positions: lines of a strategy without the ball column.
 fn positions(csv: &str) -> usize {
     let rows = csv
         .lines()
@@ -52,7 +52,7 @@ fn sets_have_as_many_positions_as_the_document_and_tell_every_parameter_of_its_m
         let left_out = plan["left_out"].as_array().unwrap();
         let count = plan["probings"].as_u64().unwrap() + left_out.len() as u64;
         assert_eq!(count, probings, "{set}");
-        // Where the balls of the HU40 stood is assumed: one touch of one of them is beyond its Z.
+        // The positions of the HU40's balls are assumed: one touch of one ball is beyond the travel of its Z.
         assert_eq!(
             left_out.len(),
             usize::from(set == "samba"),
@@ -67,7 +67,7 @@ fn sets_have_as_many_positions_as_the_document_and_tell_every_parameter_of_its_m
     }
 }
 
-/// Simulates probings at a set, identifies, and compares with what was simulated.
+/// Simulates probings of a set, identifies, and compares with the simulated errors.
 #[track_caller]
 fn goes_round(
     folder: &Folder,

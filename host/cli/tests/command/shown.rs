@@ -1,21 +1,19 @@
-//! What the readme and the manual show is what the command prints, on any machine.
+//! The output shown in the readme and the manual is what the command prints, on any machine.
 //!
-//! Words and counts must be the same. Figures with a decimal point may differ by one unit of their
-//! last digit: they come from functions of the system's mathematical library, which are not the
-//! same to the last bit everywhere, and where a value lies close to the middle between two
-//! printed ones, that bit decides. All that is printed is rounded far above that bit, but for
-//! `eval`, which shows every bit of the runtime; see [`EVAL`].
+//! Words and counts must be identical. Figures with a decimal point may differ by one unit of their last digit: they
+//! come from functions of the system's mathematical library, which are not identical to the last bit everywhere, and
+//! for a value close to the middle between two printed ones that bit decides. Everything printed is rounded far
+//! above that bit, except by `eval`, which prints every bit of the runtime; see [`EVAL`].
 
 use crate::program::{Folder, example, trueaxis};
 use trueaxis_tests::shown::same;
 
-/// Largest difference of corrections that `eval` shows, mm or deg: the samples are f64 results
-/// rounded to f32, so that the last bit of each (4e-9 at 0.05 mm) may fall to the other side on
-/// another system, in every one of up to five terms. A hundredth of that difference to the exact
-/// correction that is allowed by the tolerance.
+/// Permitted difference of corrections printed by `eval`, in mm or deg. Samples are f64 results rounded to f32, so
+/// the last bit of each (4e-9 at 0.05 mm) may differ on another system, in each of up to five terms. This is a
+/// hundredth of the difference from the exact correction that the tolerance permits.
 const EVAL: f64 = 1e-7;
 
-/// A command as it is shown, and the lines below it.
+/// A command and the lines shown below it.
 struct Shown {
     place: String,
     words: Vec<String>,
@@ -28,8 +26,8 @@ fn page(path: &str) -> String {
     std::fs::read_to_string(whole).unwrap()
 }
 
-/// The commands that a page shows with their output, in blocks that begin with `$ ` or follow a
-/// block with nothing but a command for `cargo run`.
+/// The commands that a page shows with their output, in blocks that begin with `$ ` or that follow a block with only
+/// a `cargo run` command.
 fn shown(path: &str) -> Vec<Shown> {
     let text = page(path);
     let mut found: Vec<Shown> = Vec::new();
@@ -78,7 +76,7 @@ fn shown(path: &str) -> Vec<Shown> {
     found
 }
 
-/// Runs what a page shows, in a folder where earlier commands have left their files.
+/// Runs the commands of a page, in a folder with the files of earlier commands.
 #[track_caller]
 fn check(folder: &Folder, shown: &Shown) {
     let Shown {
@@ -104,7 +102,7 @@ fn check(folder: &Folder, shown: &Shown) {
         Some(0) => output.stdout,
         _ => output.stderr,
     };
-    // Files are shown by their name.
+    // Pages show files by their name only.
     let here = format!("{}/", folder.path().display());
     let printed = String::from_utf8(printed).unwrap().replace(&here, "");
     let least = if arguments[0] == "eval" { EVAL } else { 0.0 };
@@ -137,7 +135,7 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
     let mut count = 0;
     for path in &pages {
         let folder = Folder::new();
-        // The copy of an error file in which the manual has mistyped a name.
+        // The copy of an error file with a mistyped name in the manual.
         let errors = page("examples/huron-k2x8/errors-13.toml");
         folder.file("errors.toml", errors.replace("EA0Z", "EA0Q"));
         let commands = shown(path);
@@ -146,7 +144,7 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
             check(&folder, command);
         }
     }
-    // So that a change of the pages does not leave this test with nothing to do.
+    // A change of the pages must not leave this test without anything to check.
     assert!(count >= 8, "only {count} outputs were found");
 }
 
@@ -159,7 +157,7 @@ fn every_program_in_the_readme_and_the_manual_is_in_its_file() {
         "docs/src/c-interface.md",
     ] {
         let text = page(path);
-        // After a program stands which file it is, or from which.
+        // A program is followed by the file that it is, or that it comes from.
         for (end, after) in text.match_indices("\n```\n\n(") {
             let fence = text[..end].rfind("\n```").unwrap();
             let (_, block) = text[fence + 1..=end].split_once('\n').unwrap();
@@ -178,7 +176,7 @@ fn every_program_in_the_readme_and_the_manual_is_in_its_file() {
 
 #[test]
 fn no_page_of_the_manual_includes_a_file() {
-    // Where the source is read as it is, on a site that hosts code, an include is not carried out.
+    // Sites that host code show the source of the manual, where an include is not executed.
     let manual = format!("{}/../../docs/src", env!("CARGO_MANIFEST_DIR"));
     for entry in std::fs::read_dir(manual).unwrap() {
         let path = entry.unwrap().path();

@@ -1,11 +1,11 @@
-//! What the target cannot hold, and what misses its tolerance, is not written.
+//! A compensation that does not fit into the target, or misses its tolerance, is not written.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 use serde_json::Value;
 use trueaxis_tables::target::Target;
 
-/// Compiles an example with twelve errors into `k.trax` with further arguments, which must end with
-/// `code`: what it says on standard output and on standard error.
+/// Compiles an example with twelve errors into `k.trax` with additional arguments; returns standard output and
+/// standard error. Checks that it exits with `code`.
 #[track_caller]
 fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
     let (machine, errors, out) = (
@@ -30,7 +30,7 @@ fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
     (String::from_utf8(output.stdout).unwrap(), said)
 }
 
-/// A target with the capacities of the reference board but for what `change` does.
+/// A target with the capacities of the reference board, modified by `change`.
 fn target(folder: &Folder, change: impl FnOnce(&mut Target)) -> String {
     let mut target = Target::stm32f405();
     target.name = "small".to_owned();
@@ -38,7 +38,7 @@ fn target(folder: &Folder, change: impl FnOnce(&mut Target)) -> String {
     folder.file("small.toml", target.to_toml())
 }
 
-/// What is left in the folder beside the target, with the content of the file.
+/// Checks that the folder only has the target and the old file with its content.
 #[track_caller]
 fn only_old(folder: &Folder) {
     assert_eq!(folder.names(), ["k.trax", "small.toml"]);
@@ -71,7 +71,7 @@ fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
         "{said}"
     );
     assert!(said.contains("k.trax stays as it was; --best-effort would write it"));
-    // What it says fits does.
+    // The tolerance that it reports as met is met.
     let fits = full["fits_um"].as_f64().unwrap();
     assert!(fits > 0.05);
     let tolerance = format!(" bytes; with --tolerance {fits} it fits");
@@ -88,7 +88,7 @@ fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
 fn what_a_finer_tolerance_leaves_at_best_is_no_more_than_what_a_coarser_one_does() {
     let folder = Folder::new();
     let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
-    // The finest tolerance met: µm and µrad count alike under the policy `orientation`.
+    // The finest tolerance met; µm and µrad count alike under the policy `orientation`.
     let left = |tolerance: &str| {
         let output = trueaxis(&[
             "compile",
@@ -121,7 +121,7 @@ fn what_a_finer_tolerance_leaves_at_best_is_no_more_than_what_a_coarser_one_does
         let [(finer, met), (coarser, _)] = pair else {
             unreachable!()
         };
-        // What is met is met, however much less a coarser one may leave by chance.
+        // Being met counts, even if a coarser tolerance happens to leave much less.
         assert!(*met || finer <= coarser, "{found:?}");
     }
     assert!(!found[0].1, "{found:?}");
@@ -194,7 +194,7 @@ fn a_tolerance_far_below_what_uncertain_parameters_leave_is_said_to_buy_nothing(
     };
     // The parameters leave up to 15 µm.
     let far = said(&["--tolerance", "0.05"]);
-    // A tenth of the 14.95 µm that stand in the README.
+    // A tenth of the 14.95 µm in the README.
     assert!(
         far.contains("a tolerance below 1.50 µm buys nothing"),
         "{far}"
@@ -208,7 +208,7 @@ fn a_target_without_room_for_the_axes_gets_nothing() {
     let folder = Folder::new();
     folder.file("k.trax", "old");
     let small = target(&folder, |t| t.axes = 3);
-    // Not even as best as can be: it could not be used.
+    // Not even with --best-effort, because it could not be used.
     let more = ["--target", &small, "--best-effort"];
     let (shown, said) = compile(&folder, 1, &more);
     assert_eq!(shown, "");
@@ -228,7 +228,7 @@ fn a_missed_tolerance_writes_nothing_unless_the_best_effort_is_asked_for() {
     let folder = Folder::new();
     folder.file("small.toml", "");
     folder.file("k.trax", "old");
-    // Three points cannot hold a sine.
+    // Three points cannot represent a sine.
     let coarse = ["--points", "3", "--tolerance", "0.05"];
     let (shown, said) = compile(&folder, 1, &coarse);
     assert!(shown.contains("tables differ from the kinematic correction"));
@@ -312,7 +312,7 @@ fn a_target_that_is_none_is_refused() {
         &["small.toml, line 3: unknown field `table`", "--dry-run"],
     );
     assert_eq!(folder.names(), ["small.toml"]);
-    // The file of the target is an input.
+    // The target file is an input.
     refused(
         &[
             "compile", &machine, &errors, "-o", &small, "--target", &small,

@@ -1,4 +1,4 @@
-//! Covariances: written, read, merged, and what they leave.
+//! Covariances: written, read, merged, and the error that they leave.
 
 use crate::identify::probings;
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
@@ -45,7 +45,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
         &[&verified[..], &["--random", "1000", "--json"]].concat(),
     ));
     assert_eq!(verified["uncertainty"], with["uncertainty"]);
-    // The same without correlations is told so, and another band.
+    // Without correlations the output says so, and the band differs.
     let text = std::fs::read_to_string(&errors).unwrap();
     let alone = text.replace(
         "[uncertainty]\ncovariance = \"errors.covariance.csv\"\n",
@@ -64,7 +64,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
     };
     let (with, without) = (mean(&with), mean(&without));
     assert!((with / without - 1.0).abs() > 0.05, "{with} {without}");
-    // Nothing is said where nothing is known.
+    // Nothing is printed if no uncertainty is known.
     let errors = example("kolibri/errors-10.toml");
     let none = json(&compiled(&folder, &errors, &["--json"]));
     assert!(none["uncertainty"].is_null());
@@ -101,7 +101,7 @@ fn covariances_that_do_not_belong_to_the_errors_are_refused() {
         std::fs::write(&covariances, text.replace(from, to)).unwrap();
         refused(&["compile", &machine, &errors, "-o", &out], &parts);
     }
-    // Of another run, with twice the uncertainty.
+    // From another run, with twice the uncertainty.
     let scaled: Vec<String> = text
         .lines()
         .map(|line| {
@@ -142,8 +142,8 @@ fn what_is_known_already_is_merged_with_its_covariances() {
         header,
         format!("parameter,{names},EC0X,EA0Z,EB0Z,EYY1,EZZ1")
     );
-    // What the rows say of the first five if the others are exact is less than what is not known: with what
-    // is not known of the others they are as uncertain as before.
+    // The rows determine the first five parameters, given the others, much better than the others are known. So with
+    // the uncertainty of the others they are as uncertain as before.
     let old = std::fs::read_to_string(&errors).unwrap();
     let new = std::fs::read_to_string(&out).unwrap();
     let of = |text: &str, name: &str| -> f64 {
@@ -153,10 +153,10 @@ fn what_is_known_already_is_merged_with_its_covariances() {
     };
     for name in names.split(',') {
         let ratio = of(&new, name) / of(&old, name);
-        // The same rows, used twice.
+        // The same rows are used twice.
         assert!((ratio - 1.0).abs() < 0.01, "{name}: {ratio}");
     }
-    // It is read again.
+    // It can be read again.
     compiled(&folder, &out, &[]);
 }
 
@@ -248,7 +248,7 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
         .trim()
         .parse()
         .unwrap();
-    // 20 differences from means of three, pooled: as they were written down.
+    // 20 differences from means of three, pooled, with values as in the file.
     let readings = RUNS.lines().skip(5).map(|line| {
         let cells = line.split(',').skip(1).map(|v| v.parse::<f64>().unwrap());
         cells.collect::<Vec<f64>>()
@@ -275,13 +275,13 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
         (&1.into(), &0.into())
     );
     let of = |what: &str| band["travel"]["translation_um"][what].as_f64().unwrap();
-    // On values 1.96 u, half way between two of them 1/√2 of that.
+    // At a value 1.96 u, half way between two of them 1/√2 of that.
     let largest = 1.959_964 * um;
     assert!((0.99..1.000_001).contains(&(of("max") / largest)), "{band}");
-    // The mean of √(t² + (1 − t)²); of 1000 positions it is known to 0.4 %, and four times that.
+    // The mean of √(t² + (1 − t)²); for 1000 positions it is accurate to 0.4 %; four times that.
     let mean = 0.5 * (1.0 + 1.0_f64.asinh() / 2.0_f64.sqrt());
     assert!((of("mean") / largest / mean - 1.0).abs() < 0.015, "{band}");
-    // Without it there is nothing to say; beside a parameter it is said.
+    // Without it nothing is printed; together with a parameter it is mentioned.
     let without = written.replace(line.unwrap(), "");
     let exact = folder.file("exact.toml", &without);
     assert!(compile(&exact)["uncertainty"].is_null());
@@ -298,7 +298,7 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
         said.contains("1 of 1 tabulated motions have no standard uncertainty, and count as exact"),
         "{said}"
     );
-    // With one number for the backlash, both are known better than each value: by √2, and by √10.
+    // With one number for the backlash, both are more accurate than each value: by √2 and by √10.
     let arguments = ["iso230-2", &machine, &runs, "--one-number", "-o", &errors];
     answer(0, &arguments);
     let written = std::fs::read_to_string(&errors).unwrap();
@@ -359,7 +359,7 @@ fn a_straightness_that_leans_beside_a_squareness_is_told_wherever_it_is_read() {
     );
     folder.file("errors.toml", text);
     assert!(!said(&compile).contains("counted twice"));
-    // Not without a slope, and not without a squareness.
+    // No warning without a slope, nor without a squareness.
     for (slope, squareness) in [(0.0, 1e-5), (2e-5, 0.0)] {
         errors(slope, squareness);
         let said = said(&compile);

@@ -1,9 +1,9 @@
-//! Files are written as a whole or not at all.
+//! Files are written completely or not at all.
 
 use crate::program::{Folder, answer, blob, example, plain, refused};
 use std::process::{Command, Output};
 
-/// `eval` of many positions into `old.csv`, which exists, under a limit of 1 block per file.
+/// `eval` of many positions into the existing `old.csv`, with a limit of 1 block per file.
 #[cfg(unix)]
 fn limited(folder: &Folder, prelude: &str) -> Output {
     let rows = "50,10,20,30,40\n".repeat(500);
@@ -28,11 +28,11 @@ fn limited(folder: &Folder, prelude: &str) -> Output {
 #[cfg(unix)]
 fn a_write_that_is_interrupted_leaves_the_old_file() {
     let folder = Folder::new();
-    // The limit ends the program by a signal in the middle of writing.
+    // The limit kills the program by a signal in the middle of writing.
     let output = limited(&folder, "ulimit -c 0;");
     assert_eq!(output.status.code(), None, "{}", plain(&output.stderr));
     assert_eq!(std::fs::read(folder.at("old.csv")).unwrap(), b"old");
-    // What it has left behind goes with the next run, even with one that writes nothing.
+    // The next run removes the leftover, even one that writes nothing.
     let partial = ".old.csv.trueaxis-partial";
     assert_eq!(folder.names(), [partial, "old.csv", "p.csv"]);
     let (old, bad) = (folder.at("old.csv"), folder.file("bad.csv", "Y,A\n1,2\n"));
@@ -98,7 +98,7 @@ fn runs_at_the_same_time_leave_one_whole_file() {
 #[cfg(unix)]
 fn a_write_that_fails_leaves_the_old_file_and_nothing_else() {
     let folder = Folder::new();
-    // With the signal ignored the write fails instead, as on a full disk.
+    // With the signal ignored, the write fails instead, as on a full disk.
     let output = limited(&folder, "trap '' XFSZ;");
     let said = plain(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -183,7 +183,7 @@ fn a_new_file_can_be_read_by_others() {
         ],
     );
     let mode = |path: &str| std::fs::metadata(path).unwrap().permissions().mode();
-    // As any file that this test creates.
+    // Like any file that this test creates.
     assert_eq!(mode(&out), mode(&positions));
 }
 

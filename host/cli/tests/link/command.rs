@@ -24,7 +24,7 @@ pub fn trueaxis(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Runs it, which must end with `code`; what it says on either channel, with single spaces.
+/// Runs the command; returns both outputs with single spaces. Checks that it exits with `code`.
 #[track_caller]
 pub fn says(code: i32, arguments: &[&str]) -> String {
     let output = trueaxis(arguments);
@@ -134,7 +134,7 @@ fn another_machine_is_refused_unless_forced() {
         let file = files.at(name);
         says(code, &[&["flash", &file], &port[..], more].concat())
     };
-    // The first one is taken by any machine.
+    // The first compensation is accepted by any machine.
     flash(0, "first", &[]);
     let text = flash(2, "other-name", &[]);
     assert!(
@@ -181,7 +181,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let json = says(0, &[&arguments[..], &["--json"]].concat());
     let answer: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(answer["target"], serde_json::to_value(&expected).unwrap());
-    // Saved, it is what `compile` is given; there the slot is the limit.
+    // When saved, it can be passed to `compile`; then the slot is the limit.
     let example = |name| {
         format!(
             "{}/../../examples/kolibri/{name}",
@@ -213,7 +213,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     assert!(!std::fs::exists(&out).unwrap());
     std::fs::write(&board, target.to_toml()).unwrap();
     says(0, &compile);
-    // A compensation is checked as an upload would check it.
+    // A compensation is checked as for an upload.
     let text = says(0, &[&arguments[..], &[&files.at("first")]].concat());
     assert!(text.contains("first fits"), "{text}");
     let text = says(2, &[&arguments[..], &[&files.at("large")]].concat());
@@ -340,7 +340,7 @@ fn a_port_that_is_none_is_named() {
     assert!(text.contains("cannot be opened"), "{text}");
 }
 
-/// A device with a defect in the slot that the first upload goes to.
+/// A device with a defect in the slot that the first upload uses.
 fn defective(defect: Defect) -> Desktop {
     let mut flash = MockFlash::new(96).with_while_busy(WhileBusy::DualBank);
     flash.set_defect(Slot::A, 300, defect);

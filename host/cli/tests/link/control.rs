@@ -8,7 +8,7 @@ use trueaxis_controllers::link::{Client, Tcp};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::slots::WhileBusy;
 
-/// A device with both examples: A was in use, B is.
+/// A device with both examples: A was used before, B is in use.
 fn both(files: &Files, while_busy: WhileBusy) -> Served {
     let served = Served::tcp(desktop(while_busy));
     for name in ["first", "second"] {
@@ -42,7 +42,7 @@ fn json(served: &Served, words: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// The servo is updated, as by a motion side that stands still.
+/// Updates the servo, like a motion controller at standstill.
 fn moved(served: &Served) {
     let address = served.port.strip_prefix("tcp:").unwrap();
     let (mut client, _) = Client::connect(Tcp::open(address).unwrap()).unwrap();
@@ -168,7 +168,7 @@ fn what_can_only_be_stored_at_standstill_is_refused_or_pending_and_said() {
     );
     let pending = "the change is stored at the next standstill with drives off";
     assert!(text.contains(pending), "{text}");
-    // Flashing what is there already says so too.
+    // Flashing a compensation that is already there reports it, too.
     let text = says(
         0,
         &[
@@ -274,7 +274,7 @@ fn what_the_controller_refuses_is_said_in_words() {
         "{text}"
     );
     flash("first", &["--activate"]);
-    // One that was never in use is nothing to go back to.
+    // There is no way back to a slot that was never in use.
     flash("other-name", &["--force"]);
     let text = control(2, &served, &["rollback"]);
     assert!(text.contains("`activate` for one that waits"), "{text}");
@@ -288,7 +288,7 @@ fn what_the_controller_refuses_is_said_in_words() {
 
 #[test]
 fn settings_reach_a_controller_that_other_requests_reach_too() {
-    // Two programs in turns on one line: each says hello anew.
+    // Two programs take turns on one line; each says hello again.
     let files = Files::new();
     let served = both(&files, WhileBusy::DualBank);
     control(0, &served, &["enable"]);

@@ -15,7 +15,7 @@ use trueaxis_firmware::device::GIVEN_UP;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
 
-/// One line to which several programs write. Each reads all answers: those to others are not for it.
+/// One line that several programs write to. Each reads all answers, including those for others.
 #[derive(Clone)]
 struct Common(Rc<RefCell<Wire>>);
 
@@ -60,7 +60,7 @@ fn the_second_of_two_uploads_is_refused_and_the_first_one_goes_through() {
         Upload::Receiving { .. }
     ) {}
     for (number, bytes) in first.chunks(900).enumerate() {
-        // In the midst of it, after every chunk, the other one comes.
+        // In the middle of it, after every chunk, the other host intervenes.
         let controller = two.hello().unwrap();
         let refused = flash(&mut two, &controller, &second, false, true, &());
         let Err(FlashError::Link(LinkError::Refused(Refusal::Uploading { wait }))) = refused else {
@@ -71,7 +71,7 @@ fn the_second_of_two_uploads_is_refused_and_the_first_one_goes_through() {
         one.upload(&Request::Chunk { offset, bytes }).unwrap();
     }
     one.upload(&Request::CommitInUse { force: false }).unwrap();
-    // Then the second one may.
+    // Then the second host may do so.
     let controller = two.hello().unwrap();
     assert!(
         matches!(controller.slots[0].state, SlotState::Valid { crc: found, .. } if found == crc)

@@ -1,5 +1,5 @@
-//! Whatever the line does: an upload is complete or nothing has happened, and every motion is done
-//! exactly once.
+//! With any disturbance of the line, an upload is complete or has no effect, and every motion is executed exactly
+//! once.
 
 use crate::specimen::{RATE, blob};
 use crate::wire::{Badness, Wire};
@@ -23,7 +23,7 @@ fn desktop() -> Desktop {
 }
 
 fn connect(wire: Wire) -> Client<Wire> {
-    // The line answers at once or never: patience is in the number of tries.
+    // The line answers at once or never, so the number of tries matters, not the time limit.
     Client::connect_with(wire, Duration::from_secs(5), 60)
         .unwrap()
         .0
@@ -70,7 +70,7 @@ proptest! {
             wire = wire.restart_after(sends);
         }
         let connected = Client::connect_with(wire, Duration::from_secs(5), 60);
-        // With at most 70 of 256 for each mishap, 60 tries do not all fail.
+        // With a chance of at most 70 in 256 for each fault, not all of 60 tries fail.
         let (mut client, controller) = connected.map_err(|e| TestCaseError::fail(e.to_string()))?;
         let result = flash(&mut client, &controller, &new, false, true, &());
         let mut desktop = client.into_port().into_desktop();
@@ -101,7 +101,7 @@ proptest! {
         let blob = blob("m", b"XY", 0.3, POINTS);
         let mut compensation: Box<Compensation<'_>> = Box::new(Compensation::empty());
         compensation.load(&blob).unwrap();
-        // The device starts with it.
+        // The device starts with the new compensation.
         let mut client = connect(Wire::new(holding(&blob).restart(), badness, seed));
         let mut servo = Servo::new(&compensation);
         client.set(&Request::Referenced(3)).unwrap();
@@ -136,7 +136,7 @@ fn an_interrupted_upload_goes_on_where_it_was() {
     let mut client = connect(Wire::good(Desktop::start(flash_memory, PERIOD)));
     let controller = client.hello().unwrap();
     flash(&mut client, &controller, &old, false, true, &()).unwrap();
-    // The host goes away in the midst.
+    // The host disappears in the middle.
     let word = |at: usize| u32::from_le_bytes(new[at..at + 4].try_into().unwrap());
     let (length, crc) = (word(8), word(12));
     for _ in 0..100 {
@@ -146,7 +146,7 @@ fn an_interrupted_upload_goes_on_where_it_was() {
         let offset = 900 * number as u32;
         client.upload(&Request::Chunk { offset, bytes }).unwrap();
     }
-    // And comes back.
+    // And returns.
     let mut client = connect(client.into_port());
     let controller = client.hello().unwrap();
     assert!(matches!(
@@ -155,7 +155,7 @@ fn an_interrupted_upload_goes_on_where_it_was() {
     ));
     let outcome = flash(&mut client, &controller, &new, false, true, &()).unwrap();
     assert_eq!((outcome.slot, outcome.resumed), (Slot::B, 4500));
-    // The same again writes nothing.
+    // The same upload again writes nothing.
     let controller = client.hello().unwrap();
     let outcome = flash(&mut client, &controller, &new, false, true, &()).unwrap();
     assert!(outcome.already);
@@ -168,7 +168,7 @@ fn a_host_that_is_delayed_into_the_session_of_another_one_does_no_harm() {
     let old = blob("m", b"XY", 0.1, POINTS);
     let mut first = connect(Wire::good(holding(&old)));
     first.set(&Request::Enable(true)).unwrap();
-    // Another host opens a session; a request of the first one that was under way arrives late.
+    // Another host opens a session; a delayed request of the first one arrives late.
     let mut wire = first.into_port();
     let mut late = vec![];
     for header in [(1, 1), (1, 2)] {
@@ -204,7 +204,7 @@ fn while_positions_are_streamed_a_swap_makes_no_step_above_the_rate_bound() {
                 .collect();
             for result in client.motion(&rows, 2).unwrap() {
                 for (dq, last) in result.dq.iter().zip(last) {
-                    // The spacing of f32 at 0.5 mm comes on top.
+                    // The spacing of f32 at 0.5 mm is added.
                     largest = largest.max((dq - last).abs());
                     assert!((dq - last).abs() <= RATE * PERIOD + 1e-7);
                 }
@@ -215,13 +215,13 @@ fn while_positions_are_streamed_a_swap_makes_no_step_above_the_rate_bound() {
     };
     let before = stream(&mut client, 30);
     assert!(before[0] != 0.0);
-    // Uploaded between two batches, and faded in while they go on.
+    // Uploaded between two batches, and faded in while they continue.
     let outcome = flash(&mut client, &controller, &new, false, false, &()).unwrap();
     let mut state = client.activate(outcome.slot, false).unwrap();
     assert_eq!(state, Activation::Fading(Slot::B));
     let mut batches = 0;
     while state == Activation::Fading(Slot::B) {
-        // Neither slot may be written meanwhile.
+        // Neither slot may be written in the meantime.
         let begin = Request::Begin {
             length: 100,
             crc: 0,
@@ -244,7 +244,7 @@ fn a_controller_of_another_version_is_named() {
     struct Newer(Vec<u8>);
     impl Port for Newer {
         fn send(&mut self, _: &[u8]) -> std::io::Result<()> {
-            // Speaks 2 to 5 only: the fixed shape, with its checksum.
+            // A controller that supports only versions 2 to 5: the fixed format, with its checksum.
             let plain = [0_u8, 2, 5];
             let check = crc32(&plain).to_le_bytes();
             self.0 = vec![1, 7, 2, 5];

@@ -1,5 +1,4 @@
-//! Host and controller together: the client and the command `trueaxis` against a device on the
-//! desktop.
+//! Host and controller together: the client and the command `trueaxis` with a device simulated on the desktop.
 
 mod command;
 mod control;

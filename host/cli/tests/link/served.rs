@@ -1,4 +1,4 @@
-//! A device in a thread of its own, behind TCP or a pseudo-terminal.
+//! A device in its own thread, reached by TCP or a pseudo-terminal.
 
 use serialport::SerialPort;
 use std::io::{ErrorKind, Read, Write};
@@ -9,16 +9,16 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use trueaxis_firmware::desktop::Desktop;
 
-/// A device that is served until it is wanted back.
+/// A device that is served until it is taken back.
 pub struct Served {
-    /// For `--port`.
+    /// Argument of `--port`.
     pub port: String,
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Desktop>,
 }
 
 impl Served {
-    /// Behind `tcp:`; one connection after the other.
+    /// Serves it by TCP, one connection after the other.
     pub fn tcp(desktop: Desktop) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = format!("tcp:{}", listener.local_addr().unwrap());
@@ -37,13 +37,13 @@ impl Served {
         })
     }
 
-    /// Behind a pseudo-terminal.
+    /// Serves it by a pseudo-terminal.
     pub fn pty(desktop: Desktop) -> Self {
         let (mut master, slave) = serialport::TTYPort::pair().unwrap();
         let port = slave.name().unwrap();
         master.set_timeout(Duration::from_millis(1)).unwrap();
         Self::serve(port, desktop, move |desktop| {
-            // The other end stays open here, so that it can be opened anew.
+            // Keep the other end open, so that it can be reopened.
             let _ = &slave;
             exchange(&mut master, desktop);
         })
@@ -70,14 +70,14 @@ impl Served {
         Self { port, stop, thread }
     }
 
-    /// Stops serving.
+    /// Stops serving and returns the device.
     pub fn take(self) -> Desktop {
         self.stop.store(true, Ordering::SeqCst);
         self.thread.join().unwrap()
     }
 }
 
-/// Moves bytes both ways; false when the other end has gone.
+/// Moves bytes both ways; false when the other end is closed.
 fn exchange(stream: &mut (impl Read + Write), desktop: &mut Desktop) -> bool {
     let mut buffer = [0; 4096];
     match stream.read(&mut buffer) {

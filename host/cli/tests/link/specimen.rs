@@ -1,14 +1,14 @@
-//! Compensations small enough to be sent often.
+//! Compensations small enough to be sent repeatedly.
 
 use trueaxis::{
     AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation,
     SampleFormat, Term,
 };
 
-/// The rate bound of every axis, mm/s.
+/// The rate bound of every axis (mm/s).
 pub const RATE: f32 = 10.0;
 
-/// ΔY = weight · length of the tool, the weight from -1 to 1.
+/// ΔY = weight · tool length, with a weight from -1 to 1.
 pub fn adjustable() -> AlignedBlob {
     let axis = |name| Axis {
         name,

@@ -1,4 +1,4 @@
-//! A client and a device in one thread, with a bad line between them. Time passes as they wait.
+//! A client and a device in one thread, connected by an unreliable line. Time passes while they wait.
 
 use std::collections::VecDeque;
 use std::io;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use trueaxis_controllers::link::Port;
 use trueaxis_firmware::desktop::Desktop;
 
-/// How bad the line is: chances of 256 for each frame.
+/// Error rates of the line: chances in 256 for each frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Badness {
     pub lost: u8,
@@ -28,9 +28,9 @@ impl Badness {
 struct Direction {
     badness: Badness,
     seed: u64,
-    /// Bytes of a frame whose end has not come.
+    /// Bytes of an incomplete frame.
     partial: Vec<u8>,
-    /// Frames that come later, with the number of frames that overtake them.
+    /// Delayed frames, with the number of frames that overtake them.
     late: Vec<(u8, Vec<u8>)>,
 }
 
@@ -83,7 +83,7 @@ impl Direction {
             match self.draw() % 3 {
                 0 => frame[place] ^= 1 << (self.draw() % 8),
                 1 => frame.truncate(place),
-                // As a frame that ends too early and garbage behind it.
+                // Like a frame that ends too early, followed by garbage.
                 _ => frame[place] = 0,
             }
         }
@@ -108,14 +108,14 @@ impl Direction {
     }
 }
 
-/// The device with the line to it.
+/// A device and the line to it.
 pub struct Wire {
-    /// `None` only while it restarts.
+    /// `None` only during a restart.
     desktop: Option<Desktop>,
     to_device: Direction,
     to_host: Direction,
     inbox: VecDeque<u8>,
-    /// The device loses its power after so many sends.
+    /// The device loses power after this many sends.
     restart_after: Option<u32>,
 }
 
@@ -172,7 +172,7 @@ impl Port for Wire {
     }
 
     fn receive(&mut self, buffer: &mut [u8], _: Duration) -> io::Result<usize> {
-        // Until all has been read and the servo has taken the longest motion.
+        // Until everything has been read and the servo has executed the longest motion.
         for _ in 0..100 {
             self.turns(1);
             if !self.inbox.is_empty() {

@@ -1,31 +1,31 @@
-//! What the controller calls the axes of the machine.
+//! The controller's names for the axes of the machine.
 
 use std::ops::Range;
 use trueaxis::Axis;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// The axes of a machine, each with the names by which a controller knows it.
+/// The axes of a machine, each with the names it has on a controller.
 #[derive(Clone, Debug)]
 pub struct Axes {
-    /// As a blob has them.
+    /// The axes as in a blob.
     pub axes: Vec<Axis>,
     names: Vec<Vec<String>>,
 }
 
-/// What is wrong with a map of axes.
+/// Errors in a map of axes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AxesError {
-    /// Not `X=AX1`.
+    /// Not of the form `X=AX1`.
     #[error("`{0}` is not an axis of the machine, an equals sign and the controller's name for it")]
     Pair(String),
-    /// No such axis.
+    /// The machine has no such axis.
     #[error("the machine has no axis `{0}`")]
     NoAxis(String),
-    /// Not what a controller calls axes.
+    /// Not a valid axis name on a controller.
     #[error("`{0}` is not a name of an axis: letters, digits and underscores, the first a letter")]
     Name(String),
-    /// One name for two axes.
+    /// The same name for two axes.
     #[error("`{0}` is given twice")]
     Twice(String),
     /// An axis without a name.
@@ -34,8 +34,8 @@ pub enum AxesError {
 }
 
 impl Axes {
-    /// Those of a blob, with a map `X=AX1,A=AX4`. A letter may have several names, of which the first is
-    /// written.
+    /// The axes of a blob, with a map such as `X=AX1,A=AX4`. A letter may have several names; the first is used for
+    /// writing.
     ///
     /// # Errors
     /// [`AxesError`]
@@ -65,7 +65,7 @@ impl Axes {
         })
     }
 
-    /// Those of a machine, with bounds to be set once it is known what tables do.
+    /// The axes of a machine, with bounds to be set once the output of the tables is known.
     ///
     /// # Errors
     /// [`AxesError`]
@@ -102,7 +102,7 @@ impl Axes {
         char::from(self.axes[axis].name)
     }
 
-    /// Degrees instead of mm.
+    /// True for axes in degrees, false for mm.
     #[must_use]
     pub fn is_rotary(&self, axis: usize) -> bool {
         matches!(self.axes[axis].name, b'A' | b'B' | b'C')
@@ -114,7 +114,7 @@ impl Axes {
         if self.is_rotary(axis) { "deg" } else { "mm" }
     }
 
-    /// What is written for an axis; its letter if the map has none.
+    /// The name of an axis for writing; its letter if the map has none.
     #[must_use]
     pub fn name(&self, axis: usize) -> String {
         match self.names[axis].first() {
@@ -123,14 +123,14 @@ impl Axes {
         }
     }
 
-    /// The axis that a file names.
+    /// The axis with a name used in a file.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
         let is_it = |known: &String| known.eq_ignore_ascii_case(name);
         self.names.iter().position(|names| names.iter().any(is_it))
     }
 
-    /// Travel of an axis (mm, deg); of one without end, its turn.
+    /// Travel of an axis (mm, deg); for an axis without limits, its turn.
     #[must_use]
     pub fn travel(&self, axis: usize) -> [f64; 2] {
         let axis = &self.axes[axis];
@@ -141,7 +141,7 @@ impl Axes {
     }
 }
 
-/// Whether it is a name of an axis.
+/// Whether a text is a valid axis name.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';

@@ -1,45 +1,46 @@
-//! All tables of one output axis.
+//! Collects all tables of one output axis.
 
 use super::function::{Function, Origin};
 use super::spacing::Spacing;
 use super::{FactorTables, Table, Travel};
 use std::collections::BTreeMap;
 
-/// A term in a form that the controller can have.
+/// A term in a form that the controller supports.
 #[derive(Clone, Debug)]
 pub enum Normal {
     Constant(f64),
-    /// A function, its weight, and whether that may be set at run time.
+    /// A function, its weight, and whether the weight can be set at run time.
     Plain(Function, f64, bool),
     Product(Function, Function, f64),
 }
 
-/// A table to be, of values in f64.
+/// A table in the making, with values in f64.
 #[derive(Clone, Debug)]
 struct Column {
     input: usize,
     spacing: Spacing,
     travel: Travel,
     values: Vec<f64>,
-    /// What is written as the weight of the table.
+    /// Written as the weight of the table, if any.
     weight: Option<f64>,
 }
 
-/// A factor, and what it is multiplied by.
+/// A factor, and everything that it is multiplied by.
 struct Group {
     named: Function,
     by: Vec<Column>,
 }
 
 impl Group {
-    /// Largest magnitude of what the factor is multiplied by.
+    /// Largest magnitude of everything that the factor is multiplied by.
     fn peak(&self) -> f64 {
         self.by.iter().map(Column::peak).fold(0.0, f64::max)
     }
 
-    /// The least limit that both can keep to, whatever is moved from one to the other; 0 if the product is always 0.
+    /// The smallest limit that both can keep, however magnitude is shifted between them; 0 if the product is always
+    /// 0.
     ///
-    /// With p the product of both peaks: L² = p, and L·(L − 1) = p where the other one has 1 taken off.
+    /// With p the product of both peaks: L² = p, or L·(L − 1) = p if 1 is subtracted from the other one.
     fn least_limit(&self, tables: FactorTables) -> f64 {
         let product = self.named.peak() * self.peak();
         match tables {
@@ -50,7 +51,7 @@ impl Group {
     }
 }
 
-/// What corrects one axis.
+/// Everything that corrects one axis.
 #[derive(Debug, Default)]
 pub struct Output {
     constant: f64,
@@ -58,7 +59,7 @@ pub struct Output {
     products: Vec<(Function, Function, f64)>,
 }
 
-/// What factors must keep to.
+/// Limits of factors.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors {
     pub tables: FactorTables,
@@ -94,7 +95,7 @@ impl Column {
     }
 }
 
-/// Adds a column to one with the same points, or puts it beside them.
+/// Adds a column to one with the same points, or appends it.
 fn add(columns: &mut Vec<Column>, column: Column) {
     let is_same = |c: &&mut Column| {
         let same = (c.input, c.spacing, c.travel) == (column.input, column.spacing, column.travel);
@@ -125,15 +126,15 @@ impl Output {
         }
     }
 
-    /// The least limit that all factors of the axis can keep to (mm, deg).
+    /// The smallest limit that all factors of the axis can keep (mm, deg).
     pub(crate) fn least_limit(&self, tables: FactorTables) -> f64 {
         let groups = self.groups(tables);
         let limits = groups.iter().map(|group| group.least_limit(tables));
         limits.fold(0.0, f64::max)
     }
 
-    /// The tables of the axis, added to those there are; `travel` is its own (mm, deg). The limit of factors is no
-    /// less than [`least_limit`](Self::least_limit).
+    /// The tables of the axis, appended to the existing ones; `travel` is that of the axis (mm, deg). The limit of
+    /// factors is at least [`least_limit`](Self::least_limit).
     pub fn tables(
         mut self,
         output: usize,
@@ -156,7 +157,7 @@ impl Output {
         }
     }
 
-    /// Products by the factor that they share.
+    /// Products grouped by the factor that they share.
     fn groups(&self, tables: FactorTables) -> Vec<Group> {
         let mut uses: BTreeMap<Origin, usize> = BTreeMap::new();
         for (one, other, _) in &self.products {
@@ -167,7 +168,7 @@ impl Output {
         let mut groups: Vec<Group> = Vec::new();
         for (one, other, weight) in &self.products {
             let of = |f: &Function| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
-            // Only a factor that is always there may be added, and be taken off again by the other one.
+            // Only a factor that holds in both directions may be added and subtracted again by the other one.
             let is_one_way = |f: &Function| f.travel != Travel::Both;
             let turned = match tables {
                 FactorTables::Added if is_one_way(one) != is_one_way(other) => is_one_way(other),
@@ -189,8 +190,8 @@ impl Output {
         groups
     }
 
-    /// The factor in mm or degrees, what it is multiplied by at most 1, or more where only that keeps the factor
-    /// within its limit; `None` if that is nothing.
+    /// Scales a product: the factor in mm or degrees, and what it is multiplied by at most 1, or larger if only that
+    /// keeps the factor within its limit. `None` if the product is zero.
     fn scaled(
         &mut self,
         mut group: Group,
@@ -205,7 +206,8 @@ impl Output {
             FactorTables::Added => limit - 1.0,
             FactorTables::NotAdded => limit,
         };
-        // A power of two changes no digit; if that makes the factor too large, as little as can be.
+        // A power of two changes no digits. If that makes the factor too large, use the smallest scale that does
+        // not.
         let usual = (peak / most.min(1.0)).log2().ceil().exp2();
         let scale = if own * usual <= limit {
             usual
@@ -217,7 +219,7 @@ impl Output {
             column.values.iter_mut().for_each(|v| *v /= scale);
         }
         if tables == FactorTables::Added {
-            // f·(g − 1) + f = f·g; where g is there for one direction only, −f takes it off.
+            // f·(g − 1) + f = f·g. If g holds for one direction only, −f subtracts it.
             match group.by.iter_mut().find(|c| c.travel == Travel::Both) {
                 Some(column) => column.values.iter_mut().for_each(|v| *v -= 1.0),
                 None => {
@@ -230,7 +232,7 @@ impl Output {
         Some((named, group.by))
     }
 
-    /// Adds the constant to a table that always holds, or makes one.
+    /// Adds the constant to a table that holds in both directions, or makes one.
     fn settle_constant(&mut self, output: usize, travel: [f64; 2]) {
         if self.constant == 0.0 {
             return;

@@ -1,19 +1,19 @@
-//! What a controller holds.
+//! Capacities of controllers.
 
-/// Tables and points.
+/// Numbers of tables and points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Number of the first table that may be written.
     pub first: usize,
     /// Tables, numbered from 0.
     pub tables: usize,
-    /// Values of a table, if it is the controller that limits them.
+    /// Values per table, if the controller limits them.
     pub points: Option<usize>,
 }
 
 impl Limits {
-    /// The 840D: two tables for each axis of the controller, of which it has at most 31; how many values is
-    /// set for each table by MD18342.
+    /// The 840D: two tables for each axis of the controller, which has at most 31. MD18342 sets the number of values
+    /// of each table.
     pub const SINUMERIK_840D: Self = Self {
         first: 0,
         tables: 62,

@@ -1,22 +1,22 @@
-//! What a plan may cost, and what it does.
+//! Permitted costs of a plan, and what a plan costs.
 
 use super::axes::Axes;
 use serde::Serialize;
 use std::fmt;
 
-/// What becomes of products of functions of more than two axes.
+/// What to do with products of functions of more than two axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum LongProducts {
-    /// Nothing is written; what they would cost is said.
+    /// Write nothing and print what they would cost.
     Refuse,
-    /// They are left out.
+    /// Leave them out.
     Drop,
-    /// Of each, the functions that change least are held at the middle of their values.
+    /// Hold the functions of each that change least at the middle of their values.
     Hold,
 }
 
-/// How far a file may be from what was compiled.
+/// Permitted difference between a file and the compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tolerance {
     /// On linear axes.
@@ -25,28 +25,28 @@ pub struct Tolerance {
     pub urad: f64,
 }
 
-/// A product of functions of more than two axes, and what is lost with it.
+/// A product of functions of more than two axes, and the error without it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Long {
     /// Letter of the corrected axis.
     pub output: char,
     /// The axes.
     pub inputs: Vec<char>,
-    /// If it is left out (µm, µrad).
+    /// Error if it is left out (µm, µrad).
     pub dropped: f64,
-    /// If functions are held (µm, µrad).
+    /// Error if functions are held (µm, µrad).
     pub held: f64,
-    /// The axes of those.
+    /// The axes of the functions held.
     pub held_inputs: Vec<char>,
     /// `µm` or `µrad`.
     pub unit: &'static str,
 }
 
-/// What a plan costs.
+/// Costs of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Note {
-    /// A curve or a product of functions of one axis with other points.
+    /// A curve, or a product of functions of one axis, was sampled at new points.
     Resampled {
         /// Letter of the corrected axis.
         output: char,
@@ -54,16 +54,16 @@ pub enum Note {
         input: char,
         /// Values of the table.
         points: usize,
-        /// µm or µrad at most.
+        /// Largest error (µm or µrad).
         cost: f64,
         /// `µm` or `µrad`.
         unit: &'static str,
     },
-    /// A product that is left out.
+    /// A product was left out.
     Dropped(Long),
-    /// A product of which functions are held.
+    /// A product has functions that are held.
     Held(Long),
-    /// A weight that can no longer be set.
+    /// A weight can no longer be set.
     Fixed {
         /// Letter of the corrected axis.
         output: char,

@@ -1,4 +1,4 @@
-//! Files as they are found, and as they should not be.
+//! Tests of file dialects and of faulty files.
 
 use super::read::*;
 use super::reading::*;
@@ -20,7 +20,7 @@ fn reader(text: &str, change: impl Fn(&mut Reading<'_>)) -> Result<Read, FileErr
     read(text, &reading)
 }
 
-/// A table with values from a list, and further lines.
+/// A table with values from a list, and additional lines.
 fn table(number: usize, values: &[&str], more: &[&str]) -> String {
     let mut text = String::new();
     for (k, value) in values.iter().enumerate() {
@@ -54,7 +54,7 @@ const VALUES: [&str; 3] = ["0.004", "0.002", "-0.001"];
 
 #[test]
 fn the_sample_of_the_document_is_a_product_and_a_table() {
-    // As in its Figure 7.3: the second table is multiplied by the number of the first.
+    // As in the document's Figure 7.3: the second table names the number of the first.
     let body = table(0, &VALUES, &[])
         + &table(
             1,
@@ -132,7 +132,7 @@ fn directions_weights_and_inches_are_kept() {
         [Travel::Positive, Travel::Negative]
     );
     assert_eq!([found[0].weight, found[1].weight], [1.0, 0.5]);
-    // 25.4 mm for lengths, and degrees as they are.
+    // Lengths are in units of 25.4 mm; degrees are unchanged.
     assert_eq!(
         (found[0].spacing.step, found[0].values[0]),
         (1270.0, 0.1016)
@@ -355,7 +355,7 @@ fn products_that_nobody_knows_the_meaning_of_are_refused() {
         let error = error.unwrap_err();
         assert!(error.message.contains(cause), "{error}");
     }
-    // A square is a product like any other where factors are not added.
+    // If factors are not added, a square is a product like any other.
     let square = body([&["$AN_CEC_MULT_BY_TABLE[0]=1"], &[], &[]]);
     assert_eq!(reader(&square, |_| {}).unwrap().tables[0].times, Some(0));
 }

@@ -4,10 +4,10 @@ use super::axes::Axes;
 use super::{FactorTables, Table, Travel, named};
 use trueaxis::{Auxiliary, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term};
 
-/// A compensation that does what a controller with these tables does. Its bounds are those of `axes`.
+/// A compensation with the effect of a controller with these tables. Its bounds are those of `axes`.
 ///
-/// Terms are in the order of the tables, but for factors, which come before what is multiplied by them; the
-/// factors of a product are the table that is named by `MULT_BY_TABLE`, then the one that names it.
+/// Terms are in the order of the tables, except that factors come before the tables that they multiply. The factors
+/// of a product are the table named by `MULT_BY_TABLE`, then the one that names it.
 #[must_use]
 pub fn draft(
     machine: &str,
@@ -44,7 +44,7 @@ pub fn draft(
     let mut numbers = vec![0_u8; tables.len()];
     let members = banks.iter().flat_map(|(_, members)| members);
     for (number, member) in members.enumerate() {
-        // More than 255 are refused when the file is read, and when a plan is made.
+        // More than 255 are rejected when a file is read, and when a plan is made.
         numbers[*member] = number as u8;
     }
     Draft {
@@ -58,7 +58,7 @@ pub fn draft(
     }
 }
 
-/// The terms of tables that have these numbers; the own term of a factor comes before its products.
+/// The terms of tables with these numbers; the own term of a factor comes before its products.
 fn terms(tables: &[Table], numbers: &[u8], factor_tables: FactorTables) -> Vec<Term> {
     let is_factor = named(tables);
     let mut terms = Vec::new();

@@ -2,56 +2,56 @@
 
 use super::cost::Long;
 
-/// What the tables of the controller cannot hold.
+/// Why the tables of the controller cannot hold a compensation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// Grids have two or three inputs.
+    /// The compensation has grids, which have two or three inputs.
     #[error("the compensation has a grid, and a table of the controller has one input")]
     Grid,
-    /// No table is left.
+    /// There would be no tables.
     #[error("the compensation corrects nothing that tables of the controller can")]
     Nothing,
-    /// More axes than this program knows.
+    /// More axes than this program supports.
     #[error("the compensation has {0} axes, more than a machine")]
     Axes(usize),
-    /// A tool length without an input for it.
+    /// A tool length was given, but is not an input.
     #[error(
         "the tool length is not an input of the compensation: its tables hold for one tool already"
     )]
     NoLength,
-    /// Products of more than two axes.
+    /// Products of functions of more than two axes.
     #[error("{} of more than two tables, and the controller multiplies two: {}", count(.0), list(.0))]
     Long(Vec<Long>),
-    /// More tables than there are.
+    /// Not enough tables.
     #[error("the compensation takes {needed} tables, and there are {room} from number {first} on")]
     Tables {
-        /// Tables that it takes.
+        /// Tables needed.
         needed: usize,
-        /// Tables that there are.
+        /// Tables available.
         room: usize,
-        /// Number of the first.
+        /// Number of the first table.
         first: usize,
     },
-    /// Products too large for the limit of factors.
+    /// Products are too large for the limit of factors.
     #[error(
         "the products of axis {axis} cannot be written with factor tables of at most {limit}: that takes {least:.4}"
     )]
     Factor {
-        /// Letter of the axis that they correct.
+        /// Letter of the axis.
         axis: char,
-        /// What was allowed.
+        /// The limit.
         limit: f64,
-        /// What would do for all axes, rounded up to four decimals.
+        /// A limit that works for all axes, rounded up to four decimals.
         least: f64,
     },
-    /// A modulo table times one that does not repeat with it, on an axis without end.
+    /// A modulo table multiplied by one with another period, on an axis without limits.
     #[error(
         "tables of the axis {0} with different periods are multiplied, or one without a period"
     )]
     Periods(char),
 }
 
-/// Products that are named with their costs, those that cost most.
+/// Number of products listed, the most expensive ones.
 const SHOWN: usize = 4;
 
 fn count(long: &[Long]) -> String {
@@ -74,7 +74,7 @@ fn list(long: &[Long]) -> String {
 }
 
 impl PlanError {
-    /// What would work.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> String {
         let remedy = match self {

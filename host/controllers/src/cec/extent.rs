@@ -1,4 +1,4 @@
-//! Where the values of a table in a file are.
+//! The points of a table in a file.
 
 use super::raw::{HIGHEST, MISSING, MOST, Raw};
 use super::reading::Reading;
@@ -7,7 +7,7 @@ use super::variable::{Key, Known};
 use trueaxis_model::source::FileError;
 
 impl Raw<'_> {
-    /// MIN, MAX and STEP with the values that they make.
+    /// MIN, MAX and STEP, and the points that they define.
     pub fn spacing(
         &self,
         key: Key,
@@ -99,7 +99,7 @@ impl Raw<'_> {
         Ok(spacing)
     }
 
-    /// The number of values, from the first to the one at MAX without a gap.
+    /// The number of consecutive values, from the first to the one at MAX.
     fn values_in_a_row(&self, key: Key, intervals: f64) -> Result<usize, FileError> {
         let table = key.said();
         let name = Known::Value.name(key);
@@ -141,7 +141,7 @@ impl Raw<'_> {
         }
     }
 
-    /// On an axis that turns without end a table repeats with the turn.
+    /// On an axis without limits, a table must repeat after a turn.
     pub(crate) fn check_period(
         &self,
         key: Key,

@@ -4,12 +4,12 @@ use super::Travel;
 use super::spacing::Spacing;
 use trueaxis::Interpolation;
 
-/// What a function is made of: equal ones are the same function.
+/// The identity of a function: functions of the same origin are equal.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// A table of the blob, for a direction of travel.
     Table(usize, Travel),
-    /// The product of these on one axis.
+    /// The product of several functions of one axis.
     Product(Vec<Origin>),
 }
 
@@ -17,12 +17,12 @@ pub enum Origin {
 #[derive(Clone, Debug)]
 pub struct Function {
     pub origin: Origin,
-    /// Number of the axis.
+    /// Index of the axis.
     pub input: usize,
     pub spacing: Spacing,
     pub travel: Travel,
     pub interpolation: Interpolation,
-    /// Values at the points; of a cubic one coefficients.
+    /// Values at the points; for a cubic table, coefficients.
     pub values: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ impl Function {
         self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
     }
 
-    /// Lowest and highest value; for one direction of travel also 0, which it is for the other.
+    /// Lowest and highest value; for one direction of travel also 0, its value in the other.
     pub fn range(&self) -> [f64; 2] {
         let start = match self.travel {
             Travel::Both => [f64::INFINITY, f64::NEG_INFINITY],
@@ -43,7 +43,7 @@ impl Function {
             .fold(start, |[low, high], v| [low.min(*v), high.max(*v)])
     }
 
-    /// Where it begins and ends, or repeats.
+    /// Its first and last position, or its period.
     pub fn span(&self) -> [f64; 2] {
         let beyond = match (self.spacing.modulo, self.interpolation) {
             (true, _) => 0,
@@ -54,7 +54,7 @@ impl Function {
         [f64::from(self.spacing.start), self.spacing.at(intervals)]
     }
 
-    /// Its value at a position, while the direction is its own.
+    /// Its value at a position, in its own direction of travel.
     pub fn at(&self, position: f64) -> f64 {
         let Spacing {
             start,
@@ -93,7 +93,7 @@ impl Function {
         }
     }
 
-    /// Largest difference to another function between the points and at them.
+    /// Largest difference from another function, at and between the points.
     pub fn difference(&self, other: &dyn Fn(f64) -> f64, span: [f64; 2]) -> f64 {
         let count = BETWEEN * self.spacing.points.max(256);
         (0..=count)
@@ -103,7 +103,7 @@ impl Function {
     }
 }
 
-/// Positions in each interval at which a difference is looked at.
+/// Number of positions per interval at which a difference is evaluated.
 const BETWEEN: usize = 8;
 
 /// Values of a function at equidistant points over a span.

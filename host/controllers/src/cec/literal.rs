@@ -1,10 +1,10 @@
-//! A compensation that keeps the rules already, as one that was imported does, is written as it is.
+//! Recognizes compensations that already follow the rules, such as imported ones; they are written unchanged.
 
 use super::spacing::Spacing;
 use super::{FactorTables, Table, Travel};
 use trueaxis::{Bank, Direction, Interpolation, Largest};
 
-/// Its tables in the order of its terms, if it is what [`draft`](super::draft()) makes of tables.
+/// Its tables in the order of its terms, if it is what [`draft`](super::draft()) makes from tables.
 pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Option<Vec<Table>> {
     let banks: Vec<&Bank> = compensation
         .banks()
@@ -54,7 +54,7 @@ pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Optio
                 }
                 factors.push(place);
                 if named == own {
-                    // Nothing else may be multiplied by a table that is multiplied itself.
+                    // Other tables must not be multiplied by a table that is itself multiplied.
                     if !is_new {
                         return None;
                     }
@@ -73,7 +73,7 @@ pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Optio
     (tables.len() == banks.len() && !tables.is_empty()).then_some(tables)
 }
 
-/// A table as it is stored; `None` if a controller cannot read it so.
+/// A table as stored; `None` if a controller cannot use it unchanged.
 fn table(compensation: &Largest<'_>, bank: &Bank, number: usize, output: u8) -> Option<Table> {
     let travel = match bank.direction {
         Direction::Both => Travel::Both,

@@ -1,19 +1,19 @@
 //! Sinumerik 840D: a compensation as tables of the *interpolatory compensation* (CEC), and back.
 //!
-//! A controller with these tables adds to the commanded position of an axis the values of all tables for that
-//! axis, each a function of the commanded position of one axis, and products of two of them. Rules (source
-//! document, §2.4.5.3 and Figure 7.3; manual *Extended Functions*):
+//! A controller with these tables adds to the commanded position of an axis the values of all tables for that axis,
+//! each a function of the commanded position of one axis, and products of two of them. Rules (source document,
+//! §2.4.5.3 and Figure 7.3; manual *Extended Functions*):
 //!
-//! - One input axis and one output axis per table; values at `MIN + k · STEP`, straight lines between, the
-//!   first and the last value held beyond.
-//! - `MULT_BY_TABLE` of a table is the *number* of another of the same output, its index + 1: the product of
-//!   both is added. Whether the table named there is added by itself too is not settled: [`FactorTables`].
+//! - One input axis and one output axis per table; values at `MIN + k · STEP`, linear interpolation, the first and
+//!   the last value held outside.
+//! - `MULT_BY_TABLE` of a table is the *number* of another one with the same output, its index + 1: the product of
+//!   both is added. Whether the other table is also added by itself is not settled: [`FactorTables`].
 //! - `IS_MODULO`: the period is `MAX − MIN`, and both ends are stored, with equal values.
-//! - `DIRECTION` 1 or −1: the table holds for that direction of travel of its input only.
-//! - The table weight multiplies its values; here only of tables that take part in no product.
+//! - `DIRECTION` 1 or −1: the table only applies for that direction of travel of its input.
+//! - The table weight multiplies its values; used here only for tables that are not part of a product.
 //!
-//! [`read()`] and [`print()`] know the language, [`plan()`] brings a compensation under the rules, [`draft()`]
-//! makes one of tables, [`prove()`] compares both.
+//! [`read()`] and [`print()`] handle the language, [`plan()`] adapts a compensation to the rules, [`draft()`] makes
+//! one from tables, [`prove()`] compares both.
 
 mod axes;
 mod collect;
@@ -67,23 +67,23 @@ pub use spacing::Spacing;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Whether a table that another one names by `MULT_BY_TABLE` is added by itself, besides being a factor.
+/// Whether a table that another one names by `MULT_BY_TABLE` is added by itself in addition to being a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FactorTables {
-    /// A table that another is multiplied by is added, too.
+    /// A table that another one is multiplied by is also added.
     ///
     /// f·g + f.
     Added,
-    /// It is not.
+    /// It is not added.
     ///
     /// f·g.
     NotAdded,
 }
 
 impl FactorTables {
-    /// The other reading.
+    /// The other interpretation.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -93,7 +93,7 @@ impl FactorTables {
     }
 }
 
-/// For which direction of travel of its input a table holds.
+/// The direction of travel of its input for which a table applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Travel {
@@ -108,20 +108,20 @@ pub enum Travel {
 /// One table of the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Number of the axis that it is a function of.
+    /// Index of the axis that is its input.
     pub input: usize,
-    /// Number of the axis that it corrects.
+    /// Index of the corrected axis.
     pub output: usize,
-    /// Where its points are.
+    /// Its points.
     pub spacing: Spacing,
-    /// Values at the points: mm or degrees, or a number that the table it is multiplied by is multiplied
-    /// by. With modulo the last one, which is the first once more, is left out.
+    /// Values at the points: mm or degrees, or a dimensionless factor. With modulo, the last value, which equals the
+    /// first, is left out.
     pub values: Vec<f32>,
-    /// For which direction of travel.
+    /// The direction of travel for which it applies.
     pub travel: Travel,
-    /// What its values are multiplied by.
+    /// Factor of its values.
     pub weight: f32,
-    /// Index, among the tables, of the one it is multiplied by.
+    /// Index, among the tables, of the one that it is multiplied by.
     pub times: Option<usize>,
 }
 
@@ -132,14 +132,14 @@ impl Table {
         self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
     }
 
-    /// Values as the controller stores them: with modulo the first one twice.
+    /// Number of values that the controller stores: with modulo the first one twice.
     #[must_use]
     pub fn stored(&self) -> usize {
         self.values.len() + usize::from(self.spacing.modulo)
     }
 }
 
-/// True of the tables that others name by `MULT_BY_TABLE`.
+/// True for each table that another one names by `MULT_BY_TABLE`.
 #[must_use]
 pub fn named(tables: &[Table]) -> Vec<bool> {
     let mut named = vec![false; tables.len()];
@@ -149,8 +149,8 @@ pub fn named(tables: &[Table]) -> Vec<bool> {
     named
 }
 
-/// The axes that tables correct, each with a bound of the sum of its tables (mm, degrees): what the controller's
-/// limit of the sum, MD32720, must allow. It is the sum of the largest magnitudes of all tables and products.
+/// The axes that tables correct, each with a bound of the sum of its tables (mm, degrees), the sum of the largest
+/// magnitudes of all tables and products. The controller's limit of the sum, MD32720, must permit it.
 #[must_use]
 pub fn largest_sums(tables: &[Table], factor_tables: FactorTables) -> Vec<(usize, f64)> {
     let peak = |table: &Table| f64::from(table.peak()) * f64::from(table.weight.abs());

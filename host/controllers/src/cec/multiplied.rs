@@ -1,4 +1,4 @@
-//! Whether the products of a file are ones.
+//! Checks the products of a file.
 
 use super::raw::Raw;
 use super::reading::{Reading, Units};
@@ -6,7 +6,7 @@ use super::variable::Known;
 use super::{FactorTables, Table};
 use trueaxis_model::source::FileError;
 
-/// The rules of products.
+/// Checks that products follow the rules.
 pub(crate) fn check_products(
     tables: &[Table],
     raw: &[&Raw<'_>],

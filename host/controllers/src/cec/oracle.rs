@@ -1,11 +1,11 @@
-//! What a file says, worked out once more without any of the code that is tested.
+//! An independent evaluation of a file, which shares no code with the tested modules.
 
 use std::collections::HashMap;
 
-/// A file as nothing but what is assigned to what.
+/// A file as a map from names to assigned values.
 pub struct File(HashMap<String, String>);
 
-/// The directions of travel that a position has come from: 1, −1, or 0 where that is unknown.
+/// The direction from which each axis has arrived: 1, −1, or 0 if unknown.
 pub type Directions<'a> = &'a [i8];
 
 impl File {
@@ -46,7 +46,7 @@ impl File {
         weight * (below + (at(u.floor() + 1.0).unwrap_or(below) - below) * u.fract())
     }
 
-    /// The correction of the axis of a name, at positions of the axes of these names.
+    /// The correction of a named axis, at positions of named axes.
     pub fn correction(
         &self,
         output: &str,

@@ -1,4 +1,4 @@
-//! A compensation under the rules of the controller.
+//! Adapts a compensation to the rules of the controller.
 
 use super::axes::Axes;
 use super::collect::{Factors, Output};
@@ -9,20 +9,20 @@ use super::terms::Form;
 use super::{FactorTables, Limits, PlanError, Table, named};
 use trueaxis::Largest;
 
-/// What tables are to be like.
+/// Options of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Whether the controller adds factor tables, too.
+    /// Whether the controller also adds factor tables.
     pub factor_tables: FactorTables,
-    /// What it holds.
+    /// Its capacity.
     pub limits: Limits,
     /// Largest magnitude of a factor.
     pub factor_limit: f64,
-    /// How far the file may be from the compensation.
+    /// Permitted difference of the file from the compensation.
     pub tolerance: Tolerance,
-    /// Tool length (mm), if that is an input; the reference without.
+    /// Tool length (mm), if it is an input; by default the reference.
     pub length: Option<f64>,
-    /// Products of more than two axes.
+    /// What to do with products of functions of more than two axes.
     pub long: LongProducts,
 }
 
@@ -31,18 +31,18 @@ pub struct Options {
 pub struct Plan {
     /// The tables; the first has the number of [`Limits::first`].
     pub tables: Vec<Table>,
-    /// What is not as it was compiled.
+    /// Differences from the compensation.
     pub notes: Vec<Note>,
-    /// Tool length (mm) for which they hold, if that was an input.
+    /// Tool length (mm) for which they hold, if it was an input.
     pub length: Option<f64>,
-    /// Sensors whose temperature is taken to be the reference.
+    /// Sensors whose temperature is assumed to be the reference.
     pub sensors: Vec<String>,
-    /// True if the compensation kept the rules already.
+    /// True if the compensation already followed the rules.
     pub is_literal: bool,
 }
 
-/// Brings a compensation under the rules: one input and one output per table, products of two, equidistant
-/// points and straight lines. Tables that serve several axes are copied.
+/// Adapts a compensation to the rules: one input and one output per table, products of two, equidistant points and
+/// linear interpolation. Tables that correct several axes are copied.
 ///
 /// # Errors
 /// [`PlanError`]
@@ -117,7 +117,7 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
     })
 }
 
-/// Whether tables that keep the rules keep to the limits, too, of values and of factors.
+/// Whether tables that follow the rules also respect the limits of values and of factors.
 fn keeps(tables: &[Table], options: &Options) -> bool {
     let is_named = named(tables);
     tables.iter().zip(is_named).all(|(table, is_named)| {
@@ -128,7 +128,7 @@ fn keeps(tables: &[Table], options: &Options) -> bool {
     })
 }
 
-/// Whether all factors can keep to their limit.
+/// Checks that all factors can respect their limit.
 fn check_factors(outputs: &[Output], axes: &Axes, factors: Factors) -> Result<(), PlanError> {
     let least = outputs.iter().map(|o| o.least_limit(factors.tables));
     let Some((index, least)) = least.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else {

@@ -1,4 +1,4 @@
-//! The cost of a plan, and the limits it keeps.
+//! Tests of the cost of a plan, and of its limits.
 
 use super::oracle::File;
 use super::round_trip::round_trips;
@@ -41,8 +41,8 @@ fn products_of_three_axes_cost_what_is_said() {
     let PlanError::Long(long) = &refused else {
         panic!("{refused}");
     };
-    // 0.1 · 20 µm · 1 · 1. The table of Y, from 0 to 20 µm, costs half of it if it is held at 10; cos A, from −0.5
-    // to 1, would cost three quarters, and sin C all.
+    // 0.1 · 20 µm · 1 · 1. Holding the table of Y, from 0 to 20 µm, at 10 costs half of it; cos A, from −0.5 to 1,
+    // would cost three quarters, and sin C all.
     assert!((long[0].dropped - 2.0).abs() < 1e-3, "{refused}");
     assert_eq!(long[0].held_inputs, ['Y']);
     assert!((long[0].held - 1.0).abs() < 1e-3, "{refused}");
@@ -61,7 +61,7 @@ fn products_of_three_axes_cost_what_is_said() {
 
 #[test]
 fn a_function_of_one_direction_is_not_constant_however_flat_it_is() {
-    // Backlash of C, times functions of X and A: held at half of it, which costs the other half.
+    // Backlash of C multiplied by functions of X and A; holding it at half costs the other half.
     let blob = with(
         tables(),
         vec![term(0, 100.0, &[0, 2, 5]), term(1, 1.0, &[1])],
@@ -226,7 +226,7 @@ fn the_probe_tells_both_readings_apart() {
             assert!((sum - shown).abs() < 1e-9, "{sum}");
         }
     }
-    // And the import reads it the same way.
+    // The import reads it in the same way.
     for (factor_tables, shown) in [(BOTH[0], 0.005), (BOTH[1], 0.010)] {
         let blob = imported(&text, factor_tables);
         let runtime = Runtime::load(&blob).unwrap();

@@ -1,21 +1,21 @@
-//! Values in tables that are more often a mistake than intended.
+//! Warns about values in tables that are more often a mistake than intended.
 
 use super::axes::Axes;
 use super::raw::Raw;
 use super::{Table, named};
 use trueaxis_model::source::FileError;
 
-/// Slope of a correction (mm/mm) beyond which a value is more likely a slip: scales and straightness of machine
-/// tools are a hundredth of it. (Rotary corrections may be steep where the tool is parallel to an axis.)
+/// Slope of a correction (mm/mm) above which a value is more likely a mistake; scale and straightness errors of
+/// machine tools are a hundredth of it. Rotary corrections may be steep where the tool is parallel to an axis.
 const SLOPE: f64 = 0.005;
-/// An outlier is so many times as far from its neighbours as half of all points are.
+/// An outlier deviates from its neighbours by more than this many times the median.
 const TIMES: f64 = 8.0;
-/// Less than this (mm, deg) is not an outlier.
+/// Smaller deviations (mm, deg) are not outliers.
 const LEAST: f64 = 1e-3;
 
-/// Warns of slopes that no machine has, and of single values that stand out.
+/// Warns about slopes that no machine has, and about single values that stand out.
 ///
-/// Only of tables that are added themselves: those of a product may be any.
+/// Only applies to tables that are added themselves; factors may have any values.
 pub fn doubts(tables: &[Table], raw: &[&Raw<'_>], axes: &Axes, doubts: &mut Vec<FileError>) {
     let named = named(tables);
     for (index, table) in tables.iter().enumerate() {
@@ -74,9 +74,9 @@ fn steepest(table: &Table) -> Option<(usize, f64)> {
     slopes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The one value that does not fit to its neighbours, where all others do.
+/// The single value that does not fit its neighbours, if all others do.
 fn outlier(values: &[f32]) -> Option<usize> {
-    // One value that is off makes three bends, which must be fewer than half of them.
+    // A single wrong value makes three bends, which must be fewer than half of them.
     if values.len() < 8 {
         return None;
     }
@@ -89,7 +89,7 @@ fn outlier(values: &[f32]) -> Option<usize> {
         .iter()
         .enumerate()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    // The neighbours of a value that is off by e are off by −e/2.
+    // The bends beside a value that is off by e are off by −e/2.
     let is_half = |neighbour: Option<&f64>| {
         neighbour.is_none_or(|n| (n + 0.5 * bend).abs() <= 0.2 * bend.abs())
     };

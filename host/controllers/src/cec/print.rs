@@ -1,13 +1,12 @@
-//! Tables in the language of the controller.
+//! Writes tables in the language of the controller.
 
 use super::axes::Axes;
 use super::{Table, Travel};
 use std::fmt::Write;
 
-/// The text of a file, whose tables are numbered from `first` on; `comments` stand at its begin.
+/// The text of a file, whose tables are numbered from `first`, with `comments` at the start.
 ///
-/// Numbers are as short as they can be to be read as the same: what is read from the text is what was
-/// written.
+/// Numbers have the fewest digits that read back as the same number.
 #[must_use]
 pub fn print(tables: &[Table], axes: &Axes, first: usize, comments: &[String]) -> String {
     let names = |table: &Table| [table.input, table.output].map(|axis| axes.name(axis));

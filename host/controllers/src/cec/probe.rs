@@ -4,14 +4,13 @@ use super::print::{begin, one};
 use super::spacing::Spacing;
 use super::{Table, Travel};
 
-/// What the first table is everywhere (mm, deg): the factor.
+/// Constant value of the first table (mm, deg): the factor.
 pub const FACTOR: f32 = 0.005;
-/// Where the tables begin and end (mm, deg). They are constant, there and beyond.
+/// Range of the tables (mm, deg); they are constant inside and outside.
 const END: f32 = 1000.0;
 
-/// Two constant tables, 0.005 and 1, from number `first` on, for the axis of this name; the second is
-/// multiplied by the first. Their displayed sum is 0.005 where factor tables are not added, and 0.010 where
-/// they are.
+/// Two constant tables, 0.005 and 1, starting at number `first`, for the axis with this name. The second is
+/// multiplied by the first. Their displayed sum is 0.005 if factor tables are not added, and 0.010 if they are.
 #[must_use]
 pub fn probe(axis: &str, first: usize) -> String {
     let table = |value: f32, times: Option<usize>| Table {

@@ -1,4 +1,4 @@
-//! What a file does, as it is read again, beside what was compiled.
+//! Reads a file again and compares its effect with the compensation.
 
 use super::axes::Axes;
 use super::draft::draft;
@@ -14,7 +14,7 @@ use trueaxis_model::parallel;
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// Change of tool length (mm) with which the sensitivity is measured.
+/// Change of tool length (mm) for measuring the sensitivity.
 const LENGTH_CHANGE: f32 = 1.0;
 
 /// Largest differences of an axis.
@@ -24,18 +24,18 @@ pub struct Difference {
     pub axis: char,
     /// `µm` or `µrad`.
     pub unit: &'static str,
-    /// Largest correction that was compiled.
+    /// Largest correction of the compensation.
     pub largest: f64,
-    /// Largest difference between what was compiled and what the file does.
+    /// Largest difference between the compensation and the file.
     pub difference: f64,
-    /// The same on a controller that does the other with factor tables.
+    /// The same for a controller with the other interpretation of factor tables.
     pub other_reading: f64,
 }
 
-/// What a file does.
+/// The effect of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Proof {
-    /// Random positions with random directions of travel.
+    /// Number of random positions, with random directions of travel.
     pub positions: usize,
     /// Axis by axis.
     pub axes: Vec<Difference>,
@@ -44,7 +44,7 @@ pub struct Proof {
 }
 
 impl Proof {
-    /// True if no axis is further off.
+    /// True if no axis exceeds the tolerance.
     #[must_use]
     pub fn meets(&self, tolerance: Tolerance) -> bool {
         self.axes.iter().all(|a| {
@@ -58,22 +58,22 @@ impl Proof {
     }
 }
 
-/// Why what was written cannot be evaluated.
+/// Why the file cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProveError {
-    /// It is not read.
+    /// It cannot be read.
     #[error("what was written is not read: {0}")]
     Read(#[from] FileError),
-    /// It cannot be held.
+    /// It cannot be encoded as a blob.
     #[error("what was written is not a compensation: {0}")]
     Encode(#[from] EncodeError),
-    /// It cannot be loaded.
+    /// The blob cannot be loaded.
     #[error("what was written is not a compensation: {0}")]
     Load(#[from] LoadError),
 }
 
-/// Reads a text, evaluates it under both readings, and compares that with a compensation at `positions`
-/// random positions over the travel.
+/// Reads a text, evaluates it under both interpretations, and compares it with a compensation at `positions` random
+/// positions over the travel.
 ///
 /// # Errors
 /// [`ProveError`]
@@ -156,7 +156,7 @@ pub fn prove(
     })
 }
 
-/// Positions over the travel, each with the direction that each axis has come from.
+/// Positions over the travel, each with the directions from which the axes have arrived.
 fn random(axes: &Axes, count: usize, seed: u64) -> Vec<Command> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);

@@ -1,4 +1,4 @@
-//! What a file says of a table, and whether that is one.
+//! The statements of a file about one table, and their validation.
 
 use super::axes::unknown_axis;
 use super::reading::{EncoderValues, Reading, Units};
@@ -8,24 +8,24 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
-/// Label of the error of missing values.
+/// Label of the error for missing values.
 pub(crate) const MISSING: &str = "values are missing";
 
-/// A text in the file and its bytes.
+/// A text from the file, and its bytes.
 type Written<'t> = (&'t str, Range<usize>);
 
-/// Everything that a file says of a table.
+/// All statements of a file about one table.
 #[derive(Debug)]
 pub struct Raw<'t> {
     /// Its first statement.
     pub span: Range<usize>,
     /// Values by their number.
     pub values: BTreeMap<usize, Written<'t>>,
-    /// What else is set.
+    /// All other settings.
     pub settings: BTreeMap<Known, Written<'t>>,
 }
 
-/// A number as the controller's language has it: `0.005`, `-450`, `5EX-3`.
+/// A number in the controller's language: `0.005`, `-450`, `5EX-3`.
 pub(super) fn number(text: &str) -> Option<f64> {
     let upper = text.to_ascii_uppercase();
     let (mantissa, exponent) = upper.split_once("EX").unwrap_or((&upper, "0"));
@@ -37,9 +37,9 @@ pub(super) fn number(text: &str) -> Option<f64> {
     (is_plain && value.is_finite() && value.abs() <= MOST).then_some(value)
 }
 
-/// Largest magnitude of a number: far above any position, and of any value that a blob holds.
+/// Largest magnitude of a number: far above any position, and any value that a blob can hold.
 pub const MOST: f64 = 1e9;
-/// Highest number of a table, a value or an encoder: far above what a controller has.
+/// Highest number of a table, a value or an encoder: far more than a controller has.
 pub(super) const HIGHEST: usize = 99_999;
 
 fn no_number((text, span): &Written<'_>) -> FileError {
@@ -64,7 +64,7 @@ impl<'t> Raw<'t> {
         FileError::at(self.span.clone(), message, label, remedy)
     }
 
-    /// What a number is set to, and where.
+    /// The number assigned to a setting, and its place.
     fn set(&self, known: Known) -> Result<Option<(f64, Range<usize>)>, FileError> {
         let Some(written) = self.settings.get(&known) else {
             return Ok(None);
@@ -89,7 +89,7 @@ impl<'t> Raw<'t> {
         })
     }
 
-    /// What a setting that may be left out is; it is told if it is.
+    /// The value of an optional setting, with a note if it is missing.
     fn otherwise(
         &self,
         known: Known,
@@ -123,7 +123,7 @@ impl<'t> Raw<'t> {
             .ok_or_else(|| unknown_axis(name, span))
     }
 
-    /// The table that this is.
+    /// The complete table.
     pub fn table(
         &self,
         key: Key,
@@ -204,7 +204,7 @@ impl<'t> Raw<'t> {
         })
     }
 
-    /// True if a table repeats. Generators write −1 for *no*.
+    /// True if a table is modulo. Generators write −1 for *no*.
     fn flag(
         &self,
         known: Known,
@@ -247,7 +247,7 @@ impl<'t> Raw<'t> {
         }
     }
 
-    /// Place among the tables of the one that this is multiplied by.
+    /// Index of the table that this one is multiplied by.
     fn times(
         &self,
         key: Key,
@@ -280,7 +280,7 @@ impl<'t> Raw<'t> {
         }
     }
 
-    /// Whether the values of encoders are turned round.
+    /// The sign of values of encoders.
     fn sign(&self, key: Key, keys: &[Key], reading: &Reading<'_>) -> Result<f64, FileError> {
         let Key::Encoder { axis, .. } = key else {
             return Ok(1.0);

@@ -1,4 +1,4 @@
-//! From the text of a file to tables.
+//! Converts the text of a file to tables.
 
 use super::Table;
 use super::axes::unknown_axis;
@@ -12,36 +12,36 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
-/// What was read.
+/// Content of a file.
 #[derive(Clone, Debug)]
 pub struct Read {
-    /// In the order of their numbers, after them those of encoders.
+    /// Tables in the order of their numbers, followed by those of encoders.
     pub tables: Vec<Table>,
-    /// What is hardly meant, or was taken for granted.
+    /// Unlikely values, and assumptions that were made.
     pub doubts: Vec<FileError>,
-    /// Limits of the corrections, where their machine data stand in the file.
+    /// Limits of the corrections, if the file contains their machine data.
     pub limits: Vec<Limit>,
 }
 
-/// What the controller lets the correction of an axis be at most.
+/// A limit of the correction of an axis in the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
-    /// Number of the axis.
+    /// Index of the axis.
     pub axis: usize,
     /// What is limited.
     pub limited: Limited,
     /// The limit, in its unit.
     pub value: f64,
-    /// Where it stands.
+    /// Its place in the file.
     pub span: Range<usize>,
 }
 
 /// What a [`Limit`] limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
-    /// The sum of all tables (MD32720), mm or degrees.
+    /// The sum of all tables (MD32720), in mm or degrees.
     Sum,
-    /// How fast that changes (MD32730), per cent of the largest speed of the axis.
+    /// The rate of change of the sum (MD32730), in per cent of the maximum speed of the axis.
     Velocity,
 }
 
@@ -55,13 +55,13 @@ impl Limited {
     }
 }
 
-/// Tables that a blob holds.
+/// Largest number of tables in a blob.
 const MOST_TABLES: usize = 255;
 
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] at the first thing that is not understood, or is missing.
+/// [`FileError`] at the first statement that is not understood, or if something is missing.
 pub fn read(text: &str, reading: &Reading<'_>) -> Result<Read, FileError> {
     let mut reader = Reader {
         reading,
@@ -82,9 +82,9 @@ struct Reader<'t, 'r> {
     units: Option<(Units, Range<usize>)>,
     raw: BTreeMap<Key, Raw<'t>>,
     limits: Vec<Limit>,
-    /// Where the first values are left out.
+    /// Where values are first left out.
     gap: Option<Range<usize>>,
-    /// Where the file says that it ends.
+    /// The statement that ends the file.
     end: Option<Range<usize>>,
 }
 
@@ -136,7 +136,7 @@ impl<'t> Reader<'t, '_> {
         Ok(())
     }
 
-    /// Keeps what is assigned to a variable.
+    /// Stores the value assigned to a variable.
     fn assign(
         &mut self,
         name: &str,
@@ -198,7 +198,7 @@ impl<'t> Reader<'t, '_> {
         }
     }
 
-    /// Keeps a limit.
+    /// Stores a limit.
     fn limit(
         &mut self,
         limited: Limited,
@@ -250,7 +250,7 @@ impl<'t> Reader<'t, '_> {
         let keys: Vec<Key> = self.raw.keys().copied().collect();
         for (key, raw) in &self.raw {
             let made = raw.table(*key, &keys, self.reading, units, &mut doubts);
-            // Where values are left out, that is why they are missing.
+            // If values are left out, that is why they are missing.
             let made = made.map_err(|error| match (&self.gap, error.label.as_str()) {
                 (Some(gap), MISSING) => FileError {
                     span: Some(gap.clone()),
@@ -278,7 +278,7 @@ impl<'t> Reader<'t, '_> {
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();
         check_products(&tables, &raw, self.reading, units)?;
         plausibility::doubts(&tables, &raw, self.reading.axes, &mut doubts);
-        // Like all lengths of the file.
+        // Converted like all lengths of the file.
         for limit in &mut self.limits {
             if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
                 limit.value *= units.map_or(1.0, Units::mm);
@@ -292,7 +292,7 @@ impl<'t> Reader<'t, '_> {
     }
 }
 
-/// Something that has been assigned before.
+/// The error for a repeated assignment.
 fn twice(span: Range<usize>) -> FileError {
     FileError::at(
         span,

@@ -1,4 +1,4 @@
-//! How a file is to be read.
+//! Options for reading a file.
 
 use super::FactorTables;
 use super::axes::Axes;
@@ -23,27 +23,27 @@ impl Units {
     }
 }
 
-/// What the values of a measuring-system compensation (`$AA_ENC_COMP`) are.
+/// The meaning of the values of a measuring-system compensation (`$AA_ENC_COMP`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum EncoderValues {
-    /// To be added to the command.
+    /// Added to the command.
     ///
     /// Like those of the other tables.
     Corrections,
-    /// The position that is read is corrected by them: the command by the opposite.
+    /// Added to the measured position, so the command is corrected by the opposite.
     Opposite,
 }
 
-/// How a file is to be read.
+/// Options for reading a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'a> {
     /// The axes and their names.
     pub axes: &'a Axes,
-    /// Whether factor tables are added, too.
+    /// Whether factor tables are also added.
     pub factor_tables: FactorTables,
-    /// Unit of lengths, if the file does not say.
+    /// Unit of lengths, if the file does not specify it.
     pub units: Option<Units>,
-    /// What the values of `$AA_ENC_COMP` are, if there are any.
+    /// The meaning of the values of `$AA_ENC_COMP`, if there are any.
     pub encoder: Option<EncoderValues>,
 }

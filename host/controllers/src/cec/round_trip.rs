@@ -1,4 +1,4 @@
-//! From compensations to files and back, beside an independent reading of the text.
+//! Tests that convert compensations to files and back, and compare with an independent reader.
 
 use super::specimen::*;
 use super::*;
@@ -54,7 +54,7 @@ fn products_round_trip_under_both_readings() {
 
 #[test]
 fn products_with_directions_round_trip_under_both_readings() {
-    // One factor with a direction, on either side; both; and a signed one.
+    // One factor that depends on direction, on either side; both; and a signed one.
     round_trips(&with(
         tables(),
         vec![

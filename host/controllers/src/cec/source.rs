@@ -1,4 +1,4 @@
-//! A compensation taken apart: its tables as functions, its terms as products of them.
+//! Splits a compensation into its tables, as functions, and its terms, as products of functions.
 
 use super::function::{Function, Origin};
 use super::spacing::Spacing;
@@ -9,28 +9,28 @@ use trueaxis_model::machine::MAX_AXES;
 /// A product of functions that is added to an axis.
 #[derive(Clone, Debug)]
 pub struct Term {
-    /// Number of the axis.
+    /// Index of the axis.
     pub output: usize,
-    /// Weight, with the values of functions of auxiliary inputs.
+    /// Weight, including the values of functions of auxiliary inputs.
     pub weight: f64,
-    /// The weight may be set at run time.
+    /// Whether the weight can be set at run time.
     pub adjustable: bool,
-    /// Functions of axes.
+    /// The functions of axes.
     pub factors: Vec<Function>,
 }
 
-/// All terms, for one tool length and temperatures at their reference.
+/// All terms, for one tool length and with temperatures at their references.
 #[derive(Clone, Debug)]
 pub struct Source {
     pub terms: Vec<Term>,
     /// The tool length (mm), if it is an input.
     pub length: Option<f64>,
-    /// Sensors whose temperature is taken to be the reference.
+    /// Sensors whose temperature is assumed to be the reference.
     pub sensors: Vec<String>,
 }
 
 impl Source {
-    /// Takes a compensation apart for a tool length (mm), by default its reference.
+    /// Splits a compensation for a tool length (mm), by default the reference.
     pub fn new(compensation: &Largest<'_>, length: Option<f64>) -> Result<Self, PlanError> {
         let axes = compensation.axes().len();
         if axes > MAX_AXES {
@@ -114,7 +114,7 @@ fn functions(compensation: &Largest<'_>) -> Vec<(Function, Direction)> {
     found
 }
 
-/// The function for each direction of travel of which it holds.
+/// One function for each direction of travel in which it applies.
 fn by_travel(function: &Function, direction: Direction) -> Vec<Function> {
     let way = |travel: Travel, sign: f64| {
         let mut function = function.clone();
@@ -134,7 +134,7 @@ fn by_travel(function: &Function, direction: Direction) -> Vec<Function> {
     }
 }
 
-/// True of functions that a controller can read as they are.
+/// True for functions that a controller can interpolate unchanged.
 pub fn is_linear(function: &Function) -> bool {
     function.interpolation == Interpolation::Linear
 }

@@ -1,21 +1,21 @@
-//! Where the points of a table are, in the numbers of a blob and in those of a file.
+//! The points of a table, as stored in a blob and in a file.
 
 use trueaxis::Bank;
 
-/// Equidistant points, as a blob knows them.
+/// Equidistant points, as in a blob.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spacing {
     /// The first point (mm, deg).
     pub start: f32,
-    /// From one to the next (mm, deg).
+    /// Spacing of the points (mm, deg).
     pub step: f32,
-    /// How many; with modulo without the last, which is the first once more.
+    /// Number of points; with modulo, the last one, which equals the first, is not counted.
     pub points: usize,
-    /// The table repeats after `points · step`.
+    /// True if the table repeats after `points · step`.
     pub modulo: bool,
 }
 
-/// The numbers of a file: MIN, MAX and STEP, as short as they can be.
+/// The numbers in a file: MIN, MAX and STEP, with the fewest digits possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Written {
     /// `$AN_CEC_MIN`
@@ -26,12 +26,12 @@ pub struct Written {
     pub step: f64,
 }
 
-/// How far (MAX − MIN)/STEP may be from a whole number, in parts of it: far above the rounding of f64, far
-/// below what a decimal of STEP that was cut off makes.
+/// Permitted deviation of (MAX − MIN)/STEP from a whole number, as a fraction of it: far above f64 rounding, far
+/// below the effect of a truncated decimal of STEP.
 const WHOLE: f64 = 1e-9;
 
 impl Spacing {
-    /// That of a bank of linear tables.
+    /// The points of a bank of linear tables.
     pub fn of(bank: &Bank) -> Self {
         Self {
             start: bank.start,
@@ -41,7 +41,7 @@ impl Spacing {
         }
     }
 
-    /// Distances between points from MIN to MAX.
+    /// Number of intervals between MIN and MAX.
     pub fn intervals(&self) -> usize {
         match self.modulo {
             true => self.points,
@@ -54,16 +54,16 @@ impl Spacing {
         f64::from(self.start) + point as f64 * f64::from(self.step)
     }
 
-    /// The last point, or with modulo where the first one comes again (mm, deg).
+    /// The last point; with modulo, where the first one is repeated (mm, deg).
     pub fn end(&self) -> f64 {
         self.at(self.intervals())
     }
 
-    /// The shortest numbers that are read as this.
+    /// The shortest numbers that read back as this.
     pub fn written(&self) -> Written {
         let intervals = self.intervals() as f64;
         let min = shortest(self.start);
-        // From the number that is written, which is not quite the f32 that it stands for.
+        // From the number as written, which differs slightly from the f32 that it represents.
         let end = min + intervals * f64::from(self.step);
         let max = (0..=17)
             .map(|decimals| rounded(end, decimals))
@@ -80,14 +80,14 @@ impl Spacing {
     }
 }
 
-/// How many times `step` goes into `span`, if that is a whole number of times.
+/// Quotient of `span` and `step`, if it is a whole number.
 pub fn whole(span: f64, step: f64) -> Option<f64> {
     let times = span / step;
     let nearest = times.round();
     ((times - nearest).abs() <= WHOLE * nearest.max(1.0)).then_some(nearest)
 }
 
-/// The decimal number that an f32 is printed as.
+/// The decimal number as which an f32 is printed.
 fn shortest(value: f32) -> f64 {
     value.to_string().parse().unwrap_or_else(|_| value.into())
 }

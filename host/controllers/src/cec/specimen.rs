@@ -1,4 +1,4 @@
-//! A machine of four axes, tables of every kind, and what a file of them does, as the oracle reads it.
+//! A machine with four axes, tables of every kind, and the effect of a file with them according to the oracle.
 
 use super::oracle::File;
 use super::*;
@@ -140,8 +140,8 @@ pub fn imported(text: &str, factor_tables: FactorTables) -> AlignedBlob {
     .unwrap()
 }
 
-/// Largest difference between a compensation and the text, read by the oracle; and between the compensation and the
-/// import of the text.
+/// Largest difference between a compensation and the text as evaluated by the oracle, and between the compensation
+/// and the imported text.
 pub fn differences(
     blob: &AlignedBlob,
     text: &str,

@@ -1,15 +1,14 @@
-//! The statements of a file with tables, one by one.
+//! Splits a file with tables into statements.
 
 use super::axes::is_name;
 use super::reading::Units;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
-/// What a piece of a line says.
+/// One statement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Statement<'t> {
-    /// `$NAME[i,k]=value`: the name without its dollar sign in capitals, the value without parentheses or
-    /// quotes.
+    /// `$NAME[i,k]=value`: the name in capitals without its dollar sign, the value without parentheses or quotes.
     Assignment {
         name: String,
         indices: Vec<&'t str>,
@@ -17,9 +16,9 @@ pub enum Statement<'t> {
     },
     /// `METRIC`, `INCH`
     Units(Units),
-    /// `%_N_…`, `CHANDATA(1)`: where it belongs.
+    /// `%_N_…`, `CHANDATA(1)`: where the file belongs.
     Place,
-    /// `…`: somebody has left out values.
+    /// `…`: values were left out.
     Gap,
     /// `M17`, `M30`, `M2`, `M0`
     End,
@@ -31,7 +30,7 @@ pub type Placed<'t> = (Statement<'t>, Range<usize>);
 /// All statements of a file.
 ///
 /// # Errors
-/// [`FileError`] with the place of the first that is none of these.
+/// [`FileError`] at the first text that is not a statement.
 pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
     let mut found = Vec::new();
     let mut next = 0;
@@ -60,7 +59,7 @@ pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
     Ok(found)
 }
 
-/// What is left of a line.
+/// The unread part of a line.
 struct Cursor<'t> {
     text: &'t str,
     at: usize,
@@ -72,7 +71,7 @@ impl<'t> Cursor<'t> {
         self.at += rest.len() - rest.trim_start_matches(is).len();
     }
 
-    /// Letters, digits and what stands for them.
+    /// Letters, digits and characters that may be part of a word.
     fn word(&self, end: usize) -> &'t str {
         let rest = &self.text[self.at..end.max(self.at)];
         let is_part = |c: char| c.is_alphanumeric() || c == '_';
@@ -180,7 +179,7 @@ fn bad(span: Range<usize>, message: &str, remedy: &str) -> FileError {
     FileError::at(span, message, "here", format!("write it {remedy}"))
 }
 
-/// Without spaces, and parentheses or quotes around it.
+/// Removes spaces, and surrounding parentheses or quotes.
 fn unwrapped(text: &str) -> &str {
     let text = text.trim();
     for (open, close) in [('(', ')'), ('"', '"')] {

@@ -1,4 +1,4 @@
-//! Terms as the controller can have them: a function of one axis, or a product of two.
+//! Converts terms to a form that the controller supports: a function of one axis, or a product of two.
 
 use super::PlanError;
 use super::axes::Axes;
@@ -8,23 +8,23 @@ use super::source::{Term, is_linear};
 use super::{Travel, collect::Normal};
 use trueaxis::Interpolation;
 
-/// Most values of a table, where the controller has no limit: more than any correction needs.
+/// Largest number of values per table if the controller has no limit: more than any correction needs.
 const MOST_POINTS: usize = 5000;
-/// Part of the tolerance that straight lines instead of what was compiled may take, of each term.
+/// Fraction of the tolerance that linear interpolation may use, for each term.
 const PART: f64 = 0.25;
 
-/// What terms are brought into form with.
+/// Parameters of the conversion.
 pub struct Form<'a> {
     pub axes: &'a Axes,
-    /// Values of a table.
+    /// Largest number of values per table.
     pub points: Option<usize>,
-    /// What may be left of each axis.
+    /// Permitted error of each axis.
     pub tolerance: Tolerance,
     pub long: LongProducts,
 }
 
 impl Form<'_> {
-    /// What an amount on an axis (mm, deg) is in µm or µrad.
+    /// Converts an amount on an axis (mm, deg) to µm or µrad.
     pub fn fine(&self, output: usize, amount: f64) -> f64 {
         match self.axes.is_rotary(output) {
             true => amount.to_radians() * 1e6,
@@ -32,7 +32,7 @@ impl Form<'_> {
         }
     }
 
-    /// Brings a term into form; `None` if it is always 0 or is dropped.
+    /// Converts a term; `None` if it is always 0 or is dropped.
     pub fn normal(
         &self,
         term: Term,
@@ -94,7 +94,7 @@ impl Form<'_> {
         }))
     }
 
-    /// A product of functions of more than two axes, with what is lost with it.
+    /// A product of functions of more than two axes, with the error without it.
     fn lost(&self, output: usize, weight: f64, functions: &[Function]) -> Long {
         let whole: f64 = weight.abs() * functions.iter().map(Function::peak).product::<f64>();
         let mut left = functions.to_vec();
@@ -120,7 +120,7 @@ impl Form<'_> {
         }
     }
 
-    /// The product of functions of one axis as one with straight lines; `None` if it is always 0.
+    /// The product of functions of one axis as a single, piecewise linear function; `None` if it is always 0.
     fn one(
         &self,
         output: usize,
@@ -186,7 +186,7 @@ impl Form<'_> {
         }
     }
 
-    /// Over what functions of an axis are multiplied, and whether that repeats.
+    /// The span over which functions of an axis are multiplied, and whether it repeats.
     fn span(&self, same: &[Function]) -> Result<([f64; 2], bool), PlanError> {
         let [first, rest @ ..] = same else {
             return Ok(([0.0, 1.0], false));

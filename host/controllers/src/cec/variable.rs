@@ -1,18 +1,18 @@
-//! The variables of the controller, and which table they belong to.
+//! The variables of the controller, and the tables that they belong to.
 
-/// Which family a variable belongs to.
+/// The family of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Table,
     Encoder,
 }
 
-/// Which table.
+/// The table of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Key {
-    /// By its index.
+    /// A table by its index.
     Table(usize),
-    /// Of the encoder of an axis.
+    /// The table of an encoder of an axis.
     Encoder { axis: usize, encoder: usize },
 }
 
@@ -33,7 +33,7 @@ pub enum Known {
 }
 
 impl Known {
-    /// The variable of a name in capitals.
+    /// The variable with a name in capitals.
     pub fn of(name: &str) -> Option<(Kind, Self)> {
         let known = match name {
             "AN_CEC" | "AA_ENC_COMP" => Self::Value,
@@ -42,7 +42,7 @@ impl Known {
             "AN_CEC_STEP" | "AA_ENC_COMP_STEP" => Self::Step,
             "AN_CEC_MIN" | "AA_ENC_COMP_MIN" => Self::Min,
             "AN_CEC_MAX" | "AA_ENC_COMP_MAX" => Self::Max,
-            // The second is what the manual calls it in one place.
+            // In one place, the manual uses the second name.
             "AN_CEC_IS_MODULO" | "AA_CEC_COMP_IS_MODULO" | "AA_ENC_COMP_IS_MODULO" => Self::Modulo,
             "AN_CEC_DIRECTION" => Self::Direction,
             "AN_CEC_MULT_BY_TABLE" => Self::Times,
@@ -80,7 +80,7 @@ impl Known {
 }
 
 impl Key {
-    /// As messages name it.
+    /// Its name in messages.
     pub fn said(self) -> String {
         match self {
             Self::Table(number) => format!("table {number}"),

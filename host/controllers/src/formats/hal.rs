@@ -8,36 +8,36 @@ use trueaxis_model::source::{FileError, Named};
 /// A command of a HAL file.
 #[derive(Clone, Debug)]
 pub struct Command {
-    /// Its words, with what the INI file has put in.
+    /// Its words, with values from the INI file inserted.
     pub words: Vec<String>,
-    /// Where it stands.
+    /// Its place.
     pub place: FileLocation,
 }
 
-/// What HAL files make of an empty machine, one command after the other.
+/// The state of HAL after the commands of some HAL files.
 #[derive(Debug, Default)]
 pub struct Hal {
     /// `loadrt` and `loadusr`.
     pub loaded: Vec<Command>,
-    /// Functions of each thread in their order, with the command that added them.
+    /// Functions of each thread in order, with the command that added them.
     pub threads: BTreeMap<String, Vec<(String, Command)>>,
     /// The signal of each pin, with the command that connected it.
     pub signals: BTreeMap<String, (String, Command)>,
     /// Values of pins, parameters and signals.
     pub values: BTreeMap<String, (String, Command)>,
-    /// Files that are not read, for they are programs.
+    /// Files that are not read because they are programs.
     pub programs: Vec<(String, FileLocation)>,
 }
 
-/// Most files that files may name in a chain.
+/// Maximum nesting depth of files.
 const DEEPEST: usize = 16;
 
 impl Hal {
-    /// Takes in a file with what it sources; `read` opens files by the name that stands there.
+    /// Reads a file and those it sources. `read` opens files by the names in the commands.
     ///
     /// # Errors
-    /// [`FileError`]: a value of the INI file that is not there, a file that cannot be read, a function at a
-    /// place that a thread does not have.
+    /// [`FileError`]: a value that the INI file does not have, a file that cannot be read, a function at a position
+    /// that a thread does not have.
     pub fn take(
         &mut self,
         source: Named,
@@ -80,10 +80,10 @@ impl Hal {
         Ok(())
     }
 
-    /// Takes in one line, as it stands in `[HAL]HALCMD`.
+    /// Reads one line, such as one in `[HAL]HALCMD`.
     ///
     /// # Errors
-    /// As [`Self::take`].
+    /// Those of [`Self::take`].
     pub fn line(&mut self, line: &str, ini: &Ini, place: &FileLocation) -> Result<(), FileError> {
         let words = words(line, ini, place)?;
         self.command(Command {
@@ -118,7 +118,7 @@ impl Hal {
                     self.link(pin, signal, &command);
                 }
             }
-            // Both pins are on a signal with the name of the first one.
+            // Both pins are connected to a signal with the name of the first one.
             ["linkpp", first, ref rest @ ..] => {
                 if let Some(second) = rest.iter().find(|w| !is_arrow(w)) {
                     self.link(first, first, &command);
@@ -144,7 +144,7 @@ impl Hal {
         self.signals.insert(pin.to_owned(), to);
     }
 
-    /// Adds a function to a thread: from the front, 1 is the first place, or from the end, −1 is the last.
+    /// Adds a function to a thread; 1 is the first position, −1 the last.
     fn add(
         &mut self,
         function: &str,
@@ -178,7 +178,7 @@ impl Hal {
         Some(&self.signals.get(pin)?.0)
     }
 
-    /// The value of a pin, its own or that of its signal, where one is set.
+    /// The value of a pin, its own or that of its signal, if one is set.
     #[must_use]
     pub fn value(&self, pin: &str) -> Option<(f64, &Command)> {
         let set = self.values.get(self.signal(pin).unwrap_or(pin));
@@ -202,7 +202,7 @@ impl Hal {
 }
 
 impl Command {
-    /// What a module is given for a parameter: `axes=XYZ`.
+    /// The value of a module parameter: `axes=XYZ`.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&str> {
         let mut words = self.words.iter();
@@ -210,7 +210,7 @@ impl Command {
     }
 }
 
-/// A file that a HAL or INI file names and that cannot be read.
+/// The error for a file, named in a HAL or INI file, that cannot be read.
 pub fn missing(place: &FileLocation, file: &str, cause: &str) -> FileError {
     place.error(
         format!("the HAL file `{file}` cannot be read: {cause}"),
@@ -223,7 +223,7 @@ fn is_arrow(word: &str) -> bool {
     matches!(word, "=>" | "<=" | "<=>")
 }
 
-/// The words of a line without its comment, with values of the INI file put in.
+/// The words of a line without its comment, with values from the INI file inserted.
 fn words(line: &str, ini: &Ini, place: &FileLocation) -> Result<Vec<String>, FileError> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
@@ -259,13 +259,13 @@ fn words(line: &str, ini: &Ini, place: &FileLocation) -> Result<Vec<String>, Fil
         }
     }
     words.extend(word);
-    // What came from the INI file may be several words.
+    // A value from the INI file may consist of several words.
     let split =
         |word: String| -> Vec<String> { word.split_whitespace().map(str::to_owned).collect() };
     Ok(words.into_iter().flat_map(split).collect())
 }
 
-/// A name at the begin of a text, perhaps in parentheses, and what follows.
+/// A name at the start of a text, possibly in parentheses, and the remainder.
 fn name(text: &str) -> (&str, &str) {
     if let Some((inner, after)) = text.strip_prefix('(').and_then(|t| t.split_once(')')) {
         return (inner, after);

@@ -1,6 +1,6 @@
-//! INI files as LinuxCNC reads them: keys may repeat, files are included, lines go on after a backslash.
+//! INI files as LinuxCNC reads them: keys may repeat, files are included, and a backslash continues a line.
 //!
-//! A parser of our own: those that exist keep neither the line of a value, which messages name, nor know
+//! This is a separate parser because existing ones do not keep the line of a value, which messages need, do not know
 //! `#INCLUDE`, and give `#` within a line a meaning that it does not have here.
 
 use std::ops::Range;
@@ -12,12 +12,12 @@ use trueaxis_model::source::{FileError, Named};
 pub struct FileLocation {
     /// The file.
     pub source: Rc<Named>,
-    /// Bytes of the first line of what is there.
+    /// Bytes of the first line.
     pub span: Range<usize>,
 }
 
 impl FileLocation {
-    /// Its line, from 1.
+    /// Its line, counted from 1.
     #[must_use]
     pub fn line(&self) -> usize {
         let start = self.span.start.min(self.source.text.len());
@@ -25,7 +25,7 @@ impl FileLocation {
         before.iter().filter(|b| **b == b'\n').count() + 1
     }
 
-    /// What is wrong there.
+    /// An error at this place.
     pub fn error(
         &self,
         message: impl Into<String>,
@@ -44,9 +44,9 @@ pub struct Entry {
     pub section: String,
     /// The key.
     pub key: String,
-    /// What stands behind the equals sign, without spaces around it.
+    /// The text after the equals sign, without surrounding spaces.
     pub value: String,
-    /// Where.
+    /// Its place.
     pub place: FileLocation,
 }
 
@@ -57,10 +57,10 @@ pub struct Ini {
     sections: Vec<(String, FileLocation)>,
 }
 
-/// Reads a file that another one names; the cause if that fails.
+/// Reads a file that another one refers to; returns the cause of a failure.
 pub type Reader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
 
-/// The lines of a file with their bytes, without their ends.
+/// The lines of a file with their bytes, without line endings.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
     let mut next = 0;
     text.split_inclusive('\n').map(move |line| {
@@ -71,7 +71,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
     })
 }
 
-/// Lines with those that they go on in, after a backslash at the end; the place is the first line.
+/// Lines, joined where a backslash at the end continues them; the place is that of the first line.
 pub(super) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
     let mut found: Vec<(String, Range<usize>)> = Vec::new();
     let mut goes_on = false;
@@ -90,11 +90,11 @@ pub(super) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
 }
 
 impl Ini {
-    /// Reads a file; `read` opens what it includes, whose names are relative to it.
+    /// Reads a file. `read` opens the files that it includes, whose names are relative to it.
     ///
     /// # Errors
-    /// [`FileError`]: a line that is neither section nor `KEY = value`, an included file that cannot be read or
-    /// includes another one.
+    /// [`FileError`]: a line that is neither a section nor `KEY = value`, an included file that cannot be read or
+    /// that includes another one.
     pub fn read(source: Named, read: &Reader<'_>) -> Result<Self, FileError> {
         let mut ini = Self {
             entries: Vec::new(),
@@ -169,7 +169,7 @@ impl Ini {
         entries.filter(move |e| e.section == section && e.key == key)
     }
 
-    /// The value of a key: the first, as LinuxCNC takes it.
+    /// The value of a key; the first one, as in LinuxCNC.
     #[must_use]
     pub fn get(&self, section: &str, key: &str) -> Option<&Entry> {
         self.entries
@@ -177,7 +177,7 @@ impl Ini {
             .find(|e| e.section == section && e.key == key)
     }
 
-    /// Where a section begins.
+    /// The start of a section.
     #[must_use]
     pub fn section(&self, name: &str) -> Option<&FileLocation> {
         let mut sections = self.sections.iter();

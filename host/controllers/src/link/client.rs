@@ -1,4 +1,4 @@
-//! Requests to a controller: one at a time, repeated until the answer has come.
+//! Requests to a controller: one at a time, repeated until the answer arrives.
 
 use super::port::Port;
 use std::hash::{BuildHasher, RandomState};
@@ -12,37 +12,37 @@ use trueaxis::link::{
 use trueaxis::{Correction, SampleFormat, Travel};
 use trueaxis_tables::target::Target;
 
-/// Why a request has no answer, or not the one wanted.
+/// Why a request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The connection is gone.
+    /// The connection is lost.
     #[error("the connection is lost: {0}")]
     Port(#[from] io::Error),
-    /// Repeated often, never answered.
+    /// No answer after many repetitions.
     #[error("the controller does not answer")]
     Silent,
-    /// The controller speaks other versions of the protocol.
+    /// The controller supports other versions of the protocol.
     #[error(
         "the controller speaks versions {lowest} to {highest} of the link protocol, this program {PROTOCOL}"
     )]
     Version {
-        /// Lowest.
+        /// Lowest version.
         lowest: u8,
-        /// Highest.
+        /// Highest version.
         highest: u8,
     },
-    /// The controller refuses.
+    /// The controller refuses the request.
     #[error("{0}")]
     Refused(Refusal),
-    /// An answer to something else.
+    /// The answer belongs to another request.
     #[error("the controller answers something else than was asked")]
     Unexpected,
 }
 
-/// So many times in a row a session is opened for one request.
+/// Largest number of sessions opened in a row for one request.
 const SESSIONS: u32 = 10;
 
-/// Who is at the other end, see [`Hello`].
+/// The controller at the other end; see [`Hello`].
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the fields are those of `Hello`")]
 pub struct Controller {
@@ -61,7 +61,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// What a compensation may take there. Which samples it prefers is not told: `f32`.
+    /// Its capacity for a compensation. The preferred sample format is not reported: `f32`.
     #[must_use]
     pub fn target(&self) -> Target {
         let room = &self.capacities;
@@ -101,7 +101,7 @@ impl From<&Hello<'_>> for Controller {
 pub struct Client<P> {
     port: P,
     receiver: Receiver,
-    /// Bytes that have come, not yet looked at.
+    /// Received bytes that have not been decoded yet.
     incoming: Vec<u8>,
     session: u32,
     sequence: u16,
@@ -118,7 +118,7 @@ impl<P: Port> Client<P> {
         Self::connect_with(port, Duration::from_millis(400), 15)
     }
 
-    /// Opens a session, with other patience for each try and another number of tries.
+    /// Opens a session with another time limit for each try and another number of tries.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -145,12 +145,12 @@ impl<P: Port> Client<P> {
         &mut self.port
     }
 
-    /// Ends the session, which needs no word.
+    /// Ends the session, which needs no message.
     pub fn into_port(self) -> P {
         self.port
     }
 
-    /// Opens another session and asks who is there.
+    /// Opens a new session and queries the controller.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -173,21 +173,21 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// Sends a request until its answer comes. If the controller has forgotten the session, it is
-    /// opened again, and all but a motion is asked again.
+    /// Sends a request until its answer arrives. If the controller has forgotten the session, it is opened again and
+    /// the request is repeated, unless it is a motion.
     ///
     /// # Errors
-    /// [`LinkError`], among them every refusal.
+    /// [`LinkError`], including refusals.
     pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply<'_>, LinkError> {
         self.send_next(request)?;
-        // Another host on the same line says hello too, and takes the session: in turns.
+        // Another host on the same line also says hello and takes over the session; they take turns.
         for turn in 0..SESSIONS {
             let forgotten = matches!(self.reply()?, Reply::Refused(Refusal::NoSession));
             if !forgotten || matches!(request, Request::Motion(_)) {
                 break;
             }
             if turn > 0 {
-                // So that two of them do not keep step.
+                // A random pause, so that two hosts do not stay in step.
                 let pause = RandomState::new().hash_one(turn) % 64;
                 self.port.wait(Duration::from_millis(pause));
             }
@@ -221,7 +221,7 @@ impl<P: Port> Client<P> {
 
     fn exchange(&mut self, header: Header, request: &Request<'_>) -> Result<(), LinkError> {
         let mut scratch = [0; MOST_BODY];
-        // A zero before it ends whatever noise has come before.
+        // A leading zero ends any noise received before.
         let mut wire = [END; 1 + MOST_WIRE];
         let length = encode(header, request, &mut scratch, &mut wire[1..])
             .map_err(|_| LinkError::Unexpected)?
@@ -236,7 +236,7 @@ impl<P: Port> Client<P> {
                     if count == 0 {
                         break;
                     }
-                    // Backwards, so that the next byte is taken from the end.
+                    // Reversed, so that the next byte can be popped from the end.
                     self.incoming.extend(buffer[..count].iter().rev());
                 }
                 if self.answered(header)? {
@@ -247,7 +247,7 @@ impl<P: Port> Client<P> {
         Err(LinkError::Silent)
     }
 
-    /// Looks at what has come, up to the answer.
+    /// Decodes received bytes up to the answer.
     fn answered(&mut self, header: Header) -> Result<bool, LinkError> {
         while let Some(byte) = self.incoming.pop() {
             if self.receiver.push(byte) != Received::Frame {
@@ -267,14 +267,14 @@ impl<P: Port> Client<P> {
                         highest: version,
                     });
                 }
-                // To an earlier request.
+                // An answer to an earlier request.
                 Some(Framed::Message(..)) | None => {}
             }
         }
         Ok(false)
     }
 
-    /// How things are.
+    /// The status of the controller.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -285,7 +285,7 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// How well it is; `None` of a controller that does not know this request yet.
+    /// The health of the controller; `None` if it does not support this request.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -298,7 +298,7 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// A request about an upload: begin, chunk, commit, abort.
+    /// An upload request: begin, chunk, commit, abort.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -309,7 +309,7 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// What the next start goes by.
+    /// The settings for the next start.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -317,7 +317,7 @@ impl<P: Port> Client<P> {
         self.ask_at_start(&Request::AtStart)
     }
 
-    /// Lets the corrections in at start, or not; stored when the answer says so.
+    /// Switches the corrections on at start, or not; stored when the answer confirms it.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -343,7 +343,7 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// Changes over to a slot, or asks how far that has come.
+    /// Switches to a slot, or queries the progress of that.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -354,7 +354,7 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// A request for a setting: enable, dry run, weight, tool length, referenced axes.
+    /// A request that changes a setting: enable, dry run, weight, tool length, referenced axes.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -365,8 +365,8 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// Corrections of the active compensation at any number of positions, without state: of the
-    /// first `axes` axes (those of the compensation) and `auxiliaries`.
+    /// Corrections of the active compensation at any number of positions, without changing state: of the first
+    /// `axes` axes (those of the compensation) and `auxiliaries`.
     ///
     /// # Errors
     /// [`LinkError`]
@@ -398,8 +398,8 @@ impl<P: Port> Client<P> {
         Ok(corrections)
     }
 
-    /// Commands any number of positions of the first `axes` axes, one for each servo period, and
-    /// returns what the servo gave for each.
+    /// Commands any number of positions of the first `axes` axes, one per servo period, and returns the servo's
+    /// results.
     ///
     /// # Errors
     /// [`LinkError`]

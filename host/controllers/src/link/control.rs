@@ -1,4 +1,4 @@
-//! What a controller does with its corrections: settings, and which compensation is in use.
+//! Controls the corrections of a controller: settings, and the compensation in use.
 
 use super::client::{Client, Controller, LinkError};
 use super::flash::{PAUSE, change_over};
@@ -6,49 +6,48 @@ use super::port::Port;
 use trueaxis::WeightError;
 use trueaxis::link::{AtStart, Refusal, Report, Request, Slot, Storing, TermWeight};
 
-/// Most questions until something is stored, or the corrections have come in or gone out: five
-/// seconds.
+/// Maximum number of queries until something is stored or the corrections are switched on or off: five seconds.
 const QUESTIONS: u32 = 100;
-/// So many of them in a row without a servo update: nobody commands.
+/// This many in a row without a servo update mean that nothing is commanding motion.
 const IDLE: u32 = 4;
 
-/// What is asked of a controller.
+/// A request to a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Nothing: how things are.
+    /// Only show the state.
     Show,
-    /// Lets the corrections in, or takes them out.
+    /// Switch the corrections on or off.
     Enable(bool),
-    /// The same at start.
+    /// Switch the corrections on or off at start.
     EnableAtStart(bool),
-    /// Starts or ends a dry run.
+    /// Start or end a dry run.
     DryRun(bool),
-    /// Sets the tool length, mm.
+    /// Set the tool length (mm).
     ToolLength(f32),
-    /// Sets the weight of an adjustable term.
+    /// Set the weight of an adjustable term.
     Weight {
         /// Its index in the blob.
         term: u16,
         /// The weight.
         value: f32,
     },
-    /// Changes over to a slot, for good.
+    /// Switch to a slot permanently.
     Activate {
-        /// Which.
+        /// The slot.
         slot: Slot,
-        /// Also if it is for another machine.
+        /// Even if it is for another machine.
         force: bool,
     },
-    /// Changes over to the slot that was in use before, for good.
+    /// Switch back to the previous slot permanently.
     Rollback {
-        /// Also if it is for another machine.
+        /// Even if it is for another machine.
         force: bool,
     },
-    /// These axes, by their letters, are referenced, and no other.
+    /// Set exactly these axes, by their letters, as referenced.
     Reference(String),
 }
 
-/// Why it was not done.
+/// Why a request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ControlError {
     /// The controller refuses, or the link fails.
@@ -57,28 +56,28 @@ pub enum ControlError {
     /// Not a finite number.
     #[error("{0} is not a finite number")]
     NotFinite(f32),
-    /// No such adjustable term.
+    /// There is no such adjustable term.
     #[error("term {term} does not exist or has a fixed weight; adjustable: {}", listed(.known))]
     NotAdjustable {
         /// The term.
         term: u16,
-        /// Those that are.
+        /// The adjustable terms.
         known: Vec<u16>,
     },
-    /// No such axis.
+    /// There is no such axis.
     #[error("there is no axis {axis}; the axes are {axes}")]
     NoAxis {
         /// Its letter.
         axis: char,
-        /// Those that there are.
+        /// The available axes.
         axes: String,
     },
-    /// The other slot was never in use, or is not valid.
+    /// The other slot was never in use, or is invalid.
     #[error("there is no compensation to go back to")]
     NothingBefore,
 }
 
-/// Numbers, or that there are none.
+/// A list of numbers as text, or a note that it is empty.
 fn listed(numbers: &[u16]) -> String {
     let words: Vec<String> = numbers.iter().map(u16::to_string).collect();
     match words[..] {
@@ -87,16 +86,16 @@ fn listed(numbers: &[u16]) -> String {
     }
 }
 
-/// How a controller is.
+/// The state of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Who it is, with its slots.
+    /// The controller and its slots.
     pub controller: Controller,
     /// Its status.
     pub report: Report,
-    /// What its next start goes by.
+    /// The settings for its next start.
     pub at_start: AtStart,
-    /// Its adjustable terms; none without a compensation in use, nor while one is changed.
+    /// Its adjustable terms; empty without a compensation in use, and while it is being switched.
     pub weights: Vec<TermWeight>,
 }
 
@@ -126,19 +125,19 @@ impl State {
     }
 }
 
-/// What was done.
+/// The result of a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
-    /// Before it.
+    /// The state before.
     pub before: State,
-    /// After it, as far as it has come within a few seconds.
+    /// The state after, as reached within a few seconds.
     pub after: State,
 }
 
-/// Does what is asked, and says how things were before and are after it.
+/// Executes a request, and returns the state before and after.
 ///
 /// # Errors
-/// [`ControlError`]; nothing has changed.
+/// [`ControlError`]; nothing has changed then.
 pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done, ControlError> {
     let before = State::of(client)?;
     match *action {
@@ -202,13 +201,13 @@ fn finite(value: f32) -> Result<(), ControlError> {
     }
 }
 
-/// Changes over, and waits until the next start goes by it.
+/// Switches to a slot, and waits until the setting for the next start is stored.
 fn activate<P: Port>(client: &mut Client<P>, slot: Slot, force: bool) -> Result<(), LinkError> {
     change_over(client, slot, force)?;
     store(client)
 }
 
-/// Waits until what is wanted at the next start is stored; not longer than until the machine moves.
+/// Waits until the requested setting for the next start is stored, but gives up once the machine moves.
 fn store<P: Port>(client: &mut Client<P>) -> Result<(), LinkError> {
     for _ in 0..QUESTIONS {
         if client.at_start()?.storing != Storing::Pending {
@@ -219,7 +218,7 @@ fn store<P: Port>(client: &mut Client<P>) -> Result<(), LinkError> {
     Ok(())
 }
 
-/// Waits until the corrections are in, or out; not while the servo is not updated.
+/// Waits until the corrections are on, or off, but gives up if the servo is not updated.
 fn settle<P: Port>(client: &mut Client<P>, on: bool) -> Result<(), LinkError> {
     let (mut updates, mut idle) = (None, 0);
     for _ in 0..QUESTIONS {

@@ -1,4 +1,4 @@
-//! A blob into a controller: upload, verification, change over.
+//! Uploads a blob to a controller: transfer, verification, activation.
 
 use super::client::{Client, Controller, LinkError};
 use super::port::Port;
@@ -11,16 +11,16 @@ use trueaxis_tables::compile::{Progress, Size};
 use trueaxis_tables::target::Shortage;
 use trueaxis_tables::validate::Runtime;
 
-/// Between two questions how far something has come.
+/// Pause between two progress queries.
 pub(super) const PAUSE: Duration = Duration::from_millis(50);
-/// So many of those questions: a minute.
+/// Maximum number of queries: a minute.
 const QUESTIONS: u32 = 1200;
-/// The same for a fade, which waits for motion: five seconds.
+/// The same for a fade, which requires motion: five seconds.
 const FADE_QUESTIONS: u32 = 100;
-/// How often an upload is begun again, after a restart of the controller or a bad write.
+/// Maximum number of attempts, after a restart of the controller or a failed write.
 const ATTEMPTS: u32 = 5;
 
-/// Why a blob was not flashed.
+/// Why a blob was not uploaded.
 #[derive(Debug, thiserror::Error)]
 pub enum FlashError {
     /// The blob itself is damaged.
@@ -40,16 +40,16 @@ pub enum FlashError {
         /// Its axes.
         axes: String,
     },
-    /// The controller holds less than it needs.
+    /// The controller's capacity is too small.
     #[error("the compensation has {} {}, the controller holds {}", .0.needed, .0.what, .0.held)]
     TooLarge(Shortage),
-    /// The controller does not take it, or the link fails.
+    /// The controller refuses it, or the link fails.
     #[error("{0}")]
     Link(#[from] LinkError),
-    /// The corrections do not come to zero, or the erase does not end.
+    /// The corrections do not reach zero, or the erase does not end.
     #[error("the controller does not get ready: {0:?}")]
     NotReady(Upload),
-    /// What is in the slot afterwards is not what was sent.
+    /// The content of the slot differs from what was sent.
     #[error("slot {0} does not hold what was sent")]
     NotVerified(Slot),
 }
@@ -60,35 +60,35 @@ impl From<Refusal> for FlashError {
     }
 }
 
-/// How a change over has ended.
+/// The result of an activation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activated {
-    /// It was not asked for: it waits to be activated.
+    /// Not requested: it waits for activation.
     No,
     /// It is in use.
     Yes,
-    /// It is accepted, and comes in with the next motion.
+    /// It is accepted, and takes effect with the next motion.
     WithMotion,
 }
 
-/// What has been done.
+/// The result of an upload.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Where the blob lies.
+    /// The slot of the blob.
     pub slot: Slot,
-    /// Its number.
+    /// Its sequence number.
     pub sequence: u32,
-    /// It was the newest already: nothing was written.
+    /// True if it was already the newest and nothing was written.
     pub already: bool,
-    /// Bytes that an earlier, interrupted upload had left.
+    /// Bytes already transferred by an interrupted upload.
     pub resumed: u32,
     /// Whether it is in use.
     pub activated: Activated,
-    /// What the next start goes by.
+    /// The settings for the next start.
     pub at_start: AtStart,
 }
 
-/// Whether a controller can take a blob: the same machine (unless forced) and enough room.
+/// Checks that a controller can hold a blob: the same machine (unless forced) and enough capacity.
 ///
 /// # Errors
 /// [`FlashError`]
@@ -126,7 +126,7 @@ fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
                 } => Some((slot, sequence, length, crc)),
                 _ => None,
             });
-    // They count with wrap.
+    // Sequence numbers wrap.
     valid.reduce(|a, b| {
         let ahead = b.1.wrapping_sub(a.1);
         if ahead != 0 && ahead <= u32::MAX / 2 {
@@ -137,13 +137,12 @@ fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
     })
 }
 
-/// Uploads a blob, checks that the controller holds it, and changes over to it if wanted.
+/// Uploads a blob, verifies it in the controller, and activates it if requested.
 ///
-/// An upload of the same blob that was interrupted goes on. A blob that is the newest already is
-/// not written again.
+/// An interrupted upload of the same blob is resumed. A blob that is already the newest is not written again.
 ///
 /// # Errors
-/// [`FlashError`]; the active compensation is as it was.
+/// [`FlashError`]; the active compensation is unchanged then.
 pub fn flash<P: Port>(
     client: &mut Client<P>,
     controller: &Controller,
@@ -189,7 +188,7 @@ pub fn flash<P: Port>(
     })
 }
 
-/// Sends all bytes and commits; returns from where it went on.
+/// Sends all bytes and commits; returns the position from which it resumed.
 fn upload<P: Port>(
     client: &mut Client<P>,
     blob: &[u8],
@@ -201,7 +200,7 @@ fn upload<P: Port>(
     let mut last = FlashError::NotReady(Upload::None);
     for _ in 0..ATTEMPTS {
         let next = match begin(client, (length, crc), progress) {
-            // A block was not erased: once more, then the controller names it.
+            // A block was not erased: try once more, then the controller reports which one.
             Err(FlashError::Link(LinkError::Refused(
                 refusal @ (Refusal::Spoiled | Refusal::Flash),
             ))) => {
@@ -215,7 +214,7 @@ fn upload<P: Port>(
             send(client, blob, next, progress).and_then(|()| Ok(client.upload(last_request)?));
         match done {
             Ok(_) => return Ok(resumed),
-            // The controller has restarted, or the flash holds something else than was sent.
+            // The controller has restarted, or the flash does not contain what was sent.
             Err(FlashError::Link(LinkError::Refused(
                 refusal @ (Refusal::NoUpload
                 | Refusal::Spoiled
@@ -226,10 +225,10 @@ fn upload<P: Port>(
             ))) => {
                 last = refusal.into();
                 if let Refusal::Conflict { .. } = refusal {
-                    // Something else has gone up under the same name.
+                    // Something else was uploaded under the same name.
                     client.upload(&Request::Abort)?;
                 }
-                // The answer to a commit may be lost with the session.
+                // The answer to a commit may be lost if the session ends.
                 let found = newest(&client.hello()?);
                 if found.is_some_and(|(_, _, l, c)| (l, c) == (length, crc)) {
                     return Ok(resumed);
@@ -237,8 +236,8 @@ fn upload<P: Port>(
             }
             Err(error) => {
                 if let FlashError::Link(LinkError::Refused(_)) = error {
-                    // The servo may stand still for this upload: let it go on. That the link
-                    // fails too is no news then.
+                    // The servo may be waiting for this upload: release it. If the link fails too, that is already
+                    // reported.
                     let _ = client.upload(&Request::Abort);
                 }
                 return Err(error);
@@ -248,7 +247,7 @@ fn upload<P: Port>(
     Err(last)
 }
 
-/// Waits until the controller takes bytes; returns from where on.
+/// Waits until the controller accepts bytes; returns the position to start from.
 fn begin<P: Port>(
     client: &mut Client<P>,
     (length, crc): (u32, u32),
@@ -295,7 +294,7 @@ fn send<P: Port>(
     Ok(())
 }
 
-/// Changes over to a slot, and waits until that is done.
+/// Switches to a slot, and waits until that is done.
 pub(super) fn change_over<P: Port>(
     client: &mut Client<P>,
     slot: Slot,

@@ -1,4 +1,4 @@
-//! The host's end of the link to a controller. The protocol is that of [`trueaxis::link`].
+//! The host's end of the link to a controller. The protocol is defined in [`trueaxis::link`].
 
 mod client;
 mod control;

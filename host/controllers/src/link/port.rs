@@ -1,4 +1,4 @@
-//! What the link runs over: a serial device, a pseudo-terminal, or TCP.
+//! Transports of the link: a serial device, a pseudo-terminal, or TCP.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -9,13 +9,13 @@ pub trait Port {
     /// Sends all bytes.
     ///
     /// # Errors
-    /// The other end is gone.
+    /// The other end is disconnected.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Takes what comes within `patience`, as soon as something comes; 0 if nothing does.
+    /// Returns received bytes as soon as there are any, or 0 after `patience`.
     ///
     /// # Errors
-    /// The other end is gone.
+    /// The other end is disconnected.
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize>;
 
     /// Lets time pass.
@@ -36,7 +36,7 @@ impl<P: Port + ?Sized> Port for Box<P> {
     }
 }
 
-/// Why there is no port.
+/// Why a port cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum BadPort {
     /// `tcp:` is not followed by a host and a port number.
@@ -58,7 +58,7 @@ pub fn open(name: &str, baud: u32) -> Result<Box<dyn Port + Send>, BadPort> {
     }
 }
 
-/// A TCP connection: an emulator, or a device server.
+/// A TCP connection to an emulator or a device server.
 pub struct Tcp(TcpStream);
 
 impl Tcp {
@@ -75,7 +75,7 @@ impl Tcp {
         }
         let failed = |error: io::Error| BadPort::Open(format!("tcp:{address}"), error.to_string());
         let stream = TcpStream::connect(address).map_err(failed)?;
-        // A request is one small packet, and its answer is waited for.
+        // A request is one small packet, and its answer is awaited.
         stream.set_nodelay(true).map_err(failed)?;
         Ok(Self(stream))
     }
@@ -87,7 +87,7 @@ impl Port for Tcp {
     }
 
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
-        // No time at all would mean: without limit.
+        // Zero would mean no time limit.
         let patience = patience.max(Duration::from_millis(1));
         self.0.set_read_timeout(Some(patience))?;
         match self.0.read(buffer) {
@@ -114,7 +114,7 @@ impl Serial {
 
 impl Port for Serial {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        // Writing waits as long as reading does.
+        // Timeout for writing.
         self.0.set_timeout(Duration::from_secs(5))?;
         self.0.write_all(bytes)
     }

@@ -1,4 +1,4 @@
-//! What speaks against a compensation on a machine as it is configured.
+//! Checks a compensation against the configuration of a machine.
 
 mod connections;
 mod functions;
@@ -12,24 +12,24 @@ use serde::Serialize;
 use trueaxis::{Axis, Largest};
 use trueaxis_model::machine::Machine;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// The machine must not run like this.
+    /// The machine must not be run in this state.
     Refused,
-    /// To be looked at.
+    /// To be checked by the user.
     Warning,
 }
 
-/// Something that was found.
+/// One finding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
-    /// The file that is to be changed.
+    /// The file to change.
     pub file: String,
-    /// The line that it is about.
+    /// The line concerned.
     pub line: usize,
     /// What is wrong.
     pub reason: String,
@@ -37,18 +37,18 @@ pub struct Finding {
     pub write: String,
 }
 
-/// What a configuration is held against.
+/// What a configuration is checked against.
 #[derive(Clone, Copy)]
 pub struct Against<'a> {
     /// The compensation.
     pub compensation: &'a Largest<'a>,
-    /// Whether a path of the configuration leads to it; `None` if that cannot be told.
+    /// Whether a path in the configuration leads to it; `None` if unknown.
     pub is_file: &'a dyn Fn(&str) -> Option<bool>,
-    /// The description of the machine, if it is at hand.
+    /// The machine description, if available.
     pub machine: Option<&'a Machine>,
 }
 
-/// What is being checked, and what was found.
+/// State of the checks.
 struct Checked<'a> {
     configuration: &'a Configuration,
     against: Against<'a>,
@@ -108,7 +108,7 @@ impl<'a> Checked<'a> {
         self.add(Severity::Warning, place, reason, write);
     }
 
-    /// Something that is missing: perhaps a program brings it.
+    /// A finding about something missing, which an unread program may add.
     fn missing(&mut self, place: &FileLocation, reason: String, write: String) {
         let severity = match self.configuration.hal.programs.is_empty() {
             true => Severity::Refused,
@@ -129,7 +129,7 @@ impl<'a> Checked<'a> {
         axes.map(|a| char::from(a.name)).collect()
     }
 
-    /// The line that loads the component; the joints with an axis of the compensation.
+    /// Checks the line that loads the component; returns the joints with an axis of the compensation.
     fn component(&mut self) -> Vec<Joint> {
         let configuration = self.configuration;
         let known = configuration.module.letters.clone();
@@ -190,7 +190,7 @@ impl<'a> Checked<'a> {
         self.covered(&given)
     }
 
-    /// Joints whose axis the compensation has.
+    /// Joints with an axis of the compensation.
     fn covered(&self, letters: &str) -> Vec<Joint> {
         let joints = letters.chars().enumerate().take(self.configuration.joints);
         let joints = joints.map(|(number, letter)| Joint { number, letter });

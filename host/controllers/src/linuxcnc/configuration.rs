@@ -1,4 +1,4 @@
-//! The INI file of a machine with all HAL files that it names.
+//! The INI file of a machine and all HAL files that it names.
 
 use super::kinematics::Module;
 use crate::formats::hal::{self, Hal};
@@ -6,15 +6,15 @@ use crate::formats::ini::{Entry, FileLocation, Ini};
 use std::rc::Rc;
 use trueaxis_model::source::{FileError, Named};
 
-/// Opens a file by the name that an INI or HAL file gives it; the cause if that fails.
+/// Opens a file by its name in an INI or HAL file; returns the cause of a failure.
 pub type Open<'o> = dyn Fn(&str) -> Result<Named, String> + 'o;
 
-/// A configuration as LinuxCNC would find it.
+/// A configuration as LinuxCNC would load it.
 #[derive(Debug)]
 pub struct Configuration {
     /// The INI file with what it includes.
     pub ini: Ini,
-    /// What its HAL files do.
+    /// The state of HAL after its HAL files.
     pub hal: Hal,
     /// The INI file itself.
     pub start: FileLocation,
@@ -22,7 +22,7 @@ pub struct Configuration {
     pub joints: usize,
     /// The kinematics.
     pub module: Module,
-    /// mm in a linear unit of the machine; `None` if it says none that is known.
+    /// Size of the machine's linear unit in mm; `None` if it is missing or unknown.
     pub mm: Option<f64>,
 }
 
@@ -39,10 +39,10 @@ pub struct Joint {
 const MOST_JOINTS: usize = 16;
 
 impl Configuration {
-    /// Reads everything; `open` opens what is named.
+    /// Reads a configuration; `open` opens the files that it names.
     ///
     /// # Errors
-    /// [`FileError`]: what cannot be read, and what LinuxCNC would not start without.
+    /// [`FileError`]: files that cannot be read, and missing entries without which LinuxCNC would not start.
     pub fn read(source: Named, open: &Open<'_>) -> Result<Self, FileError> {
         let start = FileLocation {
             source: Rc::new(source.clone()),
@@ -87,7 +87,7 @@ impl Configuration {
         })
     }
 
-    /// Where a section begins, or the file.
+    /// The start of a section, or of the file.
     #[must_use]
     pub fn section(&self, name: &str) -> &FileLocation {
         self.ini.section(name).unwrap_or(&self.start)
@@ -99,14 +99,14 @@ impl Configuration {
         self.ini.get(&format!("JOINT_{number}"), key)
     }
 
-    /// A number of a joint, where one stands.
+    /// A numeric value of a joint, if there is one.
     #[must_use]
     pub fn number(&self, joint: usize, key: &str) -> Option<f64> {
         let value: f64 = self.of_joint(joint, key)?.value.parse().ok()?;
         value.is_finite().then_some(value)
     }
 
-    /// mm or degrees in a unit of a joint.
+    /// Size of a joint's unit in mm or degrees.
     #[must_use]
     pub fn unit(&self, joint: Joint) -> f64 {
         match joint.letter {
@@ -116,7 +116,7 @@ impl Configuration {
     }
 }
 
-/// mm in a linear unit.
+/// Size of a linear unit in mm.
 #[must_use]
 pub fn millimetres(unit: &str) -> Option<f64> {
     match unit.to_ascii_lowercase().as_str() {

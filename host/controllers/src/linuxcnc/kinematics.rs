@@ -1,30 +1,30 @@
-//! Kinematics modules of LinuxCNC: which joint has which axis, and what machine they are for.
+//! Kinematics modules of LinuxCNC: the axis of each joint, and the machine they are for.
 
 use crate::formats::hal::{Command, Hal};
 use crate::formats::ini::{Entry, FileLocation};
 use trueaxis_model::machine::{Branch, Machine};
 
-/// The module that HAL loads, and `[KINS]KINEMATICS` where that cannot be seen.
+/// The module that HAL loads, or `[KINS]KINEMATICS` if that is not visible.
 #[derive(Clone, Debug)]
 pub struct Module {
     /// Its name.
     pub name: String,
-    /// The letter of each joint, where that is known.
+    /// The letter of each joint, if known.
     pub letters: String,
-    /// Where it stands.
+    /// Its place.
     pub place: FileLocation,
 }
 
-/// What a module takes for granted.
+/// The assumptions of a module.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
-    /// Its letters unless told otherwise.
+    /// Its default letters.
     pub letters: &'static str,
     /// Rotary axes of the workpiece branch, from the foundation outwards.
     pub workpiece: &'static str,
-    /// Those of the tool branch.
+    /// Rotary axes of the tool branch.
     pub tool: &'static str,
-    /// Its pins with the offset between the rotary axes: component and name.
+    /// Its pins for the offset between the rotary axes: component and name.
     pub offsets: [(usize, &'static str); 2],
 }
 
@@ -38,7 +38,7 @@ impl Module {
         let mut words = entry.value.split_whitespace();
         let named = words.next().unwrap_or("");
         let given = words.find_map(|word| word.strip_prefix("coordinates="));
-        // What counts is what HAL loads; the INI file is only where that usually comes from.
+        // What HAL loads is decisive; the INI file is only the usual source of it.
         let loaded = hal.load(named).or_else(|| Self::loaded(hal));
         let name = loaded.map_or(named, |command| &command.words[1]);
         let of_hal = loaded.and_then(|command| command.parameter("coordinates"));
@@ -61,7 +61,7 @@ impl Module {
         }
     }
 
-    /// The command that loads a module that is known here.
+    /// The command that loads a known module.
     fn loaded(hal: &Hal) -> Option<&Command> {
         let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
         loaded.find(|c| {
@@ -75,7 +75,7 @@ impl Module {
 const TRIVIAL: &str = "trivkins";
 
 impl Shape {
-    /// Of a module with rotary axes that is known here.
+    /// The shape of a known module with rotary axes.
     #[must_use]
     pub fn of(module: &str) -> Option<Self> {
         match module {
@@ -101,8 +101,7 @@ impl Shape {
         }
     }
 
-    /// Rotary axes of a branch, from the foundation outwards; `None` if a linear axis is carried by one of
-    /// them.
+    /// Rotary axes of a branch, from the foundation outwards; `None` if one of them carries a linear axis.
     #[must_use]
     pub fn rotary(machine: &Machine, branch: Branch) -> Option<String> {
         let axes = machine.axes.iter().filter(|a| a.branch == branch);
@@ -117,7 +116,7 @@ impl Shape {
         Some(found)
     }
 
-    /// The axes in words.
+    /// The axes as text.
     #[must_use]
     pub fn words(self) -> String {
         let chain = |letters: &str| {

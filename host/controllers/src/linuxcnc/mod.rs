@@ -1,5 +1,4 @@
-//! A machine under LinuxCNC: its configuration, whether a compensation fits it, and what it takes to bring one
-//! in.
+//! LinuxCNC: its configuration, whether a compensation fits it, and how to install one.
 
 mod check;
 mod configuration;

@@ -1,11 +1,11 @@
-//! HAL lines that bring the component into a configuration, and a first description of the machine.
+//! HAL lines that install the component in a configuration, and a first description of the machine.
 
 use super::configuration::{Configuration, Joint};
 use super::kinematics::Shape;
 use std::fmt::Write;
 use trueaxis_model::machine::Letter;
 
-/// What is written.
+/// The generated files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// `trueaxis.hal`.
@@ -14,7 +14,7 @@ pub struct Setup {
     pub machine: String,
 }
 
-/// Joints that have an axis of a machine: each letter once.
+/// Joints with an axis of a machine, each letter once.
 fn axes(configuration: &Configuration) -> Vec<Joint> {
     let letters = configuration.module.letters.char_indices();
     let mut found: Vec<Joint> = Vec::new();
@@ -26,7 +26,7 @@ fn axes(configuration: &Configuration) -> Vec<Joint> {
     found
 }
 
-/// The lines and the description; `name` is that of the machine, `blob` the path of the compensation in HAL.
+/// The lines and the description. `name` is that of the machine, `blob` the path of the compensation in HAL.
 #[must_use]
 pub fn setup(configuration: &Configuration, name: &str, blob: &str) -> Setup {
     let (entries, tip) = entries(configuration);
@@ -80,7 +80,7 @@ fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
     text
 }
 
-/// The two functions, around the motion controller.
+/// Adds the two functions, around the motion controller.
 fn functions(configuration: &Configuration) -> String {
     let is = |name: &str| {
         let threads = configuration.hal.threads.iter();
@@ -97,7 +97,7 @@ fn functions(configuration: &Configuration) -> String {
         Some((of, handler)) if of == thread => handler.min(controller),
         _ => controller,
     };
-    // Places count from 1; the second one with trueaxis.read before it.
+    // Positions count from 1; the second one counts trueaxis.read before it.
     format!(
         "addf trueaxis.read  {thread} {}\naddf trueaxis.write {thread} {}\n",
         first + 1,
@@ -161,17 +161,17 @@ fn joint(configuration: &Configuration, number: usize, letter: char) -> String {
     text
 }
 
-/// An axis as it is written.
+/// An axis in the description.
 struct Entry {
     joint: Joint,
     branch: &'static str,
     reversed: bool,
-    /// Origin (mm), where the module says something.
+    /// Origin (mm), if the module defines it.
     origin: Option<[f64; 3]>,
     remark: &'static str,
 }
 
-/// The axes of the machine, and where the tip of its tool is along the tool axis.
+/// The axes of the machine, and the position of the tool tip along the tool axis.
 fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
     let axes = axes(configuration);
     match Shape::of(&configuration.module.name) {
@@ -233,7 +233,7 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
             );
             line("modulo", "true".to_owned(), "");
         }
-        // With some more, so that the soft limits are inside by the largest correction.
+        // With a margin, so that the soft limits are inside by the largest correction.
         Some((low, high)) => line(
             "range",
             format!(
@@ -272,10 +272,10 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     text
 }
 
-/// A rotary axis with more travel (deg) than this turns without end.
+/// A rotary axis with more travel (deg) than this rotates without limits.
 const ENDLESS: f64 = 1080.0;
 
-/// How far (mm, deg) a travel goes beyond the soft limits: more than corrections usually are.
+/// Margin (mm, deg) of a travel beyond the soft limits: more than corrections usually are.
 fn margin(rotary: bool) -> f64 {
     if rotary { 0.1 } else { 0.5 }
 }
@@ -284,7 +284,7 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// Three axes and more of which nothing is known: the usual mill.
+/// Three or more axes without further information: the usual mill.
 fn plain(axes: &[Joint]) -> (Vec<Entry>, f64) {
     let entries = ordered(axes, "YXABCUV", "ZW").map(|(joint, table)| Entry {
         joint,
@@ -300,7 +300,7 @@ fn plain(axes: &[Joint]) -> (Vec<Entry>, f64) {
     (entries.collect(), -100.0)
 }
 
-/// A trunnion or its like, with the points of the module.
+/// A trunnion or similar table, with the points of the module.
 fn table(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Entry>, f64) {
     let module = &configuration.module.name;
     let mm = configuration.mm.unwrap_or(1.0);

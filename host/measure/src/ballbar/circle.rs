@@ -3,8 +3,8 @@
 use super::sphere::{Fitted, fitted};
 use nalgebra::{Matrix4, Vector3, Vector4};
 
-/// Readings of one or two turns: angles (rad) from the first axis towards the second, and by how much (mm) the bar
-/// is longer than nominal.
+/// Readings of one or two turns: angle (rad) from the first axis towards the second, and excess of the bar over its
+/// nominal length (mm).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Turns {
     /// Turning from the first axis towards the second.
@@ -13,40 +13,41 @@ pub struct Turns {
     pub clockwise: Vec<(f64, f64)>,
 }
 
-/// What they tell (mm).
+/// Results of a circular test (mm).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circle {
-    /// Centre of the circle of least squares through all readings: the setup, along the first and the second axis.
+    /// Centre of the least-squares circle through all readings: the setup, along the first and the second axis.
     pub centre: [f64; 2],
-    /// Its radius less the nominal one.
+    /// Its radius minus the nominal radius.
     pub size: f64,
-    /// G of each turn that was made: the radial separation of the two nearest concentric circles that enclose it.
+    /// G of each turn that was measured: the radial separation of the two closest concentric circles that enclose
+    /// it.
     pub deviation: [Option<f64>; 2],
-    /// The same about the circle of least squares of the turn.
+    /// The same about the turn's least-squares circle.
     pub least_squares: [Option<f64>; 2],
-    /// G of both turns together, if both were made.
+    /// G of both turns together, if both were measured.
     pub bidirectional: Option<f64>,
-    /// F: largest and smallest radius less the nominal one, about the centre of least squares.
+    /// F: largest and smallest radius minus the nominal one, about the least-squares centre.
     pub radial: [f64; 2],
-    /// H: largest difference of the two turns at one angle, about the common centre, if both were made.
+    /// H: largest difference of the two turns at the same angle, about the common centre, if both were measured.
     pub hysteresis: Option<f64>,
 }
 
-/// Why there is no circle.
+/// Why no circle can be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CircleError {
-    /// The readings lie on too short an arc, or there are fewer than four.
+    /// The readings cover too short an arc, or there are fewer than four.
     #[error("the readings do not cover enough of a circle to determine both centre and radius")]
     TooFew,
 }
 
-/// Exchanges at most; each makes the band wider, and a dozen are common.
+/// Largest number of exchanges. Each widens the band; a dozen are common.
 const EXCHANGES: usize = 500;
-/// A band that is wider by this part of itself is rounding.
+/// A band that is wider by less than this fraction is the same: rounding.
 const SAME: f64 = 1e-9;
 
 impl Circle {
-    /// Of readings with a bar of a nominal length (mm).
+    /// Evaluates readings with a bar of nominal length `radius` (mm).
     ///
     /// # Errors
     /// [`CircleError`].
@@ -95,7 +96,7 @@ fn fit(points: &[Vector3<f64>]) -> Result<Fitted, CircleError> {
     }
 }
 
-/// Largest difference of the second turn, between its readings on a straight line, to the readings of the first.
+/// Largest difference between the readings of the first turn and the second turn, interpolated linearly.
 fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
     let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
     let split = forth.len();
@@ -126,8 +127,9 @@ fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
     differences.fold(0.0, f64::max)
 }
 
-/// The radial separation of the nearest two concentric circles that enclose points: the smallest band, by
-/// exchange. Linear about a circle that is close: what is of second order is the square of a few µm by the radius.
+/// The radial separation of the closest two concentric circles that enclose the points: the smallest band, found by
+/// exchange. Linearized about a close circle; the second-order error is the square of a few µm divided by the
+/// radius.
 fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
     let rows: Vec<(Vector3<f64>, f64)> = points
         .iter()
@@ -140,7 +142,7 @@ fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
             )
         })
         .collect();
-    // Readings to begin with that are far from each other: one in each quarter, if the circle is whole.
+    // Start with readings that are far from each other: one in each quarter, if the circle is complete.
     let farthest = |[x, y]: [f64; 2]| {
         let along = |k: &usize| rows[*k].0.x * x + rows[*k].0.y * y;
         let all = 0..rows.len();
@@ -158,7 +160,7 @@ fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
         if off(&rows[worst]).abs() <= half.abs() * (1.0 + SAME) {
             break;
         }
-        // The exchange that makes the band of the four widest.
+        // The exchange that makes the band of the four points widest.
         let exchanged = (0..4).map(|place| {
             let mut next = chosen;
             next[place] = worst;
@@ -174,8 +176,8 @@ fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
     Ok(2.0 * level[3].abs())
 }
 
-/// The centre, the radius and half the width of the band that four readings make: each is as far off, outside where
-/// the sum of rows that is 0 has it with a positive factor, inside where it is negative.
+/// The centre, the radius and half the width of the band defined by four readings. All are equally far from the
+/// circle: outside if their factor in the vanishing sum of rows is positive, inside if it is negative.
 fn reference(rows: &[(Vector3<f64>, f64)], chosen: [usize; 4]) -> Option<[f64; 4]> {
     let row = |k: usize| rows[chosen[k]].0;
     // Factors of the vanishing sum: the minors.
@@ -207,7 +209,7 @@ mod tests {
         angles.map(|angle| (angle, reading(angle))).collect()
     }
 
-    /// The smallest band by a fine search over centres, independent of the exchange.
+    /// The smallest band, by a fine search over centres that is independent of the exchange.
     fn searched(readings: &[(f64, f64)]) -> f64 {
         let mut centre = [0.0, 0.0];
         let width = |[u, v]: [f64; 2]| {
@@ -236,14 +238,14 @@ mod tests {
 
     #[test]
     fn squareness_makes_an_ellipse_of_known_deviation() {
-        // 40 µrad of squareness on a bar of 100 mm: 4 µm sin cos, so a band of 4 µm, and F of ±2 µm.
+        // 40 µrad of squareness on a bar of 100 mm: 4 µm sin cos, so the band is 4 µm and F is ±2 µm.
         let reading = |a: f64| 4e-3 * a.sin() * a.cos();
         let turns = Turns {
             counter_clockwise: turn(360, reading),
             clockwise: turn(360, |a| reading(a) + 1e-3),
         };
         let found = Circle::of(100.0, &turns).unwrap();
-        // Of second order: 2 µm squared by 100 mm.
+        // Second order: 2 µm squared, divided by 100 mm.
         for deviation in found.deviation.into_iter().chain(found.least_squares) {
             assert!((deviation.unwrap() - 4e-3).abs() < 1e-7, "{found:?}");
         }
@@ -274,7 +276,7 @@ mod tests {
             let found = Circle::of(1e4, &turns).unwrap();
             let (band, squares) = (found.deviation[0].unwrap(), found.least_squares[0].unwrap());
             let searched = searched(&readings);
-            // Steps of the search end at 1e-9; second order is 5 µm squared by 10 m.
+            // The search ends at steps of 1e-9; the second order is 5 µm squared, divided by 10 m.
             assert!((band - searched).abs() < 1e-8, "{seed}: {band} {searched}");
             assert!(band <= squares + 1e-9, "{seed}");
             assert_eq!(found.hysteresis, None);
@@ -283,7 +285,7 @@ mod tests {
 
     #[test]
     fn both_turns_at_the_same_angles_are_one_circle() {
-        // Angles as files have them.
+        // Angles as in files.
         let angles = (0..360).map(|k| f64::from(k).to_radians());
         let turn: Vec<_> = angles.map(|a| (a, 4e-3 * a.sin() * a.cos())).collect();
         for radius in [50.0, 100.0, 150.0] {

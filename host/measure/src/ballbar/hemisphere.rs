@@ -1,4 +1,4 @@
-//! The path of Figure 4.11: half meridians of a hemisphere, each there and back, and the equator between them.
+//! The path of Figure 4.11: half meridians of a hemisphere, each travelled both ways, and the equator between them.
 
 use std::fmt::Write;
 
@@ -7,22 +7,22 @@ use std::fmt::Write;
 pub struct Hemisphere {
     /// Length of the bar (mm).
     pub radius: f64,
-    /// Half meridians, evenly over half a turn.
+    /// Number of half meridians, evenly spaced over half a turn.
     pub meridians: u32,
-    /// Steps of half a meridian.
+    /// Steps per half meridian.
     pub steps: u32,
 }
 
-/// A place of the path.
+/// A point of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
-    /// X, Y and Z from the centre (mm).
+    /// X, Y and Z relative to the centre (mm).
     pub at: [f64; 3],
-    /// False where the bar is brought to its length and away from it.
+    /// False where the bar is being engaged or disengaged.
     pub is_read: bool,
 }
 
-/// The meridians and the steps do not meet.
+/// The steps do not place a point on every meridian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{steps} steps of half a meridian are no whole number of steps between {meridians} meridians, or odd"
@@ -32,12 +32,13 @@ pub struct Uneven {
     steps: u32,
 }
 
-/// How far outside the bar is engaged and taken off (mm), and how far inside it is fed in.
+/// Distance outside the sphere at which the bar is engaged and disengaged (mm), and distance inside it while feeding
+/// in.
 const OUTSIDE: [f64; 3] = [0.6, 0.4, 0.2];
 const INSIDE: f64 = -0.2;
 
 impl Default for Hemisphere {
-    /// That of the document: a bar of 150 mm, five meridians, steps of 0.1 degrees.
+    /// The path of the document: a bar of 150 mm, five meridians, steps of 0.1 degrees.
     fn default() -> Self {
         Self {
             radius: 150.0,
@@ -48,7 +49,7 @@ impl Default for Hemisphere {
 }
 
 impl Hemisphere {
-    /// Azimuth and height over the equator (deg), and how far outside (mm).
+    /// A point from azimuth and elevation above the equator (deg), and its distance outside the sphere (mm).
     fn place(&self, azimuth: f64, height: f64, outside: f64, is_read: bool) -> PathPoint {
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         let (up, flat) = height.to_radians().sin_cos();
@@ -58,11 +59,11 @@ impl Hemisphere {
         }
     }
 
-    /// The path: engagement, every meridian there and back, fed in on top of the middle one, along the equator to
-    /// the next one, and off. With the document's numbers 19 809 places.
+    /// The path: engagement; every meridian both ways, feeding in at the top of the middle one; along the equator to
+    /// the next one; disengagement. With the document's numbers it has 19 809 points.
     ///
     /// # Errors
-    /// [`Uneven`]: the next meridian does not begin after a whole number of steps, or there is none on top.
+    /// [`Uneven`]: the next meridian does not start after a whole number of steps, or there is no step at the top.
     pub fn path(&self) -> Result<Vec<PathPoint>, Uneven> {
         let Self {
             meridians, steps, ..
@@ -94,7 +95,7 @@ impl Hemisphere {
     }
 }
 
-/// The path as a program: words to four decimals, zero in the centre (G54), at a feed (mm/min).
+/// The path as a program: words with four decimals, zero at the centre (G54), at a feed rate in mm/min.
 #[must_use]
 pub fn program(path: &[PathPoint], feed: f64) -> String {
     let mut text = String::from("%\nG21 G90 G17 G94 G54\n");
@@ -106,7 +107,7 @@ pub fn program(path: &[PathPoint], feed: f64) -> String {
             }
             _ => {}
         }
-        // No negative zero.
+        // Avoids negative zeros.
         let [x, y, z] = [x, y, z].map(|word| (word * 1e4).round() / 1e4 + 0.0);
         let _ = writeln!(text, "X{x:.4} Y{y:.4} Z{z:.4}");
     }

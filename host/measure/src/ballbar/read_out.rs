@@ -1,4 +1,4 @@
-//! What a ball-bar reads on a machine with known errors, along a path, with and without a compensation.
+//! Readings of a ball-bar along a path, on a machine with known errors, with and without a compensation.
 
 use super::PathPoint;
 use nalgebra::Vector3;
@@ -6,25 +6,25 @@ use trueaxis_model::explain::{Bench, State};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// A ball-bar that is set up: the workpiece ball where the tool's is when the axes are in the centre.
+/// A ball-bar after setup: the workpiece ball is where the tool ball is with the axes at the centre.
 pub struct Bar<'a> {
     bench: &'a Bench<'a>,
     /// Indices of X, Y and Z.
     axes: [usize; 3],
-    /// Where the axes are in the centre (mm, deg).
+    /// Axis positions at the centre (mm, deg).
     centre: Vec<f64>,
 }
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Read {
-    /// Where the bar points without errors, of length 1, in the workpiece frame.
+    /// Direction of the bar without errors (unit vector, workpiece frame).
     pub direction: Vector3<f64>,
-    /// By how much (mm) it is longer than without errors.
+    /// Excess of its length over that without errors (mm).
     pub deviation: f64,
 }
 
-/// A path that an axis cannot follow.
+/// An axis cannot follow the path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the path needs {axis} from {low:.3} to {high:.3} mm, its travel is {} to {}", travel[0], travel[1])]
 pub struct OutOfTravel {
@@ -35,7 +35,7 @@ pub struct OutOfTravel {
 }
 
 impl<'a> Bar<'a> {
-    /// Sets it up with the axes at `centre` (mm, deg, one per axis). X, Y and Z by index.
+    /// Sets it up with the axes at `centre` (mm, deg, one per axis). `axes` are the indices of X, Y and Z.
     #[must_use]
     pub fn new(bench: &'a Bench<'a>, axes: [usize; 3], centre: Vec<f64>) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl<'a> Bar<'a> {
         }
     }
 
-    /// The letters X, Y and Z of a machine, if it has them.
+    /// The indices of X, Y and Z, if the machine has them.
     #[must_use]
     pub fn axes(machine: &Machine) -> Option<[usize; 3]> {
         let [x, y, z] = ['X', 'Y', 'Z'].map(|letter| machine.index(letter));
@@ -53,7 +53,7 @@ impl<'a> Bar<'a> {
     }
 
     /// # Errors
-    /// [`OutOfTravel`]: an axis of the first that cannot follow.
+    /// [`OutOfTravel`]: the first axis that cannot follow the path.
     pub fn reaches(&self, path: &[PathPoint]) -> Result<(), OutOfTravel> {
         for (k, &index) in self.axes.iter().enumerate() {
             let axis = &self.bench.machine.axes[index];
@@ -61,7 +61,7 @@ impl<'a> Bar<'a> {
                 (low.min(place.at[k]), high.max(place.at[k]))
             });
             let [low, high] = [low, high].map(|off| self.centre[index] + off);
-            // Words have four decimals.
+            // Program words have four decimals.
             if low < axis.travel[0] - 1e-4 || high > axis.travel[1] + 1e-4 {
                 return Err(OutOfTravel {
                     axis: axis.letter.char(),
@@ -74,8 +74,8 @@ impl<'a> Bar<'a> {
         Ok(())
     }
 
-    /// Readings along a path, at the places that are read; the axes go where a compensation takes them. The path in
-    /// order is the motion: an axis has come from the last side it moved on.
+    /// Readings at the measured points of a path, with the axes where the compensation takes them. The order of the
+    /// path is the motion: an axis has arrived from the side on which it last moved.
     #[must_use]
     pub fn read(&self, path: &[PathPoint], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
         let tip = |position: &[f64], coming: &PerAxis| tip(self.bench, position, coming, runtime);
@@ -107,8 +107,8 @@ impl<'a> Bar<'a> {
     }
 }
 
-/// Where the tip is without errors and really (mm), in the workpiece frame: at a command (mm, deg) to which the axes
-/// have come from the sides `coming`, with the corrections of a compensation, if there is one.
+/// Tip positions without errors and in reality (mm, workpiece frame) at a command (mm, deg). The axes arrive from
+/// the directions `coming`, with the corrections of a compensation, if any.
 #[must_use]
 pub fn tip(
     bench: &Bench<'_>,
@@ -132,5 +132,5 @@ pub fn tip(
     [nominal, bench.actual(&state).t]
 }
 
-/// An axis that moves by less (mm) stands: rounding of sines.
+/// An axis that moves by less than this (mm) counts as standing: rounding of sines.
 const MOVES: f64 = 1e-9;

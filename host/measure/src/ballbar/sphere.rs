@@ -1,25 +1,25 @@
-//! What readings of a ball-bar on a sphere tell: the setup, the size and the form (Eqs. 15 to 17, Table 4-4).
+//! Evaluates readings of a ball-bar on a sphere: setup, size and form (Eqs. 15 to 17, Table 4-4).
 
 use nalgebra::{Matrix4, Vector3, Vector4};
 
-/// Fewer readings, or in fewer directions, than there are unknowns.
+/// There are fewer readings, or readings in fewer directions, than unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the readings do not determine both centre and radius")]
 pub struct TooFew;
 
-/// The sphere, or circle, of least squares through points.
+/// The least-squares sphere, or circle, through points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// Its centre.
     pub centre: Vector3<f64>,
     /// Its radius.
     pub radius: f64,
-    /// How much farther than the radius every point is from the centre.
+    /// Distance of each point from the centre, minus the radius.
     pub residuals: Vec<f64>,
 }
 
 impl Fitted {
-    /// The farthest less the nearest.
+    /// Largest minus smallest residual.
     #[must_use]
     pub fn range(&self) -> f64 {
         let fold =
@@ -37,15 +37,15 @@ impl Fitted {
     }
 }
 
-/// Steps of Gauss and Newton at most: each gains the size of the last one by the radius.
+/// Largest number of Gauss–Newton steps: each reduces the error by a factor of the last step divided by the radius.
 const STEPS: usize = 30;
-/// Of the largest of the singular values, which are squares here, those below are none: directions in a plane.
+/// Singular values (squares here) below this fraction of the largest count as zero: the points lie in a plane.
 const FLAT: f64 = 1e-10;
-/// A step that is this part of the radius is rounding.
+/// A step below this fraction of the radius is rounding.
 const STILL: f64 = 1e-14;
 
-/// Fits a sphere by least squares of the distances; where all points are in a plane, a circle in it about an axis
-/// through the plane's nearest point to zero: its centre does not move off the plane.
+/// Fits a sphere by least squares of the distances. If all points are in a plane, fits a circle in it; the centre
+/// stays in the plane, starting from its point nearest to zero.
 ///
 /// # Errors
 /// [`TooFew`].
@@ -55,7 +55,7 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
         return Err(TooFew);
     }
     let mut centre = points.iter().sum::<Vector3<f64>>() / count;
-    // A hemisphere's mean is half a radius above its centre: begin where its points are about.
+    // The mean of a hemisphere is half a radius above its centre, so first estimate the centre.
     let mut radius = points.iter().map(|p| (p - centre).norm()).sum::<f64>() / count;
     for _ in 0..STEPS {
         let mut normal = Matrix4::zeros();
@@ -72,7 +72,7 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
         }
         let svd = normal.svd(true, true);
         let least = FLAT * svd.singular_values.max();
-        // A plane takes one; what takes more is a line.
+        // A plane has one singular value of zero; a line has more.
         if svd.singular_values.iter().filter(|s| **s > least).count() < 3 {
             return Err(TooFew);
         }
@@ -94,21 +94,22 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
     })
 }
 
-/// What readings of a ball-bar tell.
+/// Results from readings of a ball-bar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sphere {
-    /// The setup of Eq. 16: how far (mm, in X, Y and Z) the tool's centre of motion is from the workpiece ball.
+    /// The setup of Eq. 16: position of the tool's centre of motion relative to the workpiece ball (mm, in X, Y and
+    /// Z).
     pub setup: [f64; 3],
-    /// Readings without the setup (mm), Eq. 17.
+    /// Readings with the setup removed (mm), Eq. 17.
     pub without_setup: Vec<f64>,
-    /// Size error (mm): radius of the fitted sphere less the nominal one (Table 4-4).
+    /// Size error (mm): radius of the fitted sphere minus the nominal one (Table 4-4).
     pub size: f64,
-    /// The sphere through the readings: its residuals are the form error.
+    /// The sphere fitted to the readings; its residuals are the form error.
     pub fitted: Fitted,
 }
 
 impl Sphere {
-    /// Of readings: nominal directions of the bar, of length 1, and by how much (mm) it is longer than `radius`.
+    /// Evaluates readings: nominal directions of the bar (unit vectors), and its length minus `radius` (mm).
     ///
     /// # Errors
     /// [`TooFew`].
@@ -151,7 +152,7 @@ mod tests {
             .collect()
     }
 
-    /// Readings of a sphere that is larger and elsewhere, exactly.
+    /// Exact readings of a sphere with another radius and centre.
     fn elsewhere(centre: Vector3<f64>, radius: f64, nominal: f64) -> Vec<(Vector3<f64>, f64)> {
         let all = directions().into_iter();
         all.map(|d| {
@@ -166,7 +167,7 @@ mod tests {
     fn a_sphere_that_is_elsewhere_and_larger_has_no_form_error() {
         let centre = Vector3::new(0.03, -0.05, 0.02);
         let found = Sphere::of(150.0, &elsewhere(centre, 150.0193, 150.0)).unwrap();
-        // f64 positions of 150 mm are good to 3e-14 mm, sums of 600 to some more.
+        // f64 positions of 150 mm are accurate to 3e-14 mm, sums of 600 somewhat less.
         assert!((found.size - 0.0193).abs() < 1e-11, "{}", found.size);
         assert!((found.fitted.centre - centre).norm() < 1e-11);
         assert!(found.fitted.range() < 1e-11);
@@ -174,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_setup_of_the_document_is_taken_out_as_its_equations_say() {
-        // Without another error the linear setup is the centre, but for its square by twice the radius.
+        // Without other errors the linear setup is the centre, up to its square divided by twice the radius.
         let centre = Vector3::new(0.01, -0.02, 0.015);
         let found = Sphere::of(150.0, &elsewhere(centre, 150.0, 150.0)).unwrap();
         assert!((Vector3::from(found.setup) - centre).norm() < 0.03_f64.powi(2) / 150.0);
@@ -195,7 +196,7 @@ mod tests {
         let found = Sphere::of(10.0, &readings).unwrap();
         let waves = readings.iter().map(|(d, _)| wave(d));
         let (low, high) = waves.fold((f64::MAX, f64::MIN), |(l, h), w| (l.min(w), h.max(w)));
-        // A product of x and y is orthogonal to every sphere on evenly spread directions; these are nearly so.
+        // A product of x and y is orthogonal to every sphere on evenly distributed directions; these nearly are.
         assert!((found.fitted.range() / (high - low) - 1.0).abs() < 0.1);
         assert!(found.fitted.deviation() < 0.5 * found.fitted.range());
     }

@@ -1,4 +1,4 @@
-//! Simulated probings that show what of each error parameter is left while a compensation is on.
+//! Simulated probings that show how much of each error parameter remains with a compensation on.
 
 use super::Unknown;
 use crate::formats::artefact::{Artefact, Ball, Bar, Stylus};
@@ -13,19 +13,19 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_tables::validate::Runtime;
 
-/// Balls, which are in places that the tip reaches somewhere.
+/// Number of balls, placed where the tip can reach them.
 const BALLS: usize = 6;
-/// Probings for each parameter, and at least.
+/// Probings for each parameter, and their smallest number.
 const PER_PARAMETER: usize = 10;
 const LEAST: usize = 240;
-/// Tries for each probing: few rotary positions leave a ball within the travel of the linear axes.
+/// Tries for each probing: at few rotary positions the linear axes reach a ball within their travel.
 const TRIES: usize = 200;
-/// Part of the travel at either end that is kept free: corrections and errors need room.
+/// Fraction of the travel that is kept free at either end, for corrections and errors.
 const MARGIN: f64 = 0.02;
-/// Standard uncertainty of what is known exactly (mm): as small as a bar may be.
+/// Standard uncertainty of exactly known lengths (mm), the smallest permitted for a bar.
 const EXACT: f64 = 1e-6;
 
-/// Balls and where they are probed.
+/// Balls, and the probings of them.
 pub struct Strategy {
     artefact: Artefact,
     probings: Probings,
@@ -33,7 +33,8 @@ pub struct Strategy {
 }
 
 impl Strategy {
-    /// Balls all over the space that the tip reaches, each at as many rotary positions, coming from either side.
+    /// Balls over the whole space that the tip reaches, each probed at the same number of rotary positions, with
+    /// axes arriving from either direction.
     pub fn new(machine: &Machine, errors: &ErrorModel, seed: u64) -> Result<Self, Unknown> {
         let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
         if parameters.is_empty() {
@@ -108,7 +109,7 @@ impl Strategy {
         })
     }
 
-    /// What is left of each parameter with this compensation on.
+    /// The remainder of each parameter with this compensation on.
     pub fn compensability(
         &self,
         machine: &Machine,
@@ -126,14 +127,14 @@ impl Strategy {
         let base = ErrorModel::perfect(machine);
         let problem = Problem::new(machine, &measured, &self.artefact, &self.parameters, &base);
         let identified = identify(&problem, Options::default())?;
-        // What was before is known: it was simulated.
+        // The errors before are known exactly, because they were simulated.
         let mut before = errors.clone();
         before.standard_uncertainty.clear();
         Ok(compensability(&problem, &identified, &before))
     }
 }
 
-/// A probing anywhere in the travel but at its ends.
+/// A random probing in the travel, away from its ends.
 fn drawn(machine: &Machine, random: &mut Pcg64Mcg) -> Probing {
     let mut position = [0.0; MAX_AXES];
     let mut direction = [0.0; MAX_AXES];

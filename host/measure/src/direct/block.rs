@@ -1,4 +1,4 @@
-//! Runs of one axis and the error motions that show in them.
+//! Groups the runs of one axis with the error motions that they show.
 
 use super::direct_error::DirectError;
 use super::measurement::Line;
@@ -8,13 +8,13 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// Errors (mm, rad) with which gains are measured: far above rounding, the second order far below 1.
+/// Errors (mm, rad) used to measure gains: far above rounding, with second-order effects far below 1.
 const SMALL: [f64; 2] = [1e-4, 1e-7];
-/// A motion that shows with at least this part of its size is looked for together with others that do; one
-/// that shows with less is a by-effect, which is taken into account where it is known.
+/// A motion that shows with at least this fraction of its size is solved for, together with others that do. One that
+/// shows with less is a side effect, which is included if it is known.
 const SHOWS: f64 = 0.3;
 
-/// Runs, and as many motions that show in them and in no others.
+/// Runs, and the same number of motions that show in them and in no others.
 pub struct Block {
     /// The axis.
     pub axis: usize,
@@ -22,15 +22,15 @@ pub struct Block {
     pub lines: Vec<usize>,
     /// Components that are looked for.
     pub components: Vec<usize>,
-    /// At each target, motions from readings.
+    /// For each target, the matrix from readings to motions.
     pub inverse: Vec<DMatrix<f64>>,
 }
 
-/// What a line shows (mm or rad per mm or rad) of a motion of its axis at every target.
+/// The reading of a line at every target per unit of a motion of its axis (mm or rad per mm or rad).
 pub fn gains(machine: &Machine, line: &Line, component: usize) -> Option<Vec<f64>> {
     let small = SMALL[usize::from(component >= 3)];
     let mut errors = ErrorModel::perfect(machine);
-    // The only error that is not the same where the instrument is set to zero.
+    // The only error that differs from its value where the instrument is set to zero.
     let parameter = Parameter {
         component,
         axis: machine.axes[line.setup.moved].letter.char(),
@@ -48,7 +48,7 @@ pub fn gains(machine: &Machine, line: &Line, component: usize) -> Option<Vec<f64
     line.positions(machine).iter().map(gain).collect()
 }
 
-/// Components that an instrument is for: angles, or displacements.
+/// Components that an instrument measures: angles or displacements.
 fn components(line: &Line) -> std::ops::Range<usize> {
     match line.setup.is_angular() {
         true => 3..6,
@@ -75,7 +75,7 @@ pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>,
             inverse: Vec::new(),
         };
         all_gains.push(gains);
-        // Together with all that have one in common.
+        // Merge it with all blocks that share a component.
         let mut apart = Vec::new();
         for other in blocks {
             let common = |c: &usize| block.components.contains(c);
@@ -94,7 +94,7 @@ pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>,
     for block in &mut blocks {
         block.invert(machine, lines, &all_gains)?;
     }
-    // Angles first: displacements rest on them.
+    // Angles first, because displacements depend on them.
     blocks.sort_by_key(|block| block.components.first().is_some_and(|c| *c < 3));
     Ok(blocks)
 }
@@ -145,7 +145,7 @@ impl Block {
                 let first = components(own[row]).start;
                 gains[self.lines[row]][self.components[column] - first][target]
             });
-            // Of three directions in a plane the determinant is 0; of such that can be told well, near 1.
+            // For three directions in a plane the determinant is 0; for well-separated ones it is near 1.
             let can_be_told = gain.determinant().abs() > SHOWS * SHOWS * SHOWS;
             let inverse = gain.try_inverse().filter(|_| can_be_told);
             inverse.ok_or_else(|| DirectError::Mixed {

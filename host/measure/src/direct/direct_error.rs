@@ -1,9 +1,9 @@
-//! Why runs give no errors.
+//! Why runs do not determine errors.
 
-/// Why there is no result; files by index.
+/// Why there is no result; files are given by index.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DirectError {
-    /// A reading has more motions than there are readings.
+    /// Readings contain more motions than there are readings.
     #[error("{} cannot be distinguished by these readings", motions.join(", "))]
     Mixed {
         /// The files.
@@ -19,31 +19,31 @@ pub enum DirectError {
         /// The motions that show.
         motions: Vec<String>,
     },
-    /// What must be looked for together was measured at different places.
+    /// Motions that must be solved for together were measured at different targets.
     #[error("the targets or directions of travel are not the same")]
     Different {
         /// The files.
         files: [usize; 2],
     },
-    /// Linear axes cannot follow a ball.
+    /// The linear axes cannot follow a ball.
     #[error("the linear axes cannot follow a ball")]
     NotFollowed {
         /// The file.
         file: usize,
     },
-    /// A square that no location explains.
+    /// A square whose readings no location explains.
     #[error("no location of these axes is their squareness")]
     NoLocation {
         /// The file.
         file: usize,
     },
-    /// The readings belong to no small errors.
+    /// The readings are not those of small errors.
     #[error("no small errors show these readings")]
     NotConverged,
 }
 
 impl DirectError {
-    /// The files (by index) it is about.
+    /// The files (by index) that the error is about.
     #[must_use]
     pub fn files(&self) -> Vec<usize> {
         match self {
@@ -54,7 +54,7 @@ impl DirectError {
         }
     }
 
-    /// What to do.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! What was measured, as an error file.
+//! Writes measured errors as an error file.
 
 use super::measurement::{Measured, Measurement};
 use super::motion::name;
@@ -8,13 +8,13 @@ use std::fmt::Write;
 use trueaxis_model::errors::Table;
 use trueaxis_model::machine::{Axis, Machine};
 
-/// An error file: everything that was known and everything that was measured, which has a comment.
+/// An error file with everything that was known before, and everything that was measured, with comments.
 #[must_use]
 pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &DirectResult) -> String {
     let errors = &found.errors;
     let mut text = format!("machine = {}\n", toml::Value::from(machine.name.as_str()));
     if !counted_twice(machine, errors).is_empty() {
-        // What was known was taken into account.
+        // Known errors were included.
         text += "slopes_beside_squareness = true\n";
     }
     if !errors.parameters.is_empty() {
@@ -66,7 +66,7 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Direc
     text
 }
 
-/// True if an axis has motions that were known before and hold their end values.
+/// True if an axis has motions that were known before and that hold their end values.
 fn held(found: &DirectResult, index: usize) -> bool {
     let anew = |component: usize| {
         let mut motions = found.motions.iter();
@@ -77,12 +77,12 @@ fn held(found: &DirectResult, index: usize) -> bool {
     old.any(|(_, motion)| motion.holds())
 }
 
-/// A name in one line.
+/// A name reduced to one line.
 fn comment(name: &str) -> String {
     name.replace(char::is_control, " ")
 }
 
-/// Where it comes from.
+/// Describes how an error was measured.
 fn how(machine: &Machine, measurement: &Measurement) -> String {
     let name = comment(&measurement.name);
     match &measurement.measured {
@@ -111,7 +111,7 @@ fn write_table(
         }
         text.push_str("]\n");
     };
-    // Degrees without the rounding of radians.
+    // Degrees without rounding errors from radians.
     let place = |at: &f64| (axis.to_command(*at) * 1e9).round() / 1e9 + 0.0;
     list(
         "at",
@@ -125,7 +125,7 @@ fn write_table(
             list("negative", &mut negative.iter().map(value));
         }
     }
-    // With four digits, as those of parameters.
+    // Four digits, like those of parameters.
     let uncertain = |u: &f64| format!("{:.3e}", u * factor);
     match uncertainty {
         Some(all) if all.windows(2).any(|w| w[0] != w[1]) => {

@@ -1,15 +1,15 @@
-//! ISO 230-2: accuracy and repeatability of positioning, in the words and symbols of its clause 3.
+//! ISO 230-2: accuracy and repeatability of positioning, with the terms and symbols of its clause 3.
 
 use super::Line;
 
-/// What was found at one target position; in mm or rad like the readings.
+/// Results at one target position, in mm or rad like the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtTarget {
     /// The target (mm or deg).
     pub target: f64,
     /// Mean deviations x̄ᵢ↑ and x̄ᵢ↓.
     pub mean: [Option<f64>; 2],
-    /// Estimators sᵢ↑ and sᵢ↓ of the standard uncertainty of a run, from two runs on.
+    /// Estimators sᵢ↑ and sᵢ↓ of the standard uncertainty of a run; require two runs.
     pub spread: [Option<f64>; 2],
     /// Reversal value Bᵢ = x̄ᵢ↑ − x̄ᵢ↓.
     pub reversal: Option<f64>,
@@ -19,7 +19,7 @@ pub struct AtTarget {
     pub both: Option<f64>,
 }
 
-/// The axis as a whole. Index 0 is ↑ (after positive travel), 1 is ↓.
+/// Results for the axis as a whole. Index 0 is ↑ (after positive travel), 1 is ↓.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analysis {
     /// The targets.
@@ -77,7 +77,7 @@ pub fn analysis(line: &Line) -> Analysis {
             }
         })
         .collect();
-    // One of a direction, from two numbers of each target.
+    // A result for one direction, from two numbers of each target.
     let of = |f: &dyn Fn(&AtTarget, usize) -> Option<[f64; 2]>| {
         [0, 1].map(|d| {
             let ends: Option<Vec<[f64; 2]>> = targets.iter().map(|t| f(t, d)).collect();
@@ -128,7 +128,7 @@ fn spread(values: &[f64]) -> Option<f64> {
     Some((squares / (values.len() - 1) as f64).sqrt())
 }
 
-/// From the least to the largest.
+/// From the smallest to the largest.
 fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
     let all = ends.iter().copied();
     all.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
@@ -184,8 +184,8 @@ mod tests {
         found.is_some_and(|found| (found - expected).abs() < 1e-13)
     }
 
-    /// Worked out by hand, in fractions: sums of squares over n − 1 = 4 are variances such as
-    /// (0.1² + 0.3² + 0.3² + 0.2² + 0.1²)/4 = 0.06 at the first target.
+    /// Calculated by hand, in fractions: sums of squares divided by n − 1 = 4 are variances such as (0.1² + 0.3² +
+    /// 0.3² + 0.2² + 0.1²)/4 = 0.06 at the first target.
     #[test]
     fn a_case_that_was_worked_out_by_hand_has_these_parameters() {
         let found = analysis(&line(&UP, &DOWN));
@@ -219,7 +219,7 @@ mod tests {
         assert!(near(found.systematic_both, 9.5));
         // From (0.1 − 1.4)/2 to (8.1 + 6.2)/2.
         assert!(near(found.mean_range, 7.15 + 0.65));
-        // The third target has the largest spread ↑ and, with its reversal, both.
+        // The third target has the largest spread ↑ and, with its reversal, in both directions.
         assert!(near(found.repeatability[0], 4.0 * 0.1_f64.sqrt()));
         assert!(near(found.repeatability[1], 4.0 * 0.085_f64.sqrt()));
         let third = 2.0 * 0.1_f64.sqrt() + 2.0 * 0.085_f64.sqrt() + 2.2;

@@ -1,45 +1,45 @@
-//! What was measured, and how.
+//! Measurements and how they were taken.
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense, State};
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// A file with what was measured.
+/// A measurement from one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// Its name, for messages.
+    /// Its name for messages.
     pub name: String,
-    /// What it has.
+    /// Its content.
     pub measured: Measured,
 }
 
-/// What a file has.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measured {
-    /// An axis that moves and an instrument.
+    /// An axis that moves, and an instrument.
     Line(Line),
-    /// Two axes along the two lines of a square.
+    /// Two axes measured along the two legs of a square.
     Square(Square),
 }
 
-/// How an axis was measured.
+/// The setup of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// The axis (by index) whose command moved.
     pub moved: usize,
-    /// What is read: the tool against the workpiece, in this direction.
+    /// Direction of the reading: of the tool relative to the workpiece.
     pub sense: Sense,
-    /// +1 if the instrument counts this as positive, −1 if it counts the opposite; readings of a
-    /// [`Column`] have the sign of the tool already.
+    /// +1 if the instrument counts this direction as positive, −1 if the opposite. The readings of a [`Column`]
+    /// already have the sign of the tool.
     pub counts: f64,
-    /// Where the other axes stood (mm, rad); of the one that moved, its position nearest to zero. If that is
-    /// rotary and a displacement is read, linear axes follow the ball from there.
+    /// Positions of the other axes (mm, rad); for the moving axis, its position nearest to zero. If it is rotary and
+    /// a displacement is read, linear axes follow the ball from there.
     pub at: PerAxis,
-    /// The measured point (mm) from the tool tip of the machine file, in the directions of the workpiece
-    /// frame at this position; the tool carries it.
+    /// The measured point relative to the tool tip of the machine file (mm, in the directions of the workpiece frame
+    /// at this position); it moves with the tool.
     pub offset: Vector3<f64>,
-    /// True if a slope of a straightness is one of the machine, not of how the straightedge lay.
+    /// True if the slope of a straightness belongs to the machine, not to the alignment of the straightedge.
     pub keeps_slope: bool,
 }
 
@@ -48,14 +48,14 @@ pub struct Setup {
 pub struct Column {
     /// Direction of travel: +1 or −1.
     pub direction: f64,
-    /// Readings (mm or rad) at the targets: what the tool has gone too far against the workpiece.
+    /// Readings at the targets (mm or rad): how far the tool has gone too far relative to the workpiece.
     pub readings: Vec<f64>,
 }
 
 /// Runs of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// How it was measured.
+    /// The setup.
     pub setup: Setup,
     /// Target positions (mm or deg), increasing.
     pub targets: Vec<f64>,
@@ -63,26 +63,26 @@ pub struct Line {
     pub columns: Vec<Column>,
 }
 
-/// A square: each axis along its leg, read in the direction of the other.
+/// A square: each axis moves along its leg and is read in the direction of the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Square {
-    /// The two lines.
+    /// The two legs.
     pub lines: [Line; 2],
-    /// What the angle between the legs of the square itself is more than 90° (rad).
+    /// Angle between the legs of the square itself, minus 90° (rad).
     pub over: f64,
 }
 
-/// Means of the runs in each direction, zero (in the mean of both) at one target.
+/// Means of the runs in each direction, with zero (of the mean of both) at one target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Means {
     /// After positive travel (mm or rad), if there are such runs.
     pub positive: Option<Vec<f64>>,
-    /// After negative travel.
+    /// After negative travel, if there are such runs.
     pub negative: Option<Vec<f64>>,
 }
 
 impl Means {
-    /// The directions that were run.
+    /// The directions in which there are runs.
     #[must_use]
     pub fn directions(&self) -> Vec<f64> {
         let is_there = [(&self.positive, 1.0), (&self.negative, -1.0)];
@@ -90,7 +90,7 @@ impl Means {
         there.map(|(_, direction)| *direction).collect()
     }
 
-    /// Those of one direction.
+    /// The mean for one direction.
     #[must_use]
     pub fn of(&self, direction: f64) -> Option<&Vec<f64>> {
         match direction > 0.0 {
@@ -111,7 +111,7 @@ impl Means {
 }
 
 impl Line {
-    /// Means of the runs, not set to zero anywhere.
+    /// Means of the runs, not set to zero at any target.
     #[must_use]
     pub fn means(&self) -> Means {
         let mean = |direction: f64| {
@@ -129,7 +129,7 @@ impl Line {
         }
     }
 
-    /// The target that is nearest to the axis' zero: errors are counted from there.
+    /// The target nearest to the axis' zero, at which errors are zero.
     #[must_use]
     pub fn zero(&self) -> usize {
         let near = |a: &usize, b: &usize| {
@@ -146,8 +146,8 @@ impl Line {
         self.targets.iter().map(|t| axis.to_kinematic(*t)).collect()
     }
 
-    /// What the instrument would show (mm or rad) at every target on a machine with its errors, with the
-    /// same zero as [`Self::zeroed`]. `None` if linear axes cannot follow a ball.
+    /// The reading (mm or rad) at every target on a machine with errors, with the same zero as [`Self::zeroed`].
+    /// `None` if linear axes cannot follow a ball.
     #[must_use]
     pub fn shown(&self, bench: &Bench<'_>, directions: &[f64]) -> Option<Means> {
         let positions = self.positions(bench.machine);
@@ -179,7 +179,7 @@ impl Line {
         Some(self.zeroed(shown))
     }
 
-    /// The same means with zero, in the mean of both directions, at the target [`Self::zero`].
+    /// The same means, with the mean of both directions zero at the target [`Self::zero`].
     #[must_use]
     pub fn zeroed(&self, mut means: Means) -> Means {
         let zero = means.both()[self.zero()];
@@ -198,8 +198,8 @@ impl Setup {
         bench.nominal(&self.at).r.transpose() * self.offset
     }
 
-    /// Where the machine is sent for a position (mm, rad) of the axis, coming in a direction. `None` if the
-    /// linear axes cannot follow a ball.
+    /// The command for a position (mm, rad) of the axis, approached in a direction. `None` if the linear axes cannot
+    /// follow a ball.
     #[must_use]
     pub fn state(&self, bench: &Bench<'_>, position: f64, direction: f64) -> Option<State> {
         let mut state = State::at(self.at).with(self.moved, position);
@@ -221,13 +221,13 @@ impl Setup {
         !matches!(self.sense, Sense::In(_))
     }
 
-    /// True if it is read along or about the axis that moves.
+    /// True if the reading is along or about the moving axis.
     #[must_use]
     pub fn is_positioning(&self) -> bool {
         matches!(self.sense, Sense::In(axis) | Sense::About(axis) if axis == self.moved)
     }
 
-    /// True if the instrument is held against a straightedge: a line that was laid somehow. An axis that moves
+    /// True if the instrument is read against a straightedge, which has been aligned in some way. An axis that moves
     /// in nearly the same direction, such as a quill, has none.
     #[must_use]
     pub fn is_straightness(&self, machine: &Machine) -> bool {
@@ -242,7 +242,7 @@ impl Setup {
         !rotary && own.dot(&read).abs() < ALONG
     }
 
-    /// The sense in words: `tool +X`, `tool +Y to +Z`.
+    /// The direction of the reading as text: `tool +X`, `tool +Y to +Z`.
     #[must_use]
     pub fn words(&self, machine: &Machine) -> String {
         let letter = |axis: usize| machine.axes[axis].letter;
@@ -257,7 +257,7 @@ impl Setup {
     }
 }
 
-/// Slope of values over positions by least squares.
+/// Least-squares slope of values over positions.
 #[must_use]
 pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
     let count = positions.len() as f64;
@@ -269,7 +269,7 @@ pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
     along / across
 }
 
-/// Standard uncertainty (mm or rad) of the mean of the runs of a direction, from how all of them scatter.
+/// Standard uncertainty (mm or rad) of the mean of the runs in one direction, from the scatter of all runs.
 pub(crate) fn mean_uncertainty(line: &Line) -> Option<f64> {
     let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
     let means = line.means();

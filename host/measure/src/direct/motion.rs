@@ -1,9 +1,9 @@
-//! Error motions that are looked for.
+//! Error motions that are solved for.
 
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table};
 use trueaxis_model::machine::{Axis, Machine};
 
-/// An error motion, from runs of the axis.
+/// An error motion found from runs of the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundMotion {
     /// The axis (by index).
@@ -12,13 +12,13 @@ pub struct FoundMotion {
     pub component: usize,
     /// The targets (mm or rad).
     pub at: Vec<f64>,
-    /// After positive travel, or in the only direction (mm or rad).
+    /// After positive travel, or in the only direction measured (mm or rad).
     pub positive: Vec<f64>,
-    /// After negative travel, if both directions were run.
+    /// After negative travel, if both directions were measured.
     pub negative: Option<Vec<f64>>,
-    /// Standard uncertainty (mm or rad) of a value from how runs scatter, if there are several.
+    /// Standard uncertainty (mm or rad) of a value, from the scatter of the runs, if there are several.
     pub uncertainty: Option<f64>,
-    /// The measurement (by index) that it comes from most.
+    /// The measurement (by index) that contributes most to it.
     pub from: usize,
 }
 
@@ -29,7 +29,7 @@ impl FoundMotion {
         name(machine, self.axis, self.component)
     }
 
-    /// Values of a direction of travel.
+    /// Values for a direction of travel.
     pub(super) fn values(&mut self, direction: f64) -> &mut Vec<f64> {
         match &mut self.negative {
             Some(negative) if direction < 0.0 => negative,
@@ -46,7 +46,7 @@ impl FoundMotion {
         Some(sum / self.positive.len() as f64)
     }
 
-    /// As a table; that of an endless axis covers the turn and closes.
+    /// The motion as a table; that of an axis without limits covers the whole turn and is periodic.
     #[must_use]
     pub fn table(&self, axis: &Axis) -> Table {
         let values = |values: &[f64]| match axis.modulo {
@@ -62,13 +62,13 @@ impl FoundMotion {
         }
     }
 
-    /// The standard uncertainty (mm or rad) of [`Self::backlash`]: the mean of as many differences as targets.
+    /// The standard uncertainty (mm or rad) of [`Self::backlash`], the mean of one difference per target.
     #[must_use]
     pub(crate) fn backlash_uncertainty(&self) -> Option<f64> {
         Some(self.uncertainty? / (2.0 * self.positive.len() as f64).sqrt())
     }
 
-    /// The same with the mean of both directions and one number for the backlash.
+    /// The same motion with the mean of both directions and one number for the backlash.
     #[must_use]
     pub(crate) fn with_one_number(&self) -> Self {
         let negative = self.negative.as_ref().unwrap_or(&self.positive);
@@ -95,11 +95,11 @@ pub fn name(machine: &Machine, axis: usize, component: usize) -> String {
     constant.to_string()[..3].to_owned()
 }
 
-/// How near (rad) to the end of a turn a target is at the end.
+/// A target this close (rad) to the end of a turn counts as at the end.
 const AT_END: f64 = 1e-9;
 
-/// Values over a whole turn, the same at both ends: the mean if both were measured, else on the straight
-/// line over the seam.
+/// Values over a whole turn, equal at both ends: their mean if both were measured, otherwise interpolated linearly
+/// over the seam.
 fn closed(at: &[f64], values: &[f64], [low, high]: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
     let (first, last) = (at[0], at[at.len() - 1]);
     let (v0, v1) = (values[0], values[values.len() - 1]);
@@ -108,7 +108,7 @@ fn closed(at: &[f64], values: &[f64], [low, high]: [f64; 2]) -> (Vec<f64>, Vec<f
         (true, true) => 0.5 * (v0 + v1),
         (true, false) => v0,
         (false, true) => v1,
-        // From the last target on to the first one of the next turn.
+        // From the last target to the first one of the next turn.
         (false, false) => v1 + (v0 - v1) * (high - last) / (high - last + first - low),
     };
     let inner = at.iter().zip(values);
@@ -121,8 +121,8 @@ fn closed(at: &[f64], values: &[f64], [low, high]: [f64; 2]) -> (Vec<f64>, Vec<f
         .unzip()
 }
 
-/// What is known without motions that were measured anew, of which `reverses` says whether in both
-/// directions, and without locations.
+/// The known errors without locations and without the motions that were measured again; `reverses` says whether in
+/// both directions.
 pub fn without(
     known: &ErrorModel,
     machine: &Machine,
@@ -163,7 +163,7 @@ pub fn without(
                 model.table_uncertainty.extend(known);
             }
         }
-        // What was known before holds where it was known; what is left of nothing, everywhere.
+        // Motions known before hold where they were known; if none remain, everywhere.
         if model.motions[axis].iter().any(|m| !m.is_zero()) {
             model.calibrated[axis] = known.calibrated[axis];
         }
@@ -179,11 +179,11 @@ mod tests {
     fn a_turn_is_closed_with_what_was_measured_at_its_ends_or_next_to_them() {
         let turn = [0.0, 4.0];
         for (at, values, seam) in [
-            // Both ends: their mean. One: that.
+            // Both ends measured: their mean. One end: its value.
             (vec![0.0, 1.0, 4.0], vec![1.0, 5.0, 3.0], 2.0),
             (vec![0.0, 1.0, 3.0], vec![1.0, 5.0, 3.0], 1.0),
             (vec![1.0, 3.0, 4.0], vec![5.0, 1.0, 3.0], 3.0),
-            // None: on the line from 3 at 3 to 6 at 4 + 0.5.
+            // Neither: on the line from 3 at 3 to 6 at 4 + 0.5.
             (vec![0.5, 1.0, 3.0], vec![6.0, 5.0, 3.0], 5.0),
         ] {
             let (all, closed) = closed(&at, &values, turn);

@@ -1,4 +1,4 @@
-//! Error motions and locations that show what was measured.
+//! Solves for error motions and locations that reproduce the measurements.
 
 use super::block::{Block, blocks};
 use super::direct_error::DirectError;
@@ -10,51 +10,52 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// How it is done.
+/// Options of the solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// One number for the backlash of each motion instead of values for both directions.
+    /// Describe the backlash of each motion by one number instead of values for both directions.
     pub one_number: bool,
 }
 
-/// A location that a square shows.
+/// A location found with a square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundLocation {
     /// The parameter.
     pub parameter: Parameter,
     /// Its value (rad).
     pub value: f64,
-    /// Its standard uncertainty (rad) from how runs scatter.
+    /// Its standard uncertainty (rad), from the scatter of the runs.
     pub uncertainty: Option<f64>,
-    /// The measurement (by index).
+    /// The measurement (by index) that it comes from.
     pub from: usize,
 }
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DirectResult {
-    /// Everything: what was known before, and what was measured.
+    /// All errors: those known before and those measured.
     pub errors: ErrorModel,
     /// The motions that were measured.
     pub motions: Vec<FoundMotion>,
     /// The locations that were measured.
     pub locations: Vec<FoundLocation>,
-    /// Slopes (rad) that were removed, with the measurement (by index): how straightedges lay.
+    /// Slopes (rad) removed as misalignment of straightedges, with the measurement (by index).
     pub slopes: Vec<(usize, f64)>,
-    /// What to look at.
+    /// Warnings.
     pub doubts: Vec<Doubt>,
 }
 
-/// Rounds; each gains the size of the errors, or the square of the largest by-effect.
+/// Largest number of rounds. Each reduces the error by a factor of the size of the errors, or of the square of the
+/// largest side effect.
 const ROUNDS: usize = 60;
-/// A change of this size (mm, or rad over a lever of a metre) is little more than rounding.
+/// A change below this (mm, or rad on a lever of a metre) is little more than rounding.
 const DONE: f64 = 2e-11;
 const OVER: f64 = 1000.0;
 
-/// Finds what was measured, beside what is known already.
+/// Finds the measured errors, given those that are already known.
 ///
 /// # Errors
-/// [`DirectError`]: readings that mix motions, the same twice.
+/// [`DirectError`]: readings that mix motions, or the same measured twice.
 pub fn solve(
     machine: &Machine,
     measurements: &[Measurement],
@@ -173,7 +174,7 @@ pub fn solve(
     })
 }
 
-/// Motions that are zero yet.
+/// Motions initialized to zero.
 fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<FoundMotion> {
     let first = lines[block.lines[0]].1;
     let at = first.positions(machine);
@@ -183,7 +184,7 @@ fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<Foun
     let components = block.components.iter().enumerate();
     components
         .map(|(row, component)| {
-            // As each reading adds to it, where that is worst.
+            // The largest effect of any reading's uncertainty on it.
             let uncertainty = of.as_ref().map(|of| {
                 let at = block.inverse.iter().map(|inverse| {
                     let parts = of
@@ -210,7 +211,7 @@ fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<Foun
 }
 
 impl Block {
-    /// Brings motions nearer to what was measured; by how much (mm, or rad over [`OVER`]).
+    /// Improves the motions to match the measurements. Returns the largest change (mm, or rad over [`OVER`]).
     fn round(
         &self,
         machine: &Machine,
@@ -267,7 +268,7 @@ impl Block {
     }
 }
 
-/// The two ends of a turn are one place.
+/// Makes both ends of a turn equal.
 fn close(motion: &mut FoundMotion, turn: Option<[f64; 2]>) {
     let Some([low, high]) = turn else {
         return;
@@ -284,7 +285,8 @@ fn close(motion: &mut FoundMotion, turn: Option<[f64; 2]>) {
     }
 }
 
-/// What was measured less what a machine shows, and the slope of a straightedge that is not in it.
+/// The measurement minus the readings of the machine as modelled, and the slope of a straightedge that was removed
+/// from it.
 fn rest(bench: &Bench<'_>, line: &Line) -> Option<(Means, Option<f64>)> {
     let measured = line.zeroed(line.means());
     let shown = line.shown(bench, &measured.directions())?;

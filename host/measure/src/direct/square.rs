@@ -5,11 +5,11 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};
 
-/// Size (rad) of an inclination with which its effect is measured.
+/// Inclination (rad) used to measure its effect.
 const SMALL: f64 = 1e-6;
 
-/// By how much (rad) the angle between two lines is less than 90°, or more if positive commands read so:
-/// the sum of both slopes, which does not depend on how the square lies.
+/// The amount (rad) by which the angle between two lines is less than 90°; negative if it is more. It is the sum of
+/// both slopes, which does not depend on the alignment of the square.
 pub fn squareness(
     machine: &Machine,
     square: &Square,
@@ -19,10 +19,10 @@ pub fn squareness(
     Some(of(&square.lines[0])? + of(&square.lines[1])?)
 }
 
-/// The parameter that is the squareness of two axes, and what a square shows of it (rad per rad).
+/// The parameter for the squareness of two axes, and the reading of a square per unit of it (rad per rad).
 ///
-/// It is that of the axis that is carried by the other, or of the one in the tool branch; of the other one if
-/// that shows nothing.
+/// It belongs to the axis that the other one carries, or to the one in the tool branch, or to the other axis if the
+/// first has no effect.
 pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> {
     let [a, b] = square.lines.each_ref().map(|line| line.setup.moved);
     let tool = |i: usize| machine.axes[i].branch == Branch::Tool;
@@ -47,14 +47,14 @@ pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> 
         });
         Some((parameter, shown? / SMALL))
     });
-    // Of axes in oblique frames, the first that shows nearly whole.
+    // For axes in oblique frames, use the first that shows almost fully.
     let shown: Vec<(Parameter, f64)> = shown.collect();
     let whole = shown.iter().find(|(_, gain)| gain.abs() > 0.9);
     let part = || shown.iter().find(|(_, gain)| gain.abs() > 0.5);
     whole.or_else(part).copied()
 }
 
-/// Standard uncertainty (rad) of the squareness, from how runs scatter.
+/// Standard uncertainty (rad) of the squareness, from the scatter of the runs.
 pub fn uncertainty(machine: &Machine, square: &Square) -> Option<f64> {
     let of = |line: &Line| {
         let positions = line.positions(machine);

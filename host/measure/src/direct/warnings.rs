@@ -1,4 +1,4 @@
-//! Warnings about measurements, for whoever took them.
+//! Warnings about measurements.
 
 use super::block::gains;
 use super::measurement::{Line, slope};
@@ -7,34 +7,34 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// Something to look at.
+/// A warning.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Doubt {
-    /// An angular motion that is not known has a lever to the measured line.
+    /// An unknown angular motion has a lever to the measured line.
     #[error("{motion} is not known: {:.1} µm for each 10 µrad of it are in {shown}, with a lever of {lever:.0} mm", lever.abs() * 1e-2)]
     Abbe {
         /// The measurement (by index).
         file: usize,
         /// The angular motion.
         motion: String,
-        /// What was read.
+        /// What was measured.
         shown: String,
-        /// The largest lever (mm) of it.
+        /// Its largest lever (mm).
         lever: f64,
     },
-    /// A displacement that is not known shows in part.
+    /// An unknown displacement shows partly in the reading.
     #[error("{motion} is not known: {:.0} % of it are in {shown}", part.abs() * 1e2)]
     Oblique {
         /// The measurement (by index).
         file: usize,
         /// The motion.
         motion: String,
-        /// What was read.
+        /// What was measured.
         shown: String,
-        /// The part that shows.
+        /// The fraction that shows.
         part: f64,
     },
-    /// An endless axis was measured on a part of its turn.
+    /// An axis without limits was measured over only a part of its turn.
     #[error(
         "{motion} was not measured over {gap:.0}° of the turn: a straight line is assumed there"
     )]
@@ -43,13 +43,13 @@ pub enum Doubt {
         file: usize,
         /// The motion.
         motion: String,
-        /// What is missing (deg).
+        /// The part that is missing (deg).
         gap: f64,
     },
-    /// A straightness leans, and there is a squareness of the same two axes.
+    /// A straightness has a slope, and there is a squareness of the same two axes.
     #[error("{motion} leans by {:.1} µrad and {location} is {:.1} µrad: both are the squareness of the same axes, which may be counted twice", slope * 1e6, value * 1e6)]
     Slope {
-        /// The straightness.
+        /// The straightness motion.
         motion: String,
         /// Its slope (rad).
         slope: f64,
@@ -61,7 +61,7 @@ pub enum Doubt {
 }
 
 impl Doubt {
-    /// The measurement (by index) that it is about.
+    /// The measurement (by index) that the warning is about.
     #[must_use]
     pub fn file(&self) -> Option<usize> {
         match self {
@@ -72,7 +72,7 @@ impl Doubt {
         }
     }
 
-    /// What to do.
+    /// What to do about it.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -88,15 +88,15 @@ impl Doubt {
     }
 }
 
-/// A gap of a turn that is so many times the largest step between targets is one.
+/// A part of a turn without targets is a gap if it exceeds this many of the largest steps between targets.
 const GAP: f64 = 2.0;
-/// Levers (mm) and parts below these are how exactly a line is set up.
+/// Levers (mm) and fractions below these are within the accuracy of a setup.
 const LEVER: f64 = 1.0;
 const PART: f64 = 0.01;
-/// A slope (rad) that is one.
+/// Slopes (rad) below this are ignored.
 const LEANS: f64 = 1e-6;
 
-/// Everything to look at in what was measured: motions, and errors with what was known before.
+/// Warnings about the measured motions, and about all errors including those known before.
 pub fn doubts(
     machine: &Machine,
     lines: &[(usize, &Line)],
@@ -151,8 +151,8 @@ pub fn doubts(
     doubts
 }
 
-/// Tabulated straightnesses with a slope beside a squareness of the same axes: [`Doubt::Slope`], wherever errors come
-/// from.
+/// Tabulated straightness with a slope, together with a squareness of the same axes: [`Doubt::Slope`], whatever the
+/// source of the errors.
 #[must_use]
 pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
     let linear = |i: &usize| !machine.axes[*i].letter.is_rotary();
@@ -161,7 +161,7 @@ pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
         all.iter()
             .flat_map(|a| all.iter().filter(move |b| *b != a).map(move |b| [*a, *b]))
     };
-    // What a square along the second axis shows of a parameter, in parts of its size.
+    // The reading of a square along the second axis per unit of a parameter.
     let shown = |parameter: Parameter, [aligned, moved]: [usize; 2]| {
         const SMALL: f64 = 1e-6;
         let mut small = ErrorModel::perfect(machine);

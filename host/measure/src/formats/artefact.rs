@@ -1,4 +1,4 @@
-//! `artefact.toml`: what is known of balls, bars and stylus before the probing.
+//! `artefact.toml`: what is known about balls, bars and stylus before probing.
 
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -6,12 +6,12 @@ use toml::Spanned;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::{Exactly, FileError};
 
-/// What is known of an artefact.
+/// What is known about an artefact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Artefact {
     /// Its balls.
     pub balls: Vec<Ball>,
-    /// Distances that are known.
+    /// Known distances between balls.
     pub bars: Vec<Bar>,
     /// The stylus tip.
     pub stylus: Stylus,
@@ -22,9 +22,9 @@ pub struct Artefact {
 pub struct Ball {
     /// Its name, as in the probings.
     pub name: String,
-    /// Its centre in the workpiece frame (mm), to start from.
+    /// Approximate centre in the workpiece frame (mm).
     pub nominal: Option<Vector3<f64>>,
-    /// Unit vector from the table, on which its stem stands, to its centre (workpiece frame).
+    /// Unit vector from the table, on which the stem stands, towards the centre (workpiece frame).
     pub away: Vector3<f64>,
 }
 
@@ -42,15 +42,15 @@ pub struct Bar {
 /// The stylus tip in the spindle frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stylus {
-    /// Where it is (mm), to start from; that coordinate of the machine's own tool tip otherwise.
+    /// Approximate position (mm); for a missing coordinate, that of the machine's own tool tip.
     pub tip: [Option<f64>; 3],
-    /// Standard uncertainty of each coordinate (mm) where it is known: of the length of a stylus that was
-    /// measured outside the machine, across it of one that was zeroed for run-out.
+    /// Standard uncertainty of each coordinate (mm) if it is known: of the length of a stylus measured outside the
+    /// machine, or across it if its run-out was zeroed.
     pub uncertainty: [Option<f64>; 3],
 }
 
 impl Stylus {
-    /// Where it is in the spindle of a machine (mm).
+    /// Its position in the spindle of a machine (mm).
     #[must_use]
     pub fn place(&self, machine: &Machine) -> Vector3<f64> {
         Vector3::from_fn(|k, _| self.tip[k].unwrap_or(machine.tip[k]))
@@ -151,15 +151,15 @@ impl StylusEntry {
     }
 }
 
-/// Longest distance that anything on a machine has from anything else (mm).
+/// Largest distance between any two things on a machine (mm).
 const LARGEST: f64 = 1e5;
 
 impl Artefact {
-    /// Reads it; `tool_axis` is along which axis of the spindle frame the stylus points (0, 1, 2).
+    /// Parses the file. `tool_axis` is the axis of the spindle frame along which the stylus points (0, 1, 2).
     ///
     /// # Errors
-    /// [`FileError`]: syntax, unknown keys, a ball that is listed twice, a bar between balls that are not
-    /// two or not listed, lengths and uncertainties that cannot be.
+    /// [`FileError`]: syntax, unknown keys, a ball that is listed twice, a bar between equal or unlisted balls,
+    /// impossible lengths or uncertainties.
     pub fn from_toml(text: &str, tool_axis: usize) -> Result<Self, FileError> {
         let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         let mut artefact = Self::default();

@@ -1,4 +1,4 @@
-//! Files of measurements: artefacts, probings, readings of instruments and of ball-bars.
+//! Measurement files: artefacts, probings, readings of instruments and of ball-bars.
 
 pub mod artefact;
 pub mod probings;
@@ -12,7 +12,7 @@ use trueaxis_model::source::FileError;
 /// Recorded positions are not exact: an axis may be this far (mm, deg) beyond its travel.
 const BEYOND: f64 = 1e-3;
 
-/// Checks that an axis can be at a position (mm, deg), which was read from a column.
+/// Checks that a position (mm, deg) read from a column is within the travel of an axis.
 pub(crate) fn is_in_travel(
     row: &Row<'_>,
     column: usize,

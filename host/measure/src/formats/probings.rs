@@ -1,9 +1,8 @@
-//! Probings as CSV: the axis positions at which a stylus was on the centre of a ball.
+//! Probings as CSV: the axis positions at which a stylus was at the centre of a ball.
 //!
-//! The header names the columns, in any order: `ball`, one column per axis (mm, degrees), and where they were
-//! recorded `S` (spindle angle, degrees), `run`, `time_s`, `sigma_um` (standard uncertainty of one
-//! coordinate), `temperature_C` and `A_dir` … (+1 or −1: the direction from which an axis came). Empty lines
-//! are skipped.
+//! The header names the columns, in any order: `ball`, one column per axis (mm, degrees), and optionally `S`
+//! (spindle angle, degrees), `run`, `time_s`, `sigma_um` (standard uncertainty of one coordinate), `temperature_C`
+//! and `A_dir` … (+1 or −1: the direction from which an axis arrived). Empty lines are ignored.
 
 mod checks;
 
@@ -16,20 +15,20 @@ use trueaxis_model::formats::csv::{Row, Table};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
-/// Where a stylus was on the centre of a ball.
+/// One probing: the stylus was at the centre of a ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probing {
-    /// Which ball, as an index into [`Probings::balls`].
+    /// The ball, as an index into [`Probings::balls`].
     pub ball: usize,
     /// Axis positions (mm, deg).
     pub position: PerAxis,
-    /// Direction from which each axis came: +1, −1, or 0 if unknown.
+    /// Direction from which each axis arrived: +1, −1, or 0 if unknown.
     pub direction: PerAxis,
     /// Angle of the spindle (deg).
     pub spindle: f64,
     /// Number of the run.
     pub run: Option<f64>,
-    /// When (s).
+    /// Time (s).
     pub time: Option<f64>,
     /// Standard uncertainty of one coordinate (mm).
     pub sigma: Option<f64>,
@@ -42,13 +41,13 @@ pub struct Probing {
 /// All probings of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Probings {
-    /// Names of the balls, in the order of their first rows.
+    /// Names of the balls, in order of first appearance.
     pub balls: Vec<String>,
     /// The rows.
     pub rows: Vec<Probing>,
 }
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Column {
     Ball,
@@ -71,7 +70,7 @@ const NAMES: [(&str, Column); 6] = [
     ("temperature_C", Column::Temperature),
 ];
 
-/// Standard uncertainties (µm) that can be: files have nine digits, and nothing is a metre off.
+/// Permitted standard uncertainties (µm): files have nine digits, and no error is as large as a metre.
 const SIGMAS: RangeInclusive<f64> = 1e-6..=1e6;
 const VALUES: &str = "write one value per column of the header, in mm and degrees with a decimal point, not a comma: 12.5";
 
@@ -93,12 +92,12 @@ impl Column {
     }
 }
 
-/// Reads them; with `linear` false without columns of linear axes, which are then 0: a strategy.
+/// Reads probings, or, if `linear` is false, a strategy without columns of linear axes, which are then 0.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: what [`Table`] refuses, a column that is missing, a position
-/// outside the travel, rotary positions that look like radians, a direction or an uncertainty that cannot be, the
-/// same row twice.
+/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a missing column, a position
+/// outside the travel, rotary positions that look like radians, an impossible direction or uncertainty, a repeated
+/// row.
 pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, FileError> {
     let needed = needed(machine, linear);
     let letters = needed.iter().map(|i| machine.axes[*i].letter.to_string());
@@ -141,13 +140,13 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     Ok(probings)
 }
 
-/// The axes that must have a column.
+/// The axes that require a column.
 fn needed(machine: &Machine, linear: bool) -> Vec<usize> {
     let is_needed = |i: &usize| linear || machine.axes[*i].letter.is_rotary();
     (0..machine.axes.len()).filter(is_needed).collect()
 }
 
-/// What two rows have in common if one is a copy of the other.
+/// The values that are equal if one row is a copy of another.
 fn key(row: &Probing) -> (usize, Vec<Option<u64>>) {
     let some = row
         .position
@@ -220,16 +219,16 @@ fn probing(
     Ok(probing)
 }
 
-/// How a row is written in a column.
+/// Formats a row's value in a column.
 type Written = Box<dyn Fn(&Probing) -> String>;
 
-/// Writes them: the columns that any row has, positions with nine decimals.
+/// Writes probings: all columns that any row has, positions with nine decimals.
 #[must_use]
 pub fn write(probings: &Probings, machine: &Machine) -> String {
     written(probings, machine, true)
 }
 
-/// Writes what is to be probed: without linear axes and uncertainties.
+/// Writes a strategy: without linear axes and uncertainties.
 #[must_use]
 pub fn write_strategy(strategy: &Probings, machine: &Machine) -> String {
     let mut strategy = strategy.clone();

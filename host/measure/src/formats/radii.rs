@@ -9,12 +9,12 @@ use trueaxis_model::formats::csv::{self, Table};
 use trueaxis_model::formats::units;
 use trueaxis_model::source::FileError;
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Radii {
     /// Nominal length of the bar (mm).
     pub radius: f64,
-    /// On a circle the two axes, if the file says them.
+    /// The two axes of a circle, if the file names them.
     pub plane: Option<String>,
     /// The readings.
     pub readings: Readings,
@@ -25,11 +25,11 @@ pub struct Radii {
 pub enum Readings {
     /// On a circle.
     Circle(Turns),
-    /// On a sphere: nominal directions of the bar, of length 1, and by how much (mm) it is longer than nominal.
+    /// On a sphere: nominal directions of the bar (unit vectors), and its length minus the nominal (mm).
     Sphere(Vec<(Vector3<f64>, f64)>),
 }
 
-/// What the lines that begin with `#` say; the machine and the place are for people.
+/// The lines that begin with `#`; the machine and the position are only for people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Heading {
@@ -46,12 +46,12 @@ const HEADING: &str = "begin the file with # radius_mm = 150.0 and # unit = \"um
 const COLUMNS: &str = "name the columns: angle,ccw,cw or angle,ccw or angle,cw on a circle (degrees), X,Y,Z,radial on a sphere (mm from the centre of the test)";
 const VALUES: &str =
     "write one value per column, with a decimal point; on a circle a reading may be left out";
-/// Lengths of bars (mm).
+/// Permitted lengths of bars (mm).
 const LENGTHS: Range<f64> = 1.0..10_000.0;
-/// A position may be off the bar's length by this part: feed-ins, and positions after an error of setup.
+/// A position may differ from the bar's length by this fraction: feed-ins, and positions with a setup error.
 const OFF: f64 = 0.1;
 
-/// What the columns are.
+/// The meaning of the columns.
 #[derive(Clone, Copy, PartialEq)]
 enum Column {
     Angle,
@@ -79,8 +79,8 @@ impl Column {
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: what [`Table`] refuses, a heading without radius or unit, columns of
-/// neither test, a position that is not near the sphere.
+/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, a heading without radius or unit, columns
+/// of neither test, a position that is not near the sphere.
 pub fn read(text: &str) -> Result<Radii, FileError> {
     let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
     let (radius, factor) = heading.numbers()?;
@@ -94,7 +94,7 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
 }
 
 impl Heading {
-    /// Radius (mm), and the mm in a unit of the readings.
+    /// Radius (mm), and the size of the readings' unit in mm.
     fn numbers(&self) -> Result<(f64, f64), FileError> {
         let missing =
             |key: &str| FileError::whole(format!("the file does not say `{key}`"), HEADING);

@@ -1,5 +1,5 @@
-//! Direct measurements as CSV: lines that begin with `#` say in TOML how it was measured, then come a header
-//! and the readings, a line for each target and a column for each run.
+//! Direct measurements as CSV: lines that begin with `#` describe the setup in TOML, followed by a header and the
+//! readings, a line for each target and a column for each run.
 //!
 //! ```csv
 //! # axis = "X"                     the command that moved
@@ -24,9 +24,9 @@ use trueaxis_model::source::FileError;
 /// Reads one file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: a heading that lacks something or is about another machine, axes
-/// that it does not have, a direction that is none; what [`Table`](trueaxis_model::formats::csv::Table) refuses, a
-/// column without direction, targets that do not increase or are outside the travel.
+/// [`FileError`] with line, cause and remedy: a heading that is incomplete or belongs to another machine, unknown
+/// axes, an invalid direction; whatever [`Table`](trueaxis_model::formats::csv::Table) refuses, a column without
+/// direction, targets that do not increase or are outside the travel.
 pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
     let (heading, start) = Heading::read(text, machine)?;
     match heading.square {
@@ -43,7 +43,7 @@ pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
     }
 }
 
-/// Writes it: readings in µm or µrad with four decimals.
+/// Writes a measurement: readings in µm or µrad with four decimals.
 #[must_use]
 pub fn write(measured: &Measured, machine: &Machine) -> String {
     match measured {
@@ -94,7 +94,7 @@ fn common(setup: &Setup, machine: &Machine, without: &[usize]) -> String {
     let mut text = format!("# unit = \"{unit}\"\n");
     let at = machine.to_command(&setup.at);
     let others = (0..machine.axes.len()).filter(|i| !without.contains(i));
-    // Degrees without the rounding of radians.
+    // Degrees without rounding errors from radians.
     let place = |i: usize| (at[i] * 1e9).round() / 1e9 + 0.0;
     let others = others.map(|i| format!("{} = {:?}", machine.axes[i].letter, place(i)));
     let others: Vec<String> = others.collect();
@@ -125,7 +125,7 @@ fn rows(text: &mut String, first: &str, line: &Line) {
         let _ = write!(text, "{first}{target}");
         for column in &line.columns {
             let reading = column.readings[k] * factor * line.setup.counts;
-            // Never "-0.0000".
+            // Avoids "-0.0000".
             let reading = (reading * 1e4).round() / 1e4 + 0.0;
             let _ = write!(text, ",{reading:.4}");
         }
@@ -133,10 +133,10 @@ fn rows(text: &mut String, first: &str, line: &Line) {
     }
 }
 
-/// What is read, in words: `tool +X`, `workpiece -C`, `tool +Y to +Z`; the sense and +1 or −1.
+/// Parses the direction of a reading: `tool +X`, `workpiece -C`, `tool +Y to +Z`. Returns the sense and +1 or −1.
 ///
 /// # Errors
-/// What is wrong with it.
+/// A description of what is wrong.
 pub fn sense(words: &str, machine: &Machine) -> Result<(Sense, f64), String> {
     let parts: Vec<&str> = words.split_whitespace().collect();
     let who = match parts.first() {

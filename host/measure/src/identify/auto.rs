@@ -1,4 +1,4 @@
-//! A model as complex as balls that were left out allow.
+//! Chooses the complexity of the model by cross-validation with balls that are left out.
 
 use super::candidates::{Form, candidates};
 use super::published::listed;
@@ -12,54 +12,55 @@ use crate::formats::probings::Probings;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// A degree that was tried.
+/// One degree that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Of polynomials and harmonics; 0 for locations and scales.
+    /// Degree of polynomials and harmonics; 0 means locations and scales.
     pub degree: u8,
-    /// What the motions of axes are that turn right round.
+    /// Form of the motions of axes that rotate by a full turn.
     pub form: Form,
-    /// The list that was published for machines that are laid out like this one, if it is that.
+    /// The published list for machines of this layout, if it was tried.
     pub list: Option<Model>,
-    /// What came of it, or why nothing did; higher degrees are not tried then.
+    /// The result, or why there is none; higher degrees are not tried then.
     pub found: Result<Fit, IdentifyError>,
 }
 
-/// What a degree does.
+/// Result for one degree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// How many parameters it has that can be seen.
+    /// Number of its parameters that can be identified.
     pub parameters: usize,
-    /// How many it has besides, that cannot.
+    /// Number of its parameters that cannot be identified.
     pub unseen: usize,
-    /// What it leaves of the rows it was fitted to (mm, root of the mean square distance).
+    /// Its residual at the rows it was fitted to (mm, root mean square distance).
     pub left: f64,
-    /// What it leaves of rows that it had not seen, or why it cannot be identified without some of them.
+    /// Its residual at rows that were held out, or why it cannot be identified without some of the rows.
     pub held_out: Result<HeldOut, IdentifyError>,
 }
 
 impl Level {
-    /// True if there is nothing to compare more unknowns with.
+    /// True if there is nothing to compare higher degrees with.
     fn is_end(&self) -> bool {
         !matches!(&self.found, Ok(fit) if fit.held_out.is_ok())
     }
 }
 
-/// A combination is worth looking for if its standard uncertainty is at most this many times what all errors together
-/// do at the probings: single coefficients, which make up for each other, are larger than what they do together, but
-/// not by so much.
+/// A combination is worth identifying if its standard uncertainty is at most this many times the effect of all
+/// errors together at the probings. Single coefficients, which partly cancel, are larger than their total effect,
+/// but not by that much.
 const PLAUSIBLE: f64 = 5.0;
 
-/// The part of what its parts do that a combination must do at the probings to be worth looking for.
+/// Threshold: effect of a combination at the probings, as a fraction of the effects of its parts, for it to be worth
+/// identifying.
 fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
     let size = root_mean_square(identified.rows.iter().map(|row| row.before.norm()));
-    // A combination whose singular value is s is known, by what it does at the probings (root of the mean square), to
-    // the standard uncertainty of a coordinate divided by s.
+    // A combination with singular value s, measured by its effect at the probings (root mean square), has a standard
+    // uncertainty of that of a coordinate divided by s.
     identified.noise / (PLAUSIBLE * size * (problem.equations() as f64).sqrt())
 }
 
 impl Fit {
-    /// Identifies these parameters, and looks at rows that were left out.
+    /// Identifies given parameters and cross-validates them.
     pub(super) fn of(
         machine: &Machine,
         probings: &Probings,
@@ -87,29 +88,29 @@ impl Fit {
     }
 }
 
-/// The model that was chosen.
+/// The result of the choice.
 #[derive(Clone, Debug)]
 pub struct Chosen {
-    /// What was identified with it.
+    /// The identification with the chosen model.
     pub identified: Identified,
-    /// All that were tried, from the simplest on.
+    /// All models that were tried, starting with the simplest.
     pub levels: Vec<Level>,
-    /// Which of them it is.
+    /// Index of the chosen one.
     pub chosen: usize,
 }
 
-/// The highest degree that is tried.
+/// The highest degree tried.
 const HIGHEST: u8 = 3;
-/// A higher degree must leave this part less of what was held out: less is chance.
+/// A higher degree must reduce the residual of held-out rows to this fraction; a smaller gain is chance.
 const WORTH: f64 = 0.95;
 
-/// Identifies with every degree, and takes the lowest that predicts rows which it has not seen about as well
-/// as any: those of one ball after the other. If the lowest cannot be tried in this way, it is taken. Axes that
-/// turn right round and are not endless are tried with harmonics, then with polynomials of the same degree; last
-/// the list that was published for machines of this layout, if there is one.
+/// Identifies with every degree, and takes the lowest whose prediction of held-out rows, one ball at a time, is
+/// about as good as that of any other. If the lowest degree cannot be cross-validated, it is taken. Axes that rotate
+/// by a full turn but have limits are tried with harmonics, then with polynomials of the same degree. Last, the list
+/// published for machines of this layout is tried, if there is one.
 ///
 /// # Errors
-/// [`IdentifyError`] if not even the simplest one can be identified.
+/// [`IdentifyError`] if not even the simplest model can be identified.
 pub fn automatic(
     machine: &Machine,
     probings: &Probings,
@@ -137,7 +138,7 @@ pub fn automatic(
     }];
     let mut take = |number: usize, (identified, fit): (Identified, Fit)| {
         let held_out = fit.held_out.as_ref().ok().map(|held_out| held_out.rms);
-        // Without anything to compare it with, no model is better than the simplest.
+        // Without a comparison, no model is better than the simplest.
         if let (Some(rms), Some(last)) = (held_out, least)
             && rms < WORTH * last
         {
@@ -157,14 +158,14 @@ pub fn automatic(
                 list: None,
                 found,
             };
-            // A higher degree has more unknowns still.
+            // A higher degree has even more unknowns.
             if level.is_end() {
                 forms.retain(|other| *other != form);
             }
             levels.push(level);
         }
     }
-    // Which of the coefficients that make up for each other are looked for decides how well they are told.
+    // Coefficients can replace each other; which of them are used affects how well they are determined.
     if let Some((list, parameters)) = listed(machine).filter(|_| !levels[0].is_end()) {
         let found = Fit::of(machine, probings, artefact, &parameters, base, options);
         let found = found.map(|found| take(levels.len(), found));

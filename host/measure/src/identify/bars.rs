@@ -1,53 +1,53 @@
-//! Whether bars are as long as the artefact says.
+//! Checks the lengths of bars.
 
 use super::IdentifyError;
 use super::factor::Factor;
 use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
 
-/// A bar against the machine and the other bars.
+/// A bar compared with the machine and the other bars.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarCheck {
     /// Its balls.
     pub balls: [String; 2],
-    /// Its length in the artefact and its standard uncertainty (mm).
+    /// Its length in the artefact (mm).
     pub length: f64,
-    /// As stated.
+    /// Its stated standard uncertainty (mm).
     pub uncertainty: f64,
-    /// What the machine and the other bars say of it; none if nothing else has a length, so that an error of
-    /// this bar goes into the scales.
+    /// Its length according to the machine and the other bars. `None` if nothing else has a known length, so that an
+    /// error of this bar is absorbed by the scales.
     pub others: Option<Others>,
 }
 
-/// What all but a bar say of it.
+/// The length of a bar according to everything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Others {
-    /// How long they make it (mm).
+    /// Its length (mm).
     pub length: f64,
     /// The standard uncertainty of that (mm).
     pub uncertainty: f64,
-    /// Difference in standard deviations.
+    /// The difference in standard deviations.
     pub normalised: f64,
 }
 
 impl BarCheck {
-    /// True if the bar is in doubt, or those that it disagrees with.
+    /// True if this bar, or those that it disagrees with, is doubtful.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
         (self.others).is_some_and(|others| others.normalised.abs() > DOUBTFUL)
     }
 }
 
-/// One good bar of 15 000 differs by more standard deviations.
+/// One correct bar in 15 000 differs by more standard deviations.
 const DOUBTFUL: f64 = 4.0;
-/// If all others together leave a bar so small a part of its own observation, they know its length a thousand
-/// times worse than the artefact does: that is not a test.
+/// If all other equations contribute less than this fraction to the observation of a bar, they know its length a
+/// thousand times worse than the artefact. That is not a test.
 const TESTED: f64 = 1e-6;
-/// Bars differ from what probings say by no more than the largest error and this part, before anything is known
-/// of the machine: a scale of 10 mm in a metre.
+/// Before anything is known about the machine, a bar differs from the probings by no more than the largest error and
+/// this fraction: a scale error of 10 mm per metre.
 const LIKELY: f64 = 0.01;
 
-/// Every bar against all other equations, where a solution was found.
+/// Compares every bar with all other equations, at a solution.
 pub(super) fn checked(
     problem: &Problem<'_>,
     (estimate, weights, factor): (&Estimate, &Weights, &Factor),
@@ -58,7 +58,7 @@ pub(super) fn checked(
         let miss = (a - b).norm() - bar.length;
         let row = jacobian.row(3 * problem.places.len() + i).transpose();
         let leverage = factor.leverage(&row).unwrap_or(1.0);
-        // What is left of an observation if it has no part in the result: its miss by 1 − h (Cook).
+        // The residual of an observation without its own influence is its residual divided by 1 − h (Cook).
         let free = 1.0 - leverage;
         let stiffness = bar.sigma.max(weights.least);
         BarCheck {
@@ -75,7 +75,7 @@ pub(super) fn checked(
     problem.bars.iter().enumerate().map(check).collect()
 }
 
-/// Which bars are not as long as the probings say without them.
+/// The bars whose length differs from that in the probings, fitted without them.
 pub(super) fn disagree(problem: &Problem<'_>, balls: &[Vector3<f64>]) -> IdentifyError {
     let bars = problem.bars.iter().map(|bar| {
         let [a, b] = bar.balls.map(|ball| balls[ball]);
@@ -87,8 +87,7 @@ pub(super) fn disagree(problem: &Problem<'_>, balls: &[Vector3<f64>]) -> Identif
     }
 }
 
-/// Refuses bars whose balls are in one place to start with: nobody knows in which direction they are to go
-/// apart.
+/// Refuses bars whose balls start at the same place, because their direction is unknown.
 pub(super) fn have_directions(
     problem: &Problem<'_>,
     start: &Estimate,
@@ -105,7 +104,7 @@ pub(super) fn have_directions(
     }
 }
 
-/// Refuses bars that are nowhere near what the probings say.
+/// Refuses bars whose length is far from that in the probings.
 pub(super) fn are_likely(problem: &Problem<'_>, setup: &Estimate) -> Result<(), IdentifyError> {
     let is_far = |bar: &super::rows::Bar| {
         let [a, b] = bar.balls.map(|ball| setup.balls[ball]);

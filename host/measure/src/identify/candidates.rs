@@ -1,19 +1,19 @@
-//! What `auto` starts from.
+//! The parameters that `auto` starts from.
 
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::{Axis, Machine};
 
-/// What motions of an axis are that turns right round, but not without end.
+/// Form of the motions of an axis that rotates by a full turn but has limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Harmonics: the same after each turn.
     Harmonics,
-    /// Polynomials: cables wind up.
+    /// Polynomials: cables wind up, for example.
     Polynomials,
 }
 
 impl Form {
-    /// Those that differ on this machine.
+    /// The forms that differ on this machine.
     pub(super) fn of(machine: &Machine) -> &'static [Self] {
         let is_either = |axis: &Axis| turns_round(axis) && !axis.modulo;
         match machine.axes.iter().any(is_either) {
@@ -31,9 +31,9 @@ fn turns_round(axis: &Axis) -> bool {
     axis.letter.is_rotary() && (axis.modulo || high - low >= TURN)
 }
 
-/// All that a machine can have up to a degree: locations, then motions of linear axes and of rotary ones with
-/// less than a turn as polynomials (of degree 1 and more: constants are locations), of others in their form, then
-/// backlash.
+/// All parameters that a machine can have up to a degree: locations; motions of linear axes and of rotary axes with
+/// less than a turn, as polynomials (from degree 1, because constants are locations); motions of other rotary axes
+/// in the given form; backlash.
 pub(super) fn candidates(
     machine: &Machine,
     degree: u8,
@@ -64,7 +64,7 @@ pub(super) fn candidates(
         }
     }
     if degree == 0 {
-        // Locations alone would leave out what every machine has.
+        // Locations alone would omit errors that every machine has.
         let linear = letters.iter().filter(|l| "XYZUVW".contains(**l));
         parameters.extend(linear.map(|axis| Parameter {
             component: direction(*axis),
@@ -80,7 +80,7 @@ pub(super) fn candidates(
             kind: ParameterKind::Backlash,
         }));
     }
-    // Degrees and harmonics have an end.
+    // Skip degrees and harmonics above the maximum.
     let mut known = ErrorModel::perfect(machine);
     parameters.retain(|p| known.set(machine, *p, 0.0));
     parameters

@@ -1,4 +1,4 @@
-//! What a compensation has done to each error parameter: those before it beside those that are left.
+//! The effect of a compensation on each error parameter: comparison before and after.
 
 use super::rows::Weights;
 use super::{Identified, Problem, Unknown};
@@ -10,21 +10,21 @@ use trueaxis_model::errors::{ErrorModel, Parameter};
 pub struct Compensability {
     /// Which.
     pub parameter: Parameter,
-    /// Before, with its standard uncertainty (mm, rad, per mmᵏ or radᵏ); without one it counts as exact.
+    /// Value and standard uncertainty before (mm, rad, per mmᵏ or radᵏ); exact if there is no uncertainty.
     pub before: [f64; 2],
-    /// What is left of it, and its standard uncertainty; none if it was not looked for or cannot be seen.
+    /// Remaining value and its standard uncertainty; `None` if it was not looked for or cannot be identified.
     pub after: Option<[f64; 2]>,
-    /// How far it moves the tip at the probings, before and after (mm, mean).
+    /// Mean displacement of the tip at the probings that it causes, before and after (mm).
     pub effect: [f64; 2],
 }
 
-/// Coverage factor of what counts as an error: less could be none.
+/// Coverage factor above which a value counts as an error.
 const COVERAGE: f64 = 2.0;
 
 impl Compensability {
-    /// The part of it that is gone (source document, Eq. 38): 1 − |after| / |before|, 1 if nothing is left, less
-    /// than 0 if there is more than before; with its standard uncertainty. None if nothing is known of it now, or
-    /// if it was too small before ([`Self::is_small`]).
+    /// The removed fraction (source document, Eq. 38): 1 − |after| / |before|, which is 1 if nothing remains and
+    /// negative if the error has grown; with its standard uncertainty. `None` if the remainder is unknown, or if the
+    /// parameter was too small before ([`Self::is_small`]).
     #[must_use]
     pub fn part(&self) -> Option<[f64; 2]> {
         let [before, of_before] = self.before;
@@ -34,8 +34,7 @@ impl Compensability {
         Some([1.0 - ratio.abs(), uncertainty])
     }
 
-    /// True if it was no larger before than its expanded uncertainty: then there may have been nothing to
-    /// compensate.
+    /// True if it did not exceed its expanded uncertainty before, so that there may have been nothing to compensate.
     #[must_use]
     pub fn is_small(&self) -> bool {
         let [before, uncertainty] = self.before;
@@ -48,12 +47,12 @@ impl Compensability {
 pub struct Compensated {
     /// The parameters of the model that had a value before, in its order.
     pub parameters: Vec<Compensability>,
-    /// How far all of them together move the tip at the probings, before and after (mm): mean and largest.
+    /// Displacement of the tip at the probings caused by all of them together, before and after (mm): mean and
+    /// maximum.
     pub tip: [[f64; 2]; 2],
 }
 
-/// Compares what was identified with the errors `before`: what is left with a compensation that was on while it
-/// was probed, with what there was without it.
+/// Compares identified parameters, which remain with a compensation on while probing, with the errors `before`.
 #[must_use]
 pub fn compensability(
     problem: &Problem<'_>,
@@ -71,7 +70,7 @@ pub fn compensability(
     let found = &identified.place.estimate;
     let changes = problem.derivatives(&unknowns, found, &weights);
     let rows = problem.places.len();
-    // Per unit of each parameter (columns), along three coordinates of each row.
+    // Derivatives by each parameter (columns), for three coordinates of each row.
     let changes: DMatrix<f64> = changes.rows(0, 3 * rows).into_owned();
     let mut compared = Vec::with_capacity(parameters.len());
     for (column, parameter) in changes.column_iter().zip(&parameters) {

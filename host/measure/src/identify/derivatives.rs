@@ -11,10 +11,10 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
 use trueaxis_model::parallel;
 
-/// Larger errors no machine has (rad).
+/// Upper limit for the errors of any machine (rad).
 const LARGEST_ANGLE: f64 = 0.01;
 
-/// An error that is larger than in any machine (mm or rad).
+/// Upper limit for an error parameter on any machine (mm or rad).
 pub(super) fn largest(parameter: Parameter) -> f64 {
     match parameter.is_angular() {
         true => LARGEST_ANGLE,
@@ -22,12 +22,12 @@ pub(super) fn largest(parameter: Parameter) -> f64 {
     }
 }
 
-/// How the tip moves in a probing, in its standard uncertainty.
+/// Effect of errors on the tip in a probing, in units of its standard uncertainty.
 struct Effects {
-    /// With each component of the location of each axis and of the spindle, then with each component of the error
+    /// Of each component of the location of each axis and of the spindle, followed by each component of the error
     /// motions of each axis.
     errors: [[f64; 3]; ERRORS],
-    /// With each coordinate of the stylus.
+    /// Of each coordinate of the stylus.
     stylus: [[f64; 3]; 3],
 }
 
@@ -60,7 +60,7 @@ impl Problem<'_> {
         self.derivatives(&self.unknowns, estimate, weights)
     }
 
-    /// The same by any unknowns.
+    /// The same for given unknowns.
     pub(super) fn derivatives(
         &self,
         unknowns: &[Unknown],
@@ -77,7 +77,7 @@ impl Problem<'_> {
         });
         let bases = self.bases(unknowns);
         let equations = jacobian.nrows();
-        // Columns lie behind each other.
+        // Columns are stored one after the other.
         let columns = jacobian.as_mut_slice().chunks_mut(equations);
         columns.zip(unknowns).for_each(|(column, unknown)| {
             let (probed, others) = column.split_at_mut(3 * self.places.len());
@@ -107,13 +107,13 @@ impl Problem<'_> {
         jacobian
     }
 
-    /// Coordinates of balls that no bar has: their derivatives are zero but in the probings of the ball.
+    /// Coordinates of balls without bars: their derivatives are zero except in the probings of the ball.
     pub(super) fn alone(&self) -> Vec<Alone> {
         let of = |(unknown, what): (usize, &Unknown)| {
             let Unknown::Ball(ball, k) = *what else {
                 return None;
             };
-            // Places are in the order of balls.
+            // Places are sorted by ball.
             let first = self.places.iter().position(|p| p.ball == ball)?;
             let count = (self.places[first..].iter()).take_while(|p| p.ball == ball);
             let end = first + count.count();
@@ -126,7 +126,7 @@ impl Problem<'_> {
         self.unknowns.iter().enumerate().filter_map(of).collect()
     }
 
-    /// Their derivatives by one unknown.
+    /// Derivatives of the remaining equations by one unknown.
     fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
@@ -144,7 +144,7 @@ impl Problem<'_> {
         bars.chain(known).collect()
     }
 
-    /// Parameters that show in no row, though they be as large as in no machine.
+    /// Parameters without any effect on the rows, even at the upper limit for any machine.
     pub(super) fn idle(&self, factor: &Factor, weights: &Weights) -> Vec<usize> {
         let all = weights.rows.iter().map(|w| w * w).sum::<f64>().sqrt();
         let whole = |basis: &Vec<f64>| {
@@ -159,7 +159,7 @@ impl Problem<'_> {
                 return false;
             };
             let largest = largest(parameter);
-            // Of an error motion all of it, not its coefficient.
+            // For an error motion, all of it, not a single coefficient.
             let whole = match wholes.get(&(parameter.axis, parameter.kind)) {
                 Some(whole) => *whole,
                 None => all,
@@ -170,7 +170,7 @@ impl Problem<'_> {
         idle.map(|(i, _)| *i).collect()
     }
 
-    /// Which of [`Effects::errors`] is that of a parameter's error.
+    /// The index in [`Effects::errors`] of a parameter's error.
     fn effect(&self, parameter: Parameter) -> usize {
         let spindle = self.machine.axes.len();
         let axis = self.machine.index(parameter.axis).unwrap_or(spindle);
@@ -178,8 +178,8 @@ impl Problem<'_> {
         6 * (axis + intra * (MAX_AXES + 1)) + parameter.component
     }
 
-    /// The error that each kind of parameter among these makes of its axis, if it is 1, in every probing; none of
-    /// those that make 1 in all.
+    /// For each kind of parameter, the error of its axis in every probing at a parameter value of 1; omits those
+    /// that are 1 in all probings.
     fn bases(&self, unknowns: &[Unknown]) -> BTreeMap<(char, ParameterKind), Vec<f64>> {
         let mut bases = BTreeMap::new();
         for unknown in unknowns {
@@ -200,7 +200,7 @@ impl Problem<'_> {
     }
 }
 
-/// The direction of a bar; none if its balls are in one place.
+/// The direction of a bar, or zero if its balls are at the same place.
 fn along(bar: Vector3<f64>) -> Vector3<f64> {
     bar.try_normalize(0.0).unwrap_or_default()
 }

@@ -6,22 +6,22 @@ use super::rows::{Estimate, Problem, Weights};
 use super::unidentifiable::seen;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest change of any residual (mm) by the last step: three orders below the 0.001 µm that are asked for,
-/// two above the rounding of positions of 1 m.
+/// Iteration ends when no residual changes by more than this (mm) in a step: three orders below the required 0.001
+/// µm, two above the rounding of positions of 1 m.
 const STEP: f64 = 1e-9;
-/// Steps with one Jacobian: each gains the relative size of the errors, 1e-2 or better, less where parameters
-/// are hardly told apart. A step must be this part of the last one, or it takes another Jacobian; if it makes
-/// things worse, half of it is tried, and so on.
+/// Steps with one Jacobian. Each reduces the error by a factor of the relative size of the errors, 1e-2 or better,
+/// or less if parameters are hardly separable. A step must be smaller than this fraction of the last one, or a new
+/// Jacobian is needed. If a step increases the residual, half of it is tried, and so on.
 const STEPS: usize = 20;
 const SHRINKS: f64 = 0.5;
 const HALVINGS: usize = 20;
-/// Nor do steps count that make the sum of squares less by so small a part: of a thousand rows, they move no
-/// parameter by more than a twentieth of its uncertainty.
+/// Steps that reduce the sum of squares by less than this fraction are ignored, too: with a thousand rows, they move
+/// no parameter by more than a twentieth of its uncertainty.
 pub(super) const STILL: f64 = 1e-6;
-/// Singular values that are no more than rounding: of columns of length 1, and positions with nine digits.
+/// Singular values below this are rounding: columns have length 1, and positions nine digits.
 const ROUNDING: f64 = 1e-10;
 
-/// Fits balls and stylus to the nominal machine: what is left is what its errors do.
+/// Fits balls and stylus to the nominal machine; the residuals are the effect of its errors.
 pub(super) fn setup_alone(
     problem: &Problem<'_>,
     weights: &Weights,
@@ -42,7 +42,7 @@ pub(super) fn setup_alone(
     Ok(estimate)
 }
 
-/// Steps with one Jacobian until nothing moves any more; false if that takes another one.
+/// Takes steps with one Jacobian until they converge; false if a new Jacobian is needed.
 pub(super) fn descend(
     problem: &Problem<'_>,
     estimate: &mut Estimate,
@@ -65,7 +65,7 @@ pub(super) fn descend(
         if most > SHRINKS * last {
             return is_still(&residuals);
         }
-        // Far away the derivatives at the nominal machine may lead too far.
+        // Far from the solution, the derivatives of the nominal machine may overshoot.
         let before = residuals.norm_squared();
         let next = (0..HALVINGS).find_map(|_| {
             let next = problem.moved(estimate, &step);

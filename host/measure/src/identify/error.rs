@@ -6,85 +6,85 @@ use trueaxis_model::errors::Parameter;
 /// Why nothing could be identified.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
-    /// Too little was probed.
+    /// There are too few probings.
     #[error(
         "{equations} equations, three of each probing, for {unknowns} unknowns: {parameters} parameters, stylus and balls"
     )]
     TooFew {
-        /// How many equations there are.
+        /// Number of equations.
         equations: usize,
-        /// How many unknowns.
+        /// Number of unknowns.
         unknowns: usize,
-        /// How many of these are error parameters.
+        /// Number of error parameters among them.
         parameters: usize,
     },
-    /// The machine does not have it.
+    /// The machine does not have a parameter.
     #[error("the machine has no parameter {parameter}")]
     NoSuchParameter {
-        /// Which.
+        /// The parameter.
         parameter: Parameter,
     },
-    /// The iteration does not come to an end.
+    /// The iteration does not converge.
     #[error("the probings fit no machine of this model: {rms:.3} mm are left on average")]
     NotConverged {
-        /// Root of the mean square of the distance from tip to ball (mm).
+        /// Root mean square distance from tip to ball (mm).
         rms: f64,
     },
-    /// What is seen, or which rows count, changes from round to round.
+    /// The set of identifiable unknowns or of trusted rows changes from round to round.
     #[error(
         "after {rounds} rounds it is not settled {what}: {rms:.4} mm are left on average, and most in line {line}"
     )]
     Unsettled {
-        /// How often it was tried.
+        /// Number of rounds.
         rounds: usize,
         /// What still changes.
         what: &'static str,
-        /// Root of the mean square of the distance from tip to ball (mm).
+        /// Root mean square distance from tip to ball (mm).
         rms: f64,
-        /// Line of the row that misses most.
+        /// Line of the row with the largest distance.
         line: usize,
     },
-    /// The positions show no parameter, whatever was read there.
+    /// At these positions no parameter can be identified, whatever the readings.
     #[error(
         "no parameter of this model shows at these positions: each can be made up for by where balls and stylus are"
     )]
     NothingSeen,
-    /// Uncertainties or positions are so large or small that nothing can be computed with them.
+    /// Uncertainties or positions are too large or too small to compute with.
     #[error("the equations are not finite numbers")]
     NotFinite,
-    /// A bar without a direction.
+    /// A bar whose balls are at the same place.
     #[error("the balls {} and {} of a bar are in the same place to start with", balls[0], balls[1])]
     SamePlace {
         /// Its balls.
         balls: [String; 2],
     },
-    /// Lengths that are known tell that positions are in another unit.
+    /// Known lengths show that positions are in another unit.
     #[error(
         "{what} is {known:.3} mm, but {found:.4} in the probings: their linear positions look like {unit}"
     )]
     OtherUnit {
-        /// What is known.
+        /// What has a known length.
         what: String,
-        /// How long it is (mm).
+        /// The known length (mm).
         known: f64,
-        /// How long it is if the positions are mm.
+        /// The length found if positions are in mm.
         found: f64,
         /// `metres` or `inches`.
         unit: &'static str,
     },
-    /// The file fits the machine only if it is read in another way.
+    /// The file fits the machine only if it is interpreted differently.
     #[error("{}", .0.what)]
     Mistake(Mistake),
-    /// Rows that do not go with the others, so far off that nothing is found with them.
+    /// Some rows are so far off the others that nothing can be identified with them.
     #[error("some rows are so far off that nothing can be identified with them: {}", .sentences.join("; "))]
     Suspected {
-        /// What is suspected.
+        /// The suspicions.
         sentences: Vec<String>,
     },
-    /// Bars that the probings do not fit.
+    /// Bars do not fit the probings.
     #[error("the probings fit a machine of this model, but not with the lengths of bars: {}", told(.bars))]
     Bars {
-        /// Balls, length in the artefact and between the balls of the probings (mm).
+        /// Balls, length in the artefact and in the probings (mm).
         bars: Vec<([String; 2], f64, f64)>,
     },
 }
@@ -97,7 +97,7 @@ fn told(bars: &[([String; 2], f64, f64)]) -> String {
 }
 
 impl IdentifyError {
-    /// What to do about it.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &str {
         match self {

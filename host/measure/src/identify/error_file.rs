@@ -1,4 +1,4 @@
-//! What was identified, as an error file.
+//! Writes identified parameters as an error file.
 
 use super::{Estimated, Identified};
 use crate::formats::probings::Probings;
@@ -6,11 +6,11 @@ use std::fmt::Write;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
-/// Narrowest range (mm or deg) that an error file may call calibrated.
+/// Narrowest range (mm or deg) that an error file may declare as calibrated.
 const NARROWEST: f64 = 1.0;
 
-/// An error file: parameters in the order of the model, standard uncertainties, the name of the file that has
-/// their covariances, the range that was probed. Parameters that were not looked for are kept.
+/// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, and
+/// the probed range. Parameters that were not identified are kept.
 #[must_use]
 pub fn error_file(
     machine: &Machine,
@@ -62,7 +62,7 @@ pub fn error_file(
     );
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
-        // Motions that were known before were known there.
+        // Motions that were known before remain valid in their range.
         let is_kept =
             |p: &Parameter| p.axis == axis.letter.char() && p.kind != ParameterKind::Inter;
         if identified

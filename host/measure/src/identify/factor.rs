@@ -1,38 +1,38 @@
-//! The triangle of a Jacobian: what it takes to make steps, and to say how well they are known.
+//! The triangular factor of a Jacobian, which gives steps and uncertainties.
 
 use nalgebra::{DMatrix, DVector};
 use std::iter::StepBy;
 use std::ops::Range;
 
-/// A Jacobian whose columns have been given the length 1, as the triangle R of its QR factorisation.
+/// A Jacobian with columns scaled to length 1, as the triangle R of its QR factorisation.
 #[derive(Clone, Debug)]
 pub(super) struct Factor {
-    /// Which unknowns it has, ascending.
+    /// The unknowns it contains, ascending.
     unknowns: Vec<usize>,
-    /// How long their columns were; 1 for a column of zeros.
+    /// Original lengths of their columns; 1 for a column of zeros.
     lengths: Vec<f64>,
-    /// Which column of the triangle each of them is.
+    /// Column of the triangle of each unknown.
     places: Vec<usize>,
     triangle: DMatrix<f64>,
 }
 
-/// An unknown whose column has zeros but in some rows, where no other of this kind has anything else. Those of balls
-/// are such.
+/// An unknown whose column is zero except in some rows, where all other unknowns of this kind are zero. Coordinates
+/// of balls are such unknowns.
 #[derive(Clone, Debug)]
 pub(super) struct Alone {
-    /// Which.
+    /// Index of the unknown.
     pub unknown: usize,
-    /// Where it is.
+    /// The rows where it is nonzero.
     pub rows: StepBy<Range<usize>>,
 }
 
 impl Factor {
-    /// Of some of the unknowns, ascending: equations × unknowns, no fewer equations than unknowns. None if a column is
-    /// no finite number, or so long or short that its square is none: the search for singular values would not
-    /// come to an end.
+    /// For some of the unknowns, ascending; `jacobian` is equations × unknowns, with at least as many equations as
+    /// unknowns. `None` if a column is not finite, or if its square overflows or underflows: the search for singular
+    /// values would not end.
     ///
-    /// Those that are `alone` are the first columns of the triangle, for nothing else need be reflected for them: what
-    /// others have of their directions is taken off.
+    /// The `alone` unknowns become the first columns of the triangle. They need no full reflection: their directions
+    /// are subtracted from the other columns.
     pub fn new(jacobian: &DMatrix<f64>, unknowns: Vec<usize>, alone: &[Alone]) -> Option<Self> {
         let length = |unknown: &usize| {
             let column = jacobian.column(*unknown);
@@ -90,7 +90,7 @@ impl Factor {
         })
     }
 
-    /// Of some of the unknowns.
+    /// For some of the unknowns.
     pub fn of(&self, unknowns: &[usize]) -> Self {
         let is_left = |i: &usize| unknowns.contains(&self.unknowns[*i]);
         let left: Vec<usize> = (0..self.unknowns.len()).filter(is_left).collect();
@@ -108,18 +108,18 @@ impl Factor {
         }
     }
 
-    /// Which unknowns it has.
+    /// The unknowns it contains.
     pub fn unknowns(&self) -> &[usize] {
         &self.unknowns
     }
 
-    /// How long their columns were.
+    /// Original lengths of their columns.
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
     }
 
-    /// The combinations whose singular value is not above `least`: orthonormal columns, one row for each of the
-    /// factor's unknowns.
+    /// The combinations whose singular value is not above `least`: orthonormal columns, with one row for each
+    /// unknown of the factor.
     pub fn hidden(&self, least: f64) -> DMatrix<f64> {
         let n = self.unknowns.len();
         if n == 0 || self.least_above(least) {
@@ -132,19 +132,19 @@ impl Factor {
         vectors.select_columns(&low).select_rows(&self.places)
     }
 
-    /// True if all singular values are certainly above `least`: the smallest is no less than the inverse of the
-    /// Frobenius norm of R⁻¹, which takes a fraction of the time of finding it.
+    /// True if all singular values are certainly above `least`. The smallest is at least the inverse of the
+    /// Frobenius norm of R⁻¹, which takes a fraction of the time of computing it.
     fn least_above(&self, least: f64) -> bool {
         let inverse = self.inverse();
         inverse.is_some_and(|inverse| inverse.norm() * least < 1.0)
     }
 
-    /// R⁻¹, if there is one.
+    /// R⁻¹, if R is regular.
     fn inverse(&self) -> Option<DMatrix<f64>> {
         let n = self.triangle.ncols();
         let mut inverse = DMatrix::identity(n, n);
         for j in 0..n {
-            // There is nothing below the diagonal.
+            // Below the diagonal everything is zero.
             let triangle = self.triangle.view((0, 0), (j + 1, j + 1));
             let mut column = inverse.view_mut((0, j), (j + 1, 1));
             if !triangle.solve_upper_triangular_mut(&mut column) {
@@ -154,7 +154,7 @@ impl Factor {
         Some(inverse)
     }
 
-    /// The largest singular value by the smallest.
+    /// Ratio of the largest to the smallest singular value.
     pub fn condition(&self) -> f64 {
         if self.unknowns.is_empty() {
             return 1.0;
@@ -163,12 +163,12 @@ impl Factor {
         values.max() / values.min()
     }
 
-    /// What the unit of each unknown is here: a column of length 1.
+    /// The unit of each unknown: that of a column of length 1.
     pub fn units(&self) -> Vec<f64> {
         self.lengths.iter().map(|length| length.recip()).collect()
     }
 
-    /// A value of each unknown by the length of its column, in the order of the triangle's columns.
+    /// Values of the unknowns divided by the lengths of their columns, in the order of the triangle's columns.
     fn scaled(&self, values: &DVector<f64>) -> DVector<f64> {
         let mut scaled = DVector::zeros(self.places.len());
         for ((unknown, length), place) in self.unknowns.iter().zip(&self.lengths).zip(&self.places)
@@ -178,8 +178,8 @@ impl Factor {
         scaled
     }
 
-    /// The step that makes the gradient Jᵀ·r zero if the Jacobian stays as it is: of all unknowns, 0 for those
-    /// that are not among its columns. None if that is not a finite number.
+    /// The step that makes the gradient Jᵀ·r zero if the Jacobian is constant: for all unknowns, 0 for those that
+    /// are not among its columns. `None` if it is not finite.
     pub fn step(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
         let forward = self
             .triangle
@@ -193,14 +193,14 @@ impl Factor {
         step.iter().all(|v| v.is_finite()).then_some(step)
     }
 
-    /// What part of an equation its own observation makes: 0 if the others tell it, 1 if nothing else does.
+    /// The influence of an equation's own observation on it: 0 if the others determine it, 1 if nothing else does.
     /// `row` has the derivatives by all unknowns.
     pub(crate) fn leverage(&self, row: &DVector<f64>) -> Option<f64> {
         let y = self.triangle.tr_solve_upper_triangular(&self.scaled(row))?;
         Some(y.norm_squared())
     }
 
-    /// The covariance of its first `count` unknowns, if equations have a standard deviation of 1.
+    /// The covariance of its first `count` unknowns for equations with a standard deviation of 1.
     pub fn covariance(&self, count: usize) -> Option<DMatrix<f64>> {
         // (RᵀR)⁻¹ is R⁻¹·R⁻ᵀ.
         let rows = self.inverse()?.select_rows(&self.places[..count]);
@@ -233,7 +233,7 @@ mod tests {
         let residuals = DVector::from_fn(30, |i, _| (i as f64).cos());
         let gradient = j.tr_mul(&residuals);
         let step = factor.step(&gradient).unwrap();
-        // The normal equations square a condition of 20.
+        // The normal equations square a condition number of 20.
         assert!((step + &inverse * &gradient).amax() < 1e-12);
         let found = factor.covariance(2).unwrap();
         assert!((found - inverse.view((0, 0), (2, 2))).amax() < 1e-13);
@@ -259,7 +259,7 @@ mod tests {
         assert!(factor.condition() > 1e12);
         let condition = factor.of(&[0, 1, 2, 3]).condition();
         assert!((1.0..30.0).contains(&condition), "{condition}");
-        // Only what is in the sum has a part, and the column of zeros.
+        // Only members of the sum have a part, and the column of zeros.
         for (i, has) in [true, false, true, false, true, true]
             .into_iter()
             .enumerate()
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn columns_that_are_alone_in_their_rows_change_nothing() {
-        // Two balls with a coordinate each: one has every third row of the first half.
+        // Two balls with one coordinate each: one has every third row of the first half.
         let rows = [(1..15).step_by(3), (15..30).step_by(3)];
         let mut j = jacobian().insert_columns(2, 2, 0.0);
         for (i, row) in rows.iter().enumerate() {
@@ -285,7 +285,7 @@ mod tests {
         let all: Vec<usize> = (0..6).collect();
         let [one, other] =
             [&alone[..], &[]].map(|alone| Factor::new(&j, all.clone(), alone).unwrap());
-        // Rounding, with a condition of 30.
+        // Rounding with a condition number of 30.
         let near = |a: DMatrix<f64>, b: DMatrix<f64>| {
             assert!((&a - &b).amax() < 1e-13 * b.amax(), "{a} {b}")
         };
@@ -305,7 +305,7 @@ mod tests {
             assert!((one.leverage(&row).unwrap() - other.leverage(&row).unwrap()).abs() < 1e-13);
             assert!((one.condition() / other.condition() - 1.0).abs() < 1e-12);
         }
-        // What is hidden: a column that the two together are.
+        // Hidden combination: a column that is the sum of the two others.
         let both = j.column(2) + j.column(3) * 2.0;
         let mut j = j.insert_column(6, 0.0);
         j.set_column(6, &both);

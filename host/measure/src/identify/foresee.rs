@@ -1,5 +1,5 @@
-//! What probings will tell, before anybody makes them: the equations of [`identify`](super::identify()) at the
-//! machine as it is assumed to be.
+//! Predicts what probings will identify before they are made: the equations of [`identify`](super::identify()) on
+//! the assumed machine.
 
 use super::Unknown;
 use super::factor::Factor;
@@ -11,29 +11,29 @@ use super::{IdentifyError, root_mean_square};
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
-/// What probings will tell.
+/// A prediction of what probings will identify.
 #[derive(Clone, Debug)]
 pub struct Foreseen {
-    /// The parameters that will be seen, in the order of the model.
+    /// The parameters that can be identified, in the order of the model.
     pub parameters: Vec<Parameter>,
     /// Their covariance, in this order (mm, rad, per mmᵏ or radᵏ).
     pub covariance: DMatrix<f64>,
-    /// What will not be seen.
+    /// Unknowns that cannot be identified.
     pub unseen: Vec<Unseen>,
-    /// How many unknowns are looked for, setup included.
+    /// Number of unknowns, including the setup.
     pub unknowns: usize,
-    /// How many of these will be seen.
+    /// Number of them that can be identified.
     pub rank: usize,
-    /// Condition number of the Jacobian, with columns of one length, of what will be seen.
+    /// Condition number of the Jacobian of the identifiable unknowns, with columns scaled to the same length.
     pub condition: f64,
-    /// The numbers of the unknowns that will be seen.
+    /// Indices of the unknowns that can be identified.
     pub(crate) kept: Vec<usize>,
-    /// For each of [`Self::unseen`], how all unknowns change together without any probing noticing it.
+    /// For each of [`Self::unseen`], the change of all unknowns that no probing notices.
     pub(crate) hidden: Vec<DVector<f64>>,
 }
 
 impl Foreseen {
-    /// Standard uncertainty of each parameter, as `identify` will state it.
+    /// Standard uncertainty of each parameter that `identify` will state.
     #[must_use]
     pub fn uncertainties(&self) -> Vec<f64> {
         let variances = self.covariance.diagonal();
@@ -41,15 +41,15 @@ impl Foreseen {
     }
 }
 
-/// Where no uncertainty of a row is stated (mm).
+/// Standard uncertainty of rows that state none (mm).
 const UNSTATED: f64 = 1e-3;
 
 impl Problem<'_> {
-    /// What these probings will tell: the positions at which the assumed machine is on the balls, with the
-    /// standard uncertainties that the rows state (1 µm where they do not).
+    /// Predicts the identification from probings at which the assumed machine is on the balls, with the standard
+    /// uncertainties that the rows state (1 µm if they state none).
     ///
     /// # Errors
-    /// [`IdentifyError::TooFew`] and [`IdentifyError::NoSuchParameter`] as `identify` will say it.
+    /// [`IdentifyError::TooFew`] and [`IdentifyError::NoSuchParameter`], as from `identify`.
     pub fn foresee(&self, assumed: &ErrorModel) -> Result<Foreseen, IdentifyError> {
         self.can_be_solved()?;
         let (count, equations) = (self.unknowns.len(), self.equations());
@@ -93,8 +93,8 @@ impl Problem<'_> {
         })
     }
 
-    /// The derivatives of every probing by all unknowns, in its standard uncertainties and in the order of the
-    /// file, three rows each; then those of what is known besides.
+    /// The derivatives of every probing by all unknowns, in units of its standard uncertainty and in the order of
+    /// the file, three rows each; followed by those of prior knowledge.
     pub(crate) fn equations_at(&self, errors: &ErrorModel) -> (Vec<DMatrix<f64>>, DMatrix<f64>) {
         let weights = Weights {
             rows: self.stated().iter().map(|s| s.recip()).collect(),
@@ -116,7 +116,7 @@ impl Problem<'_> {
         stated.collect()
     }
 
-    /// A machine with such errors, with balls where the tip is.
+    /// A machine with given errors, and balls at its tip positions.
     fn assumed(&self, errors: &ErrorModel) -> Estimate {
         let mut estimate = self.start();
         let tips = self.tips(errors, &estimate.stylus);

@@ -1,4 +1,4 @@
-//! Balls that a machine was not fitted to.
+//! Cross-validation with balls that were left out of the fit.
 
 use super::rows::order;
 use super::{IdentifyError, Options, Problem, identify};
@@ -8,24 +8,24 @@ use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// What machines that were found without some rows say of these.
+/// The prediction of rows by machines identified without them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldOut {
-    /// Root of the mean square distance (mm) from where each tip should be to where it is, over all rows.
+    /// Root mean square distance (mm) from the predicted to the actual tip, over all rows.
     pub rms: f64,
-    /// The same of the rows of each ball, by its name; empty if balls were too few to leave one out.
+    /// The same for the rows of each ball, by its name; empty if there were too few balls to leave one out.
     pub balls: Vec<(String, f64)>,
 }
 
-/// Parts that the rows are held out in where balls are too few for that.
+/// Number of parts that the rows are split into if there are too few balls.
 const PARTS: usize = 4;
 const FEW_BALLS: usize = 3;
 
-/// Identifies without the rows of each ball, and looks how well that machine predicts them, the ball put where
-/// that is best. With fewer than three balls every fourth row is left out instead.
+/// Identifies without the rows of each ball, and measures how well the result predicts them, with the ball placed at
+/// the best position. With fewer than three balls every fourth row is left out instead.
 ///
 /// # Errors
-/// [`IdentifyError`] if nothing can be identified without some of the rows.
+/// [`IdentifyError`] if the model cannot be identified without some of the rows.
 pub fn held_out(
     machine: &Machine,
     probings: &Probings,
@@ -55,7 +55,7 @@ pub fn held_out(
     })
 }
 
-/// Rows that are held out together: those of each ball, by their names.
+/// Rows that are held out together: those of each ball, with its name.
 fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
     let order = order(probings);
     if probings.balls.len() < FEW_BALLS {
@@ -74,7 +74,7 @@ fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
         .collect()
 }
 
-/// The rows that are in, and their balls.
+/// The rows that are kept, and their balls.
 pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Probings {
     let rows = probings.rows.iter().enumerate().filter(|(i, _)| is_in(*i));
     let mut subset = Probings {
@@ -94,7 +94,7 @@ pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Prob
     subset
 }
 
-/// Sum of the squares of the distances from the mean place of the tip at a ball.
+/// Sum of the squared distances from the mean tip position at a ball.
 fn scatter(tips: &[(usize, Vector3<f64>)], ball: usize) -> f64 {
     let tips = tips.iter().filter(|(b, _)| *b == ball).map(|(_, tip)| tip);
     let tips: Vec<&Vector3<f64>> = tips.collect();

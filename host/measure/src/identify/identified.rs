@@ -1,4 +1,4 @@
-//! What was identified.
+//! The result of an identification.
 
 use super::Unseen;
 use super::bars::BarCheck;
@@ -10,7 +10,7 @@ use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
 /// A parameter with its standard uncertainty (mm, rad, per mmᵏ or radᵏ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimated {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
     /// Its value.
     pub value: f64,
@@ -18,43 +18,44 @@ pub struct Estimated {
     pub uncertainty: f64,
 }
 
-/// What was identified.
+/// The result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
-    /// What was looked for.
+    /// The parameters that were looked for.
     pub looked_for: Vec<Parameter>,
-    /// The parameters that can be seen, in the order of the model.
+    /// The parameters that could be identified, in the order of the model.
     pub parameters: Vec<Estimated>,
     /// Their covariance, in this order.
     pub covariance: DMatrix<f64>,
-    /// The covariance of all that is known: these parameters, and those that were known before and not looked
-    /// for; if these are wrong, the ones that were found with them are too.
+    /// The covariance of all known parameters: these, and those that were known before and not looked for, whose
+    /// errors affect the identified ones.
     pub known: Covariance,
-    /// What cannot be seen.
+    /// Unknowns that could not be identified.
     pub unseen: Vec<Unseen>,
     /// The machine with these parameters.
     pub errors: ErrorModel,
-    /// Where the balls are (mm, workpiece frame).
+    /// Positions of the balls (mm, workpiece frame).
     pub balls: Vec<Vector3<f64>>,
-    /// Where the stylus tip is (mm, spindle frame).
+    /// Position of the stylus tip (mm, spindle frame).
     pub stylus: Vector3<f64>,
-    /// Standard deviation of one coordinate of a probing, from what is left (mm).
+    /// Standard deviation of one coordinate of a probing, from the residuals (mm).
     pub noise: f64,
-    /// The same in what the file states for each row, if it states it for all; what is stated counts then.
+    /// The same in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
+    /// values are used.
     pub of_stated: Option<f64>,
-    /// Equations beyond those that it takes.
+    /// Degrees of freedom: equations in excess of unknowns.
     pub freedom: usize,
-    /// Condition number of the Jacobian, with columns of one length, of what is seen.
+    /// Condition number of the Jacobian of the identified unknowns, with columns scaled to the same length.
     pub condition: f64,
-    /// What the machine and the other bars say of each bar.
+    /// Comparison of each bar with the machine and the other bars.
     pub bars: Vec<BarCheck>,
     /// Every probing, in the order of the file.
     pub rows: Vec<Row>,
-    /// Where it was found.
+    /// The solution, for further evaluation.
     pub(super) place: Solution,
 }
 
-/// Where a solution was found: what more can be asked of it.
+/// Everything needed to evaluate a solution further.
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
     pub estimate: Estimate,

@@ -1,4 +1,4 @@
-//! Which location errors tell a machine from its nominal one: by which axis carries which.
+//! The location errors that distinguish a machine from its nominal one, given which axis carries which.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -7,17 +7,17 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Branch, MAX_AXES, Machine};
 
-/// A column adds something if it has this part outside the others: positions here are drawn, and what depends on
-/// others does so to rounding, 1e-13.
+/// A column adds something if at least this fraction is outside the span of the others. Positions are random here,
+/// and dependent columns are dependent to rounding, 1e-13.
 const OUTSIDE: f64 = 1e-4;
 /// Rounding: less than 1 nm for 1 mm or 1 rad.
 const NOTHING: f64 = 1e-6;
-/// Equations for some 30 location errors.
+/// Number of positions; gives enough equations for about 30 location errors.
 const POSITIONS: usize = 60;
-/// How far axes move there: the size of a machine (mm), a turn (rad).
+/// Range of axes: the size of a machine (mm), a turn (rad).
 const MOVES: [f64; 2] = [300.0, std::f64::consts::PI];
 
-/// What columns span.
+/// The span of a set of columns.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Span {
     /// Orthonormal.
@@ -33,10 +33,10 @@ impl Span {
         span
     }
 
-    /// True if the column was outside by more than `least`; then it no longer is.
+    /// True if more than `least` of the column was outside; the column is then added.
     pub fn add(&mut self, mut column: DVector<f64>, least: f64) -> bool {
         let length = column.norm();
-        // Once more against rounding.
+        // Twice, to remove rounding errors.
         for unit in self.basis.iter().chain(&self.basis) {
             column.axpy(-unit.dot(&column), unit, 1.0);
         }
@@ -48,8 +48,8 @@ impl Span {
     }
 }
 
-/// All location errors, those first that are preferred to others which do the same: where the spindle is, the places
-/// and tilts of rotary axes from the workpiece on, then the tilts of linear axes from the tool on (squarenesses).
+/// All location errors in order of preference where several have the same effect: spindle position, positions and
+/// tilts of rotary axes starting at the workpiece, then tilts of linear axes starting at the tool (squareness).
 pub(super) fn in_order_of_preference(machine: &Machine) -> Vec<Parameter> {
     let (rotary, linear): (Vec<char>, Vec<char>) =
         chain(machine).into_iter().partition(|l| "ABC".contains(*l));
@@ -74,9 +74,9 @@ pub(super) fn in_order_of_preference(machine: &Machine) -> Vec<Parameter> {
     .concat()
 }
 
-/// The fewest location errors with which the tip can be wrong in every way in which all of them together can make it
-/// wrong, but for where workpiece and stylus are: of each group that does the same, the first in
-/// [`in_order_of_preference`]. In the order of the source document's lists: rotary axes towards the workpiece, then
+/// The smallest set of location errors that covers every tip error that all of them together can cause, except for
+/// the positions of workpiece and stylus: of each group with the same effect, the first in
+/// [`in_order_of_preference`]. Sorted like the source document's lists: rotary axes towards the workpiece, then
 /// linear ones towards the tool.
 pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
     let perfect = ErrorModel::perfect(machine);
@@ -84,7 +84,7 @@ pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
     let tip = Vector3::from(machine.tip);
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let all = in_order_of_preference(machine);
-    // Movements and turns of the workpiece, the stylus, then the errors.
+    // Translations and rotations of the workpiece, the stylus, then the errors.
     let setup = 9;
     let mut columns = DMatrix::zeros(3 * POSITIONS, setup + all.len());
     for row in 0..POSITIONS {
@@ -127,7 +127,7 @@ pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
     found
 }
 
-/// How far a location error of 1 (mm or rad) moves the tip over the travel from where it does elsewhere (mm).
+/// Largest variation over the travel of the tip displacement by a location error of 1 (mm or rad), in mm.
 #[must_use]
 pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
     let perfect = ErrorModel::perfect(machine);
@@ -140,7 +140,7 @@ pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
         let mut command = [0.0; MAX_AXES];
         for (i, axis) in machine.axes.iter().enumerate() {
             let [low, high] = match axis.travel {
-                // Half a turn shows as much as any other.
+                // Half a turn shows as much as a longer range.
                 [low, high] if axis.letter.is_rotary() && high - low > 180.0 => [low, low + 180.0],
                 travel => travel,
             };
@@ -215,7 +215,7 @@ mod tests {
             .collect()
     }
 
-    /// X, Y, Z and two rotary axes in any order, on either branch.
+    /// X, Y, Z and two rotary axes in random order, on either branch.
     fn random_machine(random: &mut Pcg64Mcg) -> Machine {
         let mut axes = [
             ['X', 'Y', 'Z', 'A', 'B'],
@@ -239,11 +239,11 @@ mod tests {
             .rev()
             .for_each(|l| axis(*l, "workpiece"));
         axes[split..].iter().for_each(|l| axis(*l, "tool"));
-        // Where a rotary axis is between linear ones, these may not span space.
+        // With a rotary axis between linear ones, the linear axes may not span space.
         Machine::from_toml(&text).unwrap_or_else(|_| random_machine(random))
     }
 
-    /// Every ball at as many random rotary positions as unknowns ask for.
+    /// Every ball at as many random rotary positions as the unknowns require.
     fn strategy(machine: &Machine, rows: usize, spindle: bool, random: &mut Pcg64Mcg) -> Probings {
         let row = |i: usize| {
             let mut position = [0.0; MAX_AXES];
@@ -278,12 +278,12 @@ mod tests {
         }
     }
 
-    /// The noise that a model leaves of a machine with every location error, by that of the probings; none if it
-    /// sees less than it looks for.
+    /// Ratio of the noise that a model leaves to that of the probings, on a machine with every location error;
+    /// `None` if some of its unknowns cannot be identified.
     fn left(machine: &Machine, model: &Model, spindle: bool, random: &mut Pcg64Mcg) -> Option<f64> {
         let directions = vec![true; machine.axes.len()];
         let parameters = model.parameters(machine, 0, &directions).unwrap();
-        // Travels are those of the machine; what is touched here need not be within them.
+        // The probings are within the machine's travel, but the positions touched here need not be.
         let mut wide = machine.clone();
         for axis in &mut wide.axes {
             if !axis.letter.is_rotary() {
@@ -325,7 +325,7 @@ mod tests {
                     continue;
                 }
                 let left = left(machine, &model, spindle, &mut random);
-                // 120 rows tell it to 4 %: five times that.
+                // 120 rows determine it to 4 %; five times that.
                 let is_noise = left.is_some_and(|left| (left - 1.0).abs() < 0.2);
                 assert!(
                     is_noise,
@@ -348,7 +348,7 @@ mod tests {
         };
         assert_eq!(set("wCAYFXZSt"), "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z");
         assert_eq!(set("wCBXFZYSt"), "EA0B,EC0B,EX0C,EA0C,EB0C,EB0Z,EA0Y,EC0Y");
-        // X stands on Y: it is the one that is not square to it.
+        // Y carries X, so X is the axis that is not square to it.
         assert_eq!(set("wCAXYFZSt"), "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z");
     }
 }

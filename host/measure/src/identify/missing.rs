@@ -1,4 +1,4 @@
-//! Location errors that a model does not have, and that nothing in it makes up for.
+//! Location errors that a model lacks and cannot compensate for.
 
 use super::derivatives::largest;
 use super::locations::{Span, in_order_of_preference};
@@ -7,15 +7,15 @@ use super::{IdentifyError, Model, Problem, Unknown};
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 
-/// More names than this are no line of a command.
+/// Do not print more names than fit on a command line.
 const NAMES: usize = 40;
 
 impl Problem<'_> {
-    /// The fewest location errors without which the unknowns cannot make up, at these positions, for what all of them
-    /// together can do to the tip. What is known of the machine counts as made up for.
+    /// The smallest set of location errors that must be added so that the unknowns can, at these positions,
+    /// reproduce the effect of all location errors on the tip. Known errors of the machine count as reproduced.
     ///
     /// # Errors
-    /// [`IdentifyError`]: derivatives that are not finite numbers.
+    /// [`IdentifyError`] if derivatives are not finite.
     pub fn missing(&self) -> Result<Vec<Parameter>, IdentifyError> {
         let Ideal {
             problem,
@@ -31,7 +31,7 @@ impl Problem<'_> {
         others.retain(is_other);
         let unknowns: Vec<Unknown> = others.iter().map(|p| Unknown::Parameter(*p)).collect();
         let columns = problem.derivatives(&unknowns, &estimate, &weights);
-        // What is smaller than the accuracy of probings, were the error as large as in no machine, is nothing.
+        // Effects below the accuracy of probings, even at the upper limit for any machine, count as zero.
         let rows = (columns.nrows() as f64).sqrt();
         let adds = |(p, column): &(Parameter, nalgebra::DVector<f64>)| {
             span.add(column.clone(), rows / largest(*p))
@@ -44,7 +44,7 @@ impl Problem<'_> {
     }
 }
 
-/// What to say of them, and the model that has them besides what was looked for.
+/// A note about them, with a model that includes them in addition to `looked_for`.
 #[must_use]
 pub fn lacks(machine: &Machine, looked_for: &[Parameter], missing: &[Parameter]) -> String {
     let all = [looked_for, missing].concat();

@@ -1,4 +1,4 @@
-//! What is commonly wrong with a file of probings as a whole, found by trying it.
+//! Detects common mistakes in a whole file of probings by trying alternatives.
 
 use super::descent::setup_alone;
 use super::rows::{ProbingRow, Problem, Weights};
@@ -7,7 +7,7 @@ use super::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
-/// What would make a file fit the machine.
+/// A change with which the file would fit the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
     /// What is wrong, as a clause.
@@ -16,25 +16,26 @@ pub struct Mistake {
     pub remedy: String,
 }
 
-/// What is left with nothing but balls and stylus fitted to the nominal machine (mm, root of the mean square distance)
-/// is looked into beyond this: no errors of a machine that runs do as much.
+/// Mistakes are searched if balls and stylus alone, fitted to the nominal machine, leave more than this (mm, root
+/// mean square distance). No errors of a working machine do as much.
 const GROSS: f64 = 0.3;
-/// What a file means if it leaves no more than this part.
+/// An interpretation explains a file if it leaves no more than this fraction.
 const EXPLAINS: f64 = 0.2;
-/// Readings that leave up to this many times what the best does explain as much.
+/// Interpretations that leave up to this many times as much as the best one are equally plausible.
 const ALIKE: f64 = 2.0;
-/// A stated coordinate is wrong if it is off by so many times its standard uncertainty, and by more (mm) than a stylus that
-/// is found with the errors of a machine may be.
+/// A stated coordinate is wrong if it is off by more than this many times its standard uncertainty, and by more (mm)
+/// than a stylus may be that is found on a machine with errors.
 const WRONG: f64 = 10.0;
 const FOUND: f64 = 0.05;
-/// Linear axes that stay so near (mm) while rotary ones turn by this (rad) are not those of the machine.
+/// If linear axes stay within this (mm) while rotary ones turn by this (rad), their positions are not those of the
+/// machine.
 const STAYS: f64 = 1.0;
 const TURNS: f64 = 0.3;
-/// Zeros of rotary axes are tried at so many angles, then nearer.
+/// Number of angles tried as the zero of a rotary axis, and number of refinements.
 const ANGLES: usize = 72;
 const NEARER: usize = 25;
 
-/// Refuses a file that fits the machine only if it is read in another way.
+/// Refuses a file that fits the machine only if it is interpreted differently.
 pub(super) fn refuse(problem: &Problem<'_>) -> Result<(), IdentifyError> {
     match found(problem) {
         Some(mistake) => Err(IdentifyError::Mistake(mistake)),
@@ -80,7 +81,7 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
     if least > EXPLAINS * at_first {
         return None;
     }
-    // A mirrored machine can be mirrored in several ways: that which puts the balls where they are.
+    // A mirrored machine can be mirrored in several ways: choose the one that puts the balls where they are stated.
     tried.retain(|(_, _, left)| *left < ALIKE * least);
     let place = |other: &Problem<'_>| setup(other).and_then(|balls| off(other, &balls));
     let nearest =
@@ -90,7 +91,7 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
     best.map(|(mistake, _, _)| mistake.clone())
 }
 
-/// How the file could be read in another way.
+/// Alternative interpretations of the file.
 fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
     let axes = &problem.machine.axes;
     let mut all = Vec::new();
@@ -163,7 +164,7 @@ fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
     all
 }
 
-/// Without the first and the last row, which have no row before or after them.
+/// Removes the first and the last row, which have no neighbour on one side.
 fn without_ends(mut problem: Problem<'_>) -> Problem<'_> {
     let last = problem.places.iter().map(|place| place.row).max();
     problem
@@ -179,7 +180,7 @@ fn rotary(problem: &Problem<'_>) -> Vec<usize> {
         .collect()
 }
 
-/// What balls and stylus alone leave (mm); none if they cannot be fitted.
+/// Residual with only balls and stylus fitted (mm); `None` if they cannot be fitted.
 fn left(problem: &Problem<'_>) -> Option<f64> {
     let weights = Weights {
         rows: vec![1.0; problem.places.len()],
@@ -194,7 +195,7 @@ fn left(problem: &Problem<'_>) -> Option<f64> {
     left.is_finite().then_some(left)
 }
 
-/// With a rotary axis that is farther by so much (rad).
+/// Adds an angle (rad) to a rotary axis.
 fn turned<'a>(problem: &Problem<'a>, axis: usize, angle: f64) -> Problem<'a> {
     let mut other = problem.clone();
     for place in &mut other.places {
@@ -203,7 +204,7 @@ fn turned<'a>(problem: &Problem<'a>, axis: usize, angle: f64) -> Problem<'a> {
     other
 }
 
-/// The zero (rad) of a rotary axis that leaves least, and what it leaves.
+/// The zero (rad) of a rotary axis with the smallest residual, and that residual.
 fn zero(problem: &Problem<'_>, axis: usize) -> (f64, f64) {
     let at = |angle: f64| {
         let left = left(&turned(problem, axis, angle));
@@ -224,7 +225,7 @@ fn zero(problem: &Problem<'_>, axis: usize) -> (f64, f64) {
     best
 }
 
-/// True if linear axes stay where they are while rotary ones turn, at every ball.
+/// True if linear axes do not move while rotary ones turn, at every ball.
 fn stays(problem: &Problem<'_>) -> bool {
     let spread = |axis: usize, ball: usize| {
         let of_ball = problem.places.iter().filter(|place| place.ball == ball);
@@ -243,7 +244,7 @@ fn stays(problem: &Problem<'_>) -> bool {
         .any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
 }
 
-/// A stated stylus that the rows do not fit: what they say of it without, coordinate by coordinate.
+/// Checks a stated stylus that does not fit the rows, coordinate by coordinate, against a fit without it.
 pub(super) fn stylus(problem: &Problem<'_>, found: &Vector3<f64>) -> Option<IdentifyError> {
     let stated = problem.stated_stylus();
     let wrong = problem.known_coordinates().find(|(i, sigma)| {
@@ -262,8 +263,8 @@ pub(super) fn stylus(problem: &Problem<'_>, found: &Vector3<f64>) -> Option<Iden
     }))
 }
 
-/// What would put the balls where they are stated to be: names that are exchanged, or axes that count the other way,
-/// which the rows alone cannot tell.
+/// What would put the balls at their stated places: exchanged names, or axes with reversed direction, which the rows
+/// alone cannot show.
 pub(super) fn places(problem: &Problem<'_>) -> Option<Mistake> {
     let places = setup(problem)?;
     let at_first = off(problem, &places)?;
@@ -312,7 +313,7 @@ pub(super) fn places(problem: &Problem<'_>) -> Option<Mistake> {
     })
 }
 
-/// Where balls are by the nominal machine (mm).
+/// Positions of the balls on the nominal machine (mm).
 fn setup(problem: &Problem<'_>) -> Option<Vec<Vector3<f64>>> {
     let weights = Weights {
         rows: vec![1.0; problem.places.len()],
@@ -321,7 +322,7 @@ fn setup(problem: &Problem<'_>) -> Option<Vec<Vector3<f64>>> {
     Some(setup_alone(&problem.of_setup(), &weights).ok()?.balls)
 }
 
-/// How far balls are from where they are stated to be (mm, root of the mean square); none if nothing is stated.
+/// Distance of balls from their stated places (mm, root mean square); `None` if none is stated.
 fn off(problem: &Problem<'_>, balls: &[Vector3<f64>]) -> Option<f64> {
     let both = balls.iter().zip(problem.stated_balls());
     let off: Vec<f64> = both

@@ -1,4 +1,4 @@
-//! Which parameters are looked for.
+//! Models: which parameters are identified.
 
 use super::candidates::{Form, candidates, direction};
 use super::locations::{chain, minimal};
@@ -10,30 +10,31 @@ use trueaxis_model::machine::Machine;
 /// A list of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
-    /// The eight locations of two rotary axes and three linear ones, by which axis carries which, and two relative
-    /// scales: ten parameters that probings without a length reference see (source document, Chapter 6).
+    /// The eight locations of two rotary axes and three linear ones, depending on which axis carries which, and two
+    /// relative scales: ten parameters that probings without a length reference can identify (source document,
+    /// Chapter 6).
     Ten,
     /// The same with the backlash of both rotary axes (Chapter 5).
     Twelve,
-    /// The locations, three scales, and where the spindle is across the tool (Chapters 4 and 7).
+    /// The locations, three scales, and the spindle position across the tool (Chapters 4 and 7).
     Thirteen,
-    /// The coefficients of Chapter 5, for machines that are laid out as its Kolibri.
+    /// The coefficients of Chapter 5, for machines with the layout of its Kolibri.
     EightyOne,
-    /// The coefficients of Chapter 4, for machines that are laid out as its HU40.
+    /// The coefficients of Chapter 4, for machines with the layout of its HU40.
     EightyFour,
-    /// What the probings see, as complex as balls that were left out allow.
+    /// What the probings can identify, with a complexity chosen by cross-validation over balls.
     Auto,
-    /// These.
+    /// A list of parameters.
     Named(Vec<Parameter>),
 }
 
-/// Why a machine does not have a model.
+/// Why a machine does not support a model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{reason}")]
 pub struct ModelError {
     /// What is wrong.
     pub reason: String,
-    /// What to do instead.
+    /// What to do about it.
     pub remedy: String,
 }
 
@@ -87,11 +88,11 @@ impl fmt::Display for Model {
 }
 
 impl Model {
-    /// Its parameters on a machine; those of `auto` are the ones it starts from, up to a degree, and `directions`
-    /// says of which axes it is known where they came from.
+    /// Its parameters on a machine. For `auto` these are the ones it starts from, up to `degree`; `directions` tells
+    /// for which axes the direction of approach is known.
     ///
     /// # Errors
-    /// [`ModelError`] if the machine is laid out differently, or does not have a named parameter.
+    /// [`ModelError`] if the machine has another layout or lacks a named parameter.
     pub fn parameters(
         &self,
         machine: &Machine,
@@ -151,7 +152,7 @@ impl Model {
         })
     }
 
-    /// The eight location errors of machines with three linear axes and two rotary ones.
+    /// The eight location errors of machines with three linear and two rotary axes.
     fn located(&self, machine: &Machine) -> Result<Vec<Parameter>, ModelError> {
         let mut letters = chain(machine);
         letters.sort_unstable();
@@ -169,8 +170,8 @@ impl Model {
         }
     }
 
-    /// A list that was published for a machine, with the letters of one that is laid out in the same way: with
-    /// other names for its directions.
+    /// A list that was published for one machine, translated to the letters of a machine with the same layout but
+    /// other names of directions.
     fn published(
         &self,
         topology: &str,
@@ -190,7 +191,7 @@ impl Model {
             Some(i) => b"XYZABC"[i / 3 * 3 + order[i % 3]] as char,
             None => letter,
         };
-        // The case of w, F, S and t tells them from axes.
+        // Upper and lower case distinguish w, F, S and t from axes.
         let same = |order: &&[usize; 3]| {
             topology
                 .chars()

@@ -1,8 +1,8 @@
-//! One identification after the other, of simulated probings with ever new noise, and with lengths of bars and stylus
-//! that are off as far as they are uncertain.
+//! Repeated identification of simulated probings, each with different noise, and with lengths of bars and stylus
+//! that are off within their uncertainty.
 //!
-//! The machine and the balls stay where they are, so one Jacobian and one factorisation serve all: the residuals
-//! are those of the exact machine, and steps go on until nothing moves.
+//! Machine and balls do not change, so one Jacobian and one factorisation serve all repetitions. The residuals are
+//! those of the exact machine, and the iteration runs until it converges.
 
 use super::descent::descend;
 use super::rows::Estimate;
@@ -18,95 +18,96 @@ use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty;
 
-/// What is simulated and looked for.
+/// The simulation, and the model to identify.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors. Parameters that these probings cannot tell from others are taken out.
+    /// Its errors. Parameters that these probings cannot identify are set to zero.
     pub errors: &'a ErrorModel,
-    /// Where the balls are.
+    /// The balls.
     pub artefact: &'a Artefact,
-    /// How they are probed.
+    /// The probings.
     pub strategy: &'a Probings,
-    /// What is looked for.
+    /// The model to identify.
     pub model: &'a Model,
     /// Standard deviation of a coordinate (mm).
     pub noise: f64,
 }
 
-/// What became of a parameter.
+/// Statistics of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normalised {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
-    /// Its standard uncertainty with the noise as simulated.
+    /// Its standard uncertainty for the simulated noise.
     pub uncertainty: f64,
-    /// Mean of its errors, each by the standard uncertainty that the identification states: 0 if there is no
+    /// Mean of its errors, each divided by the standard uncertainty that the identification states; 0 if there is no
     /// bias.
     pub mean: f64,
-    /// Standard deviation of these: 1 if uncertainties are what noise does.
+    /// Standard deviation of the same; 1 if the stated uncertainties are right.
     pub deviation: f64,
 }
 
-/// What became of all.
+/// Statistics of all identifications.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// How many identifications.
+    /// Number of identifications.
     pub seeds: usize,
-    /// Each parameter that can be seen.
+    /// Each parameter that can be identified.
     pub parameters: Vec<Normalised>,
-    /// Mean of the noise that was found (mm).
+    /// Mean of the estimated noise (mm).
     pub noise: f64,
-    /// Positions in the probed range, of all identifications together, at which the volumetric error was looked
-    /// at.
+    /// Number of positions in the probed range at which the volumetric error was evaluated, over all
+    /// identifications.
     pub positions: usize,
-    /// Of these, where the error that is left at the tip is within its 95 % band.
+    /// Number of these at which the remaining tip error is within its 95 % band.
     pub tips_inside: usize,
-    /// The same of the tool's direction.
+    /// The same for the tool direction.
     pub directions_inside: usize,
-    /// The lowest part of positions inside the band in any one identification: the errors of one are alike.
+    /// The smallest fraction of positions inside the band in any one identification; the errors of one
+    /// identification are correlated.
     pub least_inside: f64,
 }
 
-/// Why there is none.
+/// Why there is no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TrialError {
-    /// It cannot be probed.
+    /// The probings cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
-    /// It cannot be identified.
+    /// The model cannot be identified.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
-    /// The machine has no such model.
+    /// The machine does not support the model.
     #[error(transparent)]
     Model(#[from] super::ModelError),
-    /// A factorisation does not serve all.
+    /// One factorisation does not serve all repetitions.
     #[error("the noise of seed {seed} leads so far that it takes another factorisation")]
     Far {
-        /// Which.
+        /// The seed for which it fails.
         seed: u64,
     },
 }
 
-/// Positions at which the volumetric error is looked at.
+/// Number of positions at which the volumetric error is evaluated.
 const POSITIONS: usize = 100;
-/// Keeps what lengths are off by apart from the noise of probings.
+/// Makes errors of lengths independent of the noise of probings.
 const OWN: u64 = 0x00ba_4500;
 
-/// What one identification found.
+/// Result of one identification.
 struct OneTrial {
-    /// Errors of parameters by their stated uncertainties.
+    /// Errors of parameters divided by their stated uncertainties.
     normalised: Vec<f64>,
     noise: f64,
-    /// Tips and directions inside their bands.
+    /// Numbers of tips and directions inside their bands.
     inside: [usize; 2],
 }
 
-/// Identifies so many times, with the seeds from 1; `step` is called after each.
+/// Identifies `seeds` times, with the seeds from 1. `step` is called after each.
 ///
 /// # Errors
-/// [`TrialError`]: what cannot be probed, identified, or not with one factorisation.
+/// [`TrialError`]: the probings cannot be simulated, the model cannot be identified, or not with one factorisation.
 pub fn monte_carlo(
     trial: &Trial<'_>,
     seeds: usize,
@@ -114,7 +115,7 @@ pub fn monte_carlo(
 ) -> Result<Outcome, TrialError> {
     let Trial { machine, .. } = *trial;
     let first = trial.first(trial.errors)?;
-    // What cannot be told has no true value either.
+    // Parameters that cannot be identified have no true value either.
     let mut truth = trial.errors.clone();
     for unseen in &first.unseen {
         if let super::Unknown::Parameter(parameter) = unseen.unknown {
@@ -148,7 +149,7 @@ pub fn monte_carlo(
             return Err(TrialError::Far { seed: *seed });
         }
         let square = problem.residuals(&estimate, &place.weights).norm_squared();
-        // In the deviation that the factor's weights stand for.
+        // In the deviation on which the factor's weights are based.
         let scale = (square / first.freedom as f64).sqrt();
         let off = |e: &super::Estimated| {
             let [found, real] = [&estimate.errors, &truth]
@@ -217,7 +218,7 @@ impl Trial<'_> {
         Ok(probed)
     }
 
-    /// What is identified from probings with noise, all the way.
+    /// A complete identification from probings with noise.
     fn first(&self, errors: &ErrorModel) -> Result<Identified, TrialError> {
         let measured = self.probed(errors, self.noise, 0)?;
         let perfect = ErrorModel::perfect(self.machine);
@@ -243,7 +244,7 @@ impl Trial<'_> {
     }
 }
 
-/// Random positions in the range that was probed.
+/// Random positions in the probed range.
 fn positions(machine: &Machine, probed: &Probings) -> Vec<(PerAxis, Situation)> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let ranges: Vec<[f64; 2]> = (0..machine.axes.len())

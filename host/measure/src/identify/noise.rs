@@ -1,35 +1,36 @@
-//! How well rows can be trusted.
+//! Estimates the noise, and how far each row can be trusted.
 
 use super::root_mean_square;
 use super::rows::{Problem, Weights};
 use nalgebra::Vector3;
 
-/// Where nothing is known of the noise yet (mm): probes repeat to 1 µm.
+/// Initial assumption for the noise (mm): probes repeat to 1 µm.
 const FIRST_NOISE: f64 = 1e-3;
-/// Noise is never less (mm): files have no more digits.
+/// Smallest noise (mm): files have no more digits.
 const LEAST_NOISE: f64 = 1e-6;
-/// Weights and noise that change less than this part from round to round stay.
+/// Weights and noise have settled if they change by less than this fraction between rounds.
 const SETTLED: f64 = 1e-3;
 /// Median distance in three dimensions with a standard deviation of 1 in each.
 const MEDIAN: f64 = 1.538;
-/// Distance, in standard deviations of a coordinate, from which a row counts less: one good row of twenty has
-/// more.
+/// Distance, in standard deviations of a coordinate, from which a row gets less weight; exceeded by one good row in
+/// twenty.
 const HUBER: f64 = 2.8;
-/// The same, from which it is named: one good row of 60 000 has more.
+/// Distance from which a row is reported; exceeded by one good row in 60 000.
 const DISTRUSTED: f64 = 5.0;
-/// After so many rounds what is named no longer counts: it would go on to pull a little, and add to the noise.
+/// After this many rounds, reported rows are excluded; otherwise they would still have a small influence and add to
+/// the noise.
 const HUBER_ROUNDS: usize = 4;
-/// What counts no longer, counts so much: a weight of 0 would have no uncertainty.
+/// Weight of excluded rows; a weight of 0 would have no uncertainty.
 const REJECTED: f64 = 1e-6;
 
-/// What is known of how well rows can be trusted.
+/// Current knowledge of the noise.
 pub(super) struct Noise {
     /// Standard uncertainty of a coordinate of each row, as stated (mm), or 1.
     stated: Vec<f64>,
     pub is_stated: bool,
-    /// In these.
+    /// Standard deviation in units of `stated`.
     deviation: f64,
-    /// How much each row counts: 1, or less.
+    /// Relative weight of each row: 1, or less.
     pub trust: Vec<f64>,
 }
 
@@ -48,7 +49,7 @@ impl Noise {
         }
     }
 
-    /// What the residuals of each row (mm) are multiplied by.
+    /// Factors for the residuals of each row (mm).
     pub fn weights(&self, least: f64) -> Weights {
         let rows = self.trust.iter().zip(&self.stated);
         let rows = rows.map(|(trust, stated)| trust / (self.deviation * stated));
@@ -58,14 +59,14 @@ impl Noise {
         }
     }
 
-    /// Distances in what is stated.
+    /// Distances in units of the stated uncertainty.
     fn distances(&self, misses: &[Vector3<f64>]) -> Vec<f64> {
         let rows = misses.iter().zip(&self.stated);
         rows.map(|(miss, stated)| miss.norm() / stated).collect()
     }
 
-    /// Standard deviation of a coordinate in what is stated, from the median row: `share` of it is left after
-    /// the fit.
+    /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the
+    /// share of it that remains after the fit.
     fn spread(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
         let mut distances = self.distances(misses);
         distances.sort_by(f64::total_cmp);
@@ -73,7 +74,7 @@ impl Noise {
         distances[distances.len() / 2] / MEDIAN / left
     }
 
-    /// Standard deviation of a coordinate in what is stated.
+    /// Standard deviation of a coordinate in units of the stated uncertainty.
     pub fn factor(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
         let counted = self.distances(misses).into_iter().zip(&self.trust);
         let squares: f64 = counted.map(|(d, trust)| (d * trust).powi(2)).sum();
@@ -81,7 +82,7 @@ impl Noise {
         (squares / freedom.saturating_sub(3 * rejected).max(1) as f64).sqrt()
     }
 
-    /// The same in mm, of a row that counts as much as all on average.
+    /// The same in mm, for a row of average weight.
     pub fn left(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
         let weights = self.stated.iter().map(|stated| stated.recip());
         self.factor(misses, freedom) / root_mean_square(weights)
@@ -92,7 +93,7 @@ impl Noise {
         self.distances(misses).iter().map(|d| *d <= most).collect()
     }
 
-    /// Takes in what is left; true if that hardly changes anything.
+    /// Updates the estimate with new residuals; true if hardly anything changes.
     pub(crate) fn learn(
         &mut self,
         misses: &[Vector3<f64>],

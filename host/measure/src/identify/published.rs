@@ -1,5 +1,5 @@
-//! A list of coefficients that was published for machines of a layout, beside the model that was chosen: why they
-//! differ.
+//! Compares the chosen model with the list of coefficients published for machines of the same layout, and explains
+//! the differences.
 
 use super::{Chosen, Fit, IdentifyError, Model, Unknown};
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -8,42 +8,43 @@ use trueaxis_model::machine::Machine;
 /// Why a published coefficient is not among the chosen ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// These probings cannot tell it from what was kept.
+    /// These probings cannot separate it from the coefficients that were kept.
     Confounded,
-    /// It does nothing at these probings, or no row says from which direction the axis came.
+    /// It has no effect at these probings, or no row states the direction from which the axis arrived.
     Idle,
-    /// The constant of an error motion: locations stand for it.
+    /// The constant of an error motion, which locations replace.
     Constant,
-    /// Its degree is not worth it: balls that were left out are predicted no better.
+    /// Its degree brings nothing: held-out balls are not predicted better.
     Degree,
-    /// A polynomial of an axis that turns right round; harmonics predict balls that were left out better.
+    /// A polynomial of an axis that rotates by a full turn; harmonics predict held-out balls better.
     Form,
 }
 
-/// The list beside what was chosen.
+/// The list compared with the chosen model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Published {
-    /// Which list.
+    /// The published list.
     pub model: Model,
-    /// How many coefficients it has.
+    /// Its number of coefficients.
     pub count: usize,
-    /// What it does with the same probings, or why nothing can be identified with it.
+    /// Its result with the same probings, or why it cannot be identified.
     pub fit: Result<Fit, IdentifyError>,
-    /// Those that were kept.
+    /// Coefficients that are also in the chosen model.
     pub kept: Vec<Parameter>,
-    /// Those that were not.
+    /// Coefficients that are not.
     pub missing: Vec<(Parameter, Missing)>,
-    /// What was kept besides.
+    /// Additional parameters of the chosen model.
     pub besides: Vec<Parameter>,
-    /// True if both see as many, and leave the same: then they are the same errors in other coefficients.
+    /// True if both have the same number of identifiable parameters and the same residual: they describe the same
+    /// errors by different coefficients.
     pub is_same: bool,
 }
 
-/// What both leave may differ by so small a part: second-order effects of what stands for what, of errors of 0.3 mm
-/// over levers of 100 mm.
+/// Relative difference of the residuals up to which they count as equal: second-order effects of exchanging
+/// parameters, for errors of 0.3 mm on levers of 100 mm.
 const SAME: f64 = 3e-3;
 
-/// The list that was published for machines that are laid out like this one.
+/// The list published for machines with this layout.
 pub(super) fn listed(machine: &Machine) -> Option<(Model, Vec<Parameter>)> {
     let lists = [Model::EightyOne, Model::EightyFour].into_iter();
     let mut fitting = lists.filter_map(|model| {
@@ -53,8 +54,8 @@ pub(super) fn listed(machine: &Machine) -> Option<(Model, Vec<Parameter>)> {
     fitting.next()
 }
 
-/// The list that was published for machines that are laid out like this one, if there is one and it was not chosen,
-/// beside what was chosen from the same probings.
+/// The list published for machines with this layout, if there is one and it was not chosen, compared with the model
+/// chosen from the same probings.
 #[must_use]
 pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
     let (model, list) = listed(machine)?;
@@ -72,7 +73,7 @@ pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
     };
     let why = |p: Parameter| match (is_confounded(p), p.kind) {
         (Some(true), _) => Missing::Confounded,
-        // Backlash is looked for where rows tell from where the axis came.
+        // Backlash is identified if rows state the direction from which the axis arrived.
         (Some(false), _) | (None, ParameterKind::Backlash) => Missing::Idle,
         (None, ParameterKind::Degree(0)) => Missing::Constant,
         (None, ParameterKind::Degree(k)) if k > level.degree => Missing::Degree,

@@ -1,4 +1,4 @@
-//! Checks of the residuals that show whether the uncertainties can be believed.
+//! Checks of the residuals that show whether the uncertainties can be trusted.
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
 use super::{Identified, Problem};
@@ -8,50 +8,49 @@ use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
-/// What a trend is along.
+/// The quantity that a trend depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Along {
-    /// Time (s) over so long.
+    /// Time, over a span (s).
     Time(f64),
-    /// The order of the rows: there is no time.
+    /// The order of the rows, if there is no time.
     Order,
-    /// Temperature (°C), over so much.
+    /// Temperature (°C), over a span.
     Temperature(f64),
-    /// Rows of this run against all others.
+    /// Rows of this run compared with all others.
     Run(f64),
-    /// Rows before which this axis came from the negative side (1) against the others (−1).
+    /// Rows that this axis approached in negative direction (1) compared with the others (−1).
     Direction(char),
 }
 
-/// A check of what is left.
+/// One check of the residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checked {
-    /// Along what.
+    /// The quantity.
     pub along: Along,
-    /// What was found; `None` if these rows cannot tell it from what was identified.
+    /// The trend found; `None` if these rows cannot separate it from what was identified.
     pub trend: Option<Trend>,
-    /// True if the model has a parameter that should take it in.
+    /// True if the model has a parameter that should account for it.
     pub is_modelled: bool,
 }
 
-/// All of it.
+/// All checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Honesty {
-    /// Each ball.
+    /// Residuals of each ball.
     pub balls: Vec<OfBall>,
-    /// Root of the mean square of what is left along x, y and z of the workpiece frame (mm).
+    /// Root mean square of the residuals along x, y and z of the workpiece frame (mm).
     pub coordinates: Vector3<f64>,
-    /// Time, temperature, runs, directions, where they are known.
+    /// Time, temperature, runs and directions, if they are known.
     pub checks: Vec<Checked>,
-    /// What repeats, if anything was probed twice.
+    /// Repeatability, if anything was probed more than once.
     pub repeats: Option<Repeats>,
 }
 
-/// Runs are compared one by one up to so many.
+/// Largest number of runs that are compared one by one.
 const RUNS: usize = 20;
 
-/// Looks at what an identification leaves of the probings that it was made from, with this artefact and what
-/// was known before.
+/// Checks the residuals of an identification, given its probings, the artefact and the previously known errors.
 #[must_use]
 pub fn honesty(
     machine: &Machine,
@@ -90,7 +89,7 @@ pub fn honesty(
         let mut names = runs.clone();
         names.sort_by(f64::total_cmp);
         names.dedup();
-        // Of two, one says it all.
+        // Of two runs, one comparison is enough.
         let compared = if names.len() == 2 { 1 } else { RUNS };
         for name in names.into_iter().rev().take(compared) {
             let is_in = runs.iter().map(|run| f64::from(u8::from(*run == name)));
@@ -129,7 +128,7 @@ pub fn honesty(
 }
 
 impl Checked {
-    /// A sentence about it, with what to do, if it is significant; sizes in µm.
+    /// A sentence with a remedy, if the trend is significant; sizes in µm.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let trend = self.trend.filter(Trend::is_significant)?;

@@ -1,4 +1,4 @@
-//! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
+//! The equations: one per coordinate of each probing, per bar, and per known coordinate of the stylus.
 
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
@@ -12,20 +12,20 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// What was probed on which machine, and what is looked for.
+/// The probings, the machine, and the unknowns.
 #[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// What is looked for: parameters, stylus, balls.
+    /// The unknowns: parameters, stylus, balls.
     pub unknowns: Vec<Unknown>,
-    /// The probings, in an order that does not depend on that of the file.
+    /// The probings, in an order that does not depend on the file.
     pub(super) places: Vec<ProbingRow>,
     /// Names of the balls, in the order of the file.
     pub(super) balls: Vec<String>,
     pub(super) bars: Vec<Bar>,
     stylus: Stylus,
-    /// Where balls are, to start from.
+    /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
     pub(super) base: ErrorModel,
     pub(super) spindle: Spindle,
@@ -40,14 +40,14 @@ pub(super) struct ProbingRow {
     pub line: usize,
     pub q: PerAxis,
     pub situation: Situation,
-    /// How the spindle has turned the stylus, and its angle (deg).
+    /// Rotation of the stylus by the spindle, and the spindle angle (deg).
     pub turned: Matrix3<f64>,
     pub spindle: f64,
-    /// Standard uncertainty of a coordinate (mm), where it is stated.
+    /// Stated standard uncertainty of a coordinate (mm).
     pub sigma: Option<f64>,
 }
 
-/// A distance that is known.
+/// A known distance.
 #[derive(Clone, Debug)]
 pub(super) struct Bar {
     pub balls: [usize; 2],
@@ -62,13 +62,13 @@ struct Stylus {
     sigma: [Option<f64>; 3],
 }
 
-/// How much each equation counts.
+/// Weights of the equations.
 #[derive(Clone, Debug)]
 pub(super) struct Weights {
-    /// The inverse standard uncertainty of each probing (mm).
+    /// The inverse standard uncertainty of each probing (1/mm).
     pub rows: Vec<f64>,
-    /// Bars and stylus are taken to be known no better than this (mm), as long as the machine is not known: they
-    /// would else forbid every step that is not quite right.
+    /// Lower limit of the uncertainty of bars and stylus (mm), used while the machine is not known yet. Otherwise
+    /// they would prevent any step that is not exactly right.
     pub least: f64,
 }
 
@@ -80,25 +80,25 @@ pub(super) struct Estimate {
     pub balls: Vec<Vector3<f64>>,
 }
 
-/// What a row of probings says in the end: from the ball to the tip (mm, workpiece frame).
+/// The result for a row of probings: vector from the ball to the tip (mm, workpiece frame).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// With the nominal machine, and balls and stylus fitted to that.
+    /// With the nominal machine, and balls and stylus fitted to it.
     pub before: Vector3<f64>,
-    /// With the machine as identified.
+    /// With the identified machine.
     pub after: Vector3<f64>,
-    /// False if it fits so badly that it should be looked at.
+    /// False if it fits so badly that it should be checked.
     pub is_trusted: bool,
 }
 
-/// Larger errors no machine has (mm).
+/// Upper limit for the errors of any machine (mm).
 pub(super) const LARGEST_LENGTH: f64 = 1.0;
-/// Least lever (mm): the size of a ball.
+/// Smallest lever (mm): the size of a ball.
 const LEAST_LEVER: f64 = 1.0;
 
 impl<'a> Problem<'a> {
-    /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact
-    /// that were not probed are left out, and bars to them.
+    /// Sets up the problem. `base` is the known machine, or the starting point. Balls of the artefact that were not
+    /// probed are left out, together with their bars.
     #[must_use]
     pub fn new(
         machine: &'a Machine,
@@ -158,7 +158,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The machine as it is known, with balls where the stylus was.
+    /// The machine as known, with balls where the stylus was.
     pub(super) fn start(&self) -> Estimate {
         let mut sums = vec![(Vector3::zeros(), 0.0); self.balls.len()];
         for (ball, tip) in self.tips(&self.base, &self.stylus.tip) {
@@ -176,7 +176,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// How far linear axes move from their mean (mm, root of the mean square).
+    /// Root mean square distance of linear axes from their mean position (mm).
     pub(super) fn lever(&self) -> f64 {
         let linear =
             (0..self.machine.axes.len()).filter(|i| !self.machine.axes[*i].letter.is_rotary());
@@ -189,16 +189,16 @@ impl<'a> Problem<'a> {
                 .sum::<f64>()
                 / count
         });
-        // Where nothing moves, nothing is seen either.
+        // If nothing moves, nothing can be identified either.
         variances.sum::<f64>().sqrt().max(LEAST_LEVER)
     }
 
-    /// How many equations there are.
+    /// Number of equations.
     pub(super) fn equations(&self) -> usize {
         3 * self.places.len() + self.bars.len() + self.known_coordinates().count()
     }
 
-    /// Refuses what no rows can tell: parameters that the machine does not have, and too few equations.
+    /// Refuses problems that no rows can solve: parameters that the machine does not have, and too few equations.
     pub(super) fn can_be_solved(&self) -> Result<(), IdentifyError> {
         let mut machine = ErrorModel::perfect(self.machine);
         let mut parameters = 0;
@@ -212,7 +212,7 @@ impl<'a> Problem<'a> {
             parameters += 1;
         }
         let (equations, unknowns) = (self.equations(), self.unknowns.len());
-        // One equation more, or nothing would be known of the noise.
+        // One additional equation is needed to estimate the noise.
         if equations <= unknowns {
             return Err(IdentifyError::TooFew {
                 equations,
@@ -223,22 +223,22 @@ impl<'a> Problem<'a> {
         Ok(())
     }
 
-    /// Where the stylus is stated to be (mm, spindle frame).
+    /// Stated position of the stylus (mm, spindle frame).
     pub(super) fn stated_stylus(&self) -> Vector3<f64> {
         self.stylus.tip
     }
 
-    /// Where balls are stated to be (mm, workpiece frame).
+    /// Stated positions of the balls (mm, workpiece frame).
     pub(super) fn stated_balls(&self) -> &[Option<Vector3<f64>>] {
         &self.nominal
     }
 
-    /// Coordinates of the stylus that are known, with their uncertainty.
+    /// Known coordinates of the stylus, with their uncertainty.
     pub(super) fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
         (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
     }
 
-    /// The ball of each probing, and where the tip of a machine is then (mm, workpiece frame).
+    /// The ball of each probing, and the tip position of the machine there (mm, workpiece frame).
     pub(super) fn tips(
         &self,
         errors: &ErrorModel,
@@ -253,13 +253,13 @@ impl<'a> Problem<'a> {
         parallel::map(&self.places, |place| (place.ball, tip(place)))
     }
 
-    /// How far the tip is from the ball in each probing (mm, workpiece frame).
+    /// Vector from ball to tip in each probing (mm, workpiece frame).
     pub(super) fn misses(&self, estimate: &Estimate) -> Vec<Vector3<f64>> {
         let tips = self.tips(&estimate.errors, &estimate.stylus).into_iter();
         tips.map(|(ball, tip)| tip - estimate.balls[ball]).collect()
     }
 
-    /// The equations that are no probings: what is left of each, in its standard uncertainties.
+    /// Residuals of all equations that are not probings, in units of their standard uncertainties.
     fn others(&self, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|i| estimate.balls[i]);
@@ -274,7 +274,7 @@ impl<'a> Problem<'a> {
         .collect()
     }
 
-    /// What is left of all equations, in their standard uncertainties: those of probings are the inverse of
+    /// Residuals of all equations in units of their standard uncertainties; for probings these are the inverse of
     /// `weights`.
     pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
         let misses = self.misses(estimate);
@@ -286,15 +286,15 @@ impl<'a> Problem<'a> {
         DVector::from_vec(all)
     }
 
-    /// The line of the row that misses most, and by how much (mm).
+    /// The line of the row with the largest distance, and that distance (mm).
     pub(super) fn worst(&self, misses: &[Vector3<f64>]) -> (usize, f64) {
         let rows = self.places.iter().zip(misses.iter().map(Vector3::norm));
         let worst = rows.max_by(|a, b| a.1.total_cmp(&b.1));
         worst.map_or((0, 0.0), |(place, miss)| (place.line, miss))
     }
 
-    /// Lengths (mm) that are known beforehand, each with its name and how long it is in an estimate: of bars, or
-    /// else between nominal places of balls, or else of the stylus.
+    /// Lengths (mm) that are known beforehand, each with its name and its value in an estimate: of bars, or else
+    /// between nominal positions of balls, or else of the stylus.
     pub(super) fn lengths(&self, estimate: &Estimate) -> Vec<(String, f64, f64)> {
         let one = |[a, b]: [usize; 2], known: f64| {
             let found = (estimate.balls[a] - estimate.balls[b]).norm();
@@ -320,7 +320,7 @@ impl<'a> Problem<'a> {
             })
             .collect();
         if lengths.is_empty() {
-            // If it cannot be seen, it is what it is stated to be.
+            // If it cannot be identified, it has its stated value.
             let [known, found] = [self.stylus.tip, estimate.stylus].map(|tip| tip.norm());
             if known > 0.0 {
                 lengths.push(("the stylus".to_owned(), known, found));
@@ -329,7 +329,7 @@ impl<'a> Problem<'a> {
         lengths
     }
 
-    /// The same problem with other positions of the axes, in the order of the file.
+    /// The same problem with other axis positions, in the order of the file.
     pub(super) fn with_positions(&self, probings: &Probings) -> Self {
         let mut other = self.clone();
         for place in &mut other.places {
@@ -340,8 +340,8 @@ impl<'a> Problem<'a> {
         other
     }
 
-    /// The same problem with lengths of bars and coordinates of the stylus that are off by chance, as their standard
-    /// uncertainties say.
+    /// The same problem with random errors of the lengths of bars and coordinates of the stylus, according to their
+    /// standard uncertainties.
     pub(super) fn with_chance_lengths(mut self, random: &mut Pcg64Mcg) -> Self {
         for bar in &mut self.bars {
             bar.length += bar.sigma * normal(random);
@@ -353,7 +353,7 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// The same problem with nothing looked for but balls and stylus.
+    /// The same problem with only balls and stylus as unknowns.
     pub(super) fn of_setup(&self) -> Self {
         let mut other = self.clone();
         let is_setup = |u: &Unknown| !matches!(u, Unknown::Parameter(_));
@@ -361,14 +361,14 @@ impl<'a> Problem<'a> {
         other
     }
 
-    /// The same problem with a stylus that nobody knows.
+    /// The same problem with an unknown stylus.
     pub(super) fn without_stylus(&self) -> Self {
         let mut other = self.clone();
         other.stylus.sigma = [None; 3];
         other
     }
 
-    /// The same problem without its bars.
+    /// The same problem without bars.
     pub(super) fn without_bars(&self) -> Self {
         Self {
             bars: Vec::new(),
@@ -376,7 +376,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What is left, in the order of the file.
+    /// The residuals, in the order of the file.
     pub(super) fn rows(
         &self,
         before: &[Vector3<f64>],
@@ -397,7 +397,7 @@ impl<'a> Problem<'a> {
     pub(super) fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
         let mut next = estimate.clone();
         for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
-            // What has been given up stays without a value.
+            // Unknowns that have been given up keep no value.
             if *step == 0.0 {
                 continue;
             }
@@ -419,8 +419,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Rows of probings in an order that depends on what they say alone: sums of floating-point numbers depend on
-/// theirs a little.
+/// Rows of probings in an order that depends only on their content, because floating-point sums depend slightly on
+/// the order.
 pub(super) fn order(probings: &Probings) -> Vec<usize> {
     let mut rows: Vec<usize> = (0..probings.rows.len()).collect();
     rows.sort_by_cached_key(|row| {
@@ -435,7 +435,7 @@ pub(super) fn order(probings: &Probings) -> Vec<usize> {
     rows
 }
 
-/// A number in the order of its value, for sorting.
+/// Maps a number to an integer with the same order, for sorting.
 fn ordered(value: f64) -> i64 {
     let bits = value.to_bits() as i64;
     bits ^ (((bits >> 63) as u64) >> 1) as i64

@@ -1,5 +1,5 @@
-//! Rows, balls, indices and styli that do not go with the others: data snooping as in geodesy (Baarda), one suspect at
-//! a time, each with the hypothesis that explains it.
+//! Finds rows, balls, indexed positions and styli that do not fit the others: data snooping as in geodesy (Baarda),
+//! one suspect at a time, each with the hypothesis that explains it.
 
 use super::Unknown;
 use super::identified::Identified;
@@ -7,56 +7,57 @@ use super::rows::{Problem, Weights};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
-/// What is suspected of not being what the file says.
+/// A suspected deviation from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Suspect {
     /// One probing.
     Row,
     /// A ball that has moved.
     Ball(String),
-    /// A stylus that has bent or been changed.
+    /// A stylus that was bent or changed.
     Stylus,
-    /// A position (deg) at which this rotary axis was not where it said.
+    /// A position (deg) at which this rotary axis was not where it reported.
     Index(char, f64),
-    /// An angle (deg) at which the spindle was not.
+    /// A reported angle (deg) at which the spindle was not.
     Spindle(f64),
 }
 
-/// What is suspected, and what it would take to go with the others.
+/// A suspect, and the displacement with which it would fit the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suspicion {
-    /// What.
+    /// The suspect.
     pub suspect: Suspect,
-    /// The rows of the file that it is about, by their index.
+    /// The rows of the file concerned, by index.
     pub rows: Vec<usize>,
-    /// How far off (mm): of the tip from the ball in the workpiece frame, of the stylus in that of the spindle; of an
-    /// index around its axis (rad) in the first place.
+    /// Displacement (mm): of the tip from the ball in the workpiece frame, or of the stylus in the spindle frame.
+    /// For an indexed position, the angle about its axis (rad) in the first component.
     pub off: Vector3<f64>,
-    /// Standard uncertainty of the length of that (mm or rad).
+    /// Standard uncertainty of its length (mm or rad).
     pub uncertainty: f64,
-    /// The ball that the row would fit, if it would.
+    /// Another ball that the row would fit, if any.
     pub other_ball: Option<String>,
 }
 
-/// Hypotheses are accepted beyond so many standard deviations of a normal distribution: of ten million that are wrong,
-/// one. A thousand good files with ten thousand hypotheses each have one false alarm.
+/// Hypotheses are accepted beyond this many standard deviations of a normal distribution: one wrong one in ten
+/// million. A thousand good files with ten thousand hypotheses each give one false alarm.
 const CRITICAL: f64 = 5.2;
-/// A hypothesis about a group must explain this part of what is left (sums of squares). What a model lacks makes groups
-/// that are significant, too, but explain little.
+/// A hypothesis about a group must explain this fraction of the residuals (sums of squares). A model that lacks
+/// something also makes groups significant, but they explain little.
 const EXPLAINS: f64 = 0.5;
-/// What a hypothesis does that others cannot make up for must be this part of what it does.
+/// The fraction of a hypothesis' effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 1e-3;
-/// A row is of another ball if it fits that so well (mm).
+/// A row belongs to another ball if it fits it this well (mm).
 const OTHER_BALL: f64 = 1.0;
-/// Of the rows, at most this part is suspected one by one: more are no exceptions.
+/// Largest fraction of the rows that are suspected one by one; more are not exceptions.
 const MOST: f64 = 0.2;
-/// Rotary positions (deg) that differ less are the same.
+/// Rotary positions (deg) that differ by less are equal.
 const SAME: f64 = 1e-3;
 
-/// What does not go with the others.
+/// Finds what does not fit the others.
 ///
-/// A row is tested by the F-test of its three coordinates (the w-test of one), a group by that of what it would take;
-/// the one with the largest likelihood by its number of unknowns (Schwarz) is taken for true, then the next is looked for.
+/// A row is tested by the F-test of its three coordinates (the counterpart of the w-test of one), a group by that of
+/// its unknowns. The hypothesis with the largest likelihood, penalized by its number of unknowns (Schwarz), is
+/// accepted; then the next one is searched.
 #[must_use]
 pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
     let mut adjusted = Adjusted::new(problem, identified);
@@ -73,18 +74,18 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
     found
 }
 
-/// How far the tip moves in some of the places: a column for each unknown of a hypothesis.
+/// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
 struct Group {
     suspect: Suspect,
     /// Places in the order in which they were probed.
     places: Vec<usize>,
-    /// What each does: 3 × unknowns, in mm.
+    /// The effect in each place: 3 × unknowns, in mm.
     effects: Vec<DMatrix<f64>>,
-    /// True if any later part of the places is a hypothesis of its own: from then on.
+    /// True if every tail of the places is a hypothesis of its own: a change from then on.
     is_from: bool,
 }
 
-/// A hypothesis that explains more than any other.
+/// The hypothesis that explains most.
 struct Best {
     suspect: Suspect,
     places: Vec<usize>,
@@ -119,22 +120,22 @@ impl Best {
     }
 }
 
-/// An adjustment, and what is left of it.
+/// An adjustment and its residuals.
 struct Adjusted {
-    /// Orthonormal columns: what the unknowns can make up for.
+    /// Orthonormal columns: the space that the unknowns can absorb.
     basis: DMatrix<f64>,
-    /// What is left, in standard uncertainties as stated (or mm).
+    /// Residuals in units of stated standard uncertainties (or mm).
     left: DVector<f64>,
     freedom: usize,
-    /// 1 by the standard uncertainty of each place (1/mm).
+    /// Inverse standard uncertainty of each place (1/mm).
     weights: Vec<f64>,
-    /// How the tip moves with the stylus in each place.
+    /// Derivative of the tip by the stylus in each place.
     stylus: Vec<Matrix3<f64>>,
     equations: usize,
 }
 
 impl Adjusted {
-    /// With all rows counting as they are stated, and no others.
+    /// With all rows weighted as stated, without robust weights.
     fn new(problem: &Problem<'_>, identified: &Identified) -> Self {
         let is_stated = identified.of_stated.is_some();
         let rows: Vec<f64> = (problem.places.iter())
@@ -180,7 +181,7 @@ impl Adjusted {
         }
     }
 
-    /// The hypothesis that explains most, if one is beyond chance.
+    /// The hypothesis that explains most, if it is significant.
     fn best(&self, problem: &Problem<'_>, groups: &[Group]) -> Option<Best> {
         let mut best: Option<Best> = None;
         let mut offer = |suspect: &Suspect, places: &[usize], tested: Option<Tested>| {
@@ -204,7 +205,7 @@ impl Adjusted {
             let mut sums = Sums::new(self, group.effects[0].ncols());
             for (k, place) in group.places.iter().enumerate().rev() {
                 sums.add(self, *place, &group.effects[k]);
-                // A part of one is a row, and the whole of a ball or stylus is where it is.
+                // A single row is tested as a row, and all rows of a ball or stylus are just its position.
                 let is_hypothesis = match group.is_from {
                     true => k > 0 && group.places.len() - k > 1,
                     false => k == 0,
@@ -217,7 +218,7 @@ impl Adjusted {
         best
     }
 
-    /// The columns of a hypothesis, in standard uncertainties.
+    /// The columns of a hypothesis, in units of standard uncertainties.
     fn columns(&self, best: &Best, groups: &[Group]) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(self.left.len(), best.change.len());
         let group = groups.iter().find(|group| group.suspect == best.suspect);
@@ -232,11 +233,11 @@ impl Adjusted {
         columns
     }
 
-    /// Takes a hypothesis for true.
+    /// Accepts a hypothesis.
     fn take(&mut self, best: &Best, groups: &[Group]) {
         let mut columns = self.columns(best, groups);
         columns -= &self.basis * self.basis.tr_mul(&columns);
-        // Twice is enough: what the first time leaves is rounding.
+        // Twice is enough: the first pass leaves rounding.
         columns -= &self.basis * self.basis.tr_mul(&columns);
         let new = columns.qr().q();
         self.left -= &new * new.tr_mul(&self.left);
@@ -248,19 +249,19 @@ impl Adjusted {
     }
 }
 
-/// What a test of a hypothesis needs, summed over its places.
+/// The sums that a test of a hypothesis needs, over its places.
 struct Sums {
-    /// What the columns are in the basis, what they are with each other, and with what is left.
+    /// The columns in the basis, the products of the columns with each other, and with the residuals.
     in_basis: DMatrix<f64>,
     normal: DMatrix<f64>,
     gradient: DVector<f64>,
 }
 
-/// A hypothesis that is beyond chance.
+/// A significant hypothesis.
 struct Tested {
     change: DVector<f64>,
     uncertainty: f64,
-    /// Logarithm of its likelihood, less what its unknowns cost.
+    /// Logarithm of its likelihood, minus the penalty for its unknowns.
     gain: f64,
 }
 
@@ -286,7 +287,7 @@ impl Sums {
             return None;
         }
         let free = &self.normal - self.in_basis.tr_mul(&self.in_basis);
-        // What the unknowns make up for cannot be tested.
+        // The part that the unknowns absorb cannot be tested.
         let whole = self.normal.trace() / count as f64;
         let least = free.symmetric_eigenvalues().min();
         if least.is_nan() || least < TESTABLE * whole {
@@ -313,7 +314,7 @@ impl Sums {
     }
 }
 
-/// The standard deviations of a normal distribution that are as unlikely as this F (Paulson).
+/// The number of standard deviations of a normal distribution that are as unlikely as this F (Paulson).
 fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
     let [one, other] = [count, freedom].map(|n| 2.0 / (9.0 * n as f64));
     let root = f.cbrt();
@@ -349,7 +350,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
             true,
         );
     }
-    // What the tip is short of.
+    // The displacement that is missing at the tip.
     let at_stylus = |i: usize| -dynamic(&stylus[i]);
     add(Suspect::Stylus, probed.clone(), &at_stylus, true);
     let machine = problem.machine;
@@ -371,7 +372,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
         let position = |place: usize| digits(axis.to_command(places[place].q[i]));
         for value in values(probed.iter().map(|p| position(*p))) {
             let rows = of(&|place| (position(place) - value).abs() < SAME);
-            // Nothing is known of an axis that stands.
+            // Nothing is known about an axis that does not move.
             if rows.len() < probed.len() {
                 add(
                     Suspect::Index(axis.letter.char(), value),
@@ -390,12 +391,12 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
     groups
 }
 
-/// A position as a file has it: without the rounding of radians.
+/// A position rounded as in a file: without rounding errors from radians.
 fn digits(position: f64) -> f64 {
     (position * 1e6).round() / 1e6
 }
 
-/// Values that differ.
+/// The distinct values.
 fn values(all: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = all.collect();
     values.sort_by(f64::total_cmp);
@@ -404,13 +405,13 @@ fn values(all: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 impl Suspicion {
-    /// True if it is about more than one row.
+    /// True if it concerns more than one row.
     #[must_use]
     pub fn is_group(&self) -> bool {
         self.suspect != Suspect::Row
     }
 
-    /// A sentence about it: what, by how much, and what to do.
+    /// A sentence about it: suspect, size and remedy.
     #[must_use]
     pub fn sentence(&self, problem: &Problem<'_>) -> String {
         let line = |row: usize| {

@@ -11,32 +11,32 @@ use super::{IdentifyError, Unknown, bars, mistakes, root_mean_square, snoop, uni
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;
 
-/// How to identify.
+/// Options of an identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Rows that fit badly count less (Huber).
+    /// Give rows that fit badly less weight (Huber).
     pub robust: bool,
-    /// Combinations of unknowns are left out that do no more than this part of what their parts do at the probings,
-    /// even if they can be seen.
+    /// Leave out combinations of unknowns whose effect at the probings is no more than this fraction of the effects
+    /// of their parts, even if they can be identified.
     pub least: f64,
 }
 
-/// Rounds, each with a Jacobian: the first has that of the nominal machine, the second knows the noise. More
-/// are made only as long as what is trusted changes.
+/// Largest number of rounds, each with a new Jacobian: the first uses that of the nominal machine, the second knows
+/// the noise. More are made only as long as the set of trusted rows changes.
 const ROUNDS: usize = 20;
-/// A machine that leaves more than this part of what the nominal one does is none.
+/// Reject a fit whose residual exceeds this fraction of the nominal machine's.
 const FAR: f64 = 0.5;
-/// Derivatives change by how far the tip moves over the lever, and uncertainties by that times the condition: less than
-/// this is not looked at.
+/// Derivatives change by the tip displacement divided by the lever, and uncertainties by that times the condition
+/// number; smaller changes are ignored.
 const ELSEWHERE: f64 = 1e-3;
-/// Bars and stylus are known no better than this part of what the rows miss: a hundredth, of which second-order
-/// effects are a part again.
+/// Lower limit of the uncertainty of bars and stylus, as a fraction of the rows' residuals: a hundredth, of which
+/// second-order effects are again a fraction.
 pub(super) const STIFF: f64 = 0.01;
 
-/// Identifies what a problem looks for.
+/// Solves an identification problem.
 ///
 /// # Errors
-/// [`IdentifyError`]: fewer equations than unknowns, no convergence, numbers that cannot be.
+/// [`IdentifyError`]: fewer equations than unknowns, no convergence, impossible numbers.
 pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
     let found = solve(problem, options);
     let is_misfit = matches!(
@@ -49,7 +49,7 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
     }
 }
 
-/// Why nothing fits: what is stated of bars or the stylus, or some of the rows.
+/// Explains why nothing fits: stated bars or stylus, or some of the rows.
 fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
     if !problem.bars.is_empty()
         && let Ok(without) = solve(&problem.without_bars(), options)
@@ -114,13 +114,13 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
         if !arrived || !settled || round == 0 {
             continue;
         }
-        // Stiff bars and steps in between can end in another place; and what is farther off than any error is no
-        // error. That is not a result.
+        // With stiff bars and intermediate steps, the iteration can end at another minimum; and distances larger
+        // than any machine error are not machine errors. Neither is a result.
         if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) || left > LARGEST_LENGTH
         {
             return Err(not_converged(&misses));
         }
-        // What is stated holds where it ends, not where its last step began.
+        // Evaluate at the final solution, not where its last step began.
         let moved = last.iter().zip(&misses).map(|(a, b)| (a - b).norm());
         let moved = moved.fold(0.0, f64::max);
         let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
@@ -159,7 +159,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     })
 }
 
-/// What the last round leaves, beside the solution.
+/// Residuals and related data of the last round.
 struct End {
     before: Vec<Vector3<f64>>,
     misses: Vec<Vector3<f64>>,
@@ -167,7 +167,7 @@ struct End {
     given_up: Vec<GivenUp>,
 }
 
-/// Puts together what is known in the end.
+/// Assembles the final result.
 fn identified(
     problem: &Problem<'_>,
     place: Solution,
@@ -199,7 +199,7 @@ fn identified(
     let others = before_that.parameters.iter();
     let others: Vec<Unknown> = others.map(|p| Unknown::Parameter(*p)).collect();
     let others = problem.derivatives(&others, estimate, weights);
-    // What was known before pulls those that are found with it, as far as they can make up for it.
+    // Errors of previously known parameters shift those identified with them, as far as they can absorb them.
     let mut pull = DMatrix::zeros(seen.len(), others.ncols());
     for (mut pull, column) in pull.column_iter_mut().zip(others.column_iter()) {
         let step = factor.step(&jacobian.tr_mul(&column));

@@ -1,33 +1,33 @@
-//! What was found of balls and stylus, beside what was stated.
+//! Compares balls and stylus as found with their stated positions.
 
 use super::mistakes::{Mistake, places};
 use super::{Identified, Problem};
 use nalgebra::Vector3;
 use std::fmt::Write;
 
-/// Where something was found, and where it is stated to be (mm).
+/// Found and stated position of something (mm).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stated {
     /// `ball 1`, or `stylus`.
     pub what: String,
-    /// Where it was found: a ball in the workpiece frame, the stylus in that of the spindle.
+    /// The position found: a ball in the workpiece frame, the stylus in the spindle frame.
     pub found: Vector3<f64>,
-    /// Where the artefact or the machine file has it; none if neither says.
+    /// The position in the artefact or the machine file; `None` if neither states it.
     pub stated: Option<Vector3<f64>>,
 }
 
-/// What is farther from where it is stated to be (mm) is not that: balls are put down to some millimetres, and a stylus is
-/// measured to less. A mirrored axis, an exchanged ball or another tool is farther off.
+/// Distances (mm) from a stated position above this are mistakes: balls are placed to a few millimetres, and a
+/// stylus is measured more accurately. A mirrored axis, exchanged balls or another tool give larger distances.
 pub const PLACES: f64 = 5.0;
 
 impl Stated {
-    /// How far it is from where it is stated to be (mm).
+    /// Distance from the stated position (mm).
     #[must_use]
     pub fn distance(&self) -> Option<f64> {
         self.stated.map(|stated| (self.found - stated).norm())
     }
 
-    /// True if it cannot be what is stated.
+    /// True if it cannot be the stated one.
     #[must_use]
     pub fn is_far(&self) -> bool {
         self.distance().is_some_and(|distance| distance > PLACES)
@@ -54,7 +54,7 @@ pub fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<Stated> {
     all
 }
 
-/// What is not where it is stated to be, and what would explain it; none if all of it is.
+/// What is not at its stated place, with a possible explanation; `None` if everything is.
 #[must_use]
 pub fn misplaced(problem: &Problem<'_>, all: &[Stated]) -> Option<Mistake> {
     let far: Vec<&Stated> = all.iter().filter(|one| one.is_far()).collect();
@@ -67,7 +67,7 @@ pub fn misplaced(problem: &Problem<'_>, all: &[Stated]) -> Option<Mistake> {
             continue;
         };
         let place = |v: &Vector3<f64>| {
-            // Never -0.0.
+            // Avoids -0.0.
             let v = v.map(|v| (v * 10.0).round() / 10.0 + 0.0);
             format!("[{:.1}, {:.1}, {:.1}]", v.x, v.y, v.z)
         };

@@ -1,4 +1,4 @@
-//! What positions of the axes can tell at all, whatever was read at them.
+//! Determines what axis positions can identify at all, whatever the readings.
 
 use super::IdentifyError;
 use super::descent::setup_alone;
@@ -9,34 +9,34 @@ use crate::simulate::on_ball;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 
-/// A combination of unknowns is seen if it does more than this at the probings (root of the mean square), of what
-/// each of its parts does by itself. Derivatives are those of the nominal machine: the angles of a real one, some
-/// 0.1 mrad, change them by as much, so that what is smaller would rest on errors that are not known. What does
-/// nothing is seen by no more than rounding, 1e-15.
+/// A combination of unknowns can be identified if its effect at the probings (root mean square) exceeds this
+/// fraction of the effects of its parts. Derivatives are those of the nominal machine. The angular errors of a real
+/// machine, about 0.1 mrad, change them by as much, so smaller effects would depend on unknown errors. A combination
+/// without any effect gives no more than rounding, 1e-15.
 pub(super) const SEEN: f64 = 1e-4;
-/// The uncertainty of a coordinate against which parameters count that show in no row (mm), and with which bars and a
-/// stylus of known length do.
+/// Uncertainty of a coordinate (mm) for judging parameters without any effect, and for bars and a stylus of known
+/// length.
 const PROBED: f64 = 1e-3;
 
-/// The nominal machine on the balls.
+/// The nominal machine with its tip at the balls.
 pub(super) struct Ideal<'a> {
     pub problem: Problem<'a>,
     pub estimate: Estimate,
     pub weights: Weights,
 }
 
-/// What can be told, and what cannot.
+/// What can and what cannot be identified.
 #[derive(Clone, Debug)]
 pub(super) struct Structure {
-    /// The numbers of the unknowns that are seen, ascending.
+    /// Indices of the identifiable unknowns, ascending.
     pub kept: Vec<usize>,
     pub given_up: Vec<GivenUp>,
 }
 
 impl Structure {
-    /// What the positions of a problem can tell: the rank of the equations of the nominal machine, its linear axes
-    /// where the stylus is on the balls. What was read matters only through the places of balls and stylus that follow.
-    /// `least`: see [`Options::least`](super::Options::least).
+    /// Finds what the positions of a problem can identify: the rank of the equations of the nominal machine, with
+    /// linear axes that put the stylus at the balls. The readings only matter through the resulting positions of
+    /// balls and stylus. `least`: see [`Options::least`](super::Options::least).
     pub fn of(problem: &Problem<'_>, least: f64) -> Result<Self, IdentifyError> {
         let Ideal {
             problem: ideal,
@@ -75,7 +75,7 @@ impl<'a> Ideal<'a> {
         for place in &mut ideal.places {
             let tip = place.turned * estimate.stylus;
             let ball = estimate.balls[place.ball];
-            // Without three linear axes, where they are must do.
+            // Without three linear axes, use their recorded positions.
             place.q =
                 on_ball(&kinematics, &place.q, &place.situation, &tip, &ball).unwrap_or(place.q);
         }

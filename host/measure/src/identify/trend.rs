@@ -1,24 +1,24 @@
-//! Whether what is left of the rows goes with something that the model does not know: time, temperature, the
-//! run, the direction from which an axis came.
+//! Tests whether the residuals depend on something that is not in the model: time, temperature, the run, the
+//! direction from which an axis arrived.
 
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::{Identified, root_mean_square};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// A movement of the tip against the balls (workpiece frame) along something, fitted together with all that
-/// was identified.
+/// A displacement of the tip relative to the balls (workpiece frame) that varies with some quantity, fitted together
+/// with everything that was identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trend {
-    /// How far the tip moves (mm) from the least to the most of it.
+    /// Displacement of the tip (mm) from the smallest to the largest value of the quantity.
     pub change: Vector3<f64>,
     /// Standard uncertainty of each coordinate of that (mm).
     pub uncertainty: Vector3<f64>,
-    /// Square of its length in standard deviations: χ² with three degrees of freedom if there is none.
+    /// Squared length in standard deviations: χ² with three degrees of freedom if there is no trend.
     pub square: f64,
 }
 
 impl Trend {
-    /// True if chance makes one so large in a thousand.
+    /// True if chance gives one this large once in a thousand.
     #[must_use]
     pub fn is_significant(&self) -> bool {
         self.square > SIGNIFICANT
@@ -28,8 +28,8 @@ impl Trend {
 /// The 99.9 % quantile of χ² with three degrees of freedom.
 const SIGNIFICANT: f64 = 16.27;
 
-/// The trend along a value of each row (in the order of the file); `None` if all rows have the same, or if
-/// these rows cannot tell it from what was identified: it would have to be larger than any error to show.
+/// The trend along a value of each row (in the order of the file). `None` if all rows have the same value, or if
+/// these rows cannot separate it from what was identified: it would have to be larger than any error to show.
 pub(super) fn trend(
     problem: &Problem<'_>,
     identified: &Identified,
@@ -53,7 +53,7 @@ pub(super) fn trend(
             columns[(3 * i + k, k)] = part * weight;
         }
     }
-    // What of it the unknowns cannot make up for.
+    // The part that the unknowns cannot absorb.
     for mut column in columns.column_iter_mut() {
         let step: DVector<f64> = place.factor.step(&jacobian.tr_mul(&column))?;
         column += &jacobian * step;
@@ -62,7 +62,7 @@ pub(super) fn trend(
     let gradient: Vector3<f64> = columns.tr_mul(&residuals).fixed_rows::<3>(0).into();
     let inverse = normal.try_inverse()?;
     let change = inverse * gradient;
-    // Noise is what is left without it, unless it is stated.
+    // The noise is the residual without the trend, unless it is stated.
     let square = residuals.norm_squared();
     let freedom = identified.freedom.saturating_sub(3).max(1) as f64;
     let noise = match identified.of_stated {
@@ -84,24 +84,24 @@ pub(super) fn trend(
 /// Repeated probings of one ball at the same rotary positions, from the same directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Repeats {
-    /// How many places were probed more than once.
+    /// Number of places that were probed more than once.
     pub places: usize,
-    /// Degrees of freedom: coordinates beyond the first of each place.
+    /// Degrees of freedom: probings beyond the first at each place, three coordinates each.
     pub freedom: usize,
     /// Pooled standard deviation of a coordinate (mm).
     pub deviation: f64,
-    /// How many times as large what is left is.
+    /// Ratio of the residuals to that.
     pub ratio: f64,
-    /// True if that is more than chance makes of it once in a thousand: the model lacks something.
+    /// True if chance gives a ratio this large less than once in a thousand: the model lacks something.
     pub is_less: bool,
 }
 
-/// Rotary positions (deg) that differ less are the same.
+/// Rotary positions (deg) that differ by less are equal.
 const SAME: f64 = 1e-3;
 /// Standard deviations of the logarithm of a ratio, one-sided: one in a thousand.
 const CHANCE: f64 = 3.1;
 
-/// What repeats, if anything was probed twice.
+/// Repeatability, if anything was probed more than once.
 pub(super) fn repeats(
     problem: &Problem<'_>,
     identified: &Identified,
@@ -140,20 +140,20 @@ pub(super) fn repeats(
     })
 }
 
-/// What is left at each ball.
+/// Residuals at one ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfBall {
     /// Its name.
     pub name: String,
-    /// How often it was probed.
+    /// Number of probings.
     pub rows: usize,
     /// Root of the mean square distance from tip to ball (mm).
     pub rms: f64,
-    /// The largest (mm).
+    /// Largest distance (mm).
     pub max: f64,
 }
 
-/// What is left at each ball, in the order of the file.
+/// Residuals at each ball, in the order of the file.
 pub(super) fn by_ball(problem: &Problem<'_>, identified: &Identified) -> Vec<OfBall> {
     let of = |(ball, name): (usize, &String)| {
         let rows = problem.places.iter().filter(|place| place.ball == ball);

@@ -6,37 +6,36 @@ use nalgebra::DMatrix;
 use std::cmp::Reverse;
 use trueaxis_model::errors::ParameterKind;
 
-/// An unknown that cannot be told from others.
+/// An unknown that cannot be separated from others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unseen {
-    /// It has no value.
+    /// The unknown that has no value.
     pub unknown: Unknown,
-    /// What it is confounded with, and by how much of it each of these is off: the value found for it is
-    /// the true one plus this times the true one of `unknown`.
+    /// The unknowns that it is confounded with, and how far each of them is off: the value found for it is the true
+    /// one plus this times the true value of `unknown`.
     pub with: Vec<(Unknown, f64)>,
-    /// How the spindle was used.
+    /// Use of the spindle.
     pub spindle: Spindle,
 }
 
 /// The spindle in the probings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spindle {
-    /// Along which axis of its frame the stylus points (0, 1, 2).
+    /// The axis of its frame along which the stylus points (0, 1, 2).
     pub tool_axis: usize,
-    /// True if it was at more than one angle.
+    /// True if it was used at more than one angle.
     pub is_indexed: bool,
 }
 
-/// Parts of a confounded combination smaller than this are not named (of what the largest does in the
-/// probings).
+/// Parts of a confounded combination below this fraction of the largest effect at the probings are not reported.
 const NAMED: f64 = 0.01;
-/// An unknown may be given up if it has this part in what is not seen, of the largest part of any.
+/// An unknown may be given up if its part in an unidentifiable combination is at least this fraction of the largest
+/// part.
 const PART: f64 = 0.3;
 /// Parts below this are rounding.
 const NOTHING: f64 = 1e-6;
 
-/// An unknown that is given up, by its number, and by how much the others change per unit of it that they take
-/// over.
+/// An unknown that is given up, by its index, and the changes of the others per unit of it that they absorb.
 #[derive(Clone, Debug)]
 pub(super) struct GivenUp {
     pub number: usize,
@@ -45,7 +44,7 @@ pub(super) struct GivenUp {
 }
 
 impl GivenUp {
-    /// One that does nothing.
+    /// An unknown without any effect.
     pub fn idle(number: usize, unknown: Unknown, spindle: Spindle) -> Self {
         Self {
             number,
@@ -59,8 +58,8 @@ impl GivenUp {
     }
 }
 
-/// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
-/// `least`; the factor of those that are left.
+/// Gives up unknowns, in addition to those that are `gone`, until no combination has a singular value at or below
+/// `least`. Returns the factor of the remaining ones.
 pub(super) fn seen(
     (unknowns, spindle): (&[Unknown], Spindle),
     factor: Factor,
@@ -99,8 +98,8 @@ pub(super) fn seen(
     }
 }
 
-/// Picks as many unknowns as there are combinations that cannot be seen: columns of `hidden`, orthonormal,
-/// in units in which each unknown by itself does as much in the probings as any other; `units` are these.
+/// Picks one unknown for each combination that cannot be identified: orthonormal columns of `hidden`, in units in
+/// which each unknown alone has the same effect at the probings; `units` are these.
 fn given_up(
     unknowns: &[Unknown],
     hidden: &DMatrix<f64>,
@@ -114,7 +113,7 @@ fn given_up(
         let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
         let all = || (0..unknowns.len()).filter(|i| !chosen.contains(i));
         let largest = all().filter(is_parameter).map(part).fold(0.0, f64::max);
-        // If no parameter is in it, it is the setup.
+        // If no parameter is part of it, it is the setup.
         let setup = largest < NOTHING;
         let largest = if setup {
             all().map(part).fold(0.0, f64::max)
@@ -128,7 +127,7 @@ fn given_up(
         rest = without(&rest, next);
         chosen.push(next);
     }
-    // What it takes of the others to make up for each of them.
+    // The change of the others that compensates for each of them.
     let own = DMatrix::from_fn(chosen.len(), hidden.ncols(), |i, j| hidden[(chosen[i], j)]);
     let made_up = match own.try_inverse() {
         Some(inverse) => hidden * inverse,
@@ -157,13 +156,13 @@ fn given_up(
     (0..chosen.len()).map(of).collect()
 }
 
-/// The combinations of columns in which a row has no part, orthonormal.
+/// An orthonormal basis of the combinations of columns in which a row has no part.
 fn without(columns: &DMatrix<f64>, row: usize) -> DMatrix<f64> {
     let part = columns.row(row).transpose();
     let Some(unit) = part.try_normalize(f64::MIN_POSITIVE) else {
         return columns.columns(1, columns.ncols() - 1).into_owned();
     };
-    // A reflection that turns the row's part into the first column, which goes.
+    // A reflection that turns the row's part into the first column, which is removed.
     let mut mirror = unit.clone();
     mirror[0] += if unit[0] < 0.0 { -1.0 } else { 1.0 };
     let norm = mirror.norm_squared();
@@ -172,7 +171,7 @@ fn without(columns: &DMatrix<f64>, row: usize) -> DMatrix<f64> {
 }
 
 impl Unseen {
-    /// What tells it from where the stylus is.
+    /// How to separate it from the position of the stylus.
     fn stylus_remedy(&self) -> &'static str {
         let is_along = |(u, _): &(Unknown, f64)| *u == Unknown::Stylus(self.spindle.tool_axis);
         match (self.with.iter().any(is_along), self.spindle.is_indexed) {
@@ -186,7 +185,7 @@ impl Unseen {
         }
     }
 
-    /// What there is to be said about it.
+    /// A sentence about it.
     #[must_use]
     pub fn sentence(&self) -> String {
         let name = self.unknown.to_string();

@@ -1,16 +1,16 @@
-//! Positions in metres or inches, told by lengths that are known.
+//! Detects positions in metres or inches by known lengths.
 
 use super::rows::{Estimate, Problem};
 use super::{IdentifyError, bars};
 
-/// mm in each.
+/// Size of each unit in mm.
 pub(super) const UNITS: [(&str, f64); 2] = [("metres", 1000.0), ("inches", 25.4)];
-/// So much may nominal lengths be wrong.
+/// Relative tolerance of nominal lengths.
 const NEARLY: f64 = 0.1;
 
-/// Refuses positions that are too small by a unit wherever a length is known: bars, distances of balls, the
-/// stylus if it can be seen; and bars that are nowhere near what the probings say. `setup` is what fits the
-/// nominal machine.
+/// Refuses positions that are too small by the size of a unit wherever a length is known: bars, distances of balls,
+/// the stylus if it can be identified. Also refuses bars whose length is far from that in the probings. `setup` is
+/// the fit of the nominal machine.
 pub(super) fn are_mm(problem: &Problem<'_>, setup: &Estimate) -> Result<(), IdentifyError> {
     let known = problem.lengths(setup);
     for (unit, factor) in UNITS {

@@ -1,4 +1,4 @@
-//! What is looked for.
+//! The unknowns of an identification.
 
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -15,8 +15,8 @@ pub enum Unknown {
 }
 
 impl Unknown {
-    /// How soon it is given up where several cannot be told apart: setup last, then by degree; of scales
-    /// that of X first, so that the others are relative to it.
+    /// Order in which unknowns are given up if several cannot be separated: by degree, setup last; of scales that of
+    /// X first, so that the others are relative to it.
     pub(super) fn dispensable(self) -> (u8, u8, u8) {
         match self {
             Self::Ball(..) => (0, 0, 0),

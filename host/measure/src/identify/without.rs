@@ -1,16 +1,16 @@
-//! Probings without some of their rows.
+//! Removes rows from probings.
 
 use super::held_out::subset;
 use crate::formats::probings::{Probing, Probings};
 use trueaxis_model::machine::Machine;
 
-/// Positions (deg or mm) that differ less are the same.
+/// Positions (deg or mm) that differ by less are equal.
 const SAME: f64 = 1e-3;
 
-/// Probings without `line 17`, `ball 3`, or the rows at a position, as `C = 90` or `S = 180`.
+/// Probings without `line 17`, without `ball 3`, or without the rows at a position such as `C = 90` or `S = 180`.
 ///
 /// # Errors
-/// What is wrong with `what`: it is none of these, or no row is.
+/// What is wrong with `what`: it cannot be parsed, or it matches no row.
 pub fn without(machine: &Machine, probings: &Probings, what: &str) -> Result<Probings, String> {
     let is_out = rows(machine, probings, what).ok_or_else(|| {
         format!("`{what}` is neither a line, nor a ball, nor a position of an axis")

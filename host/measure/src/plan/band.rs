@@ -1,4 +1,4 @@
-//! The volumetric error that parameters leave which are known only so well.
+//! The volumetric error that remains because parameters are uncertain.
 
 use nalgebra::{DMatrix, Matrix3xX};
 use rand::{RngExt, SeedableRng};
@@ -16,13 +16,13 @@ pub struct Spread {
     pub mean: f64,
     /// The root of the mean of its square.
     pub root_mean_square: f64,
-    /// 95 % of the positions have no more.
+    /// The value that 95 % of the positions do not exceed.
     pub most_of: f64,
     /// The largest.
     pub largest: f64,
 }
 
-/// Where the volumetric error is looked at, and how parameters change it there.
+/// Positions at which the volumetric error is evaluated, and its derivatives by the parameters there.
 #[derive(Debug)]
 pub struct Band {
     parameters: Vec<Parameter>,
@@ -31,9 +31,8 @@ pub struct Band {
 }
 
 impl Band {
-    /// At random positions (`count` of them) of the whole travel, each axis coming from a random direction.
-    /// Motions of degree 2 and more hold their end values outside `probed` (mm or deg), as the file says that
-    /// `identify` writes.
+    /// At `count` random positions in the whole travel, each axis arriving from a random direction. Outside `probed`
+    /// (mm or deg), motions of degree 2 and more hold their end values, as in the file that `identify` writes.
     #[must_use]
     pub fn new(
         machine: &Machine,
@@ -65,8 +64,8 @@ impl Band {
         }
     }
 
-    /// Standard uncertainty of tip (mm, root of the sum of the three variances) and tool direction (rad, the
-    /// same) that parameters with this covariance leave.
+    /// Standard uncertainty of tip (mm, root of the sum of the three variances) and tool direction (rad, the same)
+    /// for parameters with this covariance.
     #[must_use]
     pub fn spread(&self, covariance: &DMatrix<f64>) -> [Spread; 2] {
         let root = Covariance {
@@ -80,8 +79,8 @@ impl Band {
         [0, 1].map(|k| Spread::of(all.iter().map(|v| v[k]).collect()))
     }
 
-    /// The means of DᵀD of tip and direction: with them, the mean variance of either is the trace of its product with
-    /// the covariance.
+    /// The means of DᵀD of tip and direction. The mean variance of either is the trace of its product with the
+    /// covariance.
     #[must_use]
     pub(crate) fn mean_squares(&self) -> [DMatrix<f64>; 2] {
         let count = self.parameters.len();
@@ -111,7 +110,7 @@ impl Spread {
     }
 }
 
-/// A machine with these errors, as an error file will have it after probings in these ranges.
+/// A machine with these errors, as in the error file after probing these ranges.
 fn as_identified(
     machine: &Machine,
     errors: &ErrorModel,

@@ -1,4 +1,4 @@
-//! What could be probed: balls at rotary positions, where the stylus reaches them.
+//! Candidate probings: balls at rotary positions that the stylus can reach.
 
 use super::touches::{Probe, Touching, Unreachable, touching};
 use crate::formats::artefact::Artefact;
@@ -18,7 +18,7 @@ pub struct Setup<'a> {
     pub artefact: &'a Artefact,
     /// Names of the balls that may be used.
     pub balls: Vec<String>,
-    /// How they are touched.
+    /// Geometry of the touches.
     pub probe: Probe,
     /// Standard uncertainty of a coordinate of a probing (mm).
     pub sigma: f64,
@@ -27,15 +27,15 @@ pub struct Setup<'a> {
 /// Positions that rotary axes and spindle may take (deg).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allowed {
-    /// Of each axis; nothing for linear ones.
+    /// For each axis; empty for linear ones.
     pub axes: Vec<Vec<f64>>,
-    /// Of the spindle.
+    /// For the spindle.
     pub spindle: Vec<f64>,
-    /// From where each axis may come: 0 if that does not matter.
+    /// Directions from which each axis may arrive: 0 if it does not matter.
     pub directions: Vec<Vec<f64>>,
 }
 
-/// Why allowed positions cannot be.
+/// Why allowed positions are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{reason}")]
 pub struct AllowedError {
@@ -45,23 +45,23 @@ pub struct AllowedError {
     pub remedy: &'static str,
 }
 
-/// How to write them.
+/// How to write allowed positions.
 const REMEDY: &str =
     "write AXIS=FROM:TO:STEP in degrees, separated by commas: A=-60:60:15,C=0:330:30,S=0:300:60";
-/// Steps through a travel (deg) if nothing else is said.
+/// Default number of steps over a travel, and step (deg) if it is a full turn.
 const STEPS: usize = 16;
 const TURN: f64 = 360.0;
 const WIDE: f64 = 30.0;
-/// Of the spindle, where it is indexed.
+/// Angles of the spindle (deg), if it is indexed.
 const SPINDLE: [f64; 6] = [0.0, 60.0, 120.0, 180.0, 240.0, 300.0];
-/// So many positions of one axis are enough.
+/// Largest number of positions of one axis.
 const MOST: usize = 721;
-/// What an axis travels before it stands where it came to from a direction (deg).
+/// Distance that an axis travels in a prescribed direction before it stops (deg).
 pub(super) const RUN_UP: f64 = 2.0;
 
 impl Allowed {
-    /// The whole travel of each rotary axis in steps of a sixteenth, or 30° where it turns right round, without
-    /// indexing the spindle; `directions` says of which axes it matters from where they come.
+    /// The whole travel of each rotary axis in sixteen steps, or steps of 30° if it covers a full turn, without
+    /// indexing the spindle. `directions` tells for which axes the direction of approach matters.
     #[must_use]
     pub fn of(machine: &Machine, directions: &[bool]) -> Self {
         let axes = machine.axes.iter().map(|axis| {
@@ -71,7 +71,7 @@ impl Allowed {
             } else if axis.modulo {
                 steps(0.0, TURN - WIDE, WIDE)
             } else if high - low >= TURN {
-                // From zero on, so that it is among them.
+                // Starting from zero, so that zero is included.
                 let (from, to) = ((low / WIDE).ceil() * WIDE, (high / WIDE).floor() * WIDE);
                 steps(from, to, WIDE)
             } else {
@@ -87,15 +87,15 @@ impl Allowed {
         }
     }
 
-    /// Lets the spindle turn right round, in steps of 60°.
+    /// Lets the spindle be indexed over a full turn in steps of 60°.
     pub fn index_spindle(&mut self) {
         self.spindle = SPINDLE.to_vec();
     }
 
-    /// Takes other positions from a text such as `A=-60:60:15,S=0:300:60`; one position is `A=0`.
+    /// Restricts the positions by a text such as `A=-60:60:15,S=0:300:60`; a single position is `A=0`.
     ///
     /// # Errors
-    /// [`AllowedError`]: an axis that does not turn, numbers that are none, positions outside the travel.
+    /// [`AllowedError`]: an axis that is not rotary, invalid numbers, positions outside the travel.
     pub fn restrict(&mut self, machine: &Machine, text: &str) -> Result<(), AllowedError> {
         let bad = |reason: String| AllowedError {
             reason,
@@ -149,16 +149,16 @@ impl Allowed {
 }
 
 fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
-    // As many as fit, but for rounding.
+    // As many as fit, with a margin for rounding.
     let count = ((to - from) / step + 1e-9).floor() as usize;
     (0..=count).map(|i| from + i as f64 * step).collect()
 }
 
-/// More need more time and memory than they are worth: they are thinned out at random.
+/// More candidates are not worth the time and memory; they are thinned out at random.
 const MANY: usize = 4000;
 
 impl Setup<'_> {
-    /// All that can be reached; with the reason, the first probing that cannot.
+    /// All reachable probings, and the first unreachable one with the reason.
     #[must_use]
     pub fn candidates(&self, allowed: &Allowed) -> (Probings, Option<(Probing, Unreachable)>) {
         let mut rows = vec![Probing {
@@ -200,7 +200,7 @@ impl Setup<'_> {
         let mut rows: Vec<Probing> = reached.into_iter().filter_map(Result::ok).collect();
         rows = with(rows, &allowed.spindle, |row, _, v| row.spindle = v, 0);
         if allowed.spindle.iter().any(|s| *s != 0.0) {
-            // A stylus that is not in the middle moves with the spindle.
+            // A stylus that is off centre moves with the spindle.
             rows.retain_mut(|row| match self.touching(row) {
                 Ok(touching) => {
                     *row = self.at(row.clone(), &touching);
@@ -222,7 +222,7 @@ impl Setup<'_> {
         (Probings { balls, rows }, first)
     }
 
-    /// A row with its linear axes where it is touched.
+    /// A row with its linear axes at the ball.
     fn at(&self, mut row: Probing, touching: &Touching) -> Probing {
         for (i, axis) in self.machine.axes.iter().enumerate() {
             if !axis.letter.is_rotary() {
@@ -243,12 +243,12 @@ impl Setup<'_> {
         touching(self.machine, self.artefact, ball, row, &self.probe)
     }
 
-    /// True if every axis can come from the direction that a row wants.
+    /// True if every axis has room to arrive from the direction that a row requires.
     fn has_run_up(&self, row: &Probing) -> bool {
         (0..self.machine.axes.len()).all(|i| self.can_come(row, i))
     }
 
-    /// True if an axis can come from the direction that a row wants.
+    /// True if an axis has room to arrive from the direction that a row requires.
     pub(super) fn can_come(&self, row: &Probing, i: usize) -> bool {
         let axis = &self.machine.axes[i];
         let from = row.position[i] - row.direction[i] * RUN_UP;

@@ -1,4 +1,4 @@
-//! A strategy that is as good as another one, with fewer probings.
+//! Finds a strategy that is as good as a given one, with fewer probings.
 
 use super::candidates::{Allowed, Setup};
 use super::design::{Choice, Criterion, DesignError, repeats, root};
@@ -8,11 +8,10 @@ use crate::formats::probings::Probings;
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
-/// How much less is known by one strategy than by another: uncertainties by uncertainties, 1 or less where it is
-/// no worse.
+/// Uncertainties of one strategy divided by those of another; 1 or less where it is at least as good.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratios {
-    /// Of the parameter that fares worst, of those that both see.
+    /// The parameter with the largest ratio, among those that both identify.
     pub parameter: Option<(Parameter, f64)>,
     /// Mean of the tip over the travel.
     pub tip: f64,
@@ -21,7 +20,7 @@ pub struct Ratios {
 }
 
 impl Ratios {
-    /// Of one strategy to another.
+    /// The ratios of one strategy to another.
     #[must_use]
     pub fn of(one: &Judgement, other: &Judgement) -> Self {
         let known = |parameters: &[Parameter], uncertainties: Vec<f64>| {
@@ -41,7 +40,7 @@ impl Ratios {
         }
     }
 
-    /// True if nothing that is asked for is known less.
+    /// True if nothing that the criterion requires is known less well.
     #[must_use]
     pub fn is_no_worse(&self, criterion: Criterion) -> bool {
         let parameter = match criterion {
@@ -54,21 +53,22 @@ impl Ratios {
     }
 }
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug)]
 pub struct AsGood {
-    /// The strategy of fewest probings; `None` if there is none.
+    /// The strategy with the fewest probings; `None` if there is none.
     pub strategy: Option<Probings>,
-    /// False if the search was ended early: one with fewer may exist.
+    /// False if the search was stopped early, so that a smaller one may exist.
     pub is_whole: bool,
 }
 
-/// The strategy of fewest probings found that knows tip and tool direction over the travel on average no less well
-/// than `other` does, by [`Criterion::Parameters`] every parameter too, and sees all that it sees; none if not even
-/// as many probings as that has do. The search ends after some seconds' work, the same on every computer.
+/// Finds the strategy with the fewest probings that knows tip and tool direction over the travel on average at least
+/// as well as `other`, and identifies everything that it identifies. Under [`Criterion::Parameters`] every parameter
+/// must be known as well, too. `None` if not even the same number of probings is enough. The search stops after a
+/// few seconds' work, the same amount on every computer.
 ///
 /// # Errors
-/// [`DesignError`]: nothing that can be reached.
+/// [`DesignError`]: nothing can be reached.
 pub fn as_good_as(
     setup: &Setup<'_>,
     allowed: &Allowed,
@@ -145,31 +145,31 @@ pub fn as_good_as(
     })
 }
 
-/// What the search may go through: 9 seconds on one core at 3 GHz. The document's largest model needs 0.8e9.
+/// Limit of the search: 9 seconds on one core at 3 GHz. The document's largest model needs 0.8e9.
 const MOST_WORK: u64 = 900_000_000;
 
-/// The first step to fewer probings is this part of them; then halves of it.
+/// The first step reduces the number of probings by this fraction; then the step is halved.
 const STEPS: usize = 6;
-/// How often what is not good enough gets more weight before there are too few probings.
+/// How often goals that are missed get more weight before the number of probings counts as too small.
 const ROUNDS: usize = 8;
-/// Beyond this ratio no weights will help.
+/// Beyond this ratio no weights help.
 const HOPELESS: f64 = 1.5;
-/// Up to this ratio repeated probings, which tell a little more, may make the difference.
+/// Up to this ratio, repeated probings, which add a little information, may make the difference.
 const NEAR: f64 = 1.05;
 
-/// The search for a design in which nothing is worse than it was.
+/// Search for a design in which nothing is worse than before.
 #[derive(Clone)]
 struct Search {
-    /// How much each of the goals matters, then tip and direction.
+    /// Weight of each goal, then of tip and direction.
     weights: Vec<f64>,
-    /// The volumetric error of both, by what it has to be.
+    /// Matrices of the volumetric error of tip and direction, relative to their goals.
     volume: [DMatrix<f64>; 2],
-    /// Which parameters there are, and what each has to be.
+    /// Indices of the parameters, and the goal of each.
     goals: Vec<(usize, f64)>,
 }
 
 impl Search {
-    /// What matters, each by what it has to be.
+    /// The weighted quantities, relative to their goals.
     fn effect(&self) -> DMatrix<f64> {
         let [tip, direction] = &self.volume;
         let columns = tip.ncols();
@@ -182,11 +182,11 @@ impl Search {
             let scaled = matrix * self.weights[weight].sqrt();
             effect.rows_mut(start, matrix.nrows()).copy_from(&scaled);
         }
-        // As many rows as parameters do the same.
+        // As many rows as parameters have the same effect.
         root(&effect.tr_mul(&effect))
     }
 
-    /// The ratio of each to what it has to be.
+    /// The ratio of each to its goal.
     fn ratios(&self, exchange: &Exchange) -> Vec<f64> {
         let covariance = exchange.covariance(self.volume[0].ncols());
         let parameters = self.goals.iter();
@@ -196,7 +196,7 @@ impl Search {
         parameters.chain(volume).collect()
     }
 
-    /// Gives what is not good enough more weight until all is.
+    /// Increases the weights of missed goals until all are met.
     fn settle(
         &mut self,
         choice: &Choice,

@@ -1,4 +1,4 @@
-//! A strategy for a time that there is.
+//! Proposes a strategy for a given number of probings.
 
 use super::band::Band;
 use super::candidates::{Allowed, Setup};
@@ -11,27 +11,27 @@ use crate::identify::{Foreseen, IdentifyError, Problem, Unknown};
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
-/// What a strategy is made best for.
+/// What a strategy optimizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Criterion {
     /// The volumetric error over the travel (I-optimal).
     ///
-    /// Its mean variance at the tip. Beside another strategy, its direction too.
+    /// Its mean variance at the tip. In a comparison of strategies also that of the direction.
     #[default]
     Volume,
     /// All unknowns together (D-optimal).
     ///
-    /// The determinant of their covariance. Beside another strategy, each parameter, and the volumetric error too.
+    /// The determinant of their covariance. In a comparison of strategies, each parameter and the volumetric error.
     Parameters,
 }
 
-/// What is wanted of a strategy.
+/// The requested strategy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// How many probings it has, repeated ones included.
+    /// Number of probings, including repeated ones.
     pub probings: usize,
-    /// What it is made best for.
+    /// What it optimizes.
     pub criterion: Criterion,
 }
 
@@ -41,7 +41,7 @@ pub enum DesignError {
     /// Nothing can be reached.
     #[error("no ball can be probed at any of the allowed positions: ball `{ball}` first: {reason}")]
     NothingReached {
-        /// A ball.
+        /// The first ball that fails.
         ball: String,
         /// Why not.
         reason: Unreachable,
@@ -49,45 +49,45 @@ pub enum DesignError {
     /// No position is allowed.
     #[error("no ball can be probed: there are no allowed positions")]
     NothingAllowed,
-    /// There is too little time.
+    /// Too few probings are permitted.
     #[error(
         "{probings} probings are too few for {unknowns} unknowns (parameters, stylus and balls)"
     )]
     TooFew {
-        /// How many there may be.
+        /// Number permitted.
         probings: usize,
-        /// How many unknowns can be seen.
+        /// Number of unknowns that can be identified.
         unknowns: usize,
-        /// How many probings would do, at least.
+        /// Smallest number required.
         least: usize,
     },
-    /// All positions together are too few.
+    /// Even all positions together are too few.
     #[error("at all {probings} positions that are allowed and can be reached: {error}")]
     TooFewPositions {
-        /// How many there are.
+        /// Number of candidate probings.
         probings: usize,
-        /// What is wrong.
+        /// The error of the identification.
         error: IdentifyError,
     },
 }
 
-/// One probing in so many is repeated, to show drift.
+/// One probing in this many is repeated, to show drift.
 const REPEATED: usize = 20;
 
-/// How many probings of a strategy of so many are the first one once more.
+/// Number of repetitions of the first probing in a strategy with `probings` probings.
 pub(super) fn repeats(probings: usize) -> usize {
     probings.div_ceil(REPEATED + 1)
 }
 
-/// All that can be chosen from, as equations.
+/// All candidates as equations.
 pub(super) struct Choice {
     pub candidates: Probings,
-    /// What all of them together would tell.
+    /// What all of them together would identify.
     pub foreseen: Foreseen,
-    /// Of the unknowns that can be seen.
+    /// Derivatives by the identifiable unknowns.
     rows: Vec<DMatrix<f64>>,
     fixed: DMatrix<f64>,
-    /// The volumetric error that these leave.
+    /// The volumetric error for the uncertainty of these.
     pub band: Band,
 }
 
@@ -133,25 +133,25 @@ impl Choice {
         })
     }
 
-    /// How many probings there must be at least.
+    /// Smallest number of probings.
     pub fn least(&self) -> usize {
         (self.foreseen.rank + 1)
             .saturating_sub(self.fixed.nrows())
             .div_ceil(3)
     }
 
-    /// `effect`: what of the parameters matters.
+    /// A design for this choice; `effect` is what matters of the parameters.
     pub fn exchange(&self, effect: &DMatrix<f64>) -> Exchange {
         Exchange::new(&self.rows, &self.fixed, &self.with_setup(effect))
     }
 
-    /// The same with columns for balls and stylus, of which nothing matters.
+    /// The same with zero columns for balls and stylus.
     pub(crate) fn with_setup(&self, effect: &DMatrix<f64>) -> DMatrix<f64> {
         let setup = self.foreseen.kept.len() - self.foreseen.parameters.len();
         effect.clone().insert_columns(effect.ncols(), setup, 0.0)
     }
 
-    /// Chosen rows in the order in which they are probed, with repeated ones.
+    /// Chosen rows in the order in which they are probed, with the repeated ones.
     pub fn strategy(&self, setup: &Setup<'_>, chosen: &[usize], repeats: usize) -> Probings {
         let rows = chosen.iter().map(|i| self.candidates.rows[*i].clone());
         let rows = repeated(ordered(setup.machine, rows.collect()), repeats);
@@ -159,7 +159,7 @@ impl Choice {
     }
 }
 
-/// Rows as a file has them: balls in the order in which they come, lines below a header.
+/// Rows as in a file: balls in order of appearance, line numbers after a header.
 fn numbered(names: &[String], rows: Vec<Probing>) -> Probings {
     let mut strategy = Probings::default();
     for (i, row) in rows.into_iter().enumerate() {
@@ -178,7 +178,7 @@ fn numbered(names: &[String], rows: Vec<Probing>) -> Probings {
     strategy
 }
 
-/// A matrix whose square is this one, which is symmetric and has no negative eigenvalues but for rounding.
+/// A matrix R with RᵀR = `square`, which is symmetric and positive semidefinite up to rounding.
 pub(super) fn root(square: &DMatrix<f64>) -> DMatrix<f64> {
     let eigen = square.clone().symmetric_eigen();
     let mut root = eigen.eigenvectors.transpose();
@@ -188,10 +188,11 @@ pub(super) fn root(square: &DMatrix<f64>) -> DMatrix<f64> {
     root
 }
 
-/// The parameters that cannot be told from the stylus at all allowed positions together, without indexing the spindle.
+/// The parameters that cannot be separated from the stylus at all allowed positions together unless the spindle is
+/// indexed.
 ///
 /// # Errors
-/// [`DesignError`]: nothing that can be reached, too few positions.
+/// [`DesignError`]: nothing can be reached, or too few positions.
 pub fn needs_spindle(
     setup: &Setup<'_>,
     allowed: &Allowed,
@@ -199,7 +200,7 @@ pub fn needs_spindle(
     assumed: &ErrorModel,
 ) -> Result<Vec<Parameter>, DesignError> {
     let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
-    // Along the tool the spindle moves nothing.
+    // Turning the spindle does not move the stylus along the tool.
     let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(k) if *k != setup.machine.tool_axis);
     let needs = all.unseen.iter().filter_map(|unseen| match unseen.unknown {
         Unknown::Parameter(parameter) if unseen.with.iter().any(is_stylus) => Some(parameter),
@@ -208,11 +209,11 @@ pub fn needs_spindle(
     Ok(needs.collect())
 }
 
-/// Proposes a strategy of allowed positions: the choice by exchange that leaves least, in an order that moves
-/// little, and with the first probing repeated for drift.
+/// Proposes a strategy of allowed positions: the best choice found by exchange, in an order with short moves, and
+/// with the first probing repeated to show drift.
 ///
 /// # Errors
-/// [`DesignError`]: nothing that can be reached, too little time.
+/// [`DesignError`]: nothing can be reached, or too few probings.
 pub fn design(
     setup: &Setup<'_>,
     allowed: &Allowed,

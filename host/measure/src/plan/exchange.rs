@@ -1,25 +1,25 @@
-//! The choice of rows that tell most: rows are added and taken away one by one as long as that helps.
+//! Chooses the most informative rows, by adding and removing rows one by one as long as that helps.
 
 use nalgebra::{DMatrix, Matrix3};
 use trueaxis_model::parallel;
 
-/// What a design is judged by.
+/// The criterion of a design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
     /// The determinant of the covariance (D-optimal): all unknowns together.
     Determinant,
-    /// The mean variance of what the unknowns do (I-optimal).
+    /// The mean variance of the effect of the unknowns (I-optimal).
     Effect,
 }
 
-/// A set of three equations, chosen or not.
+/// A group of three equations, chosen or not.
 #[derive(Clone)]
 struct Row {
     /// Their derivatives, transposed: unknowns × 3.
     equations: DMatrix<f64>,
-    /// Their covariance by the design as it is.
+    /// Their covariance under the current design.
     variance: Matrix3<f64>,
-    /// Its covariance with the effect.
+    /// Their covariance with the effect.
     effect: DMatrix<f64>,
     chosen: bool,
 }
@@ -30,30 +30,30 @@ pub(super) struct Exchange {
     rows: Vec<Row>,
     /// The covariance of the unknowns, in units of [`Self::scales`].
     covariance: DMatrix<f64>,
-    /// What is known without any row.
+    /// Information without any row.
     known: DMatrix<f64>,
     /// The effect: its mean variance is the trace of `effect · covariance · effectᵀ`.
     effect: DMatrix<f64>,
-    /// What an unknown of 1 is here.
+    /// The scale of each unknown.
     scales: Vec<f64>,
-    /// Numbers that changes have gone through so far, and after how many no more exchanges are tried.
+    /// Work done so far (in matrix elements), and the limit after which exchanges stop.
     work: u64,
     most_work: u64,
 }
 
-/// As long as nothing is chosen, unknowns are known by this part of what one row tells on average: far less
-/// than the worst combination of the document's largest model (condition 3900) gets from one row.
+/// Initial information on the unknowns, as a fraction of that of an average row: far less than one row gives for the
+/// worst combination of the document's largest model (condition number 3900).
 const IGNORANCE: f64 = 1e-9;
-/// An exchange must gain this part of what it is about, or it is rounding.
+/// An exchange must gain this fraction, or it is rounding.
 const WORTH: f64 = 1e-6;
-/// After so many rows all is counted anew.
+/// Number of row changes after which everything is recomputed.
 const FRESH: usize = 16;
-/// Exchanges per row: they come to an end by themselves, after one or two.
+/// Largest number of exchanges per row; they usually end after one or two.
 const PATIENCE: usize = 5;
 
 impl Exchange {
-    /// Rows of three equations to choose from, equations that hold anyway, and what of the unknowns matters (rows
-    /// whose squares are averaged); all with one column per unknown.
+    /// `rows` of three equations to choose from, equations that always apply, and the effect of the unknowns (rows
+    /// whose squares are averaged). All have one column per unknown.
     pub fn new(rows: &[DMatrix<f64>], fixed: &DMatrix<f64>, effect: &DMatrix<f64>) -> Self {
         let unknowns = fixed.ncols();
         let mut scales = vec![0.0; unknowns];
@@ -89,17 +89,17 @@ impl Exchange {
         exchange
     }
 
-    /// No more exchanges than so much work.
+    /// Limits the work for exchanges.
     pub(crate) fn limited_to(self, most_work: u64) -> Self {
         Self { most_work, ..self }
     }
 
-    /// True if that has been done.
+    /// True if the limit has been reached.
     pub(crate) fn is_done(&self) -> bool {
         self.work > self.most_work
     }
 
-    /// An earlier state, with the work since then done.
+    /// Returns to an earlier state, but keeps the count of work.
     pub(crate) fn back_to(&mut self, earlier: &Self) {
         *self = Self {
             work: self.work,
@@ -108,13 +108,13 @@ impl Exchange {
         };
     }
 
-    /// Other things matter from now on.
+    /// Changes the effect that matters.
     pub(crate) fn set_effect(&mut self, effect: &DMatrix<f64>) {
         self.effect = scaled(effect, &self.scales);
         self.refresh();
     }
 
-    /// Chooses `count` rows: first those that tell most one after the other, then by exchange.
+    /// Chooses `count` rows: first greedily one after the other, then by exchange.
     pub fn choose(&mut self, count: usize, measure: Measure) {
         for number in 1..=count.min(self.rows.len()) {
             if let Some((best, _)) = self.best(Measure::Determinant) {
@@ -148,7 +148,7 @@ impl Exchange {
         }
     }
 
-    /// Takes the row away that tells least, and exchanges the others.
+    /// Removes the least informative row, and exchanges the others.
     pub(crate) fn shrink(&mut self, measure: Measure) {
         if let Some((old, _)) = self.worst(measure) {
             self.change(old, false);
@@ -156,7 +156,7 @@ impl Exchange {
         }
     }
 
-    /// The numbers of the rows that are chosen.
+    /// The indices of the chosen rows.
     pub fn chosen(&self) -> Vec<usize> {
         (0..self.rows.len())
             .filter(|i| self.rows[*i].chosen)
@@ -170,12 +170,12 @@ impl Exchange {
         })
     }
 
-    /// The row that gains most.
+    /// The row with the largest gain.
     fn best(&self, measure: Measure) -> Option<(usize, f64)> {
         let gain = |row: &Row| {
             let with = Matrix3::identity() + row.variance;
             match measure {
-                // By eigenvalues: as long as little is known they are some 1e9 and 1, and a determinant would be
+                // By eigenvalues: with little information they are about 1e9 and 1, and a determinant would be
                 // rounding.
                 Measure::Determinant => {
                     let values = row.variance.symmetric_eigenvalues();
@@ -191,7 +191,7 @@ impl Exchange {
         first_of_most(free.map(|(i, row)| (i, gain(row))).collect())
     }
 
-    /// The row whose loss is least.
+    /// The row with the smallest loss.
     fn worst(&self, measure: Measure) -> Option<(usize, f64)> {
         let loss = |row: &Row| {
             let without = Matrix3::identity() - row.variance;
@@ -208,7 +208,7 @@ impl Exchange {
         first_of_most(losses.collect()).map(|(i, loss)| (i, -loss))
     }
 
-    /// Adds a row or takes it away (Woodbury).
+    /// Adds or removes a row (Woodbury).
     fn change(&mut self, number: usize, add: bool) {
         self.work += (self.rows.len() * (self.scales.len() + self.effect.nrows())) as u64;
         let row = &mut self.rows[number];
@@ -232,7 +232,7 @@ impl Exchange {
         }
     }
 
-    /// All anew from what is chosen: changes add up rounding.
+    /// Recomputes everything from the chosen rows, because rounding accumulates.
     fn refresh(&mut self) {
         let mut information = self.known.clone();
         for row in self.rows.iter().filter(|r| r.chosen) {
@@ -256,10 +256,10 @@ impl Exchange {
     }
 }
 
-/// Rows that differ by less than this part are alike: by symmetry many are, and rounding is not to choose.
+/// Values that differ by less than this fraction are equal: by symmetry many are, and rounding must not decide.
 const ALIKE: f64 = 1e-9;
 
-/// The first of those whose value is the largest.
+/// The first of those with the largest value.
 fn first_of_most(values: Vec<(usize, f64)>) -> Option<(usize, f64)> {
     let most = values.iter().map(|(_, v)| *v).max_by(f64::total_cmp)?;
     let least = most - ALIKE * most.abs();
@@ -286,7 +286,7 @@ impl Row {
 mod tests {
     use super::*;
 
-    /// Twelve rows for four unknowns, without any order.
+    /// Twelve rows without any pattern for four unknowns.
     fn rows() -> Vec<DMatrix<f64>> {
         (0..12)
             .map(|k| {
@@ -317,7 +317,7 @@ mod tests {
         let chosen = exchange.chosen();
         assert_eq!(chosen.len(), 4);
         let exact = information(&rows, &chosen).try_inverse().unwrap();
-        // The ignorance is 1e-9 of the information of a row; what is taken away costs digits.
+        // The initial information is 1e-9 of that of a row; removing rows loses digits.
         assert!((exchange.covariance(4) - exact).amax() < 1e-6);
     }
 
@@ -360,14 +360,14 @@ mod tests {
             for place in 0..chosen.len() {
                 let mut with = chosen.clone();
                 with[place] = new;
-                // What gains less than 1e-6 is left.
+                // Gains below 1e-6 are left.
                 let other = badness(&with);
                 assert!(
                     other > best - 1e-5 * best.abs(),
                     "{measure:?}: {other} {best}"
                 );
             }
-            // Better than most that were not chosen: four one after the other.
+            // Better than most choices of four consecutive rows.
             let worse = (0..9).filter(|i| badness(&[*i, i + 1, i + 2, i + 3]) > best);
             assert!(worse.count() >= 7);
         }

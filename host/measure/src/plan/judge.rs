@@ -1,4 +1,4 @@
-//! What a strategy will tell.
+//! Predicts what a strategy will identify.
 
 use super::band::{Band, Spread};
 use super::candidates::Setup;
@@ -10,42 +10,42 @@ use crate::simulate::{Disturbances, SimulateError, probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 
-/// What a strategy will tell.
+/// Prediction for a strategy.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The strategy with the positions at which the assumed machine is on the balls, and with uncertainties.
+    /// The strategy with the positions at which the assumed machine is at the balls, and with uncertainties.
     pub strategy: Probings,
-    /// Parameters, their covariance, what is not seen.
+    /// Identifiable parameters, their covariance, and what cannot be identified.
     pub foreseen: Foreseen,
     /// Standard uncertainty of the tip over the travel (mm).
     pub tip: Spread,
-    /// Of the tool direction (rad).
+    /// Standard uncertainty of the tool direction (rad).
     pub direction: Spread,
-    /// For each of the parameters that are not seen, a probing with which it would be.
+    /// For each parameter that is not identifiable, a probing with which it would be.
     pub remedies: Vec<Remedy>,
-    /// Rows that the probe does not reach.
+    /// Rows that the probe cannot reach.
     pub unreachable: Vec<(Probing, Unreachable)>,
 }
 
-/// Why a strategy cannot be judged.
+/// Why a strategy cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JudgeError {
-    /// A row cannot be.
+    /// A row is impossible.
     #[error(transparent)]
     Strategy(#[from] SimulateError),
-    /// It has too few rows.
+    /// There are too few rows.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
 }
 
-/// Positions at which the volumetric error is looked at: the mean is certain to some 2 %.
+/// Number of positions at which the volumetric error is evaluated; its mean is accurate to about 2 %.
 const POSITIONS: usize = 1000;
 
-/// A strategy with the positions at which the assumed machine is on the balls, and with the uncertainty of the
-/// setup where its own rows do not all have one.
+/// A strategy with the positions at which the assumed machine is at the balls, and with the uncertainty of `setup`
+/// unless all of its rows have their own.
 ///
 /// # Errors
-/// [`SimulateError`]: a ball without a place, a position outside the travel.
+/// [`SimulateError`]: a ball without a position, a position outside the travel.
 pub fn placed(
     setup: &Setup<'_>,
     strategy: &Probings,
@@ -57,7 +57,7 @@ pub fn placed(
     for (row, wanted) in placed.rows.iter_mut().zip(&strategy.rows) {
         for (i, axis) in setup.machine.axes.iter().enumerate() {
             if axis.letter.is_rotary() {
-                // Without the rounding of radians.
+                // Without rounding errors from radians.
                 row.position[i] = wanted.position[i];
             }
         }
@@ -70,10 +70,10 @@ pub fn placed(
     Ok(placed)
 }
 
-/// Judges a strategy by the equations of `identify`.
+/// Evaluates a strategy by the equations of `identify`.
 ///
 /// # Errors
-/// [`JudgeError`]: rows that cannot be, or too few.
+/// [`JudgeError`]: rows that are impossible, or too few.
 pub fn judge(
     setup: &Setup<'_>,
     parameters: &[Parameter],
@@ -91,7 +91,7 @@ pub fn judge(
     Ok(judgement)
 }
 
-/// The same without remedies, which take longest.
+/// The same without remedies, which take most of the time.
 pub(super) fn judge_alone(
     setup: &Setup<'_>,
     parameters: &[Parameter],

@@ -1,15 +1,15 @@
-//! In which order a strategy is probed.
+//! The order in which a strategy is probed.
 
 use crate::formats::probings::Probing;
 use trueaxis_model::machine::Machine;
 
-/// A linear axis goes so far (mm) while a rotary one turns by a degree: both at the largest speeds that the
-/// runtime takes axes to have by default, 500 mm/s and 180 °/s.
+/// Travel of a linear axis (mm) in the time of a degree of a rotary one, at the runtime's default maximum speeds,
+/// 500 mm/s and 180 °/s.
 const MM_PER_DEGREE: f64 = 500.0 / 180.0;
-/// Each place on which a way may be turned round is tried so often.
+/// Number of passes over all places where a section can be reversed.
 const ROUNDS: usize = 50;
 
-/// How far it is from one probing to the next (deg).
+/// Distance from one probing to the next (deg).
 fn distance(machine: &Machine, a: &Probing, b: &Probing) -> f64 {
     let turned = (a.spindle - b.spindle).abs();
     let moved = machine.axes.iter().zip(a.position.iter().zip(b.position));
@@ -24,8 +24,8 @@ fn distance(machine: &Machine, a: &Probing, b: &Probing) -> f64 {
     moved.sum::<f64>() + turned
 }
 
-/// The rows in an order that moves little: from the one nearest to zero always to the nearest next, then parts of
-/// the way are turned round as long as that makes it shorter.
+/// The rows in an order with short moves: starting near zero, always to the nearest next row; then sections are
+/// reversed as long as that shortens the path.
 pub(super) fn ordered(machine: &Machine, mut rows: Vec<Probing>) -> Vec<Probing> {
     let to = |a: &Probing, b: &Probing| distance(machine, a, b);
     let turned = |row: &Probing| {
@@ -69,7 +69,7 @@ pub(super) fn ordered(machine: &Machine, mut rows: Vec<Probing>) -> Vec<Probing>
     rows
 }
 
-/// Puts the first row in again `count` times, evenly, the last time at the end; with the number of the run.
+/// Repeats the first row `count` times, evenly distributed and the last time at the end, and numbers the runs.
 pub(super) fn repeated(rows: Vec<Probing>, count: usize) -> Vec<Probing> {
     let Some(first) = rows.first().cloned().filter(|_| count > 0) else {
         return rows;

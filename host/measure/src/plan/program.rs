@@ -1,4 +1,4 @@
-//! A strategy as a program for a controller.
+//! Writes a strategy as a program for a controller.
 
 use super::candidates::{RUN_UP, Setup};
 use super::touches::{PER_BALL, Touching, Unreachable};
@@ -6,7 +6,7 @@ use crate::formats::probings::{Probing, Probings};
 use std::fmt::Write;
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// How fast it goes (mm/min).
+/// Feed rates (mm/min).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feeds {
     /// Touching.
@@ -15,7 +15,7 @@ pub struct Feeds {
     pub near: f64,
 }
 
-/// A row that cannot be touched, and why.
+/// A row that cannot be touched, with the reason.
 pub type NotTouched = Box<(Probing, Unreachable)>;
 
 /// All touches of a strategy, row by row.
@@ -29,9 +29,9 @@ fn touchings(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Touching>, No
         .collect()
 }
 
-/// Axis words of some axes.
+/// Program words of some axes.
 fn words(machine: &Machine, position: &PerAxis, is_in: impl Fn(usize) -> bool) -> String {
-    // X Y Z A B C U V W, as they are usually written.
+    // X Y Z A B C U V W, the usual order.
     let in_order = "XYZABCUVW"
         .chars()
         .filter_map(|letter| machine.index(letter));
@@ -47,11 +47,11 @@ fn unsigned(value: f64) -> f64 {
     if value.abs() < 5e-5 { 0.0 } else { value }
 }
 
-/// A program for LinuxCNC: five touches for each row (`G38.2`), whose machine positions it writes into `log`
+/// A program for LinuxCNC: five touches for each row (`G38.2`), whose machine positions are written to `log`
 /// (`PROBEOPEN`), one line each.
 ///
-/// It works in machine coordinates: it sets the coordinate system G59.3 to zero and takes the tool length off, for
-/// LinuxCNC writes what it would show.
+/// It works in machine coordinates: it sets the coordinate system G59.3 to zero and cancels the tool length, because
+/// LinuxCNC logs the displayed position.
 ///
 /// # Errors
 /// The first row that cannot be touched.
@@ -96,7 +96,7 @@ pub fn linuxcnc(
             words(machine, away, is_rotary)
         );
         if last.is_none() {
-            // Away from the table first, wherever it starts.
+            // First move away from the table, wherever the program starts.
             let up = |i: usize| is_linear(i) && (away[i] - above[i]).abs() > 1e-6;
             let _ = writeln!(text, "G0{}", words(machine, away, up));
         }
@@ -158,7 +158,7 @@ pub fn linuxcnc(
     Ok(text)
 }
 
-/// What may stand in a comment.
+/// Removes characters that are not allowed in a comment.
 fn plain(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii() && !c.is_ascii_control() && !"()".contains(c);
     name.chars()
@@ -170,8 +170,8 @@ fn plural(balls: usize) -> String {
     format!("{balls} ball{}", if balls == 1 { "" } else { "s" })
 }
 
-/// The same as a table (CSV, mm and degrees), one line per touch: rotary axes and spindle, then the linear axes with
-/// the stylus on the centre of the ball, where the touch begins, and where it ends if nothing is touched.
+/// The same as a table (CSV, mm and degrees), one line per touch: rotary axes and spindle; linear axes with the
+/// stylus at the ball centre, at the start of the touch, and at its end if nothing is touched.
 ///
 /// # Errors
 /// The first row that cannot be touched.

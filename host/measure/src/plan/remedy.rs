@@ -1,4 +1,4 @@
-//! Which probing would show what the others do not.
+//! Finds probings that identify what the others cannot.
 
 use super::candidates::{Allowed, Setup};
 use super::touches::Probe;
@@ -10,23 +10,24 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// A probing that shows what the others do not.
+/// A probing that identifies an unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remedy {
-    /// What is not seen without it.
+    /// The unknown that cannot be identified without it.
     pub unseen: Unknown,
     /// The probing; its ball is one of the strategy's.
     pub add: Option<Probing>,
 }
 
-/// For so many parameters that are not seen another position is looked for.
+/// Largest number of parameters for which a position is searched.
 const REMEDIES: usize = 12;
-/// Of the spindle, where one is added.
+/// Angles of the spindle (deg), if one is added.
 const SPINDLE: [f64; 4] = [0.0, 90.0, 180.0, 270.0];
 
-/// For each parameter that was looked for and is not seen, a probing of the same balls that would show it: of the machine
-/// as it was identified, with `base` known before, balls and stylus where they were found, and the stylus no
-/// farther from the direction in which a ball stands away from the table than it was.
+/// For each parameter that was looked for but cannot be identified, a probing of the same balls that would identify
+/// it. It is computed for the identified machine, with `base` known before and balls and stylus where they were
+/// found. The stylus stays at least as close to the direction in which a ball stands off the table as in the
+/// probings.
 #[must_use]
 pub fn would_show(
     machine: &Machine,
@@ -81,14 +82,14 @@ pub fn would_show(
     remedies
 }
 
-/// The largest angle (rad) at which the stylus was from the direction in which a ball stands away from the table.
+/// The largest angle (rad) between the stylus and the direction in which a ball stands off the table.
 fn widest(machine: &Machine, probings: &Probings, artefact: &Artefact) -> f64 {
     let perfect = ErrorModel::perfect(machine);
     let kinematics = Kinematics::new(machine, &perfect);
     let angle = |row: &Probing| {
         let pose = kinematics.nominal(&machine.to_kinematic(&row.position), None);
         let to_spindle = Vector3::from(machine.direction(&pose));
-        // What touches there computes must not be a rounding more.
+        // Allow for rounding in the comparison with touches.
         let angle = to_spindle
             .dot(&artefact.balls[row.ball].away)
             .clamp(-1.0, 1.0);
@@ -97,7 +98,7 @@ fn widest(machine: &Machine, probings: &Probings, artefact: &Artefact) -> f64 {
     probings.rows.iter().map(angle).fold(0.0, f64::max)
 }
 
-/// What probings of a machine will tell of which `base` is known.
+/// Prediction for probings of a machine with `base` known.
 pub(super) fn foreseen(
     setup: &Setup<'_>,
     parameters: &[Parameter],
@@ -109,7 +110,8 @@ pub(super) fn foreseen(
     problem.foresee(assumed)
 }
 
-/// For each parameter that is not seen the one probing that shows most of it, if it then is seen.
+/// For each unidentifiable parameter, the single probing with the largest effect of it, if that makes it
+/// identifiable.
 pub(super) fn remedies(
     setup: &Setup<'_>,
     parameters: &[Parameter],
@@ -159,7 +161,7 @@ pub(super) fn remedies(
     };
     let each = unseen.into_iter().map(|(unseen, hidden)| Remedy {
         unseen: unseen.unknown,
-        // Not every spindle can be indexed.
+        // Try without the spindle first, because not every spindle can be indexed.
         add: remedy(unseen.unknown, hidden, false).or_else(|| remedy(unseen.unknown, hidden, true)),
     });
     each.collect()

@@ -1,9 +1,9 @@
-//! Position sets with a name: those by which the source document calibrates and validates.
+//! Named position sets, by which the source document calibrates and validates.
 //!
-//! *Chase-the-ball* follows one ball through rotary positions (Bringmann and Knapp 2006; Table 5-4), *RUMBA* probes
-//! every ball of an artefact without known lengths at the same ones (Table 5-3), *SAMBA* has a scale bar besides, turns
-//! the spindle, and probes at each position the balls that are free (Table 4-1). The lists are those of the document for
-//! its machines; other machines get them for their own two rotary axes.
+//! *Chase-the-ball* follows one ball through rotary positions (Bringmann and Knapp 2006; Table 5-4). *RUMBA* probes
+//! every ball of an artefact without known lengths at the same positions (Table 5-3). *SAMBA* adds a scale bar,
+//! turns the spindle, and at each position probes the balls that are accessible (Table 4-1). The lists are those of
+//! the document for its machines; for other machines they are scaled to their two rotary axes.
 
 use super::candidates::Setup;
 use super::touches::Unreachable;
@@ -31,7 +31,7 @@ pub enum Set {
 }
 
 impl Set {
-    /// Its name in the command.
+    /// Its name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -41,14 +41,14 @@ impl Set {
         }
     }
 
-    /// How far (deg) the stylus leans from where a ball stands away from the table, at most: SAMBA turns the table by a
-    /// quarter.
+    /// Largest angle (deg) between the stylus and the direction in which a ball stands off the table, if the set
+    /// needs another default: SAMBA turns the table by a quarter.
     #[must_use]
     pub fn cone(self) -> Option<f64> {
         (self == Self::Samba).then_some(90.0)
     }
 
-    /// The document's list, on its own machine, and there the axis that tilts and the one that turns.
+    /// The document's list, with the indices of the tilting and the turning axis on its own machine.
     fn listed(self) -> Result<(Probings, [usize; 2]), FileError> {
         let (machine, text, tilts) = match self {
             Self::ChaseTheBall => (
@@ -83,7 +83,7 @@ impl fmt::Display for Set {
     }
 }
 
-/// A set on a machine.
+/// A position set on a machine.
 #[derive(Clone, Debug)]
 pub struct Positions {
     /// The probings, in the order of the document.
@@ -92,39 +92,39 @@ pub struct Positions {
     pub left_out: Vec<(String, Probing, Unreachable)>,
 }
 
-/// Why a machine or an artefact does not have a set.
+/// Why a set cannot be used on a machine or with an artefact.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetError {
-    /// It has another number of rotary axes.
+    /// The machine does not have two rotary axes.
     #[error("{set} turns balls with two rotary axes: {machine} has {rotary}")]
     Axes {
         /// The set.
         set: Set,
         /// Name of the machine.
         machine: String,
-        /// Its rotary axes.
+        /// Number of its rotary axes.
         rotary: usize,
     },
-    /// One ball is followed, not several.
+    /// Exactly one ball must be given.
     #[error("chase-the-ball follows one ball, not {balls}")]
     OneBall {
-        /// How many were named.
+        /// Number of balls given.
         balls: usize,
     },
-    /// SAMBA needs a length.
+    /// SAMBA needs a bar.
     #[error("samba needs a bar, and the artefact has none")]
     NoBar,
-    /// And balls besides those of the bar.
+    /// SAMBA needs balls in addition to those of the bar.
     #[error("samba needs master balls in addition to the two of the bar")]
     NoMasterBall,
-    /// Nothing of it can be probed.
+    /// No row can be probed.
     #[error("nothing of {set} can be probed: ball {ball}: {reason}")]
     NothingReached {
         /// The set.
         set: Set,
-        /// A ball.
+        /// The first ball that fails.
         ball: String,
-        /// Why not.
+        /// The reason.
         reason: Unreachable,
     },
     /// A list of the document cannot be read.
@@ -133,7 +133,7 @@ pub enum SetError {
 }
 
 impl SetError {
-    /// What to do about it.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -155,16 +155,16 @@ impl SetError {
     }
 }
 
-/// Positions of scaled axes are whole tenths of a degree.
+/// Positions of scaled axes are rounded to tenths of a degree.
 const TENTHS: f64 = 10.0;
-/// What is so near to one is one: rounding.
+/// Values this close to one count as one: rounding.
 const NEAR: f64 = 1e-12;
 const TURN: f64 = 360.0;
 
-/// A set for a machine and its artefact: without what the stylus or an axis does not reach.
+/// A set for a machine and its artefact, without the rows that the stylus or an axis cannot reach.
 ///
-/// The tilting axis goes as far as in the document, or in proportion as far as its travel allows on either side; the
-/// turning axis, which is that with the larger travel, takes the same angles, whole turns apart where its travel is
+/// The tilting axis goes as far as in the document, or proportionally less if its travel on a side is smaller. The
+/// turning axis, the one with the larger travel, takes the same angles, shifted by whole turns if its travel is
 /// smaller.
 ///
 /// # Errors
@@ -212,7 +212,7 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<Positions, SetError> {
             Err(reason) => found
                 .left_out
                 .push((setup.balls[ball].clone(), row, reason)),
-            // Whole turns apart, two of the document can be one.
+            // Shifted by whole turns, two positions of the document can coincide.
             Ok(_) if found.strategy.rows.iter().any(|r| is_same(r, &row)) => {}
             Ok(_) => {
                 row.line = found.strategy.rows.len() + 2;
@@ -238,7 +238,7 @@ fn is_same(a: &Probing, b: &Probing) -> bool {
         && a.direction == b.direction
 }
 
-/// Names of the balls that are probed, in the order in which they come.
+/// Names of the balls that are probed, in order of appearance.
 fn only_used(mut found: Positions) -> Positions {
     let mut balls: Vec<String> = Vec::new();
     for row in &mut found.strategy.rows {
@@ -252,7 +252,7 @@ fn only_used(mut found: Positions) -> Positions {
     found
 }
 
-/// The axis that tilts and the one that turns.
+/// The tilting axis and the turning axis.
 fn rotary(machine: &Machine, set: Set) -> Result<[usize; 2], SetError> {
     let all: Vec<usize> = (0..machine.axes.len())
         .filter(|i| machine.axes[*i].letter.is_rotary())
@@ -271,7 +271,7 @@ fn rotary(machine: &Machine, set: Set) -> Result<[usize; 2], SetError> {
             false => axis.travel[1] - axis.travel[0],
         }
     };
-    // Of two that turn as far, the one nearer to the workpiece: axes of its branch are listed outwards.
+    // If both have the same travel, the one nearer to the workpiece turns: axes of its branch are listed outwards.
     let a_turns = match travel(a).total_cmp(&travel(b)) {
         std::cmp::Ordering::Greater => true,
         std::cmp::Ordering::Less => false,
@@ -280,7 +280,7 @@ fn rotary(machine: &Machine, set: Set) -> Result<[usize; 2], SetError> {
     Ok(if a_turns { [b, a] } else { [a, b] })
 }
 
-/// A position as it is where the travel allows the whole extent of its side, or in proportion.
+/// A position, reduced proportionally if the travel does not allow the whole range on its side.
 fn scaled(position: f64, [least, most]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
     let part = match position > 0.0 {
         true => (high / most).clamp(0.0, 1.0),
@@ -288,14 +288,14 @@ fn scaled(position: f64, [least, most]: [f64; 2], [low, high]: [f64; 2]) -> f64 
         false => 1.0,
     };
     let moved = match part < 1.0 {
-        // Towards zero, so that it stays inside.
+        // Rounded towards zero, so that it stays inside.
         true => (position * part * TENTHS * (1.0 + NEAR)).trunc() / TENTHS,
         false => position,
     };
     moved.clamp(low, high)
 }
 
-/// The same angle inside the travel, if there is one.
+/// The same angle inside the travel, if possible.
 fn turned(position: f64, extent: [f64; 2], machine: &Machine, axis: usize) -> f64 {
     let axis = &machine.axes[axis];
     let [low, high] = axis.travel;
@@ -307,7 +307,7 @@ fn turned(position: f64, extent: [f64; 2], machine: &Machine, axis: usize) -> f6
     inside.unwrap_or_else(|| scaled(position, extent, [low, high]))
 }
 
-/// The rows of the list for the balls of the artefact: the number of a ball of the setup, and a row.
+/// The rows of the list for the balls of the artefact: the index of a ball of the setup, and a row.
 fn of_balls(
     setup: &Setup<'_>,
     set: Set,
@@ -334,7 +334,7 @@ fn of_balls(
             if masters.is_empty() {
                 return Err(SetError::NoMasterBall);
             }
-            // In the list the balls of the bar are 1 and 2.
+            // In the list, the balls of the bar are 1 and 2.
             let ball = |row: &Probing| -> Option<usize> {
                 let number: usize = listed.balls[row.ball].parse().ok()?;
                 match number.checked_sub(1)? {
@@ -360,7 +360,7 @@ mod tests {
         assert_eq!(scaled(55.0, extent, [-120.0, 120.0]), 55.0);
         assert_eq!(scaled(55.0, extent, [-120.0, 30.0]), 30.0);
         assert_eq!(scaled(-55.0, extent, [-120.0, 30.0]), -55.0);
-        // 20 of 55 on 30: 10.909, towards zero.
+        // 20 of 55 scaled to 30: 10.909, rounded towards zero.
         assert!((scaled(20.0, extent, [-120.0, 30.0]) - 10.9).abs() < 1e-12);
         // An axis that does not reach the other side stays at its end.
         assert_eq!(scaled(-20.0, extent, [5.0, 90.0]), 5.0);

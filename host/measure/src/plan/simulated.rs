@@ -1,4 +1,4 @@
-//! Touches as a machine with known errors would give them.
+//! Simulates touches on a machine with known errors.
 
 use super::touches::{PER_BALL, Probe, touching};
 use crate::formats::artefact::Artefact;
@@ -12,15 +12,15 @@ use trueaxis_model::errors::Situation;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// Halvings of a touch: 30 mm become 30 fm.
+/// Number of bisections of a touch: 30 mm become 30 fm.
 const HALVINGS: usize = 50;
 
-/// Axis positions (mm, deg) at which the stylus of a machine touches the balls of an artefact on the way of each
-/// touch of a strategy, which was planned for balls at their `planned` places; five for each row. Of the
-/// disturbances noise (of each touch along each linear axis) and drift.
+/// Axis positions (mm, deg) at which the stylus touches the balls of an artefact along each touch of a strategy,
+/// which was planned for balls at their `planned` positions; five for each row. Of the disturbances, noise (of each
+/// touch along each linear axis) and drift are applied.
 ///
 /// # Errors
-/// [`SimulateError`]: a ball without a place, one that is not touched.
+/// [`SimulateError`]: a ball without a position, or one that is not touched.
 pub fn simulated_touches(
     kinematics: &Kinematics<'_>,
     planned: &Artefact,
@@ -70,7 +70,7 @@ pub fn simulated_touches(
     Ok(touched)
 }
 
-/// Where a way is no longer free.
+/// The first position along a path that is not free.
 fn between(begin: &PerAxis, end: &PerAxis, is_free: impl Fn(&PerAxis) -> bool) -> Option<PerAxis> {
     if !is_free(begin) || is_free(end) {
         return None;
@@ -94,7 +94,7 @@ fn disturb(machine: &Machine, position: &mut PerAxis, noise: f64, random: &mut P
     }
 }
 
-/// The log that LinuxCNC writes of touches: X Y Z A B C U V W, with six decimals.
+/// The log of touches as LinuxCNC writes it: X Y Z A B C U V W, with six decimals.
 #[must_use]
 pub fn touch_log(machine: &Machine, touches: &[PerAxis]) -> String {
     let line = |position: &PerAxis| {

@@ -1,4 +1,4 @@
-//! The five touches by which a probe finds the centre of a ball.
+//! The five touches with which a probe finds the centre of a ball.
 
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::Probing;
@@ -9,28 +9,28 @@ use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// How many touches a ball gets.
+/// Number of touches per ball.
 pub(crate) const PER_BALL: usize = 5;
 
-/// Four of them are so far above the equator of the ball, seen from the spindle (rad): on the equator only the
-/// touch at the pole would say how high the ball is, and one that is wrong would not be noticed.
+/// Latitude (rad) of four of them above the equator of the ball, seen from the spindle. At the equator only the
+/// touch at the pole would determine the height of the ball, and an error of it would not be noticed.
 const LATITUDE: f64 = std::f64::consts::PI / 6.0;
 
-/// Why a ball cannot be probed somewhere.
+/// Why a ball cannot be probed at a position.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unreachable {
-    /// Nobody knows where it is.
+    /// Its position is unknown.
     #[error("it has no nominal_mm in the artefact")]
     NoPlace,
-    /// The linear axes do not get there.
+    /// The linear axes cannot get there.
     #[error("the linear axes cannot bring the stylus there")]
     NoWay,
-    /// The stylus would come from the table.
+    /// The stylus would come from the side of the table.
     #[error(
         "the stylus would be {degrees:.0}° from the direction in which the ball points away from the table"
     )]
     Cone {
-        /// The angle.
+        /// The angle to the direction in which the ball stands off the table (deg).
         degrees: f64,
     },
     /// An axis would leave its travel.
@@ -38,27 +38,27 @@ pub enum Unreachable {
     Travel {
         /// The axis.
         axis: char,
-        /// Where it would have to be (mm, deg).
+        /// The position it would need (mm, deg).
         position: f64,
     },
 }
 
-/// What the touches are made with.
+/// Geometry of the touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
-    /// From the centre of a ball to that of the stylus tip when they touch (mm): both radii.
+    /// Distance from the ball centre to the stylus centre at contact (mm): the sum of both radii.
     pub radius: f64,
-    /// How far away from the ball a touch begins (mm).
+    /// Distance from the ball at which a touch begins (mm).
     pub clearance: f64,
-    /// How far beyond the nominal surface it may go on (mm).
+    /// Search distance beyond the nominal surface (mm).
     pub search: f64,
-    /// Largest angle of the stylus from the direction in which a ball stands away from the table (rad).
+    /// Largest angle between the stylus and the direction in which a ball stands off the table (rad).
     pub cone: f64,
 }
 
 impl Default for Probe {
-    /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm behind the surface, and the stylus up
-    /// to 60° from the direction in which the ball points away from the table.
+    /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm beyond the surface, and the stylus
+    /// up to 60° from the direction in which the ball stands off the table.
     fn default() -> Self {
         Self {
             radius: 13.0,
@@ -72,33 +72,33 @@ impl Default for Probe {
 /// A touch, as axis positions (mm, deg).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// Beside the ball, as high as where it is approached from.
+    /// Beside the ball, at the height of the approach.
     pub over: PerAxis,
     /// Where the touch begins.
     pub begin: PerAxis,
-    /// Where it ends if nothing is touched.
+    /// Where the touch ends if there is no contact.
     pub end: PerAxis,
 }
 
-/// How one ball is probed, as axis positions (mm, deg).
+/// The probing of one ball, as axis positions (mm, deg).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Touching {
-    /// With the stylus centre on that of the ball.
+    /// With the stylus centre at the ball centre.
     pub centre: PerAxis,
-    /// As far from the ball along the stylus as the travel allows: where axes turn.
+    /// As far from the ball along the stylus as the travel allows; axes turn there.
     pub away: PerAxis,
-    /// Above the pole: where touches begin and end.
+    /// Above the pole, where the touches begin and end.
     pub above: PerAxis,
-    /// The touches: at the pole, then about the tool axis.
+    /// The touches: at the pole, then around the tool axis.
     pub touches: [Touch; PER_BALL],
 }
 
-/// Nothing is farther away than this (mm).
+/// Larger than any distance on a machine (mm).
 const FAR: f64 = 1e4;
-/// From the end of the travel (mm).
+/// Distance to keep from the end of the travel (mm).
 const SPARE: f64 = 0.5;
 
-/// The touches of a probing: of a ball whose place is known, on the machine as it should be.
+/// The touches of a probing of a ball with a known position, on the nominal machine.
 ///
 /// # Errors
 /// [`Unreachable`] if the stylus would come from the side of the table, or an axis would leave its travel.
@@ -139,7 +139,7 @@ pub fn touching(
         }
         machine.to_command(&moved)
     };
-    // Halfway between the directions of the first linear axis, or of the stem, where that shows.
+    // Halfway between the directions of the first linear axis, or of the stem if it shows.
     let across = |v: &Vector3<f64>| v - to_spindle * v.dot(&to_spindle);
     let stem = across(&ball.away);
     let first = (stem.norm() > ANGLE).then_some(stem);
@@ -157,7 +157,7 @@ pub fn touching(
                     + to_spindle * LATITUDE.sin()
             }
         };
-        // Beside the ball the way down must be clear of it too.
+        // Beside the ball, the path down must be clear of the ball too.
         let begin = match number {
             0 => out * near,
             _ => out * (near / LATITUDE.cos()),
@@ -195,14 +195,14 @@ pub fn touching(
     Ok(touching)
 }
 
-/// Directions that differ by less are the same (rad).
+/// Directions that differ by less than this (rad) are equal.
 const ANGLE: f64 = 1e-6;
 
-/// The direction of a linear axis that is most across the tool.
+/// The direction of the linear axis that is most nearly perpendicular to the tool.
 fn longest(ways: &[Vector3<f64>], across: &impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
     let mut longest = ways[0];
     for way in ways {
-        // The first of two that are alike.
+        // The first of two equal ones.
         if across(way).norm() > across(&longest).norm() + ANGLE {
             longest = *way;
         }

@@ -10,17 +10,17 @@ use trueaxis_model::machine::{Machine, PerAxis};
 /// A circle in the plane of two linear axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Circle {
-    /// The two axes (by index): the angle counts from the first towards the second.
+    /// The two axes (by index); the angle is measured from the first towards the second.
     pub plane: [usize; 2],
-    /// Where the axes are in its centre (mm, rad).
+    /// Axis positions at its centre (mm, rad).
     pub centre: PerAxis,
     /// Radius (mm).
     pub radius: f64,
-    /// Readings of a turn.
+    /// Number of readings per turn.
     pub count: u32,
 }
 
-/// What the bar reads at an angle: how much (mm) the radius is more than on a machine without errors.
+/// Readings of the bar at an angle: radius minus that on a machine without errors (mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtAngle {
     /// The angle (deg).
@@ -31,10 +31,10 @@ pub struct AtAngle {
     pub clockwise: f64,
 }
 
-/// How far (rad) before a position its direction of travel is looked at.
+/// Distance (rad) before a position at which its direction of travel is evaluated.
 const BEFORE: f64 = 1e-6;
 
-/// A turn in each direction. The centre is where the tool was set up, coming from anywhere.
+/// A turn in each direction. The tool was set up at the centre, with unknown directions of approach.
 #[must_use]
 pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec<AtAngle> {
     let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
@@ -57,7 +57,7 @@ pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec
             .map(|step| {
                 let step = f64::from(step);
                 let angle = std::f64::consts::TAU * step / f64::from(count);
-                // Back from 360° if it turns clockwise.
+                // Starts at 360° if it turns clockwise.
                 let time = match way > 0.0 {
                     true => step,
                     false => f64::from(count) - step,

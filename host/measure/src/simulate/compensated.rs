@@ -1,4 +1,4 @@
-//! Probings of a machine whose compensation is on.
+//! Probings of a machine with its compensation on.
 
 use super::{Disturbances, SimulateError, disturb_all, in_travel, on_balls};
 use crate::formats::artefact::Artefact;
@@ -7,18 +7,18 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// Commands have settled when none changes by more than this (mm, deg): corrections are f32 numbers, those of
-/// 1 mm in steps of 6e-8, and so are the positions that they are looked up at.
+/// Commands have settled when none changes by more than this (mm, deg). Corrections are f32 numbers, in steps of
+/// 6e-8 at 1 mm, and so are the positions at which they are evaluated.
 const SETTLED: f64 = 1e-6;
-/// Each gains how fast corrections change with the position: 1e-2 or better.
+/// Each reduces the error by a factor of the slope of the corrections, 1e-2 or better.
 const STEPS: usize = 10;
 
-/// Where the axes are commanded to be when the stylus is on each ball, as [`probings`](super::probings()), while a
-/// compensation corrects them: the axes really are where it takes them. `corrections` gives, for rows with the
-/// commanded positions, what is added to each axis (mm, deg).
+/// Commanded axis positions with the stylus at each ball, as in [`probings`](super::probings()), while a
+/// compensation corrects the axes: their real positions include the corrections. `corrections` gives, for rows with
+/// the commanded positions, what is added to each axis (mm, deg).
 ///
 /// # Errors
-/// [`SimulateError`], or what `corrections` fails with.
+/// [`SimulateError`], or an error of `corrections`.
 pub fn compensated<E: From<SimulateError>>(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
@@ -34,12 +34,12 @@ pub fn compensated<E: From<SimulateError>>(
     Ok(measured)
 }
 
-/// Recorded probings as they would have been read with a compensation on: the axes stay where they were, and the
-/// command p that takes them there satisfies p + dq(p) = q. The source document's Eq. 33, q − dq(q), is its first step.
+/// Recorded probings as they would have been read with a compensation on: the axes are at the same real position q,
+/// and the command p satisfies p + dq(p) = q. The source document's Eq. 33, q − dq(q), is its first step.
 /// `corrections` is that of [`compensated`].
 ///
 /// # Errors
-/// [`SimulateError`]: corrections that do not settle, a command outside the travel; or what `corrections` fails with.
+/// [`SimulateError`]: corrections that do not settle, a command outside the travel; or an error of `corrections`.
 pub fn applied<E: From<SimulateError>>(
     machine: &Machine,
     recorded: &Probings,
@@ -86,7 +86,7 @@ fn settled<E: From<SimulateError>>(
     }
 }
 
-/// What a compensation adds to the axes (mm, deg) in each of these rows, as the runtime says.
+/// The compensation's corrections of the axes (mm, deg) in each of these rows, from the runtime.
 #[must_use]
 pub fn corrections(machine: &Machine, runtime: &Runtime<'_>, rows: &[Probing]) -> Vec<PerAxis> {
     let of = |row: &Probing| {
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn the_correction_is_that_of_the_command_not_of_the_place() {
-        // p + 0.01 p = q. Half of 1e-6 is what may still move in the step after it has settled.
+        // p + 0.01 p = q. After settling, a further step may still move by half of 1e-6.
         assert!((commanded(5.05, |p| 0.01 * p) - 5.0).abs() < 1e-8);
     }
 }

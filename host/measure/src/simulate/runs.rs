@@ -1,4 +1,4 @@
-//! Runs of a laser, a straightedge, a level, a calibrator or a square.
+//! Simulated runs of a laser, straightedge, level, calibrator or square.
 
 use super::normal;
 use crate::direct::{Line, Means, Square};
@@ -7,26 +7,26 @@ use rand_pcg::Pcg64Mcg;
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// What is not as it should be with readings (mm, or rad where angles are read).
+/// Disturbances of readings (mm, or rad for angles).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OfReadings {
     /// Standard deviation of a reading.
     pub noise: f64,
-    /// What the reading drifts by from the first to the last.
+    /// Drift of the reading from the first to the last.
     pub drift: f64,
-    /// Part of the readings, 0 to 1, that are off by `outlier` besides.
+    /// Fraction of the readings, 0 to 1, that are off by an additional `outlier`.
     pub outliers: f64,
-    /// How far, up or down.
+    /// Size of an outlier, of either sign.
     pub outlier: f64,
-    /// Where random numbers begin.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl OfReadings {
-    /// What is added to a reading at a part of the time, 0 to 1.
+    /// The disturbance of a reading at a fraction of the time, 0 to 1.
     pub(super) fn draw(&self, random: &mut Pcg64Mcg, time: f64) -> f64 {
         let noise = self.noise * normal(random);
-        // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+        // Drawn unconditionally, so that the noise of a seed is the same with and without outliers.
         let (chance, up) = (random.random::<f64>(), random.random::<bool>());
         let outlier = match (chance < self.outliers, up) {
             (false, _) => 0.0,
@@ -37,7 +37,7 @@ impl OfReadings {
     }
 }
 
-/// The readings of a line: its setup, targets and runs are kept. A straightedge is aligned at both ends,
+/// Simulates the readings of a line, keeping its setup, targets and runs. A straightedge is aligned at both ends,
 /// unless its slope is to be kept. `None` if linear axes cannot follow a ball.
 #[must_use]
 pub fn line(bench: &Bench<'_>, line: &Line, disturbed: &OfReadings) -> Option<Line> {
@@ -50,7 +50,7 @@ pub fn line(bench: &Bench<'_>, line: &Line, disturbed: &OfReadings) -> Option<Li
     read(line, &shown, disturbed, &mut random)
 }
 
-/// The readings of a square that is aligned with its first line at both ends.
+/// Simulates the readings of a square that is aligned with its first line at both ends.
 #[must_use]
 pub fn square(bench: &Bench<'_>, square: &Square, disturbed: &OfReadings) -> Option<Square> {
     let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
@@ -59,7 +59,7 @@ pub fn square(bench: &Bench<'_>, square: &Square, disturbed: &OfReadings) -> Opt
     let mut along_b = b.shown(bench, &b.means().directions())?;
     let slope = ends(bench.machine, a, &along_a);
     lay(bench.machine, a, &mut along_a, slope);
-    // The square turned the other way in this direction, by its own error more.
+    // In this direction the square is turned the other way, plus its own error.
     lay(bench.machine, b, &mut along_b, -slope - square.over);
     let a = read(a, &along_a, disturbed, &mut random)?;
     let b = read(b, &along_b, disturbed, &mut random)?;
@@ -76,7 +76,7 @@ fn ends(machine: &Machine, line: &Line, shown: &Means) -> f64 {
     (both[last] - both[0]) / (positions[last] - positions[0])
 }
 
-/// Takes a slope off.
+/// Subtracts a slope.
 fn lay(machine: &Machine, line: &Line, shown: &mut Means, slope: f64) {
     let positions = line.positions(machine);
     for values in [&mut shown.positive, &mut shown.negative]
@@ -89,7 +89,7 @@ fn lay(machine: &Machine, line: &Line, shown: &mut Means, slope: f64) {
     }
 }
 
-/// Run after run, each in its direction.
+/// Reads run after run, each in its direction.
 fn read(line: &Line, shown: &Means, disturbed: &OfReadings, random: &mut Pcg64Mcg) -> Option<Line> {
     let mut line = line.clone();
     let count = line.targets.len();

@@ -1,59 +1,59 @@
-//! Spheres through touches (least squares), each ball with one radius in all of its probings.
+//! Least-squares spheres through touches; each ball has one radius in all of its probings.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// A probing: the points at which the stylus centre was when it touched a ball (mm).
+/// A probing: the positions of the stylus centre when it touched a ball (mm).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Centre {
-    /// Which ball.
+    /// Index of the ball.
     pub ball: usize,
     /// The points.
     pub touches: Vec<Vector3<f64>>,
 }
 
-/// Spheres that were fitted.
+/// Fitted spheres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// The centre of each probing (mm).
     pub centres: Vec<Vector3<f64>>,
-    /// From the centre of each ball to that of the stylus tip (mm): both radii.
+    /// Distance from the centre of each ball to that of the stylus tip (mm): the sum of both radii.
     pub radii: Vec<f64>,
-    /// How much farther than that each touch of each probing is from its centre (mm).
+    /// Residual of each touch of each probing: its distance from the centre minus that (mm).
     pub left: Vec<Vec<f64>>,
-    /// Standard deviation of a touch (mm), from the median of what is left.
+    /// Standard deviation of a touch (mm), from the median of the residuals.
     pub noise: f64,
-    /// Touches that do not fit, by probing: one of those named, which what is left cannot tell apart.
+    /// Touches that do not fit, by probing: one of those listed is wrong, but the residuals cannot separate them.
     pub doubtful: Vec<(usize, Vec<usize>)>,
 }
 
-/// Why there is no sphere.
+/// Why no sphere can be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the touches of probing {probing} are no part of a sphere")]
 pub struct FitError {
-    /// Which, counted from 0.
+    /// The probing, counted from 0.
     pub probing: usize,
 }
 
-/// Singular values of directions below this are none: touches in a plane.
+/// Singular values of directions below this count as zero: touches in a plane.
 const FLAT: f64 = 1e-3;
-/// Steps of Gauss and Newton; each gains the size of the last one by the radius.
+/// Largest number of Gauss–Newton steps; each reduces the error by a factor of the last step divided by the radius.
 const STEPS: usize = 50;
 const STILL: f64 = 1e-10;
 /// The median of the absolute value of a standard normal number.
 const MEDIAN: f64 = 0.6745;
-/// Distances, in standard deviations, from which a touch is named; as rows are in `identify`.
+/// Distance, in standard deviations, from which a touch is reported, as for rows in `identify`.
 const DISTRUSTED: f64 = 5.0;
-/// What is less (mm) is no matter: probes repeat to 1 µm.
+/// Smaller deviations (mm) do not matter: probes repeat to 1 µm.
 const LEAST: f64 = 1e-3;
-/// A fit has ended if its last step was less (mm).
+/// A fit has converged if its last step was smaller than this (mm).
 const ENDED: f64 = 1e-6;
-/// Touches whose distances, in standard deviations, differ by less than this part cannot be told apart.
+/// Touches whose distances, in standard deviations, differ by less than this fraction cannot be separated.
 const ALIKE: f64 = 0.01;
 
-/// Fits a sphere to each probing, with a `radius` (mm) that is known or one for each of so many `balls`.
+/// Fits a sphere to each probing, with a known `radius` (mm) or one for each of the `balls`.
 ///
 /// # Errors
-/// [`FitError`]: points that are no part of a sphere, fewer than four of them.
+/// [`FitError`]: fewer than four points, or points that do not determine a sphere.
 pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fitted, FitError> {
     let mut centres = Vec::new();
     let mut radii = vec![(0.0, 0.0); balls];
@@ -72,7 +72,7 @@ pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fit
             break;
         }
         largest = 0.0;
-        // The radius of each ball first: what is left of its equations when the centres follow.
+        // First the radius of each ball, from its equations with the centres eliminated.
         let mut sums = vec![(0.0, 0.0); balls];
         let mut parts = Vec::new();
         for (number, (probing, centre)) in probings.iter().zip(&centres).enumerate() {
@@ -131,9 +131,9 @@ fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
         .then_some((mean + centre * size, radius * size))
 }
 
-/// The equations of one probing, |p − c| − R = 0, at a centre and a radius.
+/// The equations of one probing, |p − c| − R = 0, at a given centre and radius.
 struct Part {
-    /// From the centre to each touch.
+    /// Unit vectors from the centre to each touch.
     out: Vec<Vector3<f64>>,
     left: Vec<f64>,
     inverse: Matrix3<f64>,
@@ -153,7 +153,7 @@ impl Part {
         })
     }
 
-    /// Square and product of the column of the radius without what the centre can do, and with what is left.
+    /// Products of the radius column, with the centre eliminated, with itself and with the residuals.
     fn of_radius(&self) -> (f64, f64) {
         let sum: Vector3<f64> = self.out.iter().sum();
         let moved: Vector3<f64> = self.out.iter().zip(&self.left).map(|(u, r)| u * *r).sum();
@@ -165,14 +165,14 @@ impl Part {
         )
     }
 
-    /// The step of the centre if the radius makes one.
+    /// The step of the centre for a given step of the radius.
     fn of_centre(&self, radius: f64) -> Vector3<f64> {
         let rows = self.out.iter().zip(&self.left);
         let moved: Vector3<f64> = rows.map(|(u, r)| u * (r - radius)).sum();
         self.inverse * moved
     }
 
-    /// How much of each touch the centre follows.
+    /// The leverage of each touch on the centre.
     fn followed(&self) -> Vec<f64> {
         self.out
             .iter()
@@ -181,7 +181,7 @@ impl Part {
     }
 }
 
-/// What is left, and which touches do not fit.
+/// The residuals, and which touches do not fit.
 fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fitted {
     let mut left = Vec::new();
     let mut scaled: Vec<Vec<f64>> = Vec::new();
@@ -190,7 +190,7 @@ fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fit
             Some(part) => {
                 let followed = part.followed();
                 let scaled = part.left.iter().zip(&followed);
-                // A touch that the centre follows wholly says nothing.
+                // A touch that the centre follows completely contains no information.
                 let scaled = scaled.map(|(r, h)| {
                     if 1.0 - h > FLAT {
                         r.abs() / (1.0 - h).sqrt()
@@ -227,7 +227,7 @@ fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fit
 mod tests {
     use super::*;
 
-    /// The five touches of a ball: at the pole and 30° above the equator.
+    /// The five touches of a ball: at the pole and at 30° above the equator.
     fn touches(centre: Vector3<f64>, radius: f64, off: [f64; 5]) -> Vec<Vector3<f64>> {
         let out = |k: usize| match k {
             0 => Vector3::z(),
@@ -268,7 +268,7 @@ mod tests {
             assert!((fitted.radii[0] - 10.5).abs() < 1e-9);
             for (centre, probing) in fitted.centres.iter().zip(&probings) {
                 let exact = probing.touches[0] - Vector3::z() * [10.5, 6.25][probing.ball];
-                // Rounding of positions of 200 mm, a thousand times.
+                // Rounding of positions of 200 mm, times a thousand.
                 assert!((centre - exact).norm() < 1e-9);
             }
             assert!(fitted.doubtful.is_empty());
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_wrong_touch_is_named_with_the_one_opposite() {
-        // 0.3 µm of something like noise, and 20 µm of dirt.
+        // 0.3 µm of noise-like deviations, and 20 µm of dirt.
         let small = |i: usize, k: usize| 3e-4 * f64::sin((7 * i + 13 * k * k) as f64);
         let fitted = fit(
             &probings(|i| {

@@ -1,7 +1,7 @@
 //! The log of a probing program.
 //!
-//! LinuxCNC writes a line for each touch between `PROBEOPEN` and `PROBECLOSE`: X Y Z A B C U V W, with six decimals
-//! and spaces between them. Logs of other controllers have a header with the letters of the axes and commas. All
+//! LinuxCNC writes a line for each touch between `PROBEOPEN` and `PROBECLOSE`: X Y Z A B C U V W, with six decimals,
+//! separated by spaces. Logs of other controllers have a header with the letters of the axes, and commas. All values
 //! are machine positions, mm and degrees.
 
 use crate::formats::is_in_travel;
@@ -10,7 +10,7 @@ use trueaxis_model::formats::csv::{Row, Table};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
-/// What LinuxCNC writes.
+/// Columns of LinuxCNC.
 const LINUXCNC: [&str; 9] = ["X", "Y", "Z", "A", "B", "C", "U", "V", "W"];
 
 const LAYOUT: &str = "run the probing program to its end: LinuxCNC writes the log on closing it (PROBECLOSE); logs of other controllers have a header with a column for each axis of the machine";
@@ -23,16 +23,16 @@ pub struct Touched {
     pub position: PerAxis,
     /// Its line, counted from 1.
     pub line: usize,
-    /// Where it stands in the file.
+    /// Its location in the file.
     pub span: Range<usize>,
-    /// Where the number of each axis stands, and in which column, counted from 1.
+    /// Location of the number of each axis, with its column counted from 1.
     pub(super) cells: Vec<(usize, Range<usize>)>,
 }
 
 /// Reads the touches of a log.
 ///
 /// # Errors
-/// [`FileError`]: what [`Table`] refuses, a column that is missing, a position outside the travel.
+/// [`FileError`]: whatever [`Table`] refuses, a missing column, a position outside the travel.
 pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError> {
     let first = text.trim_start_matches(|c: char| c == '\u{feff}' || c.is_whitespace());
     let word = first.split([',', ' ', '\t', ';', '\r', '\n']).next();

@@ -1,4 +1,4 @@
-//! The probings that a log holds.
+//! Extracts probings from a log.
 
 use super::fit::{Centre, Fitted, fit};
 use super::log::Touched;
@@ -14,32 +14,32 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// Touches of one ball are no farther apart than this many times those of another: balls are of different sizes.
+/// The touches of one ball are not farther apart than this many times those of another; balls differ in size.
 const APART: f64 = 3.0;
-/// A ball stays within this (mm) where it is, whatever the errors of the machine are.
+/// A ball stays within this (mm) of its position, whatever the errors of the machine.
 const ELSEWHERE: f64 = 5.0;
-/// No touch is farther from its sphere (mm).
+/// No touch is farther than this from its sphere (mm).
 const OFF: f64 = 1.0;
 
-/// What a log holds.
+/// Content of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogContents {
-    /// The probings of rows whose touches are all there, in the order of the strategy.
+    /// The probings of rows with a complete set of touches, in the order of the strategy.
     pub probings: Probings,
-    /// Their touches, five for each.
+    /// Their touches, five each.
     pub touches: Vec<Touched>,
-    /// The other rows, in words.
+    /// The other rows, as text.
     pub missing: Vec<String>,
-    /// The spheres.
+    /// The fitted spheres.
     pub fitted: Fitted,
 }
 
-/// The probings that a log of a strategy holds, with a `radius` from the centre of a ball to that of the stylus tip
-/// (mm) that is known, or one that is found for each ball. `errors` are those that are known of the machine: they
-/// make a sphere of what it shows of a ball, by some parts of a thousand.
+/// The probings that a log of a strategy contains. `radius` is the known distance from the centre of a ball to that
+/// of the stylus tip (mm), or it is fitted for each ball. Known `errors` of the machine are used to turn its view of
+/// a ball into a sphere, a matter of some thousandths.
 ///
 /// # Errors
-/// [`FileError`]: a log of another strategy, missing touches, touches that are no part of a sphere.
+/// [`FileError`]: a log of another strategy, missing touches, touches that are not on a sphere.
 pub fn to_probings(
     machine: &Machine,
     strategy: &Probings,
@@ -124,7 +124,7 @@ pub fn to_probings(
     })
 }
 
-/// Checks that touches of one ball are about as far apart as those of others: where one is missing, a ball gets
+/// Checks that the touches of one ball are about as far apart as those of others. If one is missing, a ball gets
 /// touches of the next.
 fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
     let widest = |sphere: &Centre| {

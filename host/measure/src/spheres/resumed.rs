@@ -1,4 +1,4 @@
-//! The log of a program that was ended early, or begun again.
+//! Logs of programs that were stopped early or restarted.
 
 use super::log::Touched;
 use super::strategy::{elsewhere, named};
@@ -7,14 +7,15 @@ use crate::plan::PER_BALL;
 use std::ops::Range;
 use trueaxis_model::machine::Machine;
 
-/// A program that goes back more often than this is another one.
+/// A program that goes back more often than this is a different one.
 const BEGUN: usize = 5;
 
-/// The rows of a strategy whose touches are all in the log, these touches, and the other rows in words; none if no row
-/// is whole, or touches are of no row.
+/// The rows of a strategy whose touches are all in the log, their touches, and the other rows as text. `None` if no
+/// row is complete or some touches belong to no row.
 ///
-/// Touches with rotary axes that stay are of rows that have them there, one after the other. A program that is begun
-/// again repeats rows: the last time counts, and of more than five touches of one row the last five.
+/// Consecutive touches with the same rotary positions belong to the rows that have these positions, in order. A
+/// restarted program repeats rows: the last repetition counts, and of more than five touches of one row the last
+/// five.
 pub(super) fn whole_rows(
     machine: &Machine,
     strategy: &Probings,
@@ -35,7 +36,7 @@ pub(super) fn whole_rows(
     let mut at = 0;
     while at < log.len() {
         let fits = |group: &Range<usize>| is_at(&strategy.rows[group.start], &log[at]);
-        // On from where the log is, or else where it was begun again.
+        // The next row in order, or one before it if the program was restarted.
         let ahead = (next..groups.len()).find(|g| fits(&groups[*g]));
         let number = ahead.or_else(|| (0..next).rev().find(|g| fits(&groups[*g])))?;
         begun += usize::from(number < next);
@@ -55,7 +56,7 @@ pub(super) fn whole_rows(
                 found[rows.start] = Some(&touches[begin..]);
             }
         } else {
-            // Which of several balls lacks a touch, nothing tells but for the end of the log.
+            // Which of several balls lacks a touch is only known at the end of the log.
             let is_told = touches.len() == wanted || (at == log.len() && touches.len() < wanted);
             for (row, place) in rows.clone().zip(0..) {
                 let own = touches.get(place * PER_BALL..(place + 1) * PER_BALL);
@@ -93,7 +94,7 @@ pub(super) fn whole_rows(
     (!kept.rows.is_empty()).then_some((kept, touches, missing))
 }
 
-/// Ranges of neighbours that are the same.
+/// Ranges of consecutive equal elements.
 fn runs(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for i in 0..count {

@@ -1,4 +1,4 @@
-//! Whether touches are those of a strategy, and its rows in words.
+//! Checks that touches belong to a strategy, and describes its rows.
 
 use super::log::Touched;
 use crate::formats::probings::{Probing, Probings};
@@ -6,11 +6,11 @@ use crate::plan::PER_BALL;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// Rotary axes stand this far (deg) from where the strategy wants them, at most.
+/// Largest distance (deg) of rotary axes from the positions in the strategy.
 const NEAR: f64 = 0.01;
 const TURN: f64 = 360.0;
 
-/// A row of a strategy, for people.
+/// A row of a strategy as text.
 pub(super) fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> String {
     let axes = machine.axes.iter().zip(row.position);
     let rotary = axes.filter(|(axis, _)| axis.letter.is_rotary());
@@ -25,7 +25,7 @@ pub(super) fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> St
     )
 }
 
-/// Checks that there are as many touches as the strategy has, with the rotary axes where it has them.
+/// Checks the number of touches, and that the rotary axes are where the strategy has them.
 pub(super) fn belongs(
     machine: &Machine,
     strategy: &Probings,
@@ -102,7 +102,7 @@ pub(super) fn belongs(
     }
 }
 
-/// A rotary axis that does not stand where a row has it.
+/// A rotary axis that is not where a row has it.
 pub(super) fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usize> {
     (0..machine.axes.len()).find(|i| {
         let axis = &machine.axes[*i];

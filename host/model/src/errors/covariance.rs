@@ -1,4 +1,4 @@
-//! How well parameters are known together.
+//! Joint uncertainties of parameters.
 
 mod file;
 
@@ -6,17 +6,17 @@ use super::Parameter;
 pub use file::{read, write};
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// The covariance of some parameters: in the units of two of them, multiplied.
+/// The covariance of some parameters, in the product of the units of each pair.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Covariance {
-    /// Which.
+    /// The parameters.
     pub parameters: Vec<Parameter>,
-    /// Symmetric, one row and column for each of them.
+    /// Symmetric; one row and column for each parameter.
     pub matrix: DMatrix<f64>,
 }
 
 impl Covariance {
-    /// The same with more parameters, of which standard uncertainties are known and no correlations.
+    /// The same with additional parameters that have known standard uncertainties but no known correlations.
     #[must_use]
     pub fn with_uncorrelated(mut self, others: impl Iterator<Item = (Parameter, f64)>) -> Self {
         let known = self.parameters.len();
@@ -31,7 +31,7 @@ impl Covariance {
         self
     }
 
-    /// That of the others.
+    /// The covariance without these parameters.
     #[must_use]
     pub fn without(&self, parameters: &[Parameter]) -> Self {
         let is_other = |i: &usize| !parameters.contains(&self.parameters[*i]);
@@ -42,8 +42,8 @@ impl Covariance {
         }
     }
 
-    /// Puts parameters before these that were found with them: `own` is their covariance if these were exact,
-    /// `pull` their change with each of these (one row for each that was found).
+    /// Prepends parameters that were found with these: `own` is their covariance if these were exact, `pull` the
+    /// derivative by each of these (one row for each parameter found).
     #[must_use]
     pub fn joined(&self, found: &[Parameter], own: &DMatrix<f64>, pull: &DMatrix<f64>) -> Self {
         let (n, k) = (found.len(), self.parameters.len());
@@ -63,13 +63,13 @@ impl Covariance {
         }
     }
 
-    /// The standard uncertainty of each.
+    /// The standard uncertainty of each parameter.
     #[must_use]
     pub(crate) fn standard_uncertainties(&self) -> Vec<f64> {
         self.matrix.diagonal().iter().map(|v| v.sqrt()).collect()
     }
 
-    /// A matrix R with R·Rᵀ = this: standard normal numbers times R have this covariance.
+    /// A matrix R with R·Rᵀ equal to this: R times standard normal numbers has this covariance.
     #[must_use]
     pub fn root(&self) -> DMatrix<f64> {
         let (correlation, units) = self.correlation();
@@ -87,8 +87,7 @@ impl Covariance {
         root
     }
 
-    /// Correlations, and the standard uncertainties that they go with; a parameter that is exact is
-    /// correlated with none.
+    /// Correlations and standard uncertainties. An exact parameter has no correlations.
     #[must_use]
     pub fn correlation(&self) -> (DMatrix<f64>, Vec<f64>) {
         let units = self.standard_uncertainties();

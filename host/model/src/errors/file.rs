@@ -39,7 +39,7 @@ struct ErrorsFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct UncertaintyEntry {
-    /// The file of covariances.
+    /// Name of the covariance file.
     covariance: Spanned<String>,
 }
 
@@ -59,11 +59,11 @@ struct TabulatedEntry {
     value: Option<Spanned<Vec<f64>>>,
     positive: Option<Spanned<Vec<f64>>>,
     negative: Option<Spanned<Vec<f64>>>,
-    /// Instead of these, a file with positions and deviations.
+    /// A file with positions and deviations, as an alternative to the values above.
     file: Option<Spanned<String>>,
     /// The unit of the values and of their uncertainty.
     unit: Option<Spanned<String>>,
-    /// Of each value, or of all.
+    /// Of each value, or of all values.
     standard_uncertainty: Option<Spanned<Uncertainty>>,
 }
 
@@ -78,22 +78,21 @@ enum Uncertainty {
     Each(Vec<f64>),
 }
 
-/// Largest error that can be physical: beyond it the small-error model means nothing.
+/// Largest physically possible error; beyond it the small-error model is invalid.
 const MAX_ANGLE: f64 = 0.1;
 const MAX_LENGTH: f64 = 100.0;
-/// Positions are mm and degrees; no travel is longer.
+/// Largest position (mm or deg); no travel is longer.
 const MAX_POSITION: f64 = 1e5;
 
 impl ErrorModel {
-    /// Reads and checks an error file against its machine.
+    /// Reads an error file and validates it against its machine.
     ///
     /// # Errors
-    /// [`FileError`] with place, cause and remedy: syntax, unknown keys and names, another
-    /// machine's name, an error of an axis that the machine does not have, a value that cannot
-    /// be physical anywhere in the travel at any temperature, a table that does not increase, a
-    /// calibrated range with next to nothing of the travel, an error motion of an endless axis that
-    /// does not close over the turn. Files with measured values or covariances are not read: see
-    /// [`Self::with_files`].
+    /// [`FileError`] with place, cause and remedy: syntax, unknown keys and names, the name of another machine, an
+    /// error of an axis that the machine does not have, a value that is not physically possible everywhere in the
+    /// travel at all temperatures, a table whose positions do not increase, a calibrated range with almost nothing
+    /// of the travel, an error motion of an axis without limits that does not close over the turn. Files with
+    /// measured values or covariances are not read; see [`Self::with_files`].
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
         Self::with_files(text, machine, &|name| {
             Err(format!(
@@ -102,11 +101,11 @@ impl ErrorModel {
         })
     }
 
-    /// The same with measured values and covariances in other files, which `read` gets by the names in the error file,
-    /// or says why it cannot.
+    /// The same with measured values and covariances in other files. `read` returns the content of a file named in
+    /// the error file, or the reason why it cannot.
     ///
     /// # Errors
-    /// As [`Self::from_toml`], and what is wrong with these files.
+    /// Those of [`Self::from_toml`], and errors in these files.
     pub fn with_files(
         text: &str,
         machine: &Machine,
@@ -170,7 +169,7 @@ impl ErrorModel {
     }
 }
 
-/// Reads the name of a parameter that the machine can have.
+/// Parses the name of a parameter that the machine can have.
 fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileError> {
     let Some(parameter) = Parameter::parse(name.get_ref()) else {
         return Err(FileError::at(
@@ -212,7 +211,7 @@ fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileErr
     Ok(parameter)
 }
 
-/// Reads the name of an axis of the machine.
+/// Parses the name of an axis of the machine.
 fn axis(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
     let mut letters = name.get_ref().chars();
     match (letters.next(), letters.next()) {
@@ -251,7 +250,7 @@ fn no_such_axis(span: Range<usize>, letter: char, machine: &Machine) -> FileErro
     )
 }
 
-/// The largest error of a component that can be physical (mm or rad).
+/// The largest physically possible error of a component (mm or rad).
 fn limit(component: usize) -> f64 {
     if component >= 3 {
         MAX_ANGLE
@@ -275,13 +274,13 @@ fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
     )
 }
 
-/// A part of an error motion, as it is written in the file.
+/// A part of an error motion, as written in the file.
 struct Part<'f> {
     /// Its name.
     name: String,
-    /// Where it stands.
+    /// Its place in the file.
     span: Range<usize>,
-    /// What it adds (mm or rad).
+    /// Its contribution (mm or rad).
     kind: PartKind<'f>,
 }
 
@@ -295,8 +294,8 @@ enum PartKind<'f> {
 }
 
 impl PartKind<'_> {
-    /// What it adds (mm or rad) at a position (mm or rad): at the end of the range of temperatures,
-    /// after positive travel.
+    /// Its contribution (mm or rad) at a position (mm or rad), at the end of the range of temperatures and after
+    /// positive travel.
     fn value(&self, q: f64) -> f64 {
         match self {
             Self::Coefficient(kind, value) | Self::Change(kind, value) => value * kind.basis(q),

@@ -1,4 +1,4 @@
-//! Geometric errors of the axes: ISO 230-1 parameters and the file they are written in.
+//! Geometric errors of the axes: ISO 230-1 parameters and their file.
 
 pub mod covariance;
 mod file;

@@ -1,4 +1,4 @@
-//! The error model with what its file says about it.
+//! The error model with the additional content of its file.
 
 use super::{Covariance, MAX_SENSORS, Parameter, Situation};
 use crate::machine::Machine;
@@ -11,33 +11,34 @@ pub type Motion = trueaxis_kinematics::Motion<Vec<f64>>;
 /// Measured values of an error motion.
 pub type Table = trueaxis_kinematics::Table<Vec<f64>>;
 
-/// A temperature sensor that error parameters depend on.
+/// A temperature sensor on which error parameters depend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thermal {
     /// Name of the sensor.
     pub sensor: String,
-    /// Its temperature (°C) at which the parameters hold as written.
+    /// The temperature (°C) at which the parameters have their values as written.
     pub reference_celsius: f64,
-    /// Differences to the reference (K) that a compensation must cover.
+    /// Range of differences from the reference (K) that a compensation must cover.
     pub range_kelvin: [f64; 2],
 }
 
-/// All errors of a machine, with the parameters as they were written. What they do to the machine
-/// is the [`trueaxis_kinematics::ErrorModel`] that it derefs to.
+/// All errors of a machine, with the parameters as written. Their effect on the machine is in
+/// [`trueaxis_kinematics::ErrorModel`], to which this dereferences.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorModel {
     /// The parameters as written (mm, rad, per mmᵏ or radᵏ).
     pub parameters: BTreeMap<Parameter, f64>,
     /// Their standard uncertainties, where given.
     pub standard_uncertainty: BTreeMap<Parameter, f64>,
-    /// How they go together, of those that a file of covariances has.
+    /// The covariance of parameters in a covariance file, if there is one.
     pub correlated: Option<Covariance>,
-    /// Standard uncertainties of tabulated motions, where given: by axis (index) and component 0…5, of each value
+    /// Standard uncertainties of tabulated motions, where given: by axis (index) and component 0…5, for each value
     /// (mm or rad).
     pub table_uncertainty: BTreeMap<(usize, usize), Vec<f64>>,
-    /// Slopes of tabulated straightnesses count beside the squareness of the same axes, and not twice: the file says so.
+    /// The file confirms that slopes of tabulated straightness are meant in addition to the squareness of the same
+    /// axes.
     pub slopes_beside_squareness: bool,
-    /// The sensors that thermal coefficients name.
+    /// The sensors that thermal coefficients refer to.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
 }
@@ -59,8 +60,8 @@ impl ErrorModel {
 
     /// Sets one parameter (mm, rad, per mmᵏ or radᵏ).
     ///
-    /// Returns false if the machine has no such axis, or the axis no such parameter (harmonics of
-    /// a linear axis); nothing is set then.
+    /// Returns false, and sets nothing, if the machine has no such axis or the axis no such parameter (harmonics of
+    /// a linear axis).
     pub fn set(&mut self, machine: &Machine, parameter: Parameter, value: f64) -> bool {
         let known = self.model.set(machine, parameter, value);
         if known {
@@ -69,8 +70,8 @@ impl ErrorModel {
         known
     }
 
-    /// How well all parameters are known: those of the file of covariances as it says, the others that have a
-    /// standard uncertainty without correlation. Parameters without one are taken as exact.
+    /// Covariance of all parameters: those of the covariance file as given there, others with a standard uncertainty
+    /// without correlations. Parameters without an uncertainty count as exact.
     #[must_use]
     pub fn covariance(&self) -> Covariance {
         let correlated = self.correlated.clone().unwrap_or_default();
@@ -82,7 +83,7 @@ impl ErrorModel {
     }
 
     /// The standard uncertainty (mm or rad) of a tabulated motion of an axis (by index) at its position `q` (mm or
-    /// rad): values are known each by itself, in each direction. 0 where none is given.
+    /// rad). Values are independent of each other, in each direction. 0 if none is given.
     #[must_use]
     pub fn table_uncertainty_at(
         &self,
@@ -107,7 +108,7 @@ impl ErrorModel {
                 ((1.0 - t) * known[below]).hypot(t * u)
             }
         };
-        // Of an unknown direction it is the mean of both.
+        // With an unknown direction, the value is the mean of both.
         let sign = situation.sign[index];
         match table.negative {
             None => value,

@@ -1,11 +1,11 @@
-//! What an instrument sees: two machines side by side, one without errors and the real one.
+//! What an instrument reads: compares the actual machine with one without errors.
 
 use crate::errors::{ErrorModel, MAX_SENSORS, Situation, Switches};
 use crate::kinematics::{Htm, Kinematics};
 use crate::machine::{Machine, PerAxis};
 use nalgebra::{Matrix3, Vector3};
 
-/// A command (mm, rad), and the direction from which it was reached: +1, −1, or 0 if that is unknown.
+/// A command (mm, rad) and the direction from which it was reached: +1, −1, or 0 if unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// The command (mm, rad).
@@ -15,7 +15,7 @@ pub struct State {
 }
 
 impl State {
-    /// A command, reached from anywhere.
+    /// A command reached from an unknown direction.
     #[must_use]
     pub fn at(q: PerAxis) -> Self {
         Self {
@@ -24,7 +24,7 @@ impl State {
         }
     }
 
-    /// The same with one axis elsewhere.
+    /// The same with another position of one axis.
     #[must_use]
     pub fn with(mut self, axis: usize, q: f64) -> Self {
         self.q[axis] = q;
@@ -32,7 +32,7 @@ impl State {
     }
 }
 
-/// By how much more than without errors the tool has moved against the workpiece.
+/// Displacement of the tool relative to the workpiece, in excess of that without errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Of the tip (mm), in the workpiece frame.
@@ -41,7 +41,7 @@ pub struct Deviation {
     pub turn: Vector3<f64>,
 }
 
-/// A machine with its errors.
+/// A machine with its errors, as seen by instruments.
 pub struct Bench<'a> {
     /// The machine.
     pub machine: &'a Machine,
@@ -50,7 +50,7 @@ pub struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// A machine with errors, at temperatures (K from the references).
+    /// A machine with errors at given temperatures (K from the references).
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel, kelvin: [f64; MAX_SENSORS]) -> Self {
         Self {
@@ -77,13 +77,13 @@ impl<'a> Bench<'a> {
         self.kinematics.actual(&state.q, &situation, &Switches::ALL)
     }
 
-    /// What an instrument reads at `to` that was set to zero at `from`.
+    /// Reading at `to` of an instrument that was set to zero at `from`.
     #[must_use]
     pub fn deviation(&self, from: &State, to: &State) -> Deviation {
         self.deviation_of(&Vector3::zeros(), from, to)
     }
 
-    /// The same of a point that the tool carries (mm from the tip, in the frame of the tool's pose).
+    /// The same for a point that moves with the tool (mm from the tip, in the frame of the tool's pose).
     #[must_use]
     pub fn deviation_of(&self, point: &Vector3<f64>, from: &State, to: &State) -> Deviation {
         let off = |state: &State| {
@@ -101,7 +101,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The position (mm, rad) with all axes at zero, or as near to it as their travels allow.
+    /// The position (mm, rad) with all axes at zero, or as near to it as their travels permit.
     #[must_use]
     pub fn home(&self) -> PerAxis {
         let mut home = PerAxis::default();
@@ -136,8 +136,8 @@ impl<'a> Bench<'a> {
         rotation(self.nominal(&ahead).r * self.nominal(q).r.transpose()).normalize()
     }
 
-    /// The point of a rotary axis nearest to the tip at a position (workpiece frame, mm): half-way to
-    /// where the tip is half a turn later.
+    /// The point of a rotary axis nearest to the tip at a position (workpiece frame, mm): half-way to the tip after
+    /// half a turn.
     #[must_use]
     pub(crate) fn foot(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
         let half = State::at(*q)
@@ -146,13 +146,13 @@ impl<'a> Bench<'a> {
         0.5 * (self.nominal(q).t + self.nominal(&half).t)
     }
 
-    /// The same command with linear axes such that the tip, without errors, is at a point (workpiece
-    /// frame, mm). `None` if they do not reach every direction.
+    /// The same command with linear axes that place the tip, without errors, at a point (workpiece frame, mm).
+    /// `None` if they do not span all directions.
     #[must_use]
     pub fn reach(&self, q: &PerAxis, point: Vector3<f64>) -> Option<PerAxis> {
         let mut q = *q;
         let gap = point - self.nominal(&q).t;
-        // Minimum norm, if there are more than three.
+        // Minimum norm, in case there are more than three.
         let ways: Vec<(usize, Vector3<f64>)> =
             self.linear().map(|i| (i, self.way(&q, i))).collect();
         let gram: Matrix3<f64> = ways.iter().map(|(_, w)| w * w.transpose()).sum();
@@ -164,7 +164,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The rotation vector (rad) of a small rotation; of any other its direction.
+/// The rotation vector (rad) of a small rotation; for larger ones only its direction is right.
 fn rotation(r: Matrix3<f64>) -> Vector3<f64> {
     Htm {
         r,

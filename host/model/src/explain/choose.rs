@@ -1,14 +1,14 @@
-//! Which instrument shows a parameter best.
+//! Chooses the instrument that shows a parameter best.
 
 use super::bench::{Bench, State};
 use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense, largest};
 use super::single_entry::{Alone, Nature};
 use crate::errors::ParameterKind;
 
-/// An instrument that is meant for a location shows at least this part of its size; less is a
-/// by-effect, of which the largest is taken.
+/// An instrument intended for a location must show at least this fraction of its size. Below that it is a side
+/// effect, and the largest one is taken.
 const SHOWS: f64 = 0.2;
-/// What is less than this part of another effect is none.
+/// Effects below this fraction of another one count as zero.
 const NOTHING: f64 = 1e-3;
 
 /// The reading that shows a parameter best. `None` only if the machine has no linear axes.
@@ -36,7 +36,7 @@ pub fn choose(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
 
 type Offer<'o> = Box<dyn Fn() -> Option<Reading> + 'o>;
 
-/// What may show it, the usual way first.
+/// Readings that may show it, the usual one first.
 fn offers<'o>(bench: &'o Bench<'_>, alone: &'o Alone<'_>) -> Vec<Offer<'o>> {
     let index = alone.index();
     let axis = bench.machine.axes.get(index);
@@ -57,7 +57,7 @@ fn offers<'o>(bench: &'o Bench<'_>, alone: &'o Alone<'_>) -> Vec<Offer<'o>> {
     offers
 }
 
-/// A location, or a motion that is the same everywhere.
+/// For a location, or a motion with the same value everywhere.
 fn constant<'o>(
     bench: &'o Bench<'_>,
     index: usize,
@@ -101,10 +101,10 @@ fn constant<'o>(
     offers
 }
 
-/// The inclination of a rotary axis: a ball beside it, read along it, which does not depend on where
-/// along the axis the ball is. Without one, any ball.
+/// For the inclination of a rotary axis: a ball beside it, read along it, because this does not depend on the
+/// position of the ball along the axis; otherwise any ball.
 fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
-    // How far a linear axis is along this one.
+    // Position of a linear axis along this one.
     let along = |state: &State, linear: usize| {
         let way = bench.way(&state.q, linear);
         way.dot(&bench.about(&state.q, axis)).abs()
@@ -133,7 +133,8 @@ fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
     )
 }
 
-/// Where an axis is read: at one place if the error is in proportion, else all along.
+/// Positions at which an axis is read: a single one if the error is proportional to the position, otherwise several
+/// along the travel.
 fn places(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> (State, Vec<f64>) {
     let home = State::at(bench.home());
     let [from, to] = bench.span(index, alone.range);
@@ -144,7 +145,7 @@ fn places(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> (State, Vec<f64
     (home.with(index, from), places)
 }
 
-/// An error motion of a linear axis.
+/// For an error motion of a linear axis.
 fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
     let (from, places) = places(bench, alone, index);
     if alone.parameter.is_angular() {
@@ -163,7 +164,7 @@ fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading>
         Nature::Slope => None,
         _ => largest(bench.straightedge(index, &places)),
     };
-    // What is straight, or nearly, leans.
+    // A straight or nearly straight motion is an inclination.
     let ends = match places[..] {
         [first, .., last] => [first, last],
         _ => bench.span(index, alone.range),
@@ -180,10 +181,10 @@ fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading>
     largest(along.into_iter().chain(across))
 }
 
-/// An error motion of a rotary axis.
+/// For an error motion of a rotary axis.
 fn turning(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
     let (from, mut places) = places(bench, alone, index);
-    // Of places where it is as large, the nearest.
+    // Among positions with equal errors, the nearest.
     places.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(b.total_cmp(a)));
     let readings = places
         .iter()
@@ -197,7 +198,7 @@ fn turning(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading
     largest(readings)
 }
 
-/// What an axis loses when it reverses: read after positive travel, zero after negative.
+/// For a reversal error: read after positive travel, set to zero after negative travel.
 fn reversal(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
     let home = State::at(bench.home());
     let [from, _] = bench.span(index, alone.range);
@@ -217,7 +218,7 @@ fn reversal(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Readin
     largest(readings)
 }
 
-/// Anything that shows it somewhere: the tip, or else how the tool turns.
+/// Any reading that shows it somewhere: at the tip, or else the rotation of the tool.
 fn anywhere(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
     let home = State::at(bench.home());
     let states = super::nothing::positions(bench.machine, alone);

@@ -1,6 +1,5 @@
-//! Instruments: where the machine is sent, and what is read there. Every reading is in terms of
-//! commands: positive is farther in the direction of a positive command, of the tool against the
-//! workpiece.
+//! Instruments: the commanded positions, and what is read there. All readings are relative to commands: positive
+//! means that the tool, relative to the workpiece, is farther in the direction of a positive command.
 
 use super::bench::{Bench, Deviation, State};
 use crate::machine::PerAxis;
@@ -9,10 +8,10 @@ use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trueaxis_kinematics::Branch;
 
-/// How far (mm) linear axes are moved, balls are away from an axis, and the arm of a dial reaches.
+/// Travel of linear axes (mm), distance of balls from an axis, and length of the arm of a dial.
 pub const REACH: f64 = 100.0;
 
-/// What is set up.
+/// An instrument and its setup.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instrument {
     /// A laser interferometer along the axis that moves.
@@ -26,11 +25,11 @@ pub enum Instrument {
     Square,
     /// An angle interferometer, autocollimator or level.
     Angle,
-    /// A rotary calibrator, or a polygon and an autocollimator, on the axis that turns.
+    /// A rotary calibrator, or a polygon and an autocollimator, on the rotating axis.
     Calibrator,
-    /// A ball on the workpiece and an indicator in the spindle, which the linear axes keep on it.
+    /// A ball on the workpiece and an indicator in the spindle, with linear axes keeping the indicator on the ball.
     Ball {
-        /// Where the ball is.
+        /// Position of the ball.
         place: BallPlacement,
     },
     /// A dial on an arm in the spindle, swept over the table.
@@ -39,47 +38,47 @@ pub enum Instrument {
     Probe,
 }
 
-/// Where a ball is on the workpiece.
+/// Position of a ball on the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BallPlacement {
-    /// On the axis that turns.
+    /// On the rotating axis.
     OnAxis,
-    /// [`REACH`] from there in the direction of a linear axis (by index).
+    /// At a distance of [`REACH`] from it in the direction of a linear axis (by index).
     Away(usize),
     /// At the tip, for an axis that turns the tool.
     Tip,
 }
 
-/// In which direction it is read; axes by index.
+/// Direction of a reading; axes by index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sense {
     /// Along a linear axis.
     In(usize),
-    /// The tool turning against the workpiece from one linear axis towards another.
+    /// Rotation of the tool relative to the workpiece, from one linear axis towards another.
     From(usize, usize),
-    /// The tool turning against the workpiece as a rotary axis turns it.
+    /// Rotation of the tool relative to the workpiece in the sense of a rotary axis.
     About(usize),
 }
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// What is set up.
+    /// The instrument.
     pub instrument: Instrument,
-    /// The axis (by index) that moves, if one does.
+    /// The moving axis (by index), if any.
     pub moved: Option<usize>,
-    /// The direction it is read in.
+    /// The direction of the reading.
     pub sense: Sense,
     /// Where it is set to zero.
     pub from: State,
     /// Where it is read.
     pub to: State,
-    /// What it reads: mm or rad; on a square mm per [`REACH`] of the motion.
+    /// The reading in mm or rad; on a square, in mm per [`REACH`] of the motion.
     pub value: f64,
 }
 
 impl Reading {
-    /// Its size (mm), with angles over [`REACH`].
+    /// Its magnitude (mm), with angles multiplied by [`REACH`].
     #[must_use]
     pub fn size(&self) -> f64 {
         match self.sense {
@@ -89,7 +88,7 @@ impl Reading {
     }
 }
 
-/// The first of the largest readings: where they are equal, rounding must not decide.
+/// The largest reading, or the first of several equal ones: rounding must not decide.
 pub fn largest(readings: impl IntoIterator<Item = Reading>) -> Option<Reading> {
     const AS_LARGE: f64 = 1.0 + 1e-6;
     readings.into_iter().fold(None, |best, one| match best {
@@ -99,7 +98,7 @@ pub fn largest(readings: impl IntoIterator<Item = Reading>) -> Option<Reading> {
 }
 
 impl Bench<'_> {
-    /// What of a deviation an instrument shows that reads in one direction, the machine being at `q`.
+    /// The part of a deviation that an instrument shows in one direction, with the machine at `q`.
     #[must_use]
     pub fn reads(&self, sense: Sense, deviation: &Deviation, q: &PerAxis) -> f64 {
         match sense {
@@ -112,7 +111,7 @@ impl Bench<'_> {
         }
     }
 
-    /// The tip's deviation between two commands, along each linear axis.
+    /// Readings of the tip's deviation between two commands, along each linear axis.
     fn tip(
         &self,
         instrument: Instrument,
@@ -136,13 +135,13 @@ impl Bench<'_> {
         self.tip(Instrument::Laser, Some(moved), from, to)
     }
 
-    /// A probe on a point of the workpiece, in the direction of each linear axis.
+    /// A probe at a point of the workpiece, in the direction of each linear axis.
     pub fn probe(&self, from: State, to: State) -> impl Iterator<Item = Reading> {
         self.tip(Instrument::Probe, None, from, to)
     }
 
-    /// How the tool turns against the workpiece, from each linear axis towards the next; and about a
-    /// rotary axis, if that moves.
+    /// Rotation of the tool relative to the workpiece, from each linear axis towards the next, and about a rotary
+    /// axis if it moves.
     pub fn angle(&self, moved: Option<usize>, from: State, to: State) -> Vec<Reading> {
         let deviation = self.deviation(&from, &to);
         let component = |axis: usize| self.machine.axes[axis].letter.component();
@@ -168,8 +167,7 @@ impl Bench<'_> {
         readings
     }
 
-    /// From a position of an axis as far as it is usual, within a range (mm or rad): [`REACH`], or a
-    /// quarter of a turn.
+    /// The usual range for a reading of an axis, within given limits (mm or rad): [`REACH`], or a quarter of a turn.
     pub fn span(&self, axis: usize, [low, high]: [f64; 2]) -> [f64; 2] {
         let from = 0.0_f64.max(low).min(high);
         let usual = match self.machine.axes[axis].letter.is_rotary() {
@@ -191,8 +189,8 @@ impl Bench<'_> {
         axis.travel.map(|t| axis.to_kinematic(t))
     }
 
-    /// A square: one leg aligned with the way of `aligned`, the dial moved along the other with
-    /// `moved`, over a span (mm) of that.
+    /// A square: one leg aligned with the motion of `aligned`, and a dial moved along the other leg by `moved` over
+    /// a span (mm).
     pub fn square(&self, aligned: usize, moved: usize, [from, to]: [f64; 2]) -> Reading {
         let home = State::at(self.home());
         let from = home.with(moved, from);
@@ -217,8 +215,8 @@ impl Bench<'_> {
         }
     }
 
-    /// A straightedge along an axis, aligned at the first and the last of the places, where it is off
-    /// most, in the direction of each other linear axis.
+    /// A straightedge along an axis, aligned at the first and the last position, read in the direction of each other
+    /// linear axis where the deviation is largest.
     pub fn straightedge<'s>(
         &'s self,
         moved: usize,
@@ -249,7 +247,7 @@ impl Bench<'_> {
         })
     }
 
-    /// From where to where (rad) a rotary axis is turned to find its centre: half a turn, if it can.
+    /// Range (rad) over which a rotary axis is turned to find its centre: half a turn, if possible.
     pub fn swing(&self, rotary: usize) -> [f64; 2] {
         match self.travel(rotary) {
             [low, high] if low <= 0.0 && high >= PI => [0.0, PI],
@@ -260,8 +258,8 @@ impl Bench<'_> {
         }
     }
 
-    /// A ball on the workpiece, on which the linear axes keep the tip while a rotary axis turns from
-    /// one position (rad) to another: the indicator in the direction of each linear axis.
+    /// A ball on the workpiece, with linear axes keeping the tip on it while a rotary axis turns from one position
+    /// (rad) to another; the indicator reads in the direction of each linear axis.
     pub fn ball(&self, rotary: usize, [from, to]: [f64; 2], away: Option<usize>) -> Vec<Reading> {
         let home = self.home();
         let (place, point) = match (self.machine.axes[rotary].branch, away) {
@@ -283,8 +281,9 @@ impl Bench<'_> {
             .collect()
     }
 
-    /// A dial on an arm in the spindle, swept over the table from the negative to the positive side of
-    /// each linear axis that the tool is not along: what it is pushed in more on the positive side.
+    /// A dial on an arm in the spindle, swept over the table from the negative to the positive side of each linear
+    /// axis that is not along the tool. The reading is positive if the dial is pushed in farther on the positive
+    /// side.
     pub fn tram(&self) -> impl Iterator<Item = Reading> + '_ {
         let home = State::at(self.home());
         let nominal = self.nominal(&home.q);

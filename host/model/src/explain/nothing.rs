@@ -1,4 +1,4 @@
-//! Parameters that change nothing: they move everything together, or turn the tool about itself.
+//! Finds parameters that change nothing: they move everything together, or turn the tool about itself.
 
 use super::bench::{Bench, State};
 use super::instrument::REACH;
@@ -10,15 +10,15 @@ use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// What changes tip and direction by less than this part of the parameter's size changes nothing.
+/// Changes of tip and direction below this fraction of the parameter count as none.
 const NOTHING: f64 = 1e-4;
-/// How large a parameter is made to see that (mm, rad): so small that what is left of the second
-/// order is less than [`NOTHING`] of it, at levers of metres, and far above rounding.
+/// Size of a parameter (mm, rad) for this test: small enough that second-order effects stay below [`NOTHING`] of it
+/// at levers of metres, and far above rounding.
 const SMALL: [f64; 2] = [1e-4, 1e-6];
-/// Positions that are compared.
+/// Number of positions compared.
 const POSITIONS: usize = 40;
 
-/// Positions (mm, rad) all over the travels, where the motion is known; the same every time.
+/// Positions (mm, rad) over the whole travels, within the known range of the motion; always the same ones.
 #[must_use]
 pub fn positions(machine: &Machine, alone: &Alone<'_>) -> Vec<PerAxis> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -38,7 +38,7 @@ pub fn positions(machine: &Machine, alone: &Alone<'_>) -> Vec<PerAxis> {
         .collect()
 }
 
-/// True if neither tip nor tool direction change anywhere, seen from a workpiece that is aligned anew.
+/// True if neither tip nor tool direction change anywhere, relative to a realigned workpiece.
 #[must_use]
 pub fn changes_nothing(alone: &Alone<'_>) -> bool {
     let angular = alone.parameter.is_angular();
@@ -77,7 +77,7 @@ pub fn changes_nothing(alone: &Alone<'_>) -> bool {
     left.fold(0.0, f64::max) < NOTHING * scale
 }
 
-/// The motion of the workpiece that takes the nominal tips to the actual ones best (Kabsch).
+/// The motion of the workpiece that best maps the nominal tips to the actual ones (Kabsch).
 fn together(poses: &[(Htm, Htm)]) -> Htm {
     let count = poses.len() as f64;
     let mean =
@@ -102,8 +102,8 @@ fn together(poses: &[(Htm, Htm)]) -> Htm {
     }
 }
 
-/// The pair of axes (by index) whose squareness somebody may have meant who has written an inclination
-/// that changes nothing, and the parameters that it is.
+/// For an inclination that changes nothing: the pair of axes (by index) whose squareness may have been meant, and
+/// the corresponding parameters.
 #[must_use]
 pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
     let (machine, index) = (alone.machine, alone.index());
@@ -130,7 +130,7 @@ pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
     let pairs = linear
         .clone()
         .flat_map(|a| linear.clone().filter(move |b| a < *b).map(move |b| [a, b]));
-    // Those of this axis first.
+    // Pairs with this axis first.
     let mut pairs: Vec<[usize; 2]> = pairs.collect();
     pairs.sort_by_key(|pair| !pair.contains(&index));
     pairs.into_iter().find_map(|pair| {
@@ -145,7 +145,7 @@ pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
     })
 }
 
-/// A small inclination by itself.
+/// A small inclination without other errors.
 struct Small<'a> {
     machine: &'a Machine,
     errors: ErrorModel,
@@ -164,7 +164,7 @@ impl<'a> Small<'a> {
         Bench::new(self.machine, &self.errors, Default::default())
     }
 
-    /// True if it turns the tool against the workpiece in the plane of two axes.
+    /// True if it rotates the tool relative to the workpiece in the plane of two axes.
     fn turns(&self, [a, b]: [usize; 2]) -> bool {
         let bench = self.bench();
         let home = State::at(bench.home());
@@ -177,7 +177,7 @@ impl<'a> Small<'a> {
         normal.dot(&turn.twist().r).abs() > 0.9 * SMALL[1]
     }
 
-    /// What a square shows of it, in parts of its size.
+    /// Reading of a square per unit of it.
     fn squareness(&self, [a, b]: [usize; 2]) -> f64 {
         let bench = self.bench();
         let span = bench.span(b, bench.travel(b));

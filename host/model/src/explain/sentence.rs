@@ -1,4 +1,4 @@
-//! Readings in words.
+//! Readings as text.
 
 use super::bench::State;
 use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
@@ -7,7 +7,7 @@ use crate::errors::ParameterKind;
 use crate::machine::Machine;
 use crate::pose::carries;
 
-/// The thing and its value: `EXX1 = 20e-6, X carries the workpiece and is reversed`.
+/// The entry and its value: `EXX1 = 20e-6, X carries the workpiece and is reversed`.
 #[must_use]
 pub fn subject(alone: &Alone<'_>) -> String {
     let name = alone.parameter.to_string();
@@ -39,7 +39,7 @@ pub fn subject(alone: &Alone<'_>) -> String {
     )
 }
 
-/// What the instrument reads, and where.
+/// The reading of the instrument and where it is taken.
 #[must_use]
 pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
     let machine = alone.machine;
@@ -155,7 +155,7 @@ fn everywhere(machine: &Machine, state: &State) -> String {
     places.collect::<Vec<_>>().join(", ")
 }
 
-/// Two digits or more, with its sign.
+/// A number with its sign and at least two digits.
 #[must_use]
 pub fn signed(value: f64) -> String {
     let digits = match value.abs() {
@@ -165,7 +165,7 @@ pub fn signed(value: f64) -> String {
         v if v >= 0.009_95 => 3,
         _ => 4,
     };
-    // Halves are rounded up, whatever the last bit of a sine or cosine is.
+    // Halves are rounded up, whatever the last bit of a sine or cosine.
     let text = format!("{:.digits$}", value.abs() * (1.0 + 1e-9));
     match value {
         v if text.chars().all(|c| "0.".contains(c)) || v == 0.0 => text,
@@ -174,7 +174,7 @@ pub fn signed(value: f64) -> String {
     }
 }
 
-/// A value as it is written in files: `20e-6`, `-0.9e-3`.
+/// A value as written in files: `20e-6`, `-0.9e-3`.
 #[must_use]
 pub fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -182,7 +182,7 @@ pub fn number(value: f64) -> String {
     }
     let exponent = value.abs().log10().floor() as i32;
     let three = exponent.div_euclid(3) * 3;
-    // Digits that are written, not those of the division.
+    // The digits as written, without those from the division.
     let mantissa = format!("{:.9}", value / 10_f64.powi(three));
     let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
     match three {
@@ -191,7 +191,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// With a minus sign.
+/// Replaces a hyphen by a minus sign.
 fn minus(number: &str) -> String {
     number.replace('-', "−")
 }

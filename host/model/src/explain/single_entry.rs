@@ -1,16 +1,16 @@
-//! A single entry of an error file, by itself.
+//! Single entries of an error file.
 
 use crate::errors::{ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Table};
 use crate::machine::Machine;
 
-/// What an error file says about one parameter, motion or change.
+/// The content of an entry.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EntryKind {
     /// A parameter and its value (mm, rad, per mmᵏ or radᵏ).
     Parameter(f64),
-    /// A measured motion.
+    /// A tabulated motion.
     Table,
-    /// What that differs by between the two directions of travel.
+    /// The difference of a tabulated motion between the two directions of travel.
     TableReversal,
     /// A change of a parameter with the temperature of a sensor.
     PerKelvin {
@@ -21,36 +21,36 @@ pub enum EntryKind {
     },
 }
 
-/// How it depends on the position of its axis.
+/// Dependence on the position of the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nature {
-    /// Not at all: a location, a constant.
+    /// None: a location or a constant.
     Constant,
-    /// In proportion: a scale, an inclination.
+    /// Proportional: a scale or an inclination.
     Slope,
-    /// Anyhow: polynomials, harmonics, measured motions.
+    /// Any other: polynomials, harmonics, tabulated motions.
     Curve,
-    /// On the direction of travel.
+    /// Dependence on the direction of travel.
     Reversal,
 }
 
-/// One thing by itself, on a machine without other errors.
+/// One entry on a machine without other errors.
 #[derive(Clone, Debug)]
 pub struct Alone<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// The parameter; of a table its degree 0.
+    /// The parameter; for a table, that of degree 0.
     pub parameter: Parameter,
-    /// What is said about it.
+    /// The content of the entry.
     pub said: EntryKind,
-    /// Where the motion is known (mm or rad), which is all of the travel for the spindle and for what
-    /// holds everywhere.
+    /// Range in which the motion is known (mm or rad); the whole travel for the spindle and for entries that apply
+    /// everywhere.
     pub range: [f64; 2],
     table: Option<&'a Table>,
 }
 
 impl<'a> Alone<'a> {
-    /// Everything that an error file says, axis by axis in the order of the machine, the spindle last.
+    /// All entries of an error file, axis by axis in the order of the machine, the spindle last.
     #[must_use]
     pub fn all(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
@@ -107,7 +107,7 @@ impl<'a> Alone<'a> {
         all
     }
 
-    /// Another parameter with the same value, instead of this.
+    /// The same value for another parameter instead of this one.
     #[must_use]
     pub fn instead(&self, parameter: Parameter, value: f64) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl<'a> Alone<'a> {
         self.machine.index(self.parameter.axis).unwrap_or(axes)
     }
 
-    /// How it depends on the position of its axis.
+    /// Its dependence on the position of its axis.
     #[must_use]
     pub fn nature(&self) -> Nature {
         match (&self.said, self.parameter.kind) {
@@ -137,8 +137,7 @@ impl<'a> Alone<'a> {
         }
     }
 
-    /// A machine on which this is wrong and nothing else, `factor` times as much; and the temperatures
-    /// at which it shows.
+    /// A machine with only this error, multiplied by `factor`, and the temperatures at which it shows.
     #[must_use]
     pub fn model(&self, factor: f64) -> (ErrorModel, [f64; MAX_SENSORS]) {
         let mut model = ErrorModel::perfect(self.machine);
@@ -161,7 +160,7 @@ impl<'a> Alone<'a> {
         (model, kelvin)
     }
 
-    /// The largest it is anywhere (mm or rad).
+    /// Its largest magnitude (mm or rad).
     #[must_use]
     pub fn size(&self) -> f64 {
         let kind = self.parameter.kind;
@@ -180,8 +179,7 @@ impl<'a> Alone<'a> {
         most.fold(0.0, f64::max)
     }
 
-    /// Positions (mm or rad) of its axis to look at: those of a table, or as many as show a polynomial
-    /// or harmonics.
+    /// Positions (mm or rad) of its axis to evaluate: those of a table, or enough to show a polynomial or harmonics.
     #[must_use]
     pub fn places(&self) -> Vec<f64> {
         const STEPS: u16 = 100;
@@ -204,7 +202,7 @@ impl<'a> Alone<'a> {
     }
 }
 
-/// A table for both directions of travel, or what is different between them.
+/// A table for both directions of travel, or the difference between them.
 fn scaled(table: &Table, reversal: bool, factor: f64) -> Table {
     let negative = table.negative.as_ref().unwrap_or(&table.positive);
     let pairs = || table.positive.iter().zip(negative);
@@ -223,7 +221,7 @@ fn scaled(table: &Table, reversal: bool, factor: f64) -> Table {
     }
 }
 
-/// The travel of an axis, or the calibrated part of it if the motion holds its end values elsewhere.
+/// The travel of an axis, or its calibrated range if the motion holds its end values outside it.
 fn range(machine: &Machine, errors: &ErrorModel, parameter: Parameter) -> [f64; 2] {
     let Some(index) = machine.index(parameter.axis) else {
         return [0.0; 2];

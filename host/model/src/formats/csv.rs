@@ -1,8 +1,8 @@
-//! Tables as CSV: lines that begin with `#` and hold TOML, where a format has them, a header, and rows.
+//! Tables as CSV: lines with TOML that begin with `#`, in some formats; a header; and rows.
 //!
 //! Blank lines and a byte order mark are skipped, and names may be quoted. Every cell keeps its place in the file.
-//! The lines are split here and not by `csv-core`: it could count the bytes of each cell, but it takes a quote after
-//! a space for part of the name, and lets one unclosed quote swallow the rest of the file.
+//! The lines are not split by `csv-core`: it could count the bytes of each cell, but it treats a quote after a space
+//! as part of the name, and one unclosed quote swallows the rest of the file.
 
 mod lines;
 #[cfg(test)]
@@ -18,9 +18,9 @@ use std::ops::Range;
 /// One value of a row.
 #[derive(Clone, Debug)]
 pub struct Cell<'t> {
-    /// Without spaces and quotes around it.
+    /// The text without surrounding spaces and quotes.
     pub text: &'t str,
-    /// Its bytes in the file; those of the whole row if it is empty.
+    /// Its bytes in the file; those of the whole row if the cell is empty.
     pub span: Range<usize>,
     /// The name of its column; empty if the column has none.
     name: &'t str,
@@ -39,10 +39,10 @@ pub struct Row<'t> {
 }
 
 impl<'t> Row<'t> {
-    /// What stands in a column.
+    /// The text in a column.
     ///
     /// # Errors
-    /// [`FileError`]: nothing.
+    /// [`FileError`]: the cell is empty.
     pub fn text(&self, column: usize) -> Result<&'t str, FileError> {
         match self.cells[column].text {
             "" => Err(self.error(column, "the value is missing", "nothing here", self.remedy)),
@@ -53,7 +53,7 @@ impl<'t> Row<'t> {
     /// The finite number in a column.
     ///
     /// # Errors
-    /// [`FileError`]: nothing there, or something else.
+    /// [`FileError`]: the cell is empty or not a finite number.
     pub fn number(&self, column: usize) -> Result<f64, FileError> {
         let text = self.text(column)?;
         let number = text.parse::<f64>().ok().filter(|v| v.is_finite());
@@ -63,10 +63,10 @@ impl<'t> Row<'t> {
         })
     }
 
-    /// The number in a column whose numbers increase from row to row; `last` is that of the row above.
+    /// The number in a column whose numbers increase from row to row; `last` is that of the previous row.
     ///
     /// # Errors
-    /// [`FileError`]: not a finite number, or not larger than the last one.
+    /// [`FileError`]: not a finite number, or not larger than the previous one.
     pub fn increasing(
         &self,
         column: usize,
@@ -83,7 +83,7 @@ impl<'t> Row<'t> {
         }
     }
 
-    /// An error at a cell; its message begins with the column.
+    /// An error at a cell; its message begins with the name of the column.
     pub fn error(
         &self,
         column: usize,
@@ -101,17 +101,17 @@ impl<'t> Row<'t> {
     }
 }
 
-/// The rows of a file, read one by one, all with as many cells as the header has.
+/// A file whose rows are read one by one; all have as many cells as the header.
 #[derive(Clone, Debug)]
 pub struct Table<'t> {
-    /// The names of the columns; without cells in a table without a header.
+    /// The names of the columns; no cells in a table without a header.
     pub header: Row<'t>,
     names: Vec<&'t str>,
     lines: Lines<'t>,
-    /// In each row; 0 before the first row of a table without names.
+    /// Number of cells per row; 0 before the first row of a table without names.
     width: usize,
     is_spaced: bool,
-    /// True below lines that begin with `#`.
+    /// True if lines that begin with `#` come before it.
     has_heading: bool,
     has_rows: bool,
     layout: String,
@@ -119,13 +119,12 @@ pub struct Table<'t> {
 }
 
 impl<'t> Table<'t> {
-    /// Reads the header, which is the first line from byte `start` on.
+    /// Reads the header, the first line at or after byte `start`.
     ///
-    /// `layout` says what the file has to look like; it is the remedy of a wrong header. `remedy` is that of wrong
-    /// rows.
+    /// `layout` describes the file; it is the remedy for a wrong header. `remedy` is that for wrong rows.
     ///
     /// # Errors
-    /// [`FileError`]: nothing in the file, columns that are not separated by commas.
+    /// [`FileError`]: an empty file, or columns that are not separated by commas.
     pub fn open(
         text: &'t str,
         start: usize,
@@ -148,7 +147,7 @@ impl<'t> Table<'t> {
         Ok(table)
     }
 
-    /// Rows from byte `start` on that have no header; with the width of the first one, if `names` is empty.
+    /// Rows without a header, starting at byte `start`; with the width of the first row if `names` is empty.
     #[must_use]
     pub fn without_header(
         text: &'t str,
@@ -183,10 +182,10 @@ impl<'t> Table<'t> {
         }
     }
 
-    /// What each column from `first` on is.
+    /// The meaning of each column from `first` on.
     ///
     /// # Errors
-    /// [`FileError`]: a name that `known` does not know, a column that is listed twice.
+    /// [`FileError`]: a name for which `known` returns `None`, or a column that is listed twice.
     pub fn columns<C: PartialEq>(
         &self,
         first: usize,
@@ -222,7 +221,7 @@ impl<'t> Table<'t> {
         Ok(columns)
     }
 
-    /// The error of a header without a column that is required.
+    /// The error for a header without a required column.
     pub fn missing(&self, column: impl std::fmt::Display) -> FileError {
         let message = format!("the column `{column}` is missing");
         self.wrong_header(message)
@@ -231,7 +230,7 @@ impl<'t> Table<'t> {
     /// Checks the first columns of a header whose order is fixed.
     ///
     /// # Errors
-    /// [`FileError`] with the names that should be there.
+    /// [`FileError`] with the names that are expected.
     pub fn begins_with(&self, names: &[&str]) -> Result<(), FileError> {
         match self.names.starts_with(names) {
             true => Ok(()),
@@ -242,7 +241,7 @@ impl<'t> Table<'t> {
         }
     }
 
-    /// An error of the header as a whole, with what it has to look like.
+    /// An error about the whole header, with its expected layout.
     pub fn wrong_header(&self, message: impl Into<String>) -> FileError {
         let span = self.header.span.clone();
         FileError::at(span, message, "the header", self.layout.clone())
@@ -309,7 +308,7 @@ impl<'t> Table<'t> {
 impl<'t> Iterator for Table<'t> {
     type Item = Result<Row<'t>, FileError>;
 
-    /// The next row. A header without any row is an error.
+    /// The next row. A header without rows is an error.
     fn next(&mut self) -> Option<Self::Item> {
         let Some(line) = self.lines.next() else {
             let is_bare = !self.has_rows && !self.header.cells.is_empty();
@@ -327,7 +326,7 @@ impl<'t> Iterator for Table<'t> {
     }
 }
 
-/// Reads the lines at the top that begin with `#`, without the marks, as TOML; and where they end.
+/// Parses the leading lines that begin with `#`, without these marks, as TOML; also returns where they end.
 ///
 /// # Errors
 /// [`FileError`] with the given remedy: wrong syntax, an unknown key, a value of another type.
@@ -341,7 +340,7 @@ pub fn heading<T: DeserializeOwned>(text: &str, remedy: &str) -> Result<(T, usiz
         else {
             break;
         };
-        // As many bytes as before, so that places stay where they are.
+        // Keep the number of bytes, so that places in the file remain valid.
         bare.extend(repeat_n(' ', line.len() - entry.len()));
         bare += entry;
     }
@@ -354,13 +353,13 @@ pub fn heading<T: DeserializeOwned>(text: &str, remedy: &str) -> Result<(T, usiz
     }
 }
 
-/// The line, counted from 1, of a row, counted from 1 below a header.
+/// The line of a row; lines count from 1, rows from 1 after the header.
 #[must_use]
 pub fn line_of(text: &str, row: usize) -> Option<usize> {
     Some(lines(text, 0).nth(row)?.number)
 }
 
-/// Where the column with a name stands in a line of a file with a header; nowhere if it does not.
+/// The place of a column, given by its name, in a line of a file with a header; an empty range if there is none.
 #[must_use]
 pub fn place(text: &str, line: usize, column: &str) -> Range<usize> {
     let find = || {

@@ -1,27 +1,27 @@
-//! A measured error motion as CSV: position and deviation, or position and the deviations after
-//! positive and after negative travel. The first line may be a header; empty lines are skipped.
+//! A measured error motion as CSV: position and deviation, or position and the deviations after positive and after
+//! negative travel. The first line may be a header; empty lines are skipped.
 
 use super::csv::Table;
 use crate::source::FileError;
 
-/// What was measured, in the units of the file.
+/// A measured motion, in the units of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measured {
     /// Positions, increasing.
     pub at: Vec<f64>,
-    /// Deviations after positive travel, or in both directions.
+    /// Deviations after positive travel, or for both directions.
     pub positive: Vec<f64>,
-    /// Deviations after negative travel, if there are.
+    /// Deviations after negative travel, if given.
     pub negative: Option<Vec<f64>>,
 }
 
 const REMEDY: &str = "write position,deviation or position,after positive travel,after negative travel in each line, with decimal points";
 
-/// Reads it.
+/// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: what [`Table`] refuses, neither two nor three columns, positions that
-/// do not increase, fewer than two rows.
+/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, neither two nor three columns, positions
+/// that do not increase, fewer than two rows.
 pub fn read(text: &str) -> Result<Measured, FileError> {
     let table = Table::open(text, 0, REMEDY, REMEDY)?;
     let is_number = |text: &str| text.parse::<f64>().is_ok();

@@ -1,9 +1,9 @@
-//! Units of what instruments show.
+//! Units of instrument readings.
 
-/// The mm or rad in a unit, or what is wrong with it and what to write.
+/// Size of a unit in mm or rad.
 ///
 /// # Errors
-/// It is not a unit of length, or of angle.
+/// Cause and remedy, if it is not a unit of length, or of angle if `is_angular`.
 pub fn factor(unit: &str, is_angular: bool) -> Result<f64, (String, String)> {
     match (unit, is_angular) {
         ("mm", false) | ("rad", true) => Ok(1.0),

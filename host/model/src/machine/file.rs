@@ -62,13 +62,12 @@ struct ToolEntry {
 }
 
 impl Machine {
-    /// Reads and checks a machine description.
+    /// Reads and validates a machine description.
     ///
     /// # Errors
-    /// [`FileError`] with place, cause and remedy: syntax, unknown keys and letters, an axis
-    /// named twice, a topology that does not match the axes, an empty travel, a value that is
-    /// not finite, a missing tool axis, and all that
-    /// [`check`](trueaxis_kinematics::Machine::check) refuses.
+    /// [`FileError`] with place, cause and remedy: syntax, unknown keys and letters, an axis that is named twice, a
+    /// topology that does not match the axes, an empty travel, a value that is not finite, a missing tool axis, and
+    /// whatever [`check`](trueaxis_kinematics::Machine::check) refuses.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: MachineFile =
             toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
@@ -101,7 +100,7 @@ impl Machine {
 }
 
 impl MachineFile {
-    /// Three to six axes, each with its own letter.
+    /// Three to six axes with different letters.
     fn axes(&self) -> Result<Vec<Axis>, FileError> {
         let mut axes: Vec<Axis> = Vec::new();
         for entry in &self.axis {
@@ -153,7 +152,7 @@ impl MachineFile {
         })
     }
 
-    /// The machine's name. 64 bytes fit every blob and every hello message.
+    /// The machine's name, at most 64 bytes, which fits every blob and every hello message.
     fn name(&self) -> Result<String, FileError> {
         let name = self.name.get_ref();
         if name.is_empty() || name.len() > 64 {
@@ -167,12 +166,12 @@ impl MachineFile {
         Ok(name.clone())
     }
 
-    /// Why the kinematic chain is refused, at the axis to blame.
+    /// Why the kinematic chain is refused, at the axis responsible.
     fn refused(&self, machine: &Machine, error: &MachineError) -> FileError {
         let name = |i: usize| self.axis[i].get_ref().name.span();
         let (span, label) = match error.axis {
             Some(i) => (name(i), "this axis".to_owned()),
-            // No single one is wrong: point to the first of the kind.
+            // No single axis is responsible: point to the first of the kind.
             None => {
                 let rotary = matches!(error.problem, MachineProblem::DependentRotaryAxes { .. });
                 let mut axes = machine.axes.iter();
@@ -192,7 +191,7 @@ impl MachineFile {
 }
 
 impl ToolEntry {
-    /// The range of lengths, if the tool length is an input; `along` is the tip's coordinate on the tool axis.
+    /// The range of the tool length, if it is an input; `along` is the tip's coordinate on the tool axis.
     fn length_range(&self, along: f64) -> Result<Option<[f64; 2]>, FileError> {
         let Some(range) = &self.length_range_mm else {
             return Ok(None);
@@ -218,7 +217,7 @@ impl ToolEntry {
     }
 }
 
-/// Which axis of the spindle frame the tool axis is: 0 to 2.
+/// The axis of the spindle frame that is the tool axis: 0 to 2.
 fn tool_axis(spindle: &Spanned<SpindleEntry>) -> Result<usize, FileError> {
     let Some(axis) = &spindle.get_ref().axis else {
         return Err(FileError::at(
@@ -325,7 +324,7 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
     })
 }
 
-/// The axis of its frame along which a tip is: `x`, `y` or `z`.
+/// The axis of the spindle frame along which a tip lies: `x`, `y` or `z`.
 fn along([x, y, z]: [f64; 3]) -> char {
     match (x.abs(), y.abs(), z.abs()) {
         (x, y, z) if x > y && x > z => 'x',
@@ -380,7 +379,7 @@ fn frame(
 }
 
 fn check_topology(topology: &Spanned<String>, machine: &Machine) -> Result<(), FileError> {
-    // `f` and `F` both occur in print; the spindle's S may be left out.
+    // Both `f` and `F` occur in print; the S of the spindle may be omitted.
     let plain = |s: &str| s.replace('f', "F").replace("St", "t");
     let expected = machine.topology();
     if plain(topology.get_ref()) == plain(&expected) {

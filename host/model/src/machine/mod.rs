@@ -1,4 +1,4 @@
-//! The machine with what its file says about it beyond the kinematics.
+//! The machine with the additional content of its file.
 
 mod file;
 
@@ -7,21 +7,21 @@ pub use trueaxis_kinematics::{
     Axis, Branch, Letter, MAX_AXES, MachineError, MachineProblem, PerAxis,
 };
 
-/// A serial machine tool of three to six axes. How it moves is the
-/// [`trueaxis_kinematics::Machine`] that it derefs to: axes, spindle, tool and workpiece.
+/// A serial machine tool of three to six axes. Dereferences to [`trueaxis_kinematics::Machine`], which has axes,
+/// spindle, tool and workpiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
-    /// Its name, which error files and blobs refer to.
+    /// Its name, to which error files and blobs refer.
     pub name: String,
-    /// Range of the tool length (mm, along the tool axis), if the length is an input.
+    /// Range of the tool length (mm, along the tool axis), if it is an input.
     pub length_range: Option<[f64; 2]>,
-    /// True if the control can orient the spindle (M19).
+    /// True if the controller can orient the spindle (M19).
     pub can_orient: bool,
     machine: trueaxis_kinematics::Machine,
 }
 
 impl Machine {
-    /// The topology as in the source document: workpiece to foundation to tool, `wCAYFXZSt`.
+    /// The topology in the notation of the source document: workpiece to foundation to tool, `wCAYFXZSt`.
     #[must_use]
     pub fn topology(&self) -> String {
         let branch = |b| {

@@ -1,10 +1,10 @@
-//! Positions beyond the travel: answered, but of little meaning.
+//! Positions outside the travel: evaluated, but not meaningful.
 
 use crate::machine::{Letter, Machine};
 use serde::Serialize;
 use trueaxis::Largest;
 
-/// An axis that a motion takes outside of its travel; positions in the number type of the limits.
+/// An axis that a motion takes outside its travel; positions have the number type of the limits.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
     "{axis} is outside its travel of {} to {} {unit} at position {first} ({value} {unit}){}",
@@ -19,11 +19,11 @@ pub struct Outside<T> {
     pub unit: &'static str,
     /// Lowest and highest position of its travel.
     pub limits: [T; 2],
-    /// The first position outside, counted from 1 below the header.
+    /// The first position outside, counted from 1 after the header.
     pub first: usize,
-    /// Where the axis is there.
+    /// Position of the axis there.
     pub value: T,
-    /// How many positions are outside.
+    /// Number of positions outside.
     pub count: usize,
 }
 
@@ -35,7 +35,7 @@ fn others(count: usize) -> String {
     }
 }
 
-/// Each axis, one per column, that leaves its limits (`None`: it has none) in any row.
+/// All axes, one per column, that leave their limits in any row; `None` means no limits.
 fn outside<T: Copy + PartialOrd>(
     axes: impl Iterator<Item = (char, Option<[T; 2]>)>,
     rows: &[Vec<f64>],
@@ -59,8 +59,8 @@ fn outside<T: Copy + PartialOrd>(
     limited.collect()
 }
 
-/// The axes (mm, deg) that leave the travel that a compensation knows; the rows are those of
-/// [`evaluate`](super::evaluate). Beyond it tables hold their end values.
+/// The axes (mm, deg) that leave the travel stored in a compensation, where tables hold their end values. Rows are
+/// those of [`evaluate`](super::evaluate).
 #[must_use]
 pub fn outside_compensation(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Vec<Outside<f32>> {
     let axes = compensation.axes().iter();
@@ -68,8 +68,8 @@ pub fn outside_compensation(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Ve
     outside(limits, rows, |q| q as f32)
 }
 
-/// The axes (mm, deg) that leave the travel of a machine; the rows are those of
-/// [`correct`](super::correct). An endless axis does not.
+/// The axes (mm, deg) that leave the travel of a machine, except axes without limits. Rows are those of
+/// [`correct`](super::correct).
 #[must_use]
 pub fn outside_machine(machine: &Machine, rows: &[Vec<f64>]) -> Vec<Outside<f64>> {
     let axes = machine.axes.iter();

@@ -1,4 +1,4 @@
-//! Positions at which the page is compared with this program.
+//! Positions at which the page checks its results against this program.
 
 use super::{Frame, frame};
 use serde::Serialize;
@@ -8,17 +8,17 @@ use trueaxis_model::kinematics::{Kinematics, Twist};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::validate::{Command, Runtime, commands_in_travel};
 
-/// So many positions are checked.
+/// Number of positions checked.
 pub(crate) const CHECKS: usize = 100;
-/// They are the same in every report of a machine.
+/// The same positions in every report of a machine.
 const SEED: u64 = 16;
 
-/// One position and what this program computes there.
+/// A position and the results of this program there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// Positions of the axes (mm, deg), which f32 can tell.
+    /// Positions of the axes (mm, deg), exactly representable in f32.
     pub position: Vec<f64>,
-    /// Direction in which each axis came: 1, −1, 0 if unknown.
+    /// Direction from which each axis arrived: 1, −1, 0 if unknown.
     pub direction: Vec<i8>,
     /// Tool length (mm) if it is an input, then temperatures (K from their reference).
     pub auxiliaries: Vec<f64>,
@@ -26,15 +26,15 @@ pub struct Check {
     pub nominal: Frame,
     /// The same with all errors.
     pub actual: Frame,
-    /// What is left without tables.
+    /// The error without tables.
     pub before: ErrorLeft,
-    /// What is left with them.
+    /// The error with tables.
     pub after: Option<ErrorLeft>,
-    /// What they add to each axis (mm, deg).
+    /// The corrections of each axis by the tables (mm, deg).
     pub correction: Option<Vec<f64>>,
 }
 
-/// The volumetric error in the tool frame at the tip, and what counts of it.
+/// The volumetric error in the tool frame at the tip, and the figures derived from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorLeft {
     /// `[x y z a b c]` (mm, rad).
@@ -57,7 +57,7 @@ impl ErrorLeft {
     }
 }
 
-/// Zero and both ends with directions unknown, then random positions with random directions.
+/// Zero and both ends with unknown directions, then random positions with random directions.
 pub fn checks(
     machine: &Machine,
     errors: &ErrorModel,
@@ -111,7 +111,7 @@ fn check(
     }
 }
 
-/// The numbers themselves: the shortest decimals that f32 reads as them are others.
+/// The exact values, not the shortest decimals that f32 reads as the same.
 fn exactly(values: &[f32]) -> Vec<f64> {
     values.iter().copied().map(f64::from).collect()
 }

@@ -1,17 +1,17 @@
-//! The tables of a compensation, with everything that evaluates them (`docs/src/format.md`).
+//! The tables of a compensation, with all data for their evaluation (`docs/src/format.md`).
 
 use serde::Serialize;
 use trueaxis::{Direction, Interpolation, Largest};
 use trueaxis_tables::policy::PolicyName;
 
-/// Tables, terms and grids. Samples include their scale: of tables stored as integers the sum is the same to
-/// the rounding of f32, of others to the bit.
+/// Tables, terms and grids. Samples include their scale: sums of tables stored as integers are the same up to f32
+/// rounding, those of others to the bit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tables {
-    /// What rotary axes are corrected for.
+    /// What the rotary axes correct.
     #[serde(flatten)]
     pub policy: PolicyName,
-    /// The banks; tables are numbered through them in order.
+    /// The banks; tables are numbered through all of them.
     pub banks: Vec<Bank>,
     /// The terms, in stored order.
     pub terms: Vec<Term>,
@@ -26,13 +26,13 @@ pub struct Bank {
     pub input: u8,
     /// Position of the first point.
     pub start: f32,
-    /// Distance between points.
+    /// Spacing of the points.
     pub step: f32,
-    /// The input wraps after as many steps as there are points.
+    /// True if the input wraps after as many steps as there are points.
     pub modulo: bool,
     /// `both`, `positive`, `negative` or `signed`: see [`Direction`].
     pub direction: &'static str,
-    /// Uniform cubic B-splines instead of straight lines.
+    /// True for uniform cubic B-splines, false for linear interpolation.
     pub cubic: bool,
     /// The samples of each table.
     pub tables: Vec<Vec<f32>>,
@@ -41,7 +41,7 @@ pub struct Bank {
 /// Weight × product of tables → one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Term {
-    /// Number of the axis.
+    /// Index of the axis.
     pub output: u8,
     /// Weight.
     pub weight: f32,
@@ -54,24 +54,24 @@ pub struct Term {
 pub struct Grid {
     /// One to three inputs, the first varies slowest.
     pub inputs: Vec<GridInput>,
-    /// Numbers of the axes.
+    /// Indices of the axes.
     pub outputs: Vec<u8>,
-    /// One value of each output after the other, node by node.
+    /// Values of all outputs, node by node.
     pub samples: Vec<f32>,
 }
 
 /// One input of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GridInput {
-    /// Number of the input, as of a bank.
+    /// Number of the input, as in a bank.
     pub input: u8,
     /// Position of the first node.
     pub start: f32,
-    /// Distance between nodes.
+    /// Spacing of the nodes.
     pub step: f32,
     /// Number of nodes.
     pub points: u32,
-    /// The input wraps after as many steps as there are nodes.
+    /// True if the input wraps after as many steps as there are nodes.
     pub modulo: bool,
 }
 

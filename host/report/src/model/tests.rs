@@ -32,7 +32,7 @@ fn a_hundred_positions_lie_all_over_the_travel_in_both_directions() {
     assert!(model.checks.iter().all(|c| c.after.is_none()));
 }
 
-/// Rows of `[R | t]` as a pose.
+/// Converts rows of `[R | t]` to a pose.
 fn pose(frame: &Frame) -> Htm {
     Htm {
         r: nalgebra::Matrix3::from_fn(|row, column| frame[4 * row + column]),
@@ -40,7 +40,7 @@ fn pose(frame: &Frame) -> Htm {
     }
 }
 
-/// The pose of the tool by the numbers of a model alone, for coefficients and backlash.
+/// The tool pose computed only from the numbers of a model, for coefficients and backlash.
 fn rebuilt(model: &Model, check: &Check, wrong: bool) -> Htm {
     let mut ends = ["workpiece", "tool"].map(|branch| {
         let mut before = Htm::identity();
@@ -92,7 +92,7 @@ fn the_numbers_of_a_model_are_enough_for_its_poses() {
         for (expected, wrong) in [(check.nominal, false), (check.actual, true)] {
             let found = frame(&rebuilt(&model, check, wrong));
             let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
-            // A dozen products of matrices with numbers of size 1000: some units of their last place.
+            // A dozen matrix products with numbers of size 1000: a few units in the last place.
             assert!(off.fold(0.0, f64::max) < 1e-11, "{check:?}");
         }
     }
@@ -105,11 +105,11 @@ fn what_is_left_is_the_twist_between_both_poses() {
         let twist = (pose(&check.nominal).inverse() * pose(&check.actual)).twist();
         let twist = twist.to_array();
         let off = twist.iter().zip(check.before.twist);
-        // The difference of two places some hundred mm away.
+        // The difference of two positions some hundred mm away.
         assert!(off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-12);
         let [x, y, z, a, b, _] = check.before.twist;
         assert_eq!(check.before.tip_mm, nalgebra::Vector3::new(x, y, z).norm());
-        // The last digit: another order of squares and root.
+        // The last digit: squares and root in another order.
         let apart = check.before.direction_rad - a.hypot(b);
         assert!(apart.abs() <= 1e-15 * a.hypot(b), "{apart}");
     }

@@ -1,4 +1,4 @@
-//! Bars of names: how much each has of something.
+//! Bar charts with a name for each bar.
 
 use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
 use super::{Ink, Picture, tick};
@@ -10,36 +10,36 @@ const WIDE: u32 = 380;
 /// Height of a row in CSS pixels.
 const ROW: u32 = 21;
 
-/// One name.
+/// One bar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// Its name.
     pub name: String,
     /// The length of the dark bar.
     pub mean: f64,
-    /// The length of the light line beyond it.
+    /// The end of the light line that continues it.
     pub max: f64,
-    /// The whisker about the end of the light line, if there is one.
+    /// The half length of the whisker at the end of the light line, if any.
     pub uncertainty: Option<f64>,
 }
 
 /// Bars with a mean and a maximum each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
-    /// What they show, in words, for who cannot see them.
+    /// A description for people who cannot see it.
     pub title: String,
-    /// What the axis is, with its unit.
+    /// Label of the axis, with its unit.
     pub label: String,
-    /// Names in the legend: of the dark bar, of the light line, of the whisker.
+    /// Names in the legend: for the dark bar, the light line, the whisker.
     pub legend: [String; 3],
     /// The colour of bars.
     pub ink: Ink,
-    /// From top to bottom.
+    /// The bars from top to bottom.
     pub bars: Vec<Bar>,
 }
 
 impl Bars {
-    /// Draws them.
+    /// Draws the chart.
     #[must_use]
     pub fn draw(&self) -> Picture {
         let [mean, max, whisker] = &self.legend;

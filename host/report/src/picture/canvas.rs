@@ -1,23 +1,23 @@
-//! What pictures are drawn on: the backend of `plotters`, its colours, letters and legends.
+//! The drawing surface of pictures: the backend of `plotters`, colours, text and legends.
 
 use super::{INKS, Ink, Picture, escaped};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Units of the drawing in a CSS pixel: `plotters` knows whole units only, which alone would make curves rough.
+/// Drawing units per CSS pixel: `plotters` only has whole units, and curves would otherwise be rough.
 pub const SCALE: u32 = 4;
-/// Height of letters, in CSS pixels.
+/// Font size in CSS pixels.
 pub const LETTERS: u32 = 12;
-/// Width of a letter, in parts of its height; about as wide as those of common fonts are at most.
+/// Width of a character relative to the font size, an upper limit for common fonts.
 const WIDE: f64 = 0.58;
 
 /// An area to draw on; drawing into memory cannot fail.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What `plotters` says if a backend fails, which one in memory does not.
+/// The error of `plotters` if a backend fails, which one in memory does not.
 pub type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
 
-/// Draws a picture of a size in CSS pixels.
+/// Draws a picture with a size in CSS pixels.
 pub fn picture(
     title: &str,
     size: [u32; 2],
@@ -30,9 +30,9 @@ pub fn picture(
         let drawn = draw(&area).and_then(|()| area.present());
         drawn.err().map(|error| error.to_string())
     };
-    // Nothing is written but memory, and coordinates are finite; what fails all the same is seen.
+    // Drawing only writes to memory, and coordinates are finite; report a failure in debug builds.
     debug_assert!(failed.is_none(), "{failed:?}");
-    // The element itself is written anew, see `Picture::element`.
+    // The element itself is written again; see `Picture::element`.
     let start = text.find('>').map_or(0, |at| at + 2);
     let end = text.rfind("</svg>").unwrap_or(text.len());
     let mut content = match failed {
@@ -57,14 +57,14 @@ pub fn picture(
     }
 }
 
-/// Letters of an ink.
+/// A text style of an ink.
 pub fn letters(ink: Ink) -> TextStyle<'static> {
-    // `plotters` divides the height by 1.24 for SVG.
+    // For SVG, `plotters` divides the font size by 1.24.
     let height = f64::from(LETTERS * SCALE) * 1.24;
     ("sans-serif", height).into_font().color(&ink.sentinel())
 }
 
-/// The same, written about a point.
+/// The same, anchored at a point.
 pub(crate) fn letters_at(ink: Ink, h: HPos, v: VPos) -> TextStyle<'static> {
     letters(ink).pos(Pos::new(h, v))
 }
@@ -83,13 +83,13 @@ pub fn fill(ink: Ink) -> ShapeStyle {
     ink.sentinel().filled()
 }
 
-/// Width of a text in units of the drawing, about.
+/// Approximate width of a text in drawing units.
 pub fn width(text: &str) -> i32 {
     let letter = WIDE * f64::from(LETTERS * SCALE);
     (text.chars().count() as f64 * letter).round() as i32
 }
 
-/// How an entry of a legend looks.
+/// The symbol of a legend entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Swatch {
     /// A line.
@@ -109,14 +109,14 @@ pub struct Entry<'a> {
     pub swatch: Swatch,
 }
 
-/// Height in CSS pixels of a legend below a picture of a width in CSS pixels.
+/// Height (CSS pixels) of a legend below a picture of a given width (CSS pixels).
 pub(crate) fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
     let rows = placed(entries, wide);
     rows.last()
         .map_or(0, |(row, _)| (*row as u32 + 1) * (LETTERS + 5) + 4)
 }
 
-/// Rows, and where entries begin in them.
+/// Row and horizontal position of each entry.
 fn placed(entries: &[Entry<'_>], wide: u32) -> Vec<(i32, i32)> {
     let [swatch, gap] = [24, 14].map(|n| n * SCALE as i32);
     let (mut row, mut x) = (0, 0);

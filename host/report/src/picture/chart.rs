@@ -1,24 +1,24 @@
-//! Curves over an axis.
+//! Line charts.
 
 use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
 use super::{Ink, Picture, tick};
 use plotters::prelude::*;
 
-/// Width and height of the part above the legend, in CSS pixels: two stand side by side on a sheet of paper, and
-/// one is as wide as a telephone.
+/// Width and height of the part above the legend, in CSS pixels: two fit side by side on a sheet of paper, and one
+/// is as wide as a phone.
 const SIZE: [u32; 2] = [380, 220];
 
 /// An axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scale {
-    /// What it is, with its unit.
+    /// Its label with the unit.
     pub label: String,
     /// Its ends.
     pub range: [f64; 2],
 }
 
 impl Scale {
-    /// With given ends; if these are one, a little around it.
+    /// An axis with given ends; if they are equal, a small range around them.
     #[must_use]
     pub fn exact(label: impl Into<String>, [low, high]: [f64; 2]) -> Self {
         let range = match high > low && (high - low).is_finite() {
@@ -31,7 +31,7 @@ impl Scale {
         }
     }
 
-    /// Around values and zero, with a little room.
+    /// An axis that covers given values and zero, with a small margin.
     #[must_use]
     pub fn around(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let finite = values.filter(|v| v.is_finite());
@@ -61,36 +61,36 @@ pub enum Mark {
     Area,
 }
 
-/// Points that belong together.
+/// Points drawn together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Its name in the legend; none if empty.
+    /// Its name in the legend; not listed if empty.
     pub name: String,
     /// Its colour.
     pub ink: Ink,
     /// How it is drawn.
     pub mark: Mark,
-    /// Its points; those that are not finite are left out.
+    /// Its points; those that are not finite are omitted.
     pub points: Vec<[f64; 2]>,
 }
 
-/// Curves over an axis.
+/// A line chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What it shows, in words, for who cannot see it.
+    /// A description for people who cannot see it.
     pub title: String,
     /// The horizontal axis.
     pub x: Scale,
     /// The vertical axis.
     pub y: Scale,
-    /// Parts of the horizontal axis that are shaded: in which nothing was measured.
+    /// Shaded parts of the horizontal axis, in which nothing was measured.
     pub shaded: Vec<[f64; 2]>,
-    /// What is drawn, the first at the back.
+    /// The series, from back to front.
     pub series: Vec<Series>,
 }
 
 impl Chart {
-    /// Draws it.
+    /// Draws the chart.
     #[must_use]
     pub fn draw(&self) -> Picture {
         let shaded = self.shaded.first().map(|_| Entry {

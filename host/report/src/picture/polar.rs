@@ -1,4 +1,4 @@
-//! Deviations from a circle, around it: the polar plot of ISO 230-4.
+//! Polar plots of deviations from a circle, as in ISO 230-4.
 
 use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
 use super::{Ink, Picture, tick};
@@ -7,10 +7,10 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 /// Width and height of the part above the legend, in CSS pixels.
 const SIZE: [u32; 2] = [360, 330];
-/// Radius of the circle of no deviation, in parts of that of the outermost.
+/// Radius of the circle of zero deviation, relative to the outermost circle.
 const ZERO: f64 = 0.6;
 
-/// One turn round the circle.
+/// One turn around the circle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
     /// Its name in the legend.
@@ -21,21 +21,21 @@ pub struct Turn {
     pub readings: Vec<(f64, f64)>,
 }
 
-/// Deviations around a circle.
+/// A polar plot of deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polar {
-    /// What it shows, in words, for who cannot see it.
+    /// A description for people who cannot see it.
     pub title: String,
     /// Names of the axes, to the right and upwards.
     pub axes: [String; 2],
     /// Unit of the deviations.
     pub unit: String,
-    /// What is drawn.
+    /// The turns.
     pub turns: Vec<Turn>,
 }
 
 impl Polar {
-    /// Draws it.
+    /// Draws the plot.
     #[must_use]
     pub fn draw(&self) -> Picture {
         let step = self.step();
@@ -60,7 +60,7 @@ impl Polar {
         })
     }
 
-    /// What the deviation grows by from ring to ring: 1, 2 or 5 times a power of ten, so that two rings hold all.
+    /// Deviation from ring to ring: 1, 2 or 5 times a power of ten, such that two rings contain everything.
     fn step(&self) -> f64 {
         let readings = self.turns.iter().flat_map(|turn| &turn.readings);
         let finite = readings.map(|(_, r)| r.abs()).filter(|r| r.is_finite());

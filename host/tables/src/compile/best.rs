@@ -1,4 +1,4 @@
-//! The best compensation that a target has room for: several tolerances are tried, and one is taken.
+//! Finds the best compensation that fits into a target, by trying several tolerances.
 
 use super::{Built, CompileError, Compiled, Full, Options, Progress, Proof, compile};
 use crate::policy::tolerance_urad;
@@ -7,11 +7,11 @@ use crate::target::Target;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
-/// Tolerances (µm) that are tried where a finer one is missed.
+/// Tolerances (µm), tried in order until one is met.
 pub const TOLERANCES: [f64; 8] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
-/// The coarsest of them that is taken without being asked for.
+/// The coarsest tolerance accepted by default.
 const COARSEST_DEFAULT: f64 = 1.0;
-/// The finest: what is tried first without being asked for.
+/// The finest tolerance, tried first by default.
 pub const FINEST: f64 = TOLERANCES[0];
 
 /// A compensation, and the tolerance it is judged by.
@@ -23,9 +23,9 @@ pub struct Best {
     pub proof: Proof,
     /// The tolerance it is judged by (µm).
     pub tolerance: f64,
-    /// If that is missed, a coarser one that was met (µm).
+    /// A coarser tolerance (µm) that is met, if `tolerance` is missed.
     pub fits_um: Option<f64>,
-    /// Why it is missed, if that is because the target is full.
+    /// How the target is full, if that is why the tolerance is missed.
     pub full: Option<Full>,
 }
 
@@ -43,12 +43,12 @@ impl Compiled {
 }
 
 impl Proof {
-    /// The finest tolerance that is met (µm), by the largest deviations: what compensations for any tolerance are
-    /// compared by.
+    /// The finest tolerance (µm) that is met, according to the largest deviations. It ranks compensations made for
+    /// different tolerances.
     #[must_use]
     pub fn finest(&self) -> f64 {
         let inside = self.inside();
-        // What every tolerance allows does not count.
+        // Ignore what every tolerance allows.
         match inside.difference_urad <= tolerance_urad(inside.policy, 0.0) {
             true => inside.difference_um,
             false => inside.difference_um.max(inside.difference_urad),
@@ -56,20 +56,19 @@ impl Proof {
     }
 }
 
-/// The same options for another tolerance (µm).
+/// The same options with another tolerance (µm).
 fn of(options: &Options, tolerance: f64) -> Options {
     let mut options = options.clone();
     options.tables.tolerance = tolerance * 1e-3;
     options
 }
 
-/// Makes a compensation and proves it, for the tolerance asked for (µm), or else for the finest of 0.05, 0.1, 0.2,
-/// 0.5 and 1 µm that is met. Where none is met, coarser ones up to 10 µm are tried until one is, and what deviates
-/// least is taken: so what a finer tolerance leaves is at most what a coarser one of these leaves, or the finest of
-/// them that is met. The tolerance of `options` does not count.
+/// Makes and proves a compensation for the requested tolerance (µm), or else for the finest of 0.05, 0.1, 0.2, 0.5
+/// and 1 µm that is met. If none is met, tries coarser ones up to 10 µm until one is, and returns the result that
+/// deviates least. So the result for a finer tolerance never deviates more than that for a coarser one of these, or
+/// for the finest of them that is met. The tolerance in `options` is ignored.
 ///
-/// # Errors
-/// [`CompileError`]; of targets that hold too little only where none of the tolerances fits.
+/// [`CompileError`]; if the target holds too little, only when none of the tolerances fits.
 pub fn best(
     machine: &Machine,
     errors: &ErrorModel,
@@ -80,7 +79,7 @@ pub fn best(
     let keeps = options.scheme.keeps_tolerance();
     let first = asked.unwrap_or(FINEST);
     let coarser = TOLERANCES.into_iter().filter(|t| keeps && *t > first);
-    // What is taken if it is met; if nothing is, what is missed.
+    // The coarsest tolerance to accept; if none is met, the result is judged by it.
     let coarsest = match asked {
         None if keeps => COARSEST_DEFAULT,
         _ => first,
@@ -95,7 +94,8 @@ pub fn best(
             Err(error) => return Err(error),
         };
         is_full |= tolerance <= coarsest && candidate.built.is_full;
-        // Only what its own run meets is met again when it is asked for.
+        // A tolerance only counts as met if its own run meets it, because only that run repeats when a user requests
+        // it.
         let is_own = candidate.meets(tolerance);
         candidates.push(candidate);
         if tolerance <= coarsest && candidates.iter().any(|c| c.meets(tolerance)) {
@@ -119,7 +119,7 @@ pub fn best(
     Ok(best)
 }
 
-/// A candidate judged by a tolerance (µm).
+/// A candidate, judged by a tolerance (µm).
 fn judged(Compiled { built, proof }: Compiled, tolerance: f64, options: &Options) -> Best {
     Best {
         full: Full::of(&built, &proof, &of(options, tolerance)),
@@ -130,7 +130,8 @@ fn judged(Compiled { built, proof }: Compiled, tolerance: f64, options: &Options
     }
 }
 
-/// What deviates least, of at least one candidate, and does no harm by a tolerance (µm) if there is such.
+/// The candidate that deviates least, preferring those that do no harm by a tolerance (µm). Needs at least one
+/// candidate.
 fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
     let key = |c: &Compiled| (c.does_harm(tolerance), c.proof.finest());
     let better = |a: Compiled, b: Compiled| match key(&b) < key(&a) {
@@ -141,8 +142,8 @@ fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
     least.expect("the first candidate is there, or its error was returned")
 }
 
-/// What a compensation that meets the tolerance of `options` takes, where the target may hold all that a blob can;
-/// `None` if that does not meet it either.
+/// The size of a compensation that meets the tolerance of `options` without limits of the target; `None` if that
+/// does not meet it either.
 fn unlimited(
     machine: &Machine,
     errors: &ErrorModel,

@@ -1,4 +1,4 @@
-//! Bounds of the corrections, from what the tables really do.
+//! Bounds of the corrections, from the actual output of the tables.
 
 use super::Progress;
 use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
@@ -10,28 +10,28 @@ use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_model::parallel;
 
-/// Random positions over the whole travel; as many again with linear axes and auxiliaries at
-/// their ends, where what is affine in them is largest.
+/// Number of random positions over the whole travel. The same number again has linear axes and auxiliaries at their
+/// ends, where corrections that are affine in them are largest.
 const POSITIONS: usize = 20_000;
-/// Room above the largest value found.
+/// Bound divided by the largest value found.
 const MARGIN: f64 = 1.25;
-/// Positions near each largest value and each largest rate.
+/// Number of positions tried around each largest value and each largest rate.
 const AROUND: usize = 300;
-/// A correction that is this part of the largest is as large.
+/// Corrections above this fraction of the largest count as equally large.
 const AS_LARGE: f64 = 0.99;
-/// Least value bound of linear (mm) and of rotary axes (deg).
+/// Smallest value bound of linear (mm) and rotary axes (deg).
 const LEAST_VALUE: f64 = 0.01;
 const LEAST_VALUE_ROTARY: f64 = 0.001;
-/// Least rate bound (mm/s, deg/s).
+/// Smallest rate bound (mm/s, deg/s).
 const LEAST_RATE: f64 = 0.1;
-/// Time (s) of a transition over the whole bound, and least ramp rate (mm/s, deg/s).
+/// Time (s) of a transition over the whole bound, and smallest ramp rate (mm/s, deg/s).
 const RAMP_TIME: f64 = 0.5;
 const LEAST_RAMP: f64 = 0.01;
-/// Time (s) of the move over which a rate is measured: at top speed 0.5 mm, far above the
-/// rounding of f32 positions, below the distance of points.
+/// Time (s) of the move over which a rate is measured. At top speed it is 0.5 mm: far above the rounding of f32
+/// positions, and below the spacing of points.
 const RATE_TIME: f64 = 1e-3;
 
-/// The bounds of one axis, and the largest correction they come from.
+/// The bounds of one axis, and the largest correction that they are derived from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisBounds {
     /// Letter of the axis.
@@ -40,7 +40,7 @@ pub struct AxisBounds {
     pub unit: &'static str,
     /// Largest correction found (mm, deg).
     pub largest: f64,
-    /// Where it is (mm, deg, one per axis): the first of all places where it is hardly less.
+    /// Where it occurs (mm, deg, one per axis): the first of all positions where it is equally large.
     pub at: Vec<f64>,
     /// Largest rate of change found, at top speed of all axes (mm/s, deg/s).
     pub largest_rate: f64,
@@ -53,14 +53,14 @@ pub struct AxisBounds {
 }
 
 impl AxisBounds {
-    /// The largest value bound (mm, deg) that protects from anything.
+    /// The largest value bound (mm, deg) that still protects the machine.
     #[must_use]
     pub fn most(&self) -> f32 {
         if self.unit == "mm" { 2.0 } else { 1.0 }
     }
 }
 
-/// A largest correction, and where it is.
+/// A largest correction, and where it occurs.
 #[derive(Clone, Debug)]
 pub struct Peak {
     /// Magnitude (mm, deg).
@@ -69,9 +69,9 @@ pub struct Peak {
     pub correction: f64,
     /// Rate of change at top speed of all axes (mm/s, deg/s).
     pub rate: f64,
-    /// Where the value is.
+    /// Position of the largest value.
     pub at: Command,
-    /// Where the rate is.
+    /// Position of the largest rate.
     pub steepest: Command,
 }
 
@@ -81,12 +81,12 @@ pub struct Survey<'a> {
     pub kinematics: Kinematics<'a>,
     /// One per axis.
     pub largest: Vec<Peak>,
-    /// Of each axis the first of all places at which its correction is as large.
+    /// For each axis, the first position at which its correction is equally large.
     as_large: Vec<Command>,
 }
 
 impl<'a> Survey<'a> {
-    /// Looks at many positions.
+    /// Evaluates many positions.
     pub fn new(
         machine: &'a Machine,
         errors: &'a ErrorModel,
@@ -105,7 +105,7 @@ impl<'a> Survey<'a> {
         let mut found = evaluated(machine, runtime, &commands, progress);
         let mut largest = peaks(machine, &commands, &found);
         if let Policy::Direction { damping } = kinematics.policy {
-            // Peaks may be narrower than random positions are apart.
+            // Peaks may be narrower than the spacing of random positions.
             let mut random = Pcg64Mcg::seed_from_u64(seed);
             let tops: Vec<Command> = largest.iter().flat_map(|p| [p.at, p.steepest]).collect();
             let near = tops.iter().flat_map(|top| {
@@ -131,7 +131,7 @@ impl<'a> Survey<'a> {
         })
     }
 
-    /// The bounds that follow.
+    /// Derives the bounds.
     pub fn bounds(&self) -> Vec<AxisBounds> {
         let machine = self.kinematics.machine;
         let axes = machine.axes.iter().zip(&self.largest).zip(&self.as_large);
@@ -161,7 +161,7 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// What tables do at a position.
+/// Output of the tables at a position.
 struct Evaluated {
     /// Corrections (mm, deg).
     values: [f32; MAX_AXES],
@@ -184,7 +184,7 @@ fn evaluated(
     })
 }
 
-/// The largest corrections and rates at some positions; of equal ones the first.
+/// The largest corrections and rates at some positions; the first of equal ones.
 fn peaks(machine: &Machine, commands: &[Command], found: &[Evaluated]) -> Vec<Peak> {
     let at = Command::at(machine, &[]);
     let of_axis = |i: usize| {
@@ -209,7 +209,7 @@ fn peaks(machine: &Machine, commands: &[Command], found: &[Evaluated]) -> Vec<Pe
     (0..machine.axes.len()).map(of_axis).collect()
 }
 
-/// The same position with each rotary axis up to so many degrees off.
+/// The same position with each rotary axis moved by up to `degrees`.
 fn around(machine: &Machine, command: &Command, degrees: f64, random: &mut Pcg64Mcg) -> Command {
     let mut near = *command;
     for (q, axis) in near.axes.iter_mut().zip(&machine.axes) {
@@ -222,7 +222,7 @@ fn around(machine: &Machine, command: &Command, degrees: f64, random: &mut Pcg64
     near
 }
 
-/// Moves linear axes and auxiliaries to one of their ends each, as the bits of `number` say.
+/// Moves each linear axis and auxiliary to one of its ends, chosen by the bits of `number`.
 fn to_corner(machine: &Machine, errors: &ErrorModel, command: &mut Command, number: usize) {
     let mut bits = number;
     let mut end = |[low, high]: [f64; 2]| {
@@ -251,7 +251,7 @@ fn rates(
 ) -> [f64; MAX_AXES] {
     let mut rates = [0.0; MAX_AXES];
     let used = runtime.compensation().inputs_used();
-    // What no table reads changes nothing.
+    // Skip inputs that no table reads.
     let moving = machine.axes.iter().enumerate();
     for (j, axis) in moving.filter(|(j, _)| used >> j & 1 == 1) {
         let [low, high] = axis.travel;
@@ -265,7 +265,7 @@ fn rates(
         let mut moved = *command;
         moved.axes[j] = to;
         let there = runtime.evaluate(&moved);
-        // The way that f32 really made.
+        // The distance actually moved, after rounding to f32.
         let time = (f64::from(to) - q).abs() / axis.max_speed;
         if time > 0.0 {
             for (i, rate) in rates.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! What a blob does to the volumetric error, on fresh random positions.
+//! Measures the effect of a blob on the volumetric error, at new random positions.
 
 use super::{CompileError, Progress};
 use crate::validate::{
@@ -11,43 +11,43 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Change of tool length (mm) with which the sensitivity is measured.
+/// Change of tool length (mm) for measuring the sensitivity.
 const LENGTH_CHANGE: f64 = 10.0;
-/// Positions at which it is.
+/// Number of positions for measuring the sensitivity.
 const LENGTH_POSITIONS: usize = 1000;
-/// Keeps the positions of a verification apart from those with which bounds were found.
+/// Makes the positions of a verification differ from those used to find the bounds.
 const FRESH: u64 = 0x00f0_0d00;
 
-/// What a compensation does.
+/// The effect of a compensation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Proof {
     /// Over the whole travel.
     #[serde(flatten)]
     pub travel: Verification,
-    /// True if calibrated ranges leave out a part of the travel. If not, `outside` is no more than
-    /// where corrections lead past an end of it.
+    /// True if calibrated ranges leave out a part of the travel. Otherwise `outside` only contains positions where
+    /// the correction leads past an end of the travel.
     pub partly_calibrated: bool,
-    /// Where no error motion holds its end value, neither at the command nor at the corrected
-    /// position, farther than one correction from measured points; if there are motions that do.
+    /// Where no error motion holds its end value, neither at the command nor at the corrected position, and farther
+    /// than one correction from measured points. `None` if no motion holds its end value.
     pub inside: Option<Verification>,
-    /// Within one correction of a measured point, if a position is: a motion bends where the corrected position
-    /// passes the point, which depends on all axes, so that no table that reads commands is exact there.
+    /// Within one correction of a measured point; `None` if there are no such positions. A motion bends where the
+    /// corrected position passes the point. That depends on all axes, so no table that reads commands is exact
+    /// there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near_points: Option<Verification>,
-    /// Where an error motion holds its end value, if a position is there. Where a motion begins to hold its end value,
-    /// the exact correction has a bend that depends on all axes: tables cannot follow it.
+    /// Where an error motion holds its end value; `None` if there are no such positions. Where it begins to hold,
+    /// the exact correction has a bend that depends on all axes, which tables cannot follow.
     pub outside: Option<Verification>,
-    /// At the positions of the rotary axes for which alone the tables are made, if they are.
+    /// At the positions of the rotary axes for which alone the tables are made, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held: Option<Held>,
-    /// Translational error per mm that the tool is longer or shorter (µm/mm), where the tool
-    /// length is not an input.
+    /// Translational error per mm of tool length above or below the nominal (µm/mm), if tool length is not an input.
     pub um_per_mm_of_tool_length: Option<f64>,
 }
 
 impl Proof {
-    /// Where the tolerance must hold: where no error motion holds its end value, farther than one correction from
-    /// measured points, and where the rotary axes are for which the tables are made.
+    /// The region where the tolerance applies: no error motion holds its end value, measured points are farther than
+    /// one correction, and the rotary axes are where the tables are made for.
     #[must_use]
     pub fn inside(&self) -> &Verification {
         match &self.held {
@@ -56,31 +56,31 @@ impl Proof {
         }
     }
 
-    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
-    /// what the policy makes of that, where no error motion holds its end value.
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by the equivalent
+    /// under the policy, where no error motion holds its end value.
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
         self.inside().meets(um)
     }
 }
 
-/// What a compensation does where the rotary axes are for which it is made.
+/// Effect of a compensation at the rotary positions for which it is made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Held {
-    /// Letters of the axes, and where they are (deg).
+    /// Letters of the axes, and their positions (deg).
     pub axes: Vec<(char, f64)>,
-    /// At random positions of the linear axes, where no error motion holds its end value if there are such.
+    /// At random positions of the linear axes; only where no error motion holds its end value, if there are any.
     #[serde(flatten)]
     pub found: Verification,
 }
 
-/// A blob that was made for something else.
+/// A blob that was made for a different machine or different errors.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the blob was made for {blob}, not for {machine}")]
 pub struct Mismatch {
-    /// What the blob says.
+    /// What the blob contains.
     pub blob: String,
-    /// What the machine and its errors say.
+    /// What the machine and its errors require.
     pub machine: String,
 }
 
@@ -146,16 +146,16 @@ pub fn belongs(
     )
 }
 
-/// The seed with which [`prove`] draws positions of the whole travel.
+/// The seed with which [`prove`] draws positions in the whole travel.
 pub fn seed_over_travel(seed: u64) -> u64 {
     seed ^ FRESH
 }
 
-/// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
-/// what was subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
+/// Compares a blob with the exact model at `random` positions of each region. `zero` (mm, rad) is what was
+/// subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
 ///
 /// # Errors
-/// [`CompileError`] where the kinematic correction fails or next to nothing is calibrated.
+/// [`CompileError`] if the kinematic correction fails or almost nothing is calibrated.
 pub fn prove(
     machine: &Machine,
     errors: &ErrorModel,
@@ -177,7 +177,7 @@ pub fn prove(
     let (mut inside, mut near_points, mut outside) = (None, None, None);
     let partly_calibrated = is_partly_calibrated(machine, errors);
     if holds_anywhere(machine, errors) {
-        // Nearly all of the travel, or else as many again as there are in it.
+        // Positions already drawn inside, if that is nearly all of the travel; otherwise draw as many again.
         let in_travel = travel.inside().filter(|_| !partly_calibrated);
         (inside, near_points) = match in_travel {
             Some(inside) => (Some(inside), travel.near_points()),
@@ -203,8 +203,8 @@ pub fn prove(
     })
 }
 
-/// The same, and what it does where rotary axes are `held` (their numbers, deg), if any are: there the tolerance
-/// must hold then.
+/// The same, and also at the positions of rotary axes in `held` (axis indices, deg), if any; then the tolerance
+/// applies there.
 ///
 /// # Errors
 /// As [`prove`].
@@ -246,8 +246,8 @@ pub fn prove_held(
     })
 }
 
-/// Largest change of the translational error (µm) per mm of tool length, with corrections for
-/// the machine's own tool.
+/// Largest change of the translational error (µm) per mm of tool length, with corrections for the machine's own
+/// tool.
 fn length_sensitivity(
     machine: &Machine,
     errors: &ErrorModel,

@@ -1,4 +1,4 @@
-//! A target that holds too little for the tolerance.
+//! Reports that a target holds too little for the tolerance.
 
 use super::verdict::wanted;
 use super::{Built, Options, Proof};
@@ -8,7 +8,7 @@ use crate::target::Usage;
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
 
-/// A target that is full, before the tolerance is met.
+/// A target that is full before the tolerance is met.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
     "the target {target} holds too little for {}; the best that fits takes {}{}{}",
@@ -17,25 +17,24 @@ use trueaxis_model::kinematics::Policy;
 pub struct Full {
     /// Name of the target.
     pub target: String,
-    /// What was wanted of linear axes, or at the tip (µm).
+    /// Requested tolerance of linear axes, or at the tip (µm).
     pub tolerance_um: f64,
-    /// What was wanted of rotary axes, or of the tool's direction (µrad).
+    /// Requested tolerance of rotary axes, or of the tool direction (µrad).
     pub tolerance_urad: f64,
-    /// What rotary axes are corrected for.
+    /// What the rotary axes correct.
     #[serde(skip)]
     pub policy: Policy,
-    /// What was found takes so much of it.
+    /// Capacity used by the best result.
     pub used: Vec<Usage>,
-    /// A coarser tolerance (µm) with which it fits, if the scheme has found one. That less was
-    /// reached does not mean that the scheme would reach it again from there.
+    /// A coarser tolerance (µm) that fits, if the scheme has found one. A run for that tolerance is not guaranteed
+    /// to reach it again.
     pub fits_um: Option<f64>,
-    /// What a compensation takes that meets the tolerance where the target holds all that a blob can; if that was
-    /// tried and does.
+    /// Size of a compensation that meets the tolerance without limits of the target, if one was tried and found.
     pub unlimited: Option<Size>,
 }
 
 impl Full {
-    /// Why the tolerance is not met, if that is because the target is full.
+    /// Describes the full target, if that is why the tolerance is missed.
     #[must_use]
     pub fn of(built: &Built, proof: &Proof, options: &Options) -> Option<Self> {
         let tables = &options.tables;
@@ -49,7 +48,7 @@ impl Full {
             tolerance_urad: tolerance_urad(tables.policy, tolerance_um),
             policy: tables.policy,
             used: tables.target.usage(&built.size),
-            // The scheme has measured at positions of its own: those of the proof decide.
+            // The scheme has measured at its own positions; those of the proof decide.
             fits_um: built
                 .meets
                 .map(|mm| short(1e3 * mm))
@@ -77,7 +76,7 @@ fn or_unlimited(unlimited: &Option<Size>) -> String {
     })
 }
 
-/// Rounded to four digits: what was met is what is printed, and what a user will type.
+/// Rounded to four digits, so that the tolerance that was met is the one printed, which a user will type.
 fn short(tolerance: f64) -> f64 {
     format!("{tolerance:.3e}").parse().unwrap_or(tolerance)
 }
@@ -112,7 +111,7 @@ mod tests {
         assert_eq!(full.to_string(), text.to_owned() + fits);
         full.fits_um = None;
         assert_eq!(full.to_string(), text);
-        // From 1 µm on the two numbers are the same, and still not of the axes.
+        // From 1 µm on the two numbers are equal, but still do not apply to axes.
         full.policy = Policy::default();
         full.tolerance_um = 2.0;
         let tool = "2 µm at the tip and 2 µrad of the tool's direction";

@@ -5,12 +5,12 @@ use crate::policy::tolerance_urad;
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
 
-/// Why a proven compensation is not written, worst first.
+/// A reason not to write a proven compensation, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Refusal {
-    /// Somewhere in the travel the tables of an axis are farther from its kinematic correction than
-    /// that is large anywhere: none at all would be better.
+    /// Somewhere in the travel, the tables of an axis deviate from its kinematic correction by more than its largest
+    /// value: no tables at all would be better.
     #[error(
         "the tables of {axis} do harm: they deviate by up to {deviation:.4} {unit} from the kinematic correction, which is at most {kinematic:.4} {unit}"
     )]
@@ -21,30 +21,30 @@ pub enum Refusal {
         unit: &'static str,
         /// Largest deviation over the travel (µm, µrad).
         deviation: f64,
-        /// Largest kinematic correction over the travel, less that of the zero position (µm, µrad).
+        /// Largest kinematic correction over the travel, minus that of the zero position (µm, µrad).
         kinematic: f64,
     },
-    /// The tables are farther from the kinematic correction than wanted.
+    /// The tables deviate from the kinematic correction by more than the tolerance.
     #[error(
         "the tolerance of {} is not met: {reached_um:.4} µm and {reached_urad:.4} µrad were reached",
         wanted(*.policy, *.tolerance_um)
     )]
     Tolerance {
-        /// What was wanted of linear axes, or at the tip (µm).
+        /// Requested tolerance of linear axes, or at the tip (µm).
         tolerance_um: f64,
-        /// What was wanted of rotary axes, or of the tool's direction (µrad).
+        /// Requested tolerance of rotary axes, or of the tool direction (µrad).
         tolerance_urad: f64,
-        /// What rotary axes are corrected for.
+        /// What the rotary axes correct.
         #[serde(skip)]
         policy: Policy,
-        /// What was reached of the first (µm).
+        /// Value reached for the first (µm).
         reached_um: f64,
-        /// What was reached of the second (µrad).
+        /// Value reached for the second (µrad).
         reached_urad: f64,
     },
 }
 
-/// What a tolerance of so many µm asks for.
+/// The requirement that a tolerance of `um` µm stands for.
 pub(super) fn wanted(policy: Policy, um: f64) -> String {
     match policy {
         Policy::Direction { .. } => format!(
@@ -56,8 +56,7 @@ pub(super) fn wanted(policy: Policy, um: f64) -> String {
 }
 
 impl Refusal {
-    /// Whether `--best-effort` writes all the same. A compensation that does harm is not written,
-    /// whatever is said.
+    /// Whether `--best-effort` overrides this. A harmful compensation is never written.
     #[must_use]
     pub const fn yields_to_best_effort(&self) -> bool {
         match self {
@@ -68,8 +67,7 @@ impl Refusal {
 }
 
 impl Proof {
-    /// What speaks against writing the compensation, worst first; nothing if all checks hold.
-    /// `tolerance` in µm.
+    /// Reasons not to write the compensation, worst first; empty if all checks pass. `tolerance` is in µm.
     #[must_use]
     pub fn refusals(&self, tolerance: f64) -> Vec<Refusal> {
         let harmful = self
@@ -110,8 +108,8 @@ mod tests {
     use trueaxis_model::errors::{ErrorModel, Parameter};
     use trueaxis_model::machine::Machine;
 
-    /// What speaks against the tables of a machine whose X is wrong, with those of Z multiplied and
-    /// the correction at a position subtracted.
+    /// Refusals of the tables of a machine with errors of X, where those of Z are multiplied by a factor and the
+    /// correction at a position is subtracted.
     fn refusals(factor: f32, zero_at: Option<Vec<f64>>) -> Vec<Refusal> {
         let text = include_str!("../../../../examples/mill-21/machine.toml");
         let machine = Machine::from_toml(text).unwrap();

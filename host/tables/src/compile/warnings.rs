@@ -1,4 +1,4 @@
-//! What a user should know about a compensation that is not an error.
+//! Warnings about a compensation that are not errors.
 
 use super::bounds::{Peak, Survey};
 use super::{AxisBounds, Proof};
@@ -12,16 +12,16 @@ use trueaxis_model::machine::Machine;
 /// Corrections above these are unusual on a machine tool: mm, deg.
 const LARGE: [f64; 2] = [1.0, 0.1];
 
-/// The error that causes most of a correction.
+/// The error that contributes most to a correction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Culprit {
     /// Its name, as in the error file.
     pub parameter: String,
-    /// Its part of the correction (mm, deg).
+    /// Its contribution (mm, deg).
     pub part: f64,
 }
 
-/// Something to look at.
+/// Something the user should check.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Warning {
@@ -34,12 +34,12 @@ pub enum Warning {
         correction: f64,
         /// `mm` or `deg`.
         unit: &'static str,
-        /// Where.
+        /// Where it occurs.
         place: String,
-        /// What causes most of it.
+        /// What contributes most to it.
         culprit: Option<Culprit>,
     },
-    /// A correction is larger than the bound of its axis, which will cut it off.
+    /// A correction exceeds the bound of its axis and will be limited.
     #[error(
         "the correction of {axis} reaches {correction:.4} {unit}, over its bound of {bound:.4} {unit}: it will be cut off"
     )]
@@ -64,21 +64,21 @@ pub enum Warning {
         after: f64,
         /// `µm` or `µrad`.
         unit: &'static str,
-        /// In which part of the travel, if it is a part.
+        /// Part of the travel, if not all of it.
         place: &'static str,
     },
-    /// At some positions the tool's direction is worse after than before, though it should be nowhere.
+    /// At some positions the tool direction is worse after than before, which should not happen anywhere.
     #[error(
         "the tool's direction is worse after than before by more than 1 µrad at {count} of {positions} positions"
     )]
     Turned {
-        /// How many.
+        /// Number of such positions.
         count: usize,
-        /// Out of so many.
+        /// Number of positions tested.
         positions: usize,
     },
-    /// A table in a product ends before the travel of its axis: it holds its end value there,
-    /// which is wrong kinematics.
+    /// A table in a product ends before the travel of its axis. It holds its end value there, which is kinematically
+    /// wrong.
     #[error(
         "table {table} of {axis} covers {from} to {to} only, less than the travel, and is a factor of a product"
     )]
@@ -101,7 +101,7 @@ fn blame(culprit: &Option<Culprit>, unit: &str) -> String {
     }
 }
 
-/// Corrections over the usual size.
+/// Warns about unusually large corrections.
 pub fn large(survey: &Survey<'_>) -> Result<Vec<Warning>, NotConverged> {
     let mut warnings = Vec::new();
     let kinematics = &survey.kinematics;
@@ -119,7 +119,7 @@ pub fn large(survey: &Survey<'_>) -> Result<Vec<Warning>, NotConverged> {
     Ok(warnings)
 }
 
-/// Names the place of a correction and the error that causes most of it, by the linearised model.
+/// Names the position of a correction and the error that contributes most to it, by the linearised model.
 pub fn culprit(
     kinematics: &Kinematics<'_>,
     bound: &AxisBounds,
@@ -148,7 +148,7 @@ pub fn culprit(
             });
         }
     }
-    // Tabulated motions count as a constant of their value here.
+    // A tabulated motion counts as a constant with its value here.
     for (i, carrier) in machine.axes.iter().enumerate() {
         let intra = errors.intra_at(machine, i, q[i], &situation, &Switches::ALL);
         for (component, value) in intra.into_iter().flatten().enumerate() {
@@ -200,7 +200,7 @@ pub fn over_bounds(bounds: &[AxisBounds], largest: &[f64]) -> Vec<Warning> {
         .collect()
 }
 
-/// Tables in products that end before the travel of their axis.
+/// Tables in products that end before the travel of their axis does.
 pub(crate) fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
     let compensation = runtime.compensation();
     let mut warnings = Vec::new();
@@ -212,7 +212,7 @@ pub(crate) fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warn
             continue;
         };
         let (from, to) = (bank.start, bank.end());
-        // Points are f32: the ends may be off by their rounding.
+        // Points are f32, so ends may be off by their rounding.
         let slack = 1e-5 * (axis.travel[1] - axis.travel[0]);
         if bank.modulo
             || (f64::from(from) <= axis.travel[0] + slack

@@ -1,10 +1,10 @@
-//! A compensation without tables: what every scheme begins with.
+//! A compensation without tables, the starting point of every scheme.
 
 use crate::policy::stored;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft};
 use trueaxis_model::kinematics::Kinematics;
 
-/// Knows the machine, its inputs and the policy, and corrects nothing.
+/// A draft with the machine, its inputs and the policy that corrects nothing.
 pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     let length = machine.length_range.map(|_| {
@@ -35,7 +35,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
                     axis.travel.map(|t| t as f32)
                 },
                 period: if axis.modulo { 360.0 } else { 0.0 },
-                // Bounds are set from what the tables really do, once that is known.
+                // Bounds are set later, from the output of the tables.
                 value_bound: 1.0,
                 rate_bound: 1.0,
                 hysteresis: axis.hysteresis as f32,
@@ -52,7 +52,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
 fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
     let mut short = trueaxis::Name::new();
     for c in name.chars() {
-        // Sensor names are checked when the file is read; 16 bytes always fit.
+        // Sensor names are validated when the file is read; 16 bytes always fit.
         if short.push(c).is_err() {
             break;
         }

@@ -1,9 +1,9 @@
 //! The scheme `grid3d`: corrections at the nodes of a grid of the linear axes, for one position of the rotary axes.
 //!
-//! Source document, Chapter 4. A node holds the kinematic correction there, and between nodes the controller
-//! interpolates linearly along each axis (Eqs. 13, 14). The grid is the smallest from 2×2×2 on to which one node
-//! more adds less than a threshold (Eqs. 10–12). Under the policy `position` the corrections are those of the linear
-//! axes alone, as in the document; else rotary axes have theirs at each node as well.
+//! Source document, Chapter 4. A node holds the kinematic correction at its position; between nodes the controller
+//! interpolates linearly along each axis (Eqs. 13, 14). The grid is the smallest one, starting at 2×2×2, to which
+//! one more node adds less than a threshold (Eqs. 10–12). Under the policy `position` the corrections are those of
+//! the linear axes alone, as in the document; otherwise the nodes also hold corrections of the rotary axes.
 
 mod mesh;
 mod size;
@@ -19,33 +19,33 @@ use trueaxis_model::errors::{ErrorModel, Motion};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// How the error that is left is put into a number, for each direction (Eq. 12).
+/// How the remaining error is reduced to one number for each direction (Eq. 12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Rms {
     /// The root of the mean square.
     Usual,
-    /// As Eq. 12 is printed.
+    /// As printed in Eq. 12.
     ///
-    /// The root of the sum of squares over the number of positions, which is 1/√2000 of the usual.
+    /// The root of the sum of squares divided by the number of positions, which is 1/√2000 of the usual value.
     Printed,
 }
 
-/// What this scheme is asked.
+/// Options of this scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
-    /// The grid is large enough if one node more changes the error that is left by less than this (mm).
+    /// The grid is large enough if one more node changes the remaining error by less than this (mm).
     pub threshold: f64,
-    /// What that error is.
+    /// How that error is computed.
     pub rms: Rms,
-    /// As many nodes along each axis as it needs by itself, not as many along all.
+    /// Choose the number of nodes for each axis, instead of the same number for all.
     pub per_axis: bool,
-    /// Most nodes along an axis.
+    /// Largest number of nodes along an axis.
     pub most: usize,
-    /// Over the calibrated range of each axis only, not over its travel: the zone of the document (Fig. 4.8).
+    /// Cover only the calibrated range of each axis, not its travel: the zone of the document (Fig. 4.8).
     pub calibrated: bool,
-    /// Where the rotary axes are: a position (mm, deg) of each axis, of which those of linear axes do not matter;
-    /// without one they are at 0, or at the end of their travel that is nearest.
+    /// Position of the rotary axes (mm, deg, one value per axis; those of linear axes are ignored). By default they
+    /// are at 0, or at the nearest end of their travel.
     pub rotary: Option<Vec<f64>>,
 }
 
@@ -63,7 +63,7 @@ impl Default for Wanted {
 }
 
 impl Wanted {
-    /// The number of each rotary axis, and where it is (deg).
+    /// The index of each rotary axis, and its position (deg).
     #[must_use]
     pub fn held(&self, machine: &Machine) -> Vec<(usize, f64)> {
         let rotary = machine.axes.iter().enumerate();
@@ -78,10 +78,11 @@ impl Wanted {
     }
 }
 
-/// Finds the grid of one machine and its errors.
+/// Finds the grid for a machine and its errors.
 ///
 /// # Errors
-/// [`SchemeError`]: not three linear axes, a threshold that no grid meets, or the kinematic correction fails.
+/// [`SchemeError`]: the machine does not have three linear axes, no grid meets the threshold, or the kinematic
+/// correction fails.
 pub fn compile(
     machine: &Machine,
     errors: &ErrorModel,
@@ -124,11 +125,11 @@ pub fn compile(
     })
 }
 
-/// What grids leave (mm) at the random commands by which their size is chosen: the norm of the root mean squares along
-/// x, y and z, for each number of nodes along every axis (Fig. 4.5).
+/// Remaining error (mm) of grids at the random commands by which their size is chosen: the norm of the root mean
+/// squares along x, y and z, for each number of nodes along every axis (Fig. 4.5).
 ///
 /// # Errors
-/// [`SchemeError`]: not three linear axes, or the kinematic correction fails.
+/// [`SchemeError`]: the machine does not have three linear axes, or the kinematic correction fails.
 pub fn left_by_size(
     machine: &Machine,
     errors: &ErrorModel,
@@ -144,7 +145,7 @@ pub fn left_by_size(
     sizes.map(of).collect()
 }
 
-/// The numbers of the three linear axes.
+/// The indices of the three linear axes.
 fn three_linear(machine: &Machine) -> Result<[usize; 3], SchemeError> {
     let axes = 0..machine.axes.len();
     let linear: Vec<usize> = axes
@@ -159,7 +160,7 @@ fn three_linear(machine: &Machine) -> Result<[usize; 3], SchemeError> {
     })
 }
 
-/// Where the rotary axes are (rad).
+/// Position of the rotary axes (rad).
 fn held_at(machine: &Machine, wanted: &Wanted) -> PerAxis {
     let mut at = PerAxis::default();
     for (axis, position) in wanted.held(machine) {
@@ -168,7 +169,7 @@ fn held_at(machine: &Machine, wanted: &Wanted) -> PerAxis {
     at
 }
 
-/// Where the nodes of an axis are (mm): over its travel, or where its motions do not hold their end values.
+/// Range of the nodes of an axis (mm): its travel, or the part where its motions do not hold their end values.
 fn zone(machine: &Machine, errors: &ErrorModel, axis: usize, is_calibrated: bool) -> [f64; 2] {
     let [low, high] = machine.axes[axis].travel;
     let [from, to] = calibrated(machine, errors, axis);
@@ -189,7 +190,7 @@ fn place(machine: &Machine, held: &[(usize, f64)]) -> String {
     }
 }
 
-/// The nodes as the blob holds them: outputs that are 0 at all of them are left out.
+/// The nodes as stored in the blob. Outputs that are 0 at all nodes are left out.
 fn grid(machine: &Machine, mesh: &Mesh<'_>, zero: &PerAxis, options: &Options) -> DraftGrid {
     let values: Vec<PerAxis> = (mesh.corrections.iter())
         .map(|dq| machine.to_command(&std::array::from_fn(|i| dq[i] - zero[i])))

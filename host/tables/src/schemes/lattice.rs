@@ -1,9 +1,10 @@
-//! The grid of commands that a scheme is fitted on: as many positions of every axis, evenly over its travel.
+//! The grid of commands to which a scheme is fitted: the same number of positions of every axis, evenly spaced over
+//! its travel.
 
 use trueaxis_model::machine::{Axis, Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Nodes of a block, and blocks that are held at a time: more than any computer has cores.
+/// Nodes of a block, and number of blocks in memory at a time: more than any computer has cores.
 const BLOCK: usize = 1000;
 const HELD: usize = 128;
 
@@ -13,8 +14,8 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The same number of positions along every axis, both ends of its travel among them; 10 are 10⁵ nodes of
-    /// five axes, as in the source document (section 5.9.1). One position is the middle.
+    /// The same number of positions along every axis, including both ends of its travel; 10 give 10⁵ nodes with five
+    /// axes, as in the source document (section 5.9.1). A single position is the middle.
     pub fn over(machine: &Machine, positions: usize) -> Self {
         let axes = machine.axes.iter();
         Self {
@@ -22,18 +23,18 @@ impl Lattice {
         }
     }
 
-    /// The same with another number of positions of one axis.
+    /// The same with another number of positions along one axis.
     pub fn evenly(self, machine: &Machine, axis: usize, positions: usize) -> Self {
         self.with(axis, &evenly(&machine.axes[axis], positions))
     }
 
-    /// The same with these positions of one axis (mm, rad).
+    /// The same with given positions along one axis (mm, rad).
     pub fn with(mut self, axis: usize, positions: &[f64]) -> Self {
         self.along[axis] = positions.to_vec();
         self
     }
 
-    /// How many nodes there are.
+    /// Number of nodes.
     pub fn nodes(&self) -> usize {
         self.along.iter().map(Vec::len).product()
     }
@@ -48,8 +49,8 @@ impl Lattice {
         q
     }
 
-    /// Adds up what `add` makes of every node, block by block on all cores, the blocks in order: so the sum is
-    /// the same on any number of them. Only sums are held, and not many.
+    /// Sums the contributions of all nodes, block by block on all cores. Blocks are added in order, so the sum does
+    /// not depend on the number of cores. Only a few partial sums are held in memory.
     pub fn sum<S: Send, E: Send>(
         &self,
         nothing: impl Fn() -> S + Sync,
@@ -104,7 +105,7 @@ mod tests {
         seen.sort();
         seen.dedup();
         assert_eq!(seen.len(), 32);
-        // The last axis is the fastest.
+        // The last axis is the fastest index.
         let [x, y, z] = [0, 1, 2].map(|i| lattice.command(13)[i]);
         let third = |i: usize, k: f64| {
             let [low, high] = machine.axes[i].travel;
@@ -128,7 +129,7 @@ mod tests {
         };
         let (nodes, sum) = lattice.sum(|| (0, 0.0), add, join).unwrap();
         assert_eq!(nodes, 13 * 13 * 13);
-        // The mean of Z, from -400 to 0.
+        // The mean of Z, which goes from -400 to 0.
         assert!((sum / 2197.0 + 200.0).abs() < 1e-9);
     }
 }

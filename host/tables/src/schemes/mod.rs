@@ -1,7 +1,7 @@
 //! Schemes: from errors to tables.
 //!
-//! A scheme is a folder or a file here, a value of [`Scheme`] with its name, and a line in [`find`]. It is
-//! given what is common to all of them, [`Options`], and returns what is: [`SchemeResult`] or a [`SchemeError`].
+//! A scheme is a folder or a file here, a variant of [`Scheme`] with its name, and a line in [`find`]. It takes the
+//! common [`Options`] and returns a [`SchemeResult`] or a [`SchemeError`].
 
 mod blank;
 pub mod exact;
@@ -26,35 +26,35 @@ use std::num::NonZeroU8;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// How tables are found, with what only this scheme is asked.
+/// How tables are found, with the options of each scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scheme {
     /// Finds the factors itself, for any machine and any errors.
     Exact {
-        /// What is to be least.
+        /// The quantity to minimize.
         minimize: Minimize,
     },
     /// Corrections at the nodes of a grid of the linear axes (Chapter 4).
     Grid3d(grid3d::Wanted),
     /// Cubic polynomials of every axis for every axis (Chapter 5).
     Poly25(poly25::Wanted),
-    /// Trigonometric functions of a rotary axis times linear positions (Chapter 6).
+    /// Products of trigonometric functions of a rotary axis and linear positions (Chapter 6).
     Trigo23(trigo23::Wanted),
     /// A chain of tables for each closed-form term of each error (Chapter 7).
     Fik {
         /// The errors whose weights can be set on the controller.
         adjustable: Vec<Parameter>,
     },
-    /// The tables that remove most, each of one axis for one axis (section 9.2).
+    /// The tables that remove most of the error, each of one axis for one axis (section 9.2).
     Subset {
-        /// At most so many.
+        /// Largest number of tables.
         tables: NonZeroU8,
     },
 }
 
 impl Scheme {
-    /// True if it finds as many tables as the tolerance needs. The others have the tables that they have: they
-    /// are written also when they miss the tolerance, or leave a machine worse than nothing, and say so.
+    /// True if it finds as many tables as the tolerance needs. The others have a fixed number of tables; they are
+    /// written even if they miss the tolerance or make the machine worse, with a warning.
     #[must_use]
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
@@ -67,8 +67,8 @@ impl Scheme {
         }
     }
 
-    /// The rotary axes for one position (deg) of which alone its tables are made, if they are: their numbers, and
-    /// where they are.
+    /// The rotary axes and the position (deg) for which alone the tables are made, if the scheme has one: axis
+    /// indices and positions.
     #[must_use]
     pub fn held(&self, machine: &Machine) -> Vec<(usize, f64)> {
         match self {
@@ -77,7 +77,7 @@ impl Scheme {
         }
     }
 
-    /// What to do where a controller holds less than it needs.
+    /// What to do if the compensation does not fit into the target.
     #[must_use]
     pub const fn smaller(&self) -> &'static str {
         match self {
@@ -106,7 +106,7 @@ impl Default for Scheme {
     }
 }
 
-/// Finds the tables and terms of a compensation. Its bounds are still open, nothing is proven.
+/// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is proven.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -126,7 +126,7 @@ pub fn find(
     }
 }
 
-/// What to say of errors that depend on the direction of travel, where tables do not.
+/// The note on errors that depend on the direction of travel, for schemes whose tables do not.
 fn without_direction(machine: &Machine, errors: &ErrorModel) -> Option<String> {
     let reversing = (0..machine.axes.len()).filter(|i| errors.reverses(*i));
     let letters: Vec<String> = reversing
@@ -134,7 +134,7 @@ fn without_direction(machine: &Machine, errors: &ErrorModel) -> Option<String> {
         .collect();
     (!letters.is_empty()).then(|| {
         format!(
-            "what depends on the direction of travel of {} is not in the tables: --scheme exact has it",
+            "the tables ignore the direction of travel of {}: --scheme exact and fik include it",
             letters.join(", ")
         )
     })

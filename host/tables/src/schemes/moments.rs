@@ -1,4 +1,4 @@
-//! Least squares of the kinematic correction over a grid of commands.
+//! Least squares fit of the kinematic correction over a grid of commands.
 
 use super::lattice::Lattice;
 use nalgebra::{DMatrix, DVector};
@@ -6,13 +6,13 @@ use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 
-/// Corrections are sampled to this (mm, rad): a hundredth of what f32 tables resolve.
+/// Corrections are sampled to this (mm, rad): a hundredth of the resolution of f32 tables.
 pub(super) const SAMPLED: f64 = 1e-9;
-/// Combinations of functions that are seen less than this part of the best seen one are not seen: rounding of
+/// Combinations of functions with less than this fraction of the largest eigenvalue are not determined: rounding of
 /// sums of squares.
 const SEEN: f64 = 1e-13;
 
-/// Sums of products of functions of the command with each other and with the correction of each axis.
+/// Sums of products of functions of the command, with each other and with the correction of each axis.
 pub struct Moments {
     /// Σ φφᵀ.
     pub gram: DMatrix<f64>,
@@ -23,8 +23,8 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Over a grid, for functions of the command (mm, rad) that `functions` writes into its room for `count` of
-    /// them; the tool is the machine's own, directions of travel are unknown, temperatures are the reference.
+    /// Sums over a grid. `functions` writes `count` functions of the command (mm, rad) into its slice. The tool is
+    /// the machine's own, directions of travel are unknown and temperatures are the reference.
     pub fn over(
         kinematics: &Kinematics<'_>,
         lattice: &Lattice,
@@ -60,14 +60,14 @@ impl Moments {
         Ok(total)
     }
 
-    /// The weights of some of the functions that fit the correction of an axis best.
+    /// The weights of the chosen functions that best fit the correction of an axis.
     pub fn fit(&self, chosen: &[usize], axis: usize) -> DVector<f64> {
         let gram = self.gram.select_rows(chosen).select_columns(chosen);
         let with = DVector::from_fn(chosen.len(), |k, _| self.with[(chosen[k], axis)]);
         solve(&gram, &with)
     }
 
-    /// The sum of squares that these weights leave.
+    /// The residual sum of squares with these weights.
     pub fn left(&self, chosen: &[usize], axis: usize) -> f64 {
         let weights = self.fit(chosen, axis);
         let with = chosen.iter().map(|k| self.with[(*k, axis)]);
@@ -76,8 +76,8 @@ impl Moments {
     }
 }
 
-/// The least solution of symmetric equations that need not be independent: a pseudo-inverse, with unknowns
-/// weighed so that their diagonals are 1.
+/// The minimum-norm solution of symmetric equations that may be dependent: a pseudo-inverse, with unknowns scaled so
+/// that the diagonal is 1.
 pub fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     let scale = matrix.diagonal().map(|d| match d > 0.0 {
         true => 1.0 / d.sqrt(),

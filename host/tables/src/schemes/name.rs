@@ -1,20 +1,20 @@
-//! The names of schemes, in commands and in their answers.
+//! The names of schemes on the command line and in results.
 
 use super::{Scheme, grid3d, poly25, trigo23};
 use std::fmt;
 use std::num::NonZeroU8;
 use std::str::FromStr;
 
-/// Positions along each axis of the grid that schemes are fitted on (sections 5.9.1 and 6.5.2).
+/// Default number of positions along each axis of the grid to which schemes are fitted (sections 5.9.1 and 6.5.2).
 const NODES: usize = 10;
-/// Tables of a subset where nobody says how many.
+/// Default number of tables of a subset.
 const TABLES: NonZeroU8 = NonZeroU8::new(10).unwrap();
 
-/// Nothing has this name.
+/// No scheme has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{name}` is not a scheme: write one of {}", names())]
 pub struct UnknownScheme {
-    /// What was written.
+    /// The unknown name.
     pub name: String,
 }
 
@@ -24,7 +24,7 @@ fn names() -> String {
 }
 
 impl Scheme {
-    /// Every scheme, as it is without options of its own.
+    /// Every scheme with its default options.
     #[must_use]
     pub fn every() -> Vec<Self> {
         let poly25 = poly25::Wanted {
@@ -45,7 +45,7 @@ impl Scheme {
         ]
     }
 
-    /// How its name is written: with N for a number.
+    /// The pattern of its name, with N for a number.
     fn pattern(&self) -> String {
         match self {
             Self::Subset { .. } => "subset:N".to_owned(),
@@ -53,7 +53,7 @@ impl Scheme {
         }
     }
 
-    /// Its name in the command and in its answers.
+    /// Its name on the command line and in results.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -74,7 +74,7 @@ impl fmt::Display for Scheme {
     }
 }
 
-/// The scheme of a name, without options of its own.
+/// Parses a name; the scheme has its default options.
 impl FromStr for Scheme {
     type Err = UnknownScheme;
 

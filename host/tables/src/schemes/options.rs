@@ -1,4 +1,4 @@
-//! What every scheme is asked.
+//! Options that apply to every scheme.
 
 use super::SchemeError;
 use crate::target::Target;
@@ -7,22 +7,22 @@ use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// What the tables are to be like, whatever the scheme.
+/// Options of the tables, whatever the scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// What rotary axes are corrected for.
+    /// What the rotary axes correct.
     pub policy: Policy,
-    /// How far table corrections may be from the kinematic correction: mm for linear axes, the
-    /// same number in milliradians for rotary ones (0.05 µm and 0.05 µrad: 5e-5).
+    /// Permitted deviation of the tables from the kinematic correction: mm for linear axes, the same number in
+    /// milliradians for rotary axes (0.05 µm and 0.05 µrad: 5e-5).
     pub tolerance: f64,
-    /// Points of every table that is not a straight line; found from the tolerance if not given.
+    /// Points of every table that is not a straight line; chosen by the tolerance if `None`.
     pub points: Option<usize>,
     /// How samples are stored.
     pub format: SampleFormat,
     /// Position (mm, deg, one per axis) whose correction is subtracted everywhere.
     pub zero_at: Option<Vec<f64>>,
-    /// What the controller holds. A scheme may leave out what it has no room for; that the result
-    /// fits is checked afterwards.
+    /// The controller's capacity. A scheme may leave out what does not fit; whether the result fits is checked
+    /// afterwards.
     pub target: Target,
 }
 
@@ -40,11 +40,11 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The correction (mm, rad) at the zero position, which the tables leave out everywhere;
-    /// nothing without one. The machine's own tool, unknown directions, reference temperature.
+    /// The correction (mm, rad) at the zero position, which is subtracted from the tables everywhere; zero if no
+    /// position is set. It is that of the machine's own tool, unknown directions and reference temperature.
     ///
     /// # Errors
-    /// [`SchemeError::ZeroPosition`], or that the kinematic correction itself fails there.
+    /// [`SchemeError::ZeroPosition`], or an error if the kinematic correction fails there.
     pub fn zero(&self, machine: &Machine, errors: &ErrorModel) -> Result<PerAxis, SchemeError> {
         let Some(position) = &self.zero_at else {
             return Ok(PerAxis::default());

@@ -1,27 +1,27 @@
-//! Points of a table with values that are known in closed form.
+//! Points of a table whose values are known in closed form.
 
 use trueaxis::{Direction, DraftBank, Interpolation, SampleFormat};
 use trueaxis_model::machine::{Axis, Machine};
 
-/// Points along an axis, as the runtime knows them.
+/// Points along an axis, as the runtime computes them.
 pub struct Points {
     input: u8,
     start: f32,
     step: f32,
     modulo: bool,
-    /// Where they are (mm, rad).
+    /// Their positions (mm, rad).
     pub at: Vec<f64>,
 }
 
 impl Points {
-    /// Evenly over the travel of an axis: both ends, or a whole period of an endless one, whose first point is
-    /// the one after the last.
+    /// Evenly spaced over the travel of an axis: with both ends, or over a whole period of an axis that rotates
+    /// without limits, where the first point follows the last.
     pub fn over(machine: &Machine, axis: usize, count: usize) -> Self {
         let it: &Axis = &machine.axes[axis];
         let [low, high] = it.travel;
         let intervals = if it.modulo { count } else { count - 1 };
         let (start, step) = (low as f32, ((high - low) / intervals as f64) as f32);
-        // Values belong to the points that the runtime computes from start and step.
+        // Sample at the points that the runtime computes from start and step.
         let at = |k: usize| it.to_kinematic(f64::from(start) + k as f64 * f64::from(step));
         Self {
             input: axis as u8,
@@ -37,7 +37,7 @@ impl Points {
         Self::over(machine, axis, 2)
     }
 
-    /// Tables of these points, a column of values each.
+    /// A bank of tables with these points; each column holds the values of one.
     pub fn bank(&self, format: SampleFormat, columns: Vec<Vec<f64>>) -> DraftBank {
         let column = |values: Vec<f64>| values.into_iter().map(|v| v as f32).collect();
         DraftBank {

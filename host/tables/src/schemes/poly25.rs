@@ -1,7 +1,7 @@
 //! The scheme `poly25`: sums of cubic polynomials, one of every axis for every axis: 25 tables for five axes.
 //!
-//! Source document, Chapter 5. Eqs. 23 and 24: Δq_i = Σ_j f_ij(q_j), f_ij(q) = a₀ + a₁q + a₂q² + a₃q³, of which one
-//! a₀ is kept for each output, as all of them do the same (section 5.9.1). The coefficients are fitted over a grid
+//! Source document, Chapter 5. Eqs. 23 and 24: Δq_i = Σ_j f_ij(q_j), f_ij(q) = a₀ + a₁q + a₂q² + a₃q³. One a₀ is
+//! kept for each output, because all have the same effect (section 5.9.1). The coefficients are fitted over a grid
 //! of all axes, and each function becomes a table.
 
 mod error;
@@ -17,38 +17,38 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// Points of each table, unless told otherwise (section 5.6).
+/// Default number of points of each table (section 5.6).
 pub const POINTS: usize = 50;
 /// Coefficients of a polynomial without a₀.
 const DEGREES: usize = 3;
 
-/// What the coefficients make least.
+/// The quantity that the coefficients minimize.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Objective {
-    /// What is missing of the kinematic correction.
+    /// The difference from the kinematic correction.
     ///
-    /// The squares of each axis by itself.
+    /// The squares of each axis separately.
     Corrections,
-    /// The volumetric error that is left.
+    /// The remaining volumetric error.
     ///
     /// Squares of mm and rad in one sum (Eqs. 28–30).
     Error,
 }
 
-/// What this scheme is asked.
+/// Options of this scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
-    /// What the coefficients make least.
+    /// The quantity that the coefficients minimize.
     pub objective: Objective,
-    /// Positions along each axis of the grid that it is fitted on.
+    /// Number of positions along each axis of the grid to which it is fitted.
     pub nodes: usize,
 }
 
-/// 1, then u, u² and u³ of every axis, where u goes from −1 to 1 over its travel: the same polynomials as those
-/// of q, better told apart.
+/// 1, then u, u² and u³ of every axis, where u goes from −1 to 1 over its travel: the same polynomials as those of
+/// q, but better conditioned.
 struct Basis {
-    /// Middle and half of the travel of each axis (mm, rad).
+    /// Middle and half width of the travel of each axis (mm, rad).
     range: Vec<[f64; 2]>,
 }
 
@@ -81,10 +81,10 @@ impl Basis {
     }
 }
 
-/// Finds the tables of one machine and its errors.
+/// Finds the tables for a machine and its errors.
 ///
 /// # Errors
-/// [`SchemeError`]: not two rotary and three linear axes, or the kinematic correction fails.
+/// [`SchemeError`]: the machine does not have two rotary and three linear axes, or the kinematic correction fails.
 pub fn compile(
     machine: &Machine,
     errors: &ErrorModel,
@@ -148,12 +148,12 @@ pub fn compile(
     })
 }
 
-/// The axis whose tables hold the offsets: X, as in the document, or the first.
+/// The axis whose tables hold the offsets: X, as in the document, or else the first.
 fn offset_with(machine: &Machine) -> usize {
     machine.index('X').unwrap_or(0)
 }
 
-/// Coefficients (functions × outputs) that leave least of the corrections.
+/// Coefficients (functions × outputs) that minimize the difference from the corrections.
 fn of_corrections(
     kinematics: &Kinematics<'_>,
     lattice: &Lattice,

@@ -1,4 +1,4 @@
-//! What every scheme returns.
+//! The result of a scheme.
 
 use crate::validate::DrawError;
 use trueaxis::Draft;
@@ -8,41 +8,41 @@ use trueaxis_model::machine::Machine;
 /// Tables and terms, with what the scheme knows about them.
 #[derive(Clone, Debug)]
 pub struct SchemeResult {
-    /// The compensation, ready to be encoded but for the bounds of its axes.
+    /// The compensation, ready to be encoded except for the bounds of its axes.
     pub draft: Draft,
-    /// Largest difference to the kinematic correction at random places before interpolation, in
-    /// units of the tolerance; for schemes that try their structure.
+    /// Largest difference from the kinematic correction at random positions before interpolation, in units of the
+    /// tolerance; only from schemes that measure it.
     pub structure_error: Option<f64>,
-    /// The tolerance (mm, as in the options) that the scheme measured its tables to meet: the one
-    /// asked for, a coarser one, or none.
+    /// The tolerance (mm, as in the options) that the tables meet according to the scheme's own measurements: the
+    /// requested one, a coarser one, or `None`.
     pub meets: Option<f64>,
     /// True if more tables, terms or bytes would be needed than the target holds.
     pub is_full: bool,
-    /// What a user may want to know of how it was found, one sentence each.
+    /// Notes for the user on how it was found, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Why a scheme has found nothing.
+/// Why a scheme has no result.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum SchemeError {
-    /// The kinematic correction itself fails somewhere.
+    /// The kinematic correction does not converge somewhere.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
-    /// Positions to measure at cannot be drawn.
+    /// Positions for measurements cannot be drawn.
     #[error(transparent)]
     Draw(DrawError),
     /// More tables than a blob can number.
     #[error("{tables} tables are needed, a blob holds at most 255")]
     TooManyTables {
-        /// How many.
+        /// The number needed.
         tables: usize,
     },
-    /// The scheme is made for machines with other axes.
+    /// The scheme requires a machine with other axes.
     #[error("{scheme} needs {needs}: this machine has {linear} linear and {rotary} rotary axes")]
     Axes {
         /// Name of the scheme.
         scheme: String,
-        /// Which axes it needs.
+        /// The axes it requires.
         needs: &'static str,
         /// Linear axes of the machine.
         linear: usize,
@@ -54,11 +54,11 @@ pub enum SchemeError {
         "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
     )]
     Threshold {
-        /// What was asked for (µm).
+        /// The requested threshold (µm).
         threshold_um: f64,
-        /// Nodes along each axis of the largest grid.
+        /// Number of nodes along each axis of the largest grid.
         most: usize,
-        /// By how much the root mean square of what is left still changes there (µm).
+        /// Change of the root mean square of the remaining error there (µm).
         change_um: f64,
     },
     /// The correction of this machine is not a sum of products of functions of one axis each.
@@ -66,34 +66,34 @@ pub enum SchemeError {
         "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
     )]
     NoClosedForm,
-    /// More adjustable weights than a blob holds.
+    /// More adjustable weights than a blob can hold.
     #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
     TooManyWeights {
-        /// How many.
+        /// The number needed.
         needed: usize,
-        /// The most.
+        /// The number a blob can hold.
         held: usize,
     },
-    /// The machine has no such error, so that it has no weight.
+    /// The machine has no such error, so it has no weight.
     #[error("this machine has no error parameter {name}")]
     NoSuchError {
         /// Its name.
         name: String,
     },
-    /// More tables are asked for than the target holds.
+    /// More tables were requested than the target holds.
     #[error("{asked} tables are asked for, the target holds {held}")]
     MoreThanTarget {
-        /// As many as asked for.
+        /// The number requested.
         asked: usize,
-        /// As many as the target holds.
+        /// The number the target holds.
         held: usize,
     },
-    /// The zero position has another number of values than the machine has axes.
+    /// The zero position does not have one value per axis.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
-        /// Values given.
+        /// Number of values given.
         given: usize,
-        /// Axes.
+        /// Number of axes.
         axes: usize,
     },
 }
@@ -108,7 +108,7 @@ impl From<DrawError> for SchemeError {
 }
 
 impl SchemeError {
-    /// Refuses machines without three linear and two rotary axes, for a scheme of this name.
+    /// Rejects machines that do not have three linear and two rotary axes, in the name of a scheme.
     ///
     /// # Errors
     /// [`SchemeError::Axes`].
@@ -123,7 +123,7 @@ impl SchemeError {
         }
     }
 
-    /// That a machine has other axes than a scheme of this name needs.
+    /// The error for a machine whose axes are not those that a scheme needs.
     pub fn axes(machine: &Machine, scheme: &str, needs: &'static str) -> Self {
         let axes = machine.axes.iter();
         let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
@@ -135,7 +135,7 @@ impl SchemeError {
         }
     }
 
-    /// What to do about it.
+    /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -1,12 +1,12 @@
 //! The scheme `trigo23`: 23 tables, with trigonometric functions of one rotary axis as factors.
 //!
-//! Source document, Chapter 6. Eq. 44, in its letters: with `A` the rotary axis and I one of X, Y, Z,
-//! Δq_I = a + q_X·f(A) + q_Y·g(A) + q_Z·h(A), and Δq of the rotary axes one such function each, where f, g and h
-//! are sums of 1, cos, sin, cos·sin, sin² and cos². Eq. 45 makes 23 tables of it: 7 for each linear axis,
-//! LUT₁ + LUT₂·LUT₃ + LUT₄·LUT₅ + LUT₆·LUT₇, and one for each rotary axis.
+//! Source document, Chapter 6. Eq. 44, in its notation, with `A` the rotary axis and I one of X, Y, Z: Δq_I = a +
+//! q_X·f(A) + q_Y·g(A) + q_Z·h(A), and one such function for Δq of each rotary axis, where f, g and h are sums of 1,
+//! cos, sin, cos·sin, sin² and cos². Eq. 45 turns it into 23 tables: 7 for each linear axis, LUT₁ + LUT₂·LUT₃ +
+//! LUT₄·LUT₅ + LUT₆·LUT₇, and one for each rotary axis.
 //!
-//! sin² + cos² is 1, so one of the six is left out. In the printed form LUT₁, LUT₈ and LUT₁₅ are constants; they
-//! can be any function of A without a table more, which is the free form.
+//! sin² + cos² is 1, so one of the six functions is left out. In the printed form LUT₁, LUT₈ and LUT₁₅ are
+//! constants. They can be any function of A without an additional table, which is the free form.
 
 mod basis;
 mod tables;
@@ -24,25 +24,25 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Points of each table, unless told otherwise (section 6.5.3).
+/// Default number of points of each table (section 6.5.3).
 pub const POINTS: usize = 10;
-/// Positions along each linear axis over which the free functions are means: of corrections that are cubic in
-/// them, 4 give the same as more.
+/// Number of positions along each linear axis over which the free functions are averaged. Corrections are cubic in
+/// these positions, so 4 give the same mean as more.
 const MEANS: usize = 4;
 
-/// What this scheme is asked.
+/// Options of this scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
-    /// LUT₁, LUT₈ and LUT₁₅ are free functions of the rotary axis, not constants.
+    /// LUT₁, LUT₈ and LUT₁₅ are free functions of the rotary axis instead of constants.
     pub free: bool,
-    /// Positions along each axis of the grid that it is fitted on.
+    /// Number of positions along each axis of the grid to which it is fitted.
     pub nodes: usize,
 }
 
-/// Finds the tables of one machine and its errors.
+/// Finds the tables for a machine and its errors.
 ///
 /// # Errors
-/// [`SchemeError`]: not two rotary and three linear axes, or the kinematic correction fails.
+/// [`SchemeError`]: the machine does not have two rotary and three linear axes, or the kinematic correction fails.
 pub fn compile(
     machine: &Machine,
     errors: &ErrorModel,
@@ -57,7 +57,7 @@ pub fn compile(
     let moments = Moments::over(&kinematics, &lattice, basis.count(), |q, into| {
         basis.values(q, into);
     })?;
-    // The rotary axis with which most can be said, be LUT₁ free or not.
+    // Use the rotary axis that gives the better fit, whether or not LUT₁ is free.
     let left = |rotary: usize| -> f64 {
         let all = basis.of(rotary, 0..4);
         basis.linear.iter().map(|i| moments.left(&all, *i)).sum()
@@ -101,8 +101,8 @@ pub fn compile(
     })
 }
 
-/// The mean of the correction of every axis (mm, rad) at these angles (rad) of a rotary axis, over the travel of
-/// all others.
+/// The mean correction of every axis (mm, rad) at given angles (rad) of a rotary axis, over the travel of all
+/// others.
 fn means(
     kinematics: &Kinematics<'_>,
     nodes: usize,

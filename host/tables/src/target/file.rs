@@ -30,7 +30,7 @@ struct TargetFile {
     samples: Option<Spanned<String>>,
 }
 
-/// A count with its least and its largest value.
+/// A count between its smallest and largest permitted value.
 fn count(
     found: &Spanned<usize>,
     what: &str,
@@ -50,11 +50,11 @@ fn count(
 }
 
 impl Target {
-    /// Reads a target.
+    /// Parses a target.
     ///
     /// # Errors
-    /// [`FileError`] with place, cause and remedy: syntax, unknown keys, numbers that the runtime
-    /// cannot be built with.
+    /// [`FileError`] with place, cause and remedy: syntax, unknown keys, capacities that the runtime cannot be built
+    /// with.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: TargetFile = toml::from_str(text).map_err(|error| FileError {
             remedy: "write name, axes, banks, tables, terms, grids, and where they apply bytes and samples; `trueaxis flash --dry-run` prints those of a controller".to_owned(),
@@ -81,7 +81,7 @@ impl Target {
             axes: count(&file.axes, "axes", 1, most.axes)?,
             banks: count(&file.banks, "banks", 0, most.banks)?,
             tables: count(&file.tables, "tables", 0, most.tables)?,
-            // The firmware may be built with more than this program writes.
+            // The firmware may have larger capacities than this program uses.
             terms: count(&file.terms, "terms", 0, 65_535)?,
             grids: count(&file.grids, "grids", 0, 65_535)?,
             bytes: file

@@ -1,26 +1,27 @@
-//! How long a random vector is.
+//! Quantiles of the length of a random vector.
 
 use super::PROBABILITY;
 use nalgebra::Matrix3;
 
-/// Points of the mean over directions: the angle to the largest axis (Gauss–Legendre), and the angle about it.
+/// Number of points for the mean over directions: the angle to the largest axis (Gauss–Legendre), and the angle
+/// about it.
 const ABOUT: usize = 12;
 const ALONG: usize = 24;
-/// The quantile is found to this part of itself.
+/// Relative accuracy of the quantile.
 const EXACT: f64 = 1e-9;
-/// Steps of Newton's method, more than it ever takes.
+/// Largest number of steps of Newton's method; it never needs them all.
 const STEPS: usize = 30;
-/// Less than it can be, in the largest standard deviation: 1.96 if there is no other.
+/// Starting value in units of the largest standard deviation, below the smallest result: 1.96 if it is the only one.
 const LEAST: f64 = 1.9;
-/// Smaller eigenvalues than this part of the largest are rounding.
+/// Eigenvalues below this fraction of the largest are rounding.
 const NOTHING: f64 = 1e-14;
 
 /// The length that a normally distributed vector with mean 0 and this covariance does not exceed with
 /// [`PROBABILITY`].
 ///
-/// A vector in the direction u has the length ℓ·χ₃ with ℓ² = uᵀ·Λ·u, where Λ has the eigenvalues of the
-/// covariance and χ₃ is the length of a standard normal vector, independent of u: the probability is the mean
-/// of that of χ₃ over all directions.
+/// A vector in the direction u has the length ℓ·χ₃ with ℓ² = uᵀ·Λ·u, where Λ has the eigenvalues of the covariance
+/// and χ₃ is the length of a standard normal vector, independent of u. So the probability is the mean of that of χ₃
+/// over all directions.
 pub fn quantile(covariance: &Matrix3<f64>) -> f64 {
     let mut variances: [f64; 3] = covariance.symmetric_eigenvalues().into();
     variances.sort_by(|a, b| b.total_cmp(a));
@@ -36,7 +37,8 @@ pub fn quantile(covariance: &Matrix3<f64>) -> f64 {
         }
     });
     let squares = directions(variances);
-    // Probability and its derivative. Beyond `LEAST` it grows ever more slowly: steps from below stay below.
+    // Probability and its derivative. Beyond `LEAST` the growth of the probability slows down, so steps from below
+    // stay below.
     let within = |length: f64| {
         let each = squares.iter().map(|(weight, square)| {
             let size = square.sqrt();
@@ -57,7 +59,7 @@ pub fn quantile(covariance: &Matrix3<f64>) -> f64 {
     length * largest.sqrt()
 }
 
-/// Weights, and uᵀ·Λ·u, of directions that stand for all.
+/// Weights and uᵀ·Λ·u of directions that represent all directions.
 fn directions([first, second, third]: [f64; 3]) -> Vec<(f64, f64)> {
     let mut all = Vec::with_capacity(ALONG * ABOUT);
     for (along, weight) in gauss_legendre() {
@@ -71,13 +73,13 @@ fn directions([first, second, third]: [f64; 3]) -> Vec<(f64, f64)> {
     all
 }
 
-/// Points and weights of the mean over 0 to 1.
+/// Points and weights for the mean over 0 to 1.
 fn gauss_legendre() -> Vec<(f64, f64)> {
     let n = ALONG as f64;
     let point = |i: usize| {
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
-        // Newton on the Legendre polynomial: five steps from this start are exact.
+        // Newton's method on the Legendre polynomial; five steps from this start are exact.
         for _ in 0..5 {
             let (mut value, mut last) = (x, 1.0);
             for k in 2..=ALONG {
@@ -92,7 +94,7 @@ fn gauss_legendre() -> Vec<(f64, f64)> {
     (0..ALONG).map(point).collect()
 }
 
-/// Probability that a standard normal vector of three coordinates is no longer than this, and its density.
+/// Probability that a standard normal vector of three coordinates is not longer than `length`, and its density.
 fn chi_3(length: f64) -> [f64; 2] {
     let half = length * std::f64::consts::FRAC_1_SQRT_2;
     let edge = (2.0 / std::f64::consts::PI).sqrt() * length * (-half * half).exp();
@@ -121,7 +123,7 @@ mod tests {
             ([1.0, 1.0, 1.0], 7.814_727_903_f64.sqrt()),
         ] {
             let found = of(variances);
-            // The tables have ten digits; the sum over directions is coarser where two eigenvalues are 0.
+            // The tables have ten digits; the sum over directions is less accurate if two eigenvalues are 0.
             assert!(
                 (found / expected - 1.0).abs() < 1e-6,
                 "{variances:?}: {found} {expected}"
@@ -150,7 +152,7 @@ mod tests {
                 square <= most * most
             });
             let part = inside.count() as f64 / f64::from(draws);
-            // A part of 0.95 of 100 000 has a standard deviation of 0.0007: four times that.
+            // A fraction of 0.95 of 100 000 has a standard deviation of 0.0007; four times that.
             assert!((part - 0.95).abs() < 0.0028, "{variances:?}: {part}");
         }
     }

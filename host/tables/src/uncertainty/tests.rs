@@ -12,7 +12,7 @@ fn parameter(name: &str) -> Parameter {
     Parameter::parse(name).unwrap()
 }
 
-/// Some errors, and how well they are known: with correlations.
+/// Some errors with correlated uncertainties.
 fn known(machine: &Machine) -> (ErrorModel, Covariance) {
     let mut errors = ErrorModel::perfect(machine);
     let all = [
@@ -63,7 +63,7 @@ fn normal(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Draws machines: 95 % of them are inside the band, tip and direction at each position.
+/// Draws machines: 95 % of them must be inside the band, for tip and direction at each position.
 fn are_inside(errors: &ErrorModel, covariance: &Covariance, mut draw: impl FnMut() -> ErrorModel) {
     let machine = machine();
     let positions = positions(&machine);
@@ -85,7 +85,7 @@ fn are_inside(errors: &ErrorModel, covariance: &Covariance, mut draw: impl FnMut
     }
     for inside in inside.into_iter().flatten() {
         let part = inside as f64 / f64::from(draws);
-        // A part of 0.95 of 20 000 draws has a standard deviation of 0.0015: four times that.
+        // A fraction of 0.95 of 20 000 draws has a standard deviation of 0.0015; four times that.
         assert!((part - 0.95).abs() < 0.006, "{part}");
     }
 }
@@ -107,7 +107,7 @@ fn the_band_is_that_of_drawn_parameters_on_the_exact_machine() {
     });
 }
 
-/// Measured motions: X came from an unknown direction, Y from above.
+/// Measured motions: X arrives from an unknown direction, Y in positive direction.
 const TABULATED: &str = r#"
 machine = "Kolibri"
 [tabulated.EYX]
@@ -132,7 +132,7 @@ fn the_band_of_measured_motions_is_that_of_drawn_values() {
     let machine = machine();
     let errors = ErrorModel::from_toml(TABULATED, &machine).unwrap();
     assert_eq!(errors.table_uncertainty.len(), 3);
-    // 200 000 draws of seed 1 have 94.99 to 95.10 % inside; its first 20 000 have up to 95.6 %.
+    // With 200 000 draws of seed 1, 94.99 to 95.10 % are inside; of its first 20 000 up to 95.6 %.
     let mut normal = normal(2);
     are_inside(&errors, &Covariance::default(), || {
         let mut other = errors.clone();
@@ -160,17 +160,17 @@ fn a_measured_motion_is_as_uncertain_as_its_values_and_in_between_as_their_mean(
         situation.sign[axis] = sign;
         errors.table_uncertainty_at(axis, component, q, &situation)
     };
-    // Where a value is, halfway to the next, beyond the last.
+    // At a measured value, halfway to the next, and beyond the last.
     assert_eq!(
         [-60.0, 100.0, 120.0].map(|q| at(y, 4, q, 1.0)),
         [3e-6, 1e-5, 1e-5]
     );
     assert_eq!(at(y, 4, 20.0, 1.0), 1.5e-6_f64.hypot(5e-6));
     assert_eq!(at(y, 4, -120.0, 1.0), 2e-6);
-    // One direction, the other one, their mean.
+    // One direction, the other one, and their mean.
     assert_eq!([1.0, -1.0].map(|sign| at(x, 1, 0.0, sign)), [1e-3; 2]);
     assert_eq!(at(x, 1, 0.0, 0.0), 1e-3 * 0.5_f64.hypot(0.5));
-    // Nothing else is uncertain.
+    // No other component is uncertain.
     assert_eq!(at(x, 0, 0.0, 1.0), 0.0);
 }
 
@@ -185,12 +185,12 @@ fn a_parameter_alone_leaves_1_96_times_its_uncertainty() {
         let alone = Covariance::default().with_uncorrelated([(parameter(name), u)].into_iter());
         band(&machine, &errors, &alone, &positions(&machine))
     };
-    // Ten digits of 1.96; the band is found to nine.
+    // 1.96 to ten digits; the band is accurate to nine.
     let is = |found: f64, expected: f64| (found - expected).abs() < 1e-6;
     let along = of("EZ0S", 1e-3);
     assert!(is(along.translation_um.max, 1.959_963_985), "{along:?}");
     assert_eq!(along.direction_urad.max, 0.0);
-    // About the tool, and across it.
+    // About the tool axis, and across it.
     assert!(of("EC0S", 1e-6).direction_urad.max < 1e-6);
     let across = of("EB0S", 1e-6).direction_urad;
     assert!(is(across.mean, 1.959_963_985), "{across:?}");

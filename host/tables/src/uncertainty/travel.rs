@@ -7,30 +7,29 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// Positions at which it is looked for: a mean over so many is known to 3 % where bands scatter as much as
-/// they are large.
+/// Number of positions. A mean over this many is accurate to 3 % if the scatter of bands equals their size.
 const POSITIONS: usize = 1000;
-/// Keeps them apart from those of a proof.
+/// Makes them differ from the positions of a proof.
 const OWN: u64 = 0x0095_0095;
 
-/// What the uncertainty of the parameters leaves over the travel, with a probability of 95 %.
+/// The error that uncertain parameters leave over the travel, with a probability of 95 %.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OverTravel {
-    /// Random positions.
+    /// Number of random positions.
     pub positions: usize,
     /// Over the whole travel.
     pub travel: Quality,
     /// Where no error motion holds its end value, if that is not the whole travel.
     pub inside: Option<Quality>,
-    /// Parameters with a standard uncertainty.
+    /// Number of parameters with a standard uncertainty.
     pub parameters: usize,
-    /// Parameters without one: they count as exact.
+    /// Number of parameters without one; they count as exact.
     pub exact: usize,
-    /// Parameters whose correlations are known; the others count as uncorrelated.
+    /// Number of parameters with known correlations; the others count as uncorrelated.
     pub correlated: usize,
-    /// Tabulated motions with a standard uncertainty.
+    /// Number of tabulated motions with a standard uncertainty.
     pub tables: usize,
-    /// Tabulated motions without one: they count as exact.
+    /// Number of tabulated motions without one; they count as exact.
     pub exact_tables: usize,
 }
 
@@ -38,7 +37,7 @@ pub struct OverTravel {
 /// temperatures of a proof; `None` if no parameter and no tabulated motion has an uncertainty.
 ///
 /// # Errors
-/// [`DrawError`] if hardly a position is where no error motion holds its end value.
+/// [`DrawError`] if almost no position is where no error motion holds its end value.
 pub fn over_travel(
     kinematics: &Kinematics<'_>,
     seed: u64,

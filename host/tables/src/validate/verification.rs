@@ -1,4 +1,4 @@
-//! Tables beside the exact correction, at many positions.
+//! Compares tables with the exact correction at many positions.
 
 use super::{Command, Runtime, holds, is_near_point};
 use crate::policy::tolerance_urad;
@@ -9,24 +9,24 @@ use trueaxis_model::kinematics::{NotConverged, Policy, Twist};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Part of the values that is not above [`Statistics::p95`].
+/// Fraction of the values that do not exceed [`Statistics::p95`].
 const MOST: f64 = 0.95;
 
-/// Mean, root mean square, the value that 95 % do not exceed, and maximum.
+/// Mean, root mean square, 95 % quantile and maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Arithmetic mean.
     pub mean: f64,
     /// Root mean square.
     pub rms: f64,
-    /// The least of the values that at least 95 % of them do not exceed.
+    /// The smallest value that at least 95 % of the values do not exceed.
     pub p95: f64,
     /// Largest value.
     pub max: f64,
 }
 
 impl Statistics {
-    /// Of some values; 0 of none.
+    /// Statistics of some values; 0 if there are none.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.collect();
         let n = values.len() as f64;
@@ -59,7 +59,7 @@ pub struct Quality {
     pub direction_urad: Statistics,
 }
 
-/// How far the tables of one axis are from its kinematic correction, and how large that is.
+/// Deviation of the tables of one axis from its kinematic correction, and the size of that correction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisDeviation {
     /// Letter of the axis.
@@ -68,49 +68,49 @@ pub struct AxisDeviation {
     pub unit: &'static str,
     /// Largest deviation of the tables from the kinematic correction (µm, µrad).
     pub deviation: f64,
-    /// Largest kinematic correction, less that of the zero position (µm, µrad).
+    /// Largest kinematic correction, minus that of the zero position (µm, µrad).
     pub kinematic: f64,
 }
 
-/// Comparison over one region.
+/// Results for one region.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
     /// Number of positions.
     pub positions: usize,
-    /// Without correction, but for that of the zero position.
+    /// Without correction, except for that of the zero position.
     pub before: Quality,
     /// With the tables.
     pub after: Quality,
-    /// With the exact kinematic correction: what no correction can do better.
+    /// With the exact kinematic correction, the best that any correction can achieve.
     pub kinematic: Quality,
-    /// Largest difference of table corrections to kinematic corrections in what matters: at the tip under
-    /// the policy *direction*, of a linear axis under the others (µm).
+    /// Largest difference between table corrections and kinematic corrections in what matters (µm): at the tip under
+    /// the policy *direction*, of a linear axis under the others.
     pub difference_um: f64,
-    /// The same in rotation: of the tool's direction, or of a rotary axis (µrad).
+    /// The same in rotation (µrad): of the tool direction, or of a rotary axis.
     pub difference_urad: f64,
-    /// Positions at which the tool's direction is worse after than before, by more than 1 µrad.
+    /// Number of positions at which the tool direction is worse after than before by more than 1 µrad.
     pub direction_worse: usize,
-    /// What the rotary axes are corrected for.
+    /// What the rotary axes correct.
     #[serde(skip)]
     pub policy: Policy,
-    /// The same of each axis, beside its largest kinematic correction.
+    /// The deviation of each axis, with its largest kinematic correction.
     pub deviations: Vec<AxisDeviation>,
-    /// Where the worst difference is (mm, deg): the first of all places where it is hardly less.
+    /// Position of the worst difference (mm, deg): the first of all positions where it is equally large.
     pub worst_at: Vec<f64>,
     /// Largest correction of each axis (mm, deg).
     pub largest: Vec<f64>,
 }
 
 impl Verification {
-    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
-    /// what the policy makes of that ([`tolerance_urad`]).
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by the equivalent
+    /// under the policy ([`tolerance_urad`]).
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
         self.difference_um <= um && self.difference_urad <= tolerance_urad(self.policy, um)
     }
 }
 
-/// The error of the tool's direction (rad): rotation of a twist in the tool frame across the tool axis.
+/// The error of the tool direction (rad): rotation across the tool axis of a twist in the tool frame.
 #[must_use]
 pub fn direction(machine: &Machine, error: &Twist) -> f64 {
     let mut across = error.r;
@@ -118,11 +118,11 @@ pub fn direction(machine: &Machine, error: &Twist) -> f64 {
     across.norm()
 }
 
-/// Places whose difference is this part of the largest are as bad: where a table depends on one axis
-/// only, many are, and the last bit of a mathematical library must not decide which one is named.
+/// Positions whose difference is at least this fraction of the largest are equally bad. If a table depends on only
+/// one axis, there are many, and the last bit of a mathematical library must not decide which one is reported.
 const AS_BAD: f64 = 0.99;
 
-/// A direction that is worse by less than this (rad) is as good as before.
+/// A direction that is worse by less than this (rad) counts as unchanged.
 const WORSE: f64 = 1e-6;
 
 /// One position: before, after, and with the kinematic correction.
@@ -131,21 +131,21 @@ struct Sample {
     translation: [f64; 3],
     /// Rotation across the tool axis (rad).
     direction: [f64; 3],
-    /// Of the tables from the kinematic correction, without sign (mm, rad).
+    /// Deviation of the tables from the kinematic correction, absolute (mm, rad).
     deviation: PerAxis,
-    /// The same at the tip (mm), and of the tool's direction (rad).
+    /// The same at the tip (mm), and in tool direction (rad).
     apart: [f64; 2],
-    /// The kinematic correction less that of the zero position, without sign (mm, rad).
+    /// The kinematic correction minus that of the zero position, absolute (mm, rad).
     kinematic: PerAxis,
-    /// Of the tables (mm, deg).
+    /// Corrections of the tables (mm, deg).
     corrections: [f32; MAX_AXES],
     /// True if an error motion holds its end value.
     holds: bool,
-    /// True within one correction of a measured point.
+    /// True if it is within one correction of a measured point.
     near: bool,
 }
 
-/// What was measured at given commands, to be looked at as a whole or in parts.
+/// Measurements at given commands, to be evaluated as a whole or in parts.
 pub struct Measured<'a> {
     machine: &'a Machine,
     policy: Policy,
@@ -156,11 +156,11 @@ pub struct Measured<'a> {
 impl<'a> Measured<'a> {
     /// Compares tables and exact corrections at given commands.
     ///
-    /// `zero` (mm, rad) was subtracted from the tables: all that is compared is on a machine whose
-    /// datum is corrected by that much, before and after. `progress` is called once per position.
+    /// `zero` (mm, rad) was subtracted from the tables. Everything is compared on a machine whose datum is corrected
+    /// by that amount, before and after. `progress` is called once per position.
     ///
     /// # Errors
-    /// [`NotConverged`] where the kinematic correction itself fails.
+    /// [`NotConverged`] if the kinematic correction fails.
     pub fn new(
         machine: &'a Machine,
         errors: &ErrorModel,
@@ -209,27 +209,27 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// All positions together.
+    /// Results for all positions together.
     #[must_use]
     pub fn everywhere(&self) -> Verification {
         self.over(|_| true)
     }
 
-    /// Those where no error motion holds its end value, farther than one correction from measured points;
-    /// `None` if there are none.
+    /// Results where no error motion holds its end value, farther than one correction from measured points; `None`
+    /// if there are no such positions.
     #[must_use]
     pub fn inside(&self) -> Option<Verification> {
         Some(self.over(|sample| !sample.holds && !sample.near)).filter(|found| found.positions > 0)
     }
 
-    /// Those within one correction of a measured point, where no error motion holds its end value; `None` if
-    /// there are none.
+    /// Results within one correction of a measured point, where no error motion holds its end value; `None` if there
+    /// are no such positions.
     #[must_use]
     pub fn near_points(&self) -> Option<Verification> {
         Some(self.over(|sample| !sample.holds && sample.near)).filter(|found| found.positions > 0)
     }
 
-    /// Those where an error motion holds its end value; `None` if there are none.
+    /// Results where an error motion holds its end value; `None` if there are no such positions.
     #[must_use]
     pub fn outside(&self) -> Option<Verification> {
         Some(self.over(|sample| sample.holds)).filter(|found| found.positions > 0)
@@ -275,7 +275,7 @@ impl<'a> Measured<'a> {
             Policy::Orientation | Policy::Position => [worst(false), worst(true)],
         };
         let is_worst = |s: &Sample| match self.policy {
-            // The direction may deviate so much more that it hardly ever counts.
+            // The permitted deviation of the direction is so much larger that it hardly ever decides.
             Policy::Direction { .. } => s.apart[0] * 1e3 >= AS_BAD * difference_um,
             Policy::Orientation | Policy::Position => {
                 let bad = AS_BAD * difference_um.max(difference_urad);
@@ -306,10 +306,10 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// Compares tables and exact corrections at given commands, all together, as [`Measured::new`].
+/// Compares tables and exact corrections at given commands, all together, like [`Measured::new`].
 ///
 /// # Errors
-/// [`NotConverged`] where the kinematic correction itself fails.
+/// [`NotConverged`] if the kinematic correction fails.
 pub fn verify(
     machine: &Machine,
     errors: &ErrorModel,

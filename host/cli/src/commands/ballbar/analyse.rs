@@ -8,7 +8,9 @@ use clap::Args;
 use std::path::PathBuf;
 use trueaxis_measure::formats::radii::{self, Readings};
 
-/// Say what readings tell: size and form of a sphere, G, F and H of circles (ISO 230-4)
+/// Evaluate readings: size and form of a sphere, or G, F and H
+///
+/// G, F and H are those of circles (ISO 230-4).
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis ballbar analyse readings.csv\n\n\
 A file begins with the length of the bar and the unit of the readings; then come the columns, on a circle the\n\
@@ -16,7 +18,7 @@ angle (degrees, from the first axis towards the second) and a reading for each d
 # radius_mm = 100.0\n  # plane = \"XY\"\n  # unit = \"um\"\n  angle,ccw,cw\n  0,1.2,-0.4\n  1,1.3,-0.3\n\n\
 on a sphere the position from its centre in mm:\n  X,Y,Z,radial\n  150,0,0,1.2")]
 pub struct Analyse {
-    /// Readings (CSV), as `ballbar simulate` and `simulate ballbar` write them
+    /// Readings (CSV) written by `ballbar simulate` or `simulate ballbar`
     #[arg(value_name = "READINGS.csv")]
     readings: PathBuf,
     /// Print JSON
@@ -25,7 +27,6 @@ pub struct Analyse {
 }
 
 impl Analyse {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let text = Text::read(&self.readings)?;
         let found = radii::read(&text.text).map_err(|e| text.bad(e))?;

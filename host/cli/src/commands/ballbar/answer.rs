@@ -1,4 +1,4 @@
-//! What `trueaxis ballbar` says.
+//! The results of `trueaxis ballbar`.
 
 use super::super::bad_input::BadInput;
 use super::super::files;
@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use trueaxis_measure::ballbar::{Circle, Sphere, Turns};
 
-/// The answer for programs; what people read is made of it.
+/// The results as JSON; the text output is made from the same struct.
 #[derive(Default, Serialize)]
 pub struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,15 +21,15 @@ pub struct Answer<'a> {
     pub circle: Option<OnCircle>,
 }
 
-/// Of a sphere (µm).
+/// Results on a sphere (µm).
 #[derive(Serialize)]
 pub struct OnSphere {
     readings: usize,
     /// Eq. 16, in X, Y and Z.
     setup_um: [f64; 3],
-    /// Largest less smallest reading, without the setup (Eq. 17).
+    /// Largest minus smallest reading, with the setup removed (Eq. 17).
     range_um: f64,
-    /// Root of the mean square of the same.
+    /// Root mean square of the same readings.
     rms_um: f64,
     /// Table 4-4.
     size_um: f64,
@@ -38,7 +38,7 @@ pub struct OnSphere {
 }
 
 impl OnSphere {
-    /// Of readings (mm) with a bar of a length (mm).
+    /// Evaluates readings (mm) taken with a bar of length `radius` (mm).
     pub fn of(radius: f64, readings: &[(Vector3<f64>, f64)]) -> Result<Self, BadInput> {
         let found = Sphere::of(radius, readings).map_err(|error| {
             BadInput::new(
@@ -61,7 +61,7 @@ impl OnSphere {
     }
 }
 
-/// Of circles (µm), ISO 230-4.
+/// Results on circles (µm), ISO 230-4.
 #[derive(Serialize)]
 pub struct OnCircle {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,10 +69,10 @@ pub struct OnCircle {
     readings: usize,
     centre_um: [f64; 2],
     size_um: f64,
-    /// G counter-clockwise and clockwise: smallest band, and about the circle of least squares.
+    /// G counter-clockwise and clockwise: from the smallest band, and about the least-squares circle.
     g_um: [Option<f64>; 2],
     g_least_squares_um: [Option<f64>; 2],
-    /// G of both.
+    /// G of both directions together.
     g_bidirectional_um: Option<f64>,
     f_max_um: f64,
     f_min_um: f64,
@@ -80,7 +80,7 @@ pub struct OnCircle {
 }
 
 impl OnCircle {
-    /// Of turns with a bar of a length (mm).
+    /// Evaluates circles measured with a bar of length `radius` (mm).
     pub fn of(radius: f64, plane: Option<&str>, turns: &Turns) -> Result<Self, BadInput> {
         let found = Circle::of(radius, turns).map_err(|error| {
             BadInput::new(
@@ -104,13 +104,12 @@ impl OnCircle {
     }
 }
 
-/// Micrometres to a tenth of a nanometre, without a negative zero.
+/// Converts mm to µm, rounded to 0.1 nm, with no negative zero.
 fn um(mm: f64) -> f64 {
     (mm * 1e7).round() / 1e4 + 0.0
 }
 
 impl Answer<'_> {
-    /// Prints it.
     pub fn print(&self, json: bool) -> Result<(), BadInput> {
         if json {
             return files::print_json(self);

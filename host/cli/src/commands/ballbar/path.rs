@@ -11,7 +11,7 @@ use trueaxis_measure::ballbar::program;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
 
-/// Write the hemispherical path as a program, with the zero of G54 in its centre
+/// Write the hemispherical path as a program, G54 zero at its centre
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis ballbar path machine.toml --at X=0,Y=0,Z=-300 -o hemisphere.ngc\n  \
@@ -23,7 +23,7 @@ pub struct Path {
     machine: PathBuf,
     #[command(flatten)]
     test: Test,
-    /// Feed
+    /// Feed rate
     #[arg(long, value_name = "mm/min", default_value_t = 200.0, value_parser = positive)]
     feed: f64,
     /// Where to write the program (default: standard output)
@@ -32,7 +32,6 @@ pub struct Path {
 }
 
 impl Path {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         if let Some(output) = &self.output {
             files::prepare(output, &[&self.machine])?;

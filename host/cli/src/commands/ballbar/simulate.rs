@@ -13,7 +13,7 @@ use trueaxis_model::explain::Bench;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
 
-/// Foresee what the bar reads on a machine with known errors, before and after compensation
+/// Predict ball-bar readings from known errors, before and after compensation
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis ballbar simulate machine.toml errors.toml --compensation machine.trax --at X=0,Y=0,Z=-300\n\n\
@@ -23,7 +23,7 @@ compensation, if one is given), which `trueaxis ballbar analyse` reads."
 pub struct Simulate {
     #[command(flatten)]
     files: MachineFiles,
-    /// Compensation that is on
+    /// Compensation that is switched on
     #[arg(long, value_name = "FILE.trax")]
     compensation: Option<PathBuf>,
     #[command(flatten)]
@@ -37,7 +37,6 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
         inputs.extend(self.compensation.as_deref());
@@ -49,7 +48,7 @@ impl Simulate {
         let bench = Bench::new(&machine, &errors, Default::default());
         let bar = self.test.bar(&bench, &path)?;
         let radius = self.test.radius;
-        // As the file has them: along axes as commands count them.
+        // As in the file: along the axes as commands count them.
         let found = |read: &[Read]| {
             let places = path.iter().filter(|place| place.is_read);
             let readings: Vec<_> = (places.zip(read))
@@ -78,7 +77,7 @@ impl Simulate {
     }
 }
 
-/// The readings as a file.
+/// The readings in the format of a file.
 fn csv(machine: &str, radius: f64, path: &[PathPoint], read: &[Read]) -> String {
     let mut text = format!(
         "# machine = {}\n# radius_mm = {radius:?}\n# unit = \"um\"\nX,Y,Z,radial\n",

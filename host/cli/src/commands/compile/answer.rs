@@ -1,4 +1,4 @@
-//! What `trueaxis compile` says.
+//! Output of `trueaxis compile`.
 
 use crate::commands::bad_input::BadInput;
 use crate::commands::{files, screen};
@@ -12,17 +12,17 @@ use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::target::{Shortage, Target};
 use trueaxis_tables::uncertainty::OverTravel;
 
-/// Tables that leave a tenth of what uncertain parameters do add half a percent to it, as the root of the sum
-/// of squares.
+/// If the tables leave a tenth of the error that uncertain parameters leave, they add only half a percent to it
+/// (root sum of squares).
 const NOTHING_BOUGHT: f64 = 10.0;
 
-/// All that there is to say.
+/// All results.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     pub file: &'a Path,
     pub machine: &'a str,
     pub scheme: String,
-    /// The position whose correction the tables leave out.
+    /// The position whose correction is subtracted everywhere.
     pub zero_at: Option<&'a str>,
     #[serde(flatten)]
     pub policy: PolicyName,
@@ -32,30 +32,30 @@ pub struct Answer<'a> {
     pub tolerance_um: f64,
     pub tolerance_urad: f64,
     pub meets_tolerance: bool,
-    /// Whether the file is there now.
+    /// Whether the file now exists.
     pub written: bool,
-    /// What was proven, if it fits into the target.
+    /// The proven compensation, if it fits into the target.
     #[serde(flatten)]
     pub proven: Option<Proven<'a>>,
-    /// What a scheme that promises nothing has missed.
+    /// Limits missed by a scheme that guarantees none.
     pub missed: &'a [Refusal],
-    /// Why it is not written, or not as it should be.
+    /// Reasons why the file is not written, or only under `--best-effort`.
     pub refusals: &'a [Refusal],
     /// What the target lacks, if it does not fit.
     pub shortages: &'a [Shortage],
-    /// What to do about that.
+    /// How to make it smaller.
     #[serde(skip)]
     pub smaller: &'static str,
     /// Why the tolerance is not met, if the target is full.
     pub full: Option<&'a Full>,
-    /// A coarser tolerance that is met (µm), if this one is missed.
+    /// A coarser tolerance (µm) that is met, if this one is missed.
     pub fits_um: Option<f64>,
-    /// Whether the tolerance was chosen, and not asked for.
+    /// Whether the tolerance was chosen by the command rather than given.
     #[serde(skip)]
     pub is_default: bool,
 }
 
-/// A compensation and what it does.
+/// A compensation and its proof.
 #[derive(Serialize)]
 pub struct Proven<'a> {
     #[serde(flatten)]
@@ -63,7 +63,7 @@ pub struct Proven<'a> {
     axes: &'a [AxisBounds],
     #[serde(flatten)]
     proof: &'a Proof,
-    /// 95 % band of what uncertain parameters leave.
+    /// 95 % band of the error that uncertain parameters leave.
     uncertainty: Option<&'a OverTravel>,
     notes: &'a [String],
     warnings: Vec<Message>,
@@ -101,8 +101,8 @@ impl<'a> Proven<'a> {
     }
 }
 
-/// Prints answers: results on standard output, what is wrong on standard error. JSON is one object, or a list
-/// of several. Each ends with its verdict.
+/// Prints results to standard output and refusals to standard error. JSON is one object, or a list of several. Each
+/// answer ends with its verdict.
 pub fn print(answers: &[Answer<'_>], verdicts: &[String], json: bool) -> Result<(), BadInput> {
     match answers {
         [one] if json => files::print_json(one)?,
@@ -162,7 +162,7 @@ impl Answer<'_> {
         Ok(())
     }
 
-    /// What there is to say of the tolerance: which one was chosen, or which one would do.
+    /// Prints which tolerance was chosen, or which one would be met.
     fn print_tolerance(&self) {
         if let (None, Some(um)) = (self.full, self.fits_um) {
             eprintln!("--tolerance {um} is met");

@@ -1,4 +1,4 @@
-//! A compensation that is made and proven, before anything is written.
+//! Makes and proves a compensation before anything is written.
 
 use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
@@ -8,32 +8,32 @@ use trueaxis_tables::target::Shortage;
 use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
 
-/// A compensation to be made, and the file it goes to.
+/// A compensation to make, and its output file.
 pub struct Wanted {
     pub output: PathBuf,
     pub options: Options,
 }
 
-/// What came of it.
+/// The result.
 pub enum Made {
-    /// What the target lacks.
+    /// The target lacks the capacity.
     NoRoom(Vec<Shortage>),
-    /// A compensation that fits.
+    /// It fits and has been proven.
     Proven(Box<Whole>),
 }
 
-/// A compensation, and all that is known of it.
+/// A compensation and everything known about it.
 pub struct Whole {
     pub best: Best,
     pub uncertainty: Option<OverTravel>,
-    /// What speaks against writing it.
+    /// Reasons not to write it.
     pub refusals: Vec<Refusal>,
-    /// What a scheme that promises nothing has missed.
+    /// Limits missed by a scheme that guarantees none.
     pub missed: Vec<Refusal>,
 }
 
 impl Made {
-    /// Makes it and proves it, for the tolerance asked for (µm) or else as [`best`] finds it.
+    /// Makes and proves it for the given tolerance (µm), or else for the one that [`best`] finds.
     pub fn new(
         machine: &Machine,
         errors: &ErrorModel,
@@ -41,7 +41,7 @@ impl Made {
         asked: Option<f64>,
         bar: &dyn Progress,
     ) -> Result<Self, CompileError> {
-        // The bytes are proven before they are written; writing reads them back and compares.
+        // The bytes are proven before writing; writing reads them back and compares.
         let best = match best(machine, errors, options, asked, bar) {
             Ok(best) => best,
             Err(CompileError::NoRoom { shortages, .. }) => return Ok(Self::NoRoom(shortages)),
@@ -63,7 +63,7 @@ impl Made {
         })))
     }
 
-    /// The tolerance it is judged by (µm), if there is something to judge.
+    /// The tolerance (µm) that it was judged by; `None` if it does not fit.
     pub fn tolerance(&self) -> Option<f64> {
         match self {
             Self::NoRoom(_) => None,
@@ -71,7 +71,7 @@ impl Made {
         }
     }
 
-    /// True if nothing speaks against it.
+    /// True if there is nothing to refuse.
     pub fn is_right(&self) -> bool {
         match self {
             Self::NoRoom(_) => false,
@@ -79,7 +79,7 @@ impl Made {
         }
     }
 
-    /// True if nothing speaks against writing it that does not yield.
+    /// True if it may be written; `best_effort` waives the refusals that allow it.
     pub fn may_be_written(&self, best_effort: bool) -> bool {
         match self {
             Self::NoRoom(_) => false,

@@ -17,9 +17,9 @@ use trueaxis_tables::validate::Runtime;
 
 /// Write a compensation as tables of a Sinumerik 840D or 828D (CEC)
 ///
-/// Brings it under the rules of the controller (one input and one output per table, products of two), reads
-/// the text again, evaluates it under both readings of factor tables, and compares. Exits with 1 and writes
-/// nothing if that is further from the compensation than the tolerance.
+/// Rewrites the tables to the controller's rules (one input and one output per table, products of two), reads the
+/// text back, evaluates it under both interpretations of factor tables and compares the result with the
+/// compensation. Exits with 1 and writes nothing if they differ by more than the tolerance.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis export cec machine.trax --axes X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5 --factor-tables not-added -o cec.mpf\n  \
@@ -32,42 +32,42 @@ pub struct Arguments {
     /// Where to write the tables
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Whether the controller adds a table that another one is multiplied by, too: --probe tells
+    /// Whether the controller also adds a table that multiplies another one; find out with --probe
     #[arg(long, value_enum, required_unless_present = "probe")]
     factor_tables: Option<cec::FactorTables>,
-    /// What the controller calls each axis
+    /// The controller's name of each axis
     #[arg(long, value_name = "X=AX1,Y=AX2,…", required_unless_present = "probe")]
     axes: Option<String>,
-    /// Write two constant tables for the axis of this name instead, whose displayed sum tells which
-    /// --factor-tables it is
+    /// Instead, write two constant tables for the axis with this name; their displayed sum shows which
+    /// --factor-tables applies
     #[arg(long, value_name = "AX1", conflicts_with_all = ["blob", "factor_tables", "axes"])]
     probe: Option<String>,
-    /// Which controller it is for
+    /// Target controller
     #[arg(long, value_enum, default_value = "840d")]
     controller: Controller,
-    /// Tables of the controller, if it has others: twice its most axes (840D: 62, 828D: 8)
+    /// Number of tables in the controller (default: twice its largest number of axes; 840D: 62, 828D: 8)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     tables: Option<u16>,
-    /// Most values of a table (828D: 200; 840D: what MD18342 is set to)
+    /// Largest number of values per table (828D: 200; 840D: the value of MD18342)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(3..))]
     points: Option<u16>,
-    /// Number of the first table, where those before have another use
+    /// Number of the first table, if the tables before it are in use
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..1000))]
     first: u16,
-    /// Largest magnitude of a table that is multiplied: what a wrong reading could do is no more than a few
-    /// of these
+    /// Largest magnitude of a table that multiplies another one; a wrong --factor-tables can cause an error of no
+    /// more than a few times this
     #[arg(long, value_name = "mm|deg", default_value_t = 2.0, value_parser = positive)]
     factor_limit: f64,
-    /// Tool length for which the tables are to hold, if that is an input (default: that of the machine file)
+    /// Tool length at which the tables hold, if it is an input (default: that of the machine file)
     #[arg(long, value_name = "mm", allow_negative_numbers = true, value_parser = finite)]
     tool_length: Option<f64>,
-    /// What becomes of products of functions of more than two axes
+    /// What to do with products of functions of more than two axes
     #[arg(long, value_enum, default_value = "refuse")]
     long_products: LongProducts,
-    /// Machine description from which it was compiled: names the tool length that the tables hold for
+    /// Machine description from which it was compiled: gives the name of the tool length
     #[arg(long, value_name = "machine.toml")]
     machine: Option<PathBuf>,
-    /// Largest difference to the compensation that passes
+    /// Largest permitted difference from the compensation
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     #[command(flatten)]
@@ -95,7 +95,7 @@ struct Answer<'a> {
     factor_tables: cec::FactorTables,
     tables: usize,
     first_table: usize,
-    /// One per table, for MD18342.
+    /// Number of values of each table, for MD18342.
     values: Vec<usize>,
     largest_factor: f32,
     tool_length_mm: Option<f64>,
@@ -105,7 +105,6 @@ struct Answer<'a> {
     proof: &'a Proof,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let output = &arguments.output;
     if let Some(axis) = &arguments.probe {
@@ -194,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// Writes the tables that tell which reading it is.
+/// Writes the two tables that show which interpretation applies.
 fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
     if !cec::is_name(axis) {
         return Err(BadInput::new(
@@ -235,7 +234,7 @@ impl Arguments {
     }
 }
 
-/// The largest table that is multiplied.
+/// The largest table that multiplies another one.
 fn largest_factor(plan: &Plan) -> f32 {
     let named = cec::named(&plan.tables);
     let factors = plan
@@ -260,7 +259,7 @@ fn for_tool(length: Option<f64>) -> String {
     }
 }
 
-/// What stands at the begin of the file.
+/// Comments at the start of the file.
 fn comments<C: trueaxis::Room>(
     compensation: &trueaxis::Compensation<'_, C>,
     factor_tables: cec::FactorTables,
@@ -282,7 +281,7 @@ fn comments<C: trueaxis::Room>(
         ),
     ];
     for (axis, sum) in cec::largest_sums(&plan.tables, factor_tables) {
-        // Rounded up: the controller must allow no less.
+        // Rounded up: the controller must not allow less.
         let sum = (sum * 1e6).ceil() / 1e6;
         let (name, unit) = (
             axes.name(axis),

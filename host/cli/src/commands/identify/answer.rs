@@ -1,4 +1,4 @@
-//! What `trueaxis identify --json` says.
+//! Output of `trueaxis identify --json`.
 
 use super::super::quantity::EXPANDED;
 use super::super::unidentifiable::added;
@@ -13,7 +13,8 @@ use trueaxis_measure::identify::{Along, BarCheck, Checked, Estimated, Form, Leve
 use trueaxis_model::machine::Machine;
 use trueaxis_report::Probed;
 
-/// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
+/// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
+/// their units.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     machine: &'a str,
@@ -25,7 +26,7 @@ pub struct Answer<'a> {
     correlations: Vec<(String, String, f64)>,
     covariance: Vec<Vec<f64>>,
     bars: Vec<Bar<'a>>,
-    /// With what was there before a compensation (`--before`).
+    /// Comparison with the errors before a compensation (`--before`).
     compensated: Option<Gone>,
     unseen: Vec<NotSeen>,
     noise_um: f64,
@@ -33,9 +34,9 @@ pub struct Answer<'a> {
     degrees_of_freedom: usize,
     condition: f64,
     levels: Vec<AtLevel>,
-    /// Of `auto`: the list that was published for machines of this layout.
+    /// For `auto`: the list published for machines of this layout.
     published: Option<Listed>,
-    /// Of balls that were left out; none with the reason if that cannot be tried.
+    /// Prediction of balls that were left out, or the reason why it could not be computed.
     held_out: Option<Predicted<'a>>,
     not_held_out: Option<String>,
     left_um: [f64; 3],
@@ -46,7 +47,7 @@ pub struct Answer<'a> {
     rows: Vec<AtRow>,
 }
 
-/// A ball or the stylus, found and stated.
+/// A ball or the stylus, found and as stated.
 #[derive(Serialize)]
 struct Place<'a> {
     what: &'a str,
@@ -54,7 +55,7 @@ struct Place<'a> {
     stated_mm: Option<[f64; 3]>,
 }
 
-/// Rows that do not go with the others.
+/// Rows that do not fit the others.
 #[derive(Serialize)]
 struct Suspected<'a> {
     sentence: &'a str,
@@ -71,7 +72,7 @@ struct Ball<'a> {
     most_um: f64,
 }
 
-/// A bar, and what the machine and the other bars say of it.
+/// A bar, with its length according to the machine and the other bars.
 #[derive(Serialize)]
 struct Bar<'a> {
     balls: &'a [String; 2],
@@ -83,20 +84,20 @@ struct Bar<'a> {
     is_doubtful: bool,
 }
 
-/// What machines that were found without a ball say of it.
+/// Prediction of a ball by models that were fitted without it.
 #[derive(Serialize)]
 struct Predicted<'a> {
     rms_um: f64,
     balls: Vec<(&'a str, f64)>,
 }
 
-/// Whether what is left goes with something.
+/// Whether the residuals depend on something.
 #[derive(Serialize)]
 struct Check {
     along: &'static str,
     axis: Option<char>,
     run: Option<f64>,
-    /// s or K.
+    /// In s or K.
     over: Option<f64>,
     change_um: Option<[f64; 3]>,
     standard_uncertainty_um: Option<[f64; 3]>,
@@ -124,24 +125,24 @@ struct One {
 struct NotSeen {
     unknown: String,
     sentence: String,
-    /// What others are off by, per unit of this.
+    /// The errors of other parameters per unit of this one.
     with: Vec<(String, f64)>,
-    /// A probing with which it would be seen.
+    /// A probing that would identify it.
     add: Option<String>,
 }
 
 #[derive(Serialize)]
 struct AtLevel {
     degree: u8,
-    /// Of axes that turn right round.
+    /// For axes that rotate without limits.
     form: &'static str,
-    /// The list that it is, if it was published for machines of this layout.
+    /// The published list for machines of this layout that it equals, if any.
     model: Option<String>,
     parameters: Option<usize>,
     unseen: Option<usize>,
     left_um: Option<f64>,
     held_out_um: Option<f64>,
-    /// Why there is no such model, or none without some of the rows.
+    /// Why there is no such model, or none with some of the rows left out.
     error: Option<String>,
 }
 
@@ -252,7 +253,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// From where to where each axis went.
+/// The range that each axis covered.
 fn probed(machine: &Machine, measured: &Probings) -> Vec<Probed> {
     let axes = machine.axes.iter().enumerate();
     axes.map(|(i, axis)| {

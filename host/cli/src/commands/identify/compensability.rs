@@ -4,11 +4,11 @@ use super::super::quantity::{EXPANDED, shown};
 use serde::Serialize;
 use trueaxis_measure::identify::{Compensability, Compensated};
 
-/// What a compensation has done.
+/// The effect of a compensation.
 #[derive(Serialize)]
 pub struct Gone {
     parameters: Vec<OneGone>,
-    /// How far all parameters move the tip at the probings, before and after.
+    /// Mean displacement of the tip by all parameters at the probings, before and after.
     mean_um: [f64; 2],
     largest_um: [f64; 2],
 }
@@ -20,7 +20,7 @@ struct OneGone {
     before_standard_uncertainty: f64,
     after: Option<f64>,
     after_standard_uncertainty: Option<f64>,
-    /// 1 if all of it is gone; none if it cannot be said.
+    /// 1 if the whole error is removed; `None` if unknown.
     compensability: Option<f64>,
     compensability_standard_uncertainty: Option<f64>,
     is_small_before: bool,
@@ -80,7 +80,7 @@ pub fn compensability(text: &mut String, compared: Option<&Compensated>) {
     }
 }
 
-/// What is gone of a parameter, with its expanded uncertainty.
+/// The removed share of a parameter, with its expanded uncertainty.
 fn gone(one: &Compensability) -> String {
     match one.part() {
         Some([part, uncertainty]) => format!(

@@ -1,11 +1,10 @@
-//! Why the model that was chosen is not the one that was published for machines of this layout, for people and for
-//! programs.
+//! Explains how the chosen model differs from the one published for machines of this layout, as text and as JSON.
 
 use serde::Serialize;
 use trueaxis_measure::identify::{Missing, Published};
 use trueaxis_model::errors::Parameter;
 
-/// A published list beside what was chosen.
+/// A published list compared with the chosen model.
 #[derive(Serialize)]
 pub struct Listed {
     model: String,
@@ -15,7 +14,7 @@ pub struct Listed {
     held_out_um: Option<f64>,
     error: Option<String>,
     kept: Vec<String>,
-    /// With the reason: confounded, idle, constant, degree, form.
+    /// Each with the reason: confounded, idle, constant, degree, form.
     missing: Vec<(String, &'static str)>,
     besides: Vec<String>,
     is_same: bool,

@@ -1,4 +1,4 @@
-//! What `trueaxis identify` shows.
+//! Text output of `trueaxis identify`.
 
 use super::super::quantity::{EXPANDED, count, shown};
 use super::super::unidentifiable;
@@ -7,10 +7,10 @@ use super::compensability::compensability;
 use super::listed::published;
 use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
 
-/// Rows that are named, at most.
+/// Largest number of rows listed.
 const NAMED: usize = 10;
 
-/// Correlations above this are named.
+/// Correlations above this are listed.
 const CORRELATED: f64 = 0.9;
 
 /// Pairs of parameters whose correlation is above [`CORRELATED`].
@@ -29,7 +29,7 @@ pub fn correlated(identified: &Identified) -> Vec<(usize, usize, f64)> {
     .collect()
 }
 
-/// What a person reads.
+/// The text output.
 pub fn screen(found: &Found<'_>) -> String {
     let Found {
         machine,
@@ -134,14 +134,14 @@ fn by_ball(text: &mut String, found: &Found<'_>) {
     };
 }
 
-/// Balls and stylus, found and stated.
+/// Balls and stylus, found and as stated.
 fn places(text: &mut String, found: &Found<'_>) {
     *text += &format!(
         "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart\n",
         "found (mm)", "x", "y", "z"
     );
     for one in &found.places {
-        // Never -0.000.
+        // Avoids -0.000.
         let [x, y, z]: [f64; 3] = one.found.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
         *text += &format!("  {:<8}{x:>11.3}{y:>11.3}{z:>11.3}", one.what);
         *text += &match (one.stated, one.distance()) {

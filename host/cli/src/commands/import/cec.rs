@@ -15,16 +15,17 @@ use trueaxis_model::source::FileError;
 use trueaxis_tables::compile::{AxisBounds, CompileError, Size, bounds_of};
 use trueaxis_tables::validate::Runtime;
 
-/// Read the tables of a Sinumerik 840D or 828D (CEC, and those of encoders) as a compensation
+/// Convert tables of a Sinumerik 840D or 828D to a compensation
 ///
-/// What is not understood is refused, with its line. What is hardly meant is warned of: slopes over 5 µm/mm, a
-/// value that stands out, a rounded STEP, a limit ($MA_CEC_MAX_SUM, $MA_CEC_MAX_VELO) that the tables exceed.
+/// Reads CEC tables and encoder tables. Statements that are not understood are refused, with their line. Warns about
+/// unlikely values: slopes over 5 µm/mm, a value that stands out, a rounded STEP, a limit ($MA_CEC_MAX_SUM,
+/// $MA_CEC_MAX_VELO) that the tables exceed.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis import cec cec.mpf --machine machine.toml --axes X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5 --factor-tables not-added -o machine.trax"
 )]
 pub struct Arguments {
-    /// The tables, as the controller archives them
+    /// The tables in the controller's archive format
     #[arg(value_name = "FILE")]
     tables: PathBuf,
     /// Machine description
@@ -33,16 +34,16 @@ pub struct Arguments {
     /// Where to write the compensation
     #[arg(short, long, value_name = "FILE.trax")]
     output: PathBuf,
-    /// Whether the controller adds a table that another one is multiplied by, too
+    /// Whether the controller also adds a table that multiplies another one
     #[arg(long, value_enum)]
     factor_tables: cec::FactorTables,
-    /// What the controller calls each axis that has a table; an axis may be given several times
+    /// The controller's name of each axis that has a table; an axis may be given several times
     #[arg(long, value_name = "X=AX1,Y=AX2,…")]
     axes: String,
     /// Unit of lengths, if the file does not say METRIC or INCH
     #[arg(long, value_enum)]
     units: Option<cec::Units>,
-    /// What the values of $AA_ENC_COMP are, if there are any
+    /// Meaning of the $AA_ENC_COMP values, if there are any
     #[arg(long, value_enum)]
     encoder_values: Option<cec::EncoderValues>,
     #[command(flatten)]
@@ -65,10 +66,9 @@ struct Answer<'a> {
     bounds: &'a [AxisBounds],
 }
 
-/// Seed of the positions at which bounds are looked for.
+/// Seed of the positions at which bounds are computed.
 const SEED: u64 = 1;
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { output, .. } = arguments;
     files::prepare(output, &[&arguments.tables, &arguments.machine])?;
@@ -153,7 +153,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// A correction that the controller would not let go as far, or as fast, as its tables say.
+/// A correction that the controller limits to less, in size or in speed, than its tables contain.
 fn beyond(limit: &Limit, machine: &Machine, bounds: &[AxisBounds]) -> Option<FileError> {
     let (axis, bound) = (&machine.axes[limit.axis], &bounds[limit.axis]);
     let unit = bound.unit;
@@ -179,7 +179,7 @@ fn beyond(limit: &Limit, machine: &Machine, bounds: &[AxisBounds]) -> Option<Fil
     })
 }
 
-/// The tool length, where it is an input of the machine: no table depends on it.
+/// The tool length, if it is an input of the machine; no table depends on it.
 fn auxiliaries(machine: &Machine) -> Vec<Auxiliary> {
     let length = machine.length_range.map(|_| Auxiliary {
         kind: AuxiliaryKind::ToolLength,

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{Against, Finding, Severity, check};
 use trueaxis_tables::validate::Runtime;
 
-/// Check whether a compensation fits a machine as LinuxCNC is configured
+/// Check whether a compensation fits the configuration of LinuxCNC
 ///
-/// Reads the INI file and the HAL files that it names, and says what is refused and what is to be looked at:
+/// Reads the INI file and the HAL files that it names. Reports what must be changed and what should be checked:
 /// joints that are compensated twice, limits, headroom of step generators, functions in the wrong order,
-/// connections, axes and kinematics. Exits with 1 if something is refused. Nothing is changed.
+/// connections, axes and kinematics. Exits with 1 if something must be changed. Changes no files.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc check mill.ini mill.trax --machine machine.toml\n\n\
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// The compensation
     #[arg(value_name = "FILE.trax")]
     blob: PathBuf,
-    /// Machine description from which it was compiled: compares where its axes are with the kinematics
+    /// Machine description from which it was compiled: compares its axis locations with the kinematics
     #[arg(long, value_name = "machine.toml")]
     machine: Option<PathBuf>,
     /// Print the result as JSON
@@ -44,7 +44,6 @@ struct Answer<'a> {
     findings: &'a [Finding],
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         ini, blob: path, ..

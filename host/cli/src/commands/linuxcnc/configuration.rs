@@ -1,4 +1,4 @@
-//! Reading a configuration of LinuxCNC: where its files are.
+//! Finds and reads the files of a LinuxCNC configuration.
 
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Configuration;
 use trueaxis_model::source::{FileError, Named};
 
-/// Where LinuxCNC's own HAL files are, as Debian installs them.
+/// Folder of LinuxCNC's own HAL files in the Debian package.
 const LIBRARY: &str = "/usr/share/linuxcnc/hallib";
 
-/// Reads the INI file with all that it names.
+/// Reads the INI file and all files that it names.
 pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
     let text = Text::read(ini)?;
     let folder = folder(ini);
@@ -19,7 +19,7 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
         text: text.text.clone(),
     };
     Configuration::read(source, &open).map_err(|error| match &error.within {
-        // Its path is that from here already.
+        // Already relative to the current folder.
         Some(within) => {
             let text = Text {
                 name: within.name.clone(),
@@ -35,7 +35,7 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
     })
 }
 
-/// The folder of a file, from which LinuxCNC looks for others.
+/// The folder of a file; LinuxCNC resolves other names from there.
 pub fn folder(file: &Path) -> PathBuf {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
@@ -43,7 +43,7 @@ pub fn folder(file: &Path) -> PathBuf {
     }
 }
 
-/// Opens a file as LinuxCNC does: beside the INI file, else of its library.
+/// Opens a file as LinuxCNC does: beside the INI file, else in its library.
 fn open(folder: &Path, name: &str) -> Result<Named, String> {
     let paths = match (name.strip_prefix("LIB:"), name.strip_prefix("~/")) {
         (Some(of_library), _) => vec![Path::new(LIBRARY).join(of_library)],

@@ -8,10 +8,10 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_kinematics::Stored;
 
-/// Write a machine with its errors for the HAL component that plays the real machine
+/// Write the file from which HAL simulates a machine with errors
 ///
-/// The component `trueaxis_model` reads the file and shows on pins where the tool really is, with these
-/// errors, so that a simulated machine shows what a compensation does.
+/// The component `trueaxis_model` reads the file and shows on its pins where the tool really is, so that a simulated
+/// machine shows what a compensation does.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc model machine.toml errors.toml -o machine.model"
@@ -19,7 +19,7 @@ use trueaxis_kinematics::Stored;
 pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,
-    /// Where to write it
+    /// Where to write the model
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Print the result as JSON
@@ -35,7 +35,6 @@ struct Answer<'a> {
     bytes: usize,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         files,

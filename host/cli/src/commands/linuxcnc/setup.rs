@@ -9,11 +9,11 @@ use serde::Serialize;
 use std::path::PathBuf;
 use trueaxis_controllers::linuxcnc::{Setup, setup};
 
-/// Write the HAL lines that bring the component into a machine, and a first machine.toml
+/// Write HAL lines that install the component, and a first machine.toml
 ///
-/// Reads the INI file and the HAL files that it names. trueaxis.hal is read by LinuxCNC behind them and
-/// changes their connections; machine.toml has the travels and what the kinematics tell, and CHECK beside
-/// what they do not. Neither is written over without --overwrite.
+/// Reads the INI file and the HAL files that it names. LinuxCNC reads trueaxis.hal after them; it changes their
+/// connections. machine.toml has the travels and what the kinematics define; CHECK marks what you must add. Existing
+/// files are kept unless --overwrite is given.
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis linuxcnc setup mill.ini -o .")]
 pub struct Arguments {
@@ -26,10 +26,10 @@ pub struct Arguments {
     /// Name of the machine (default: [EMC]MACHINE)
     #[arg(long)]
     name: Option<String>,
-    /// Path of the compensation for HAL, from the folder of the INI file
+    /// Path of the compensation as written in HAL, from the folder of the INI file
     #[arg(long, value_name = "FILE.trax", default_value = "machine.trax")]
     file: String,
-    /// Write over what is there
+    /// Replace existing files
     #[arg(long)]
     overwrite: bool,
     /// Print the result as JSON
@@ -41,11 +41,10 @@ pub struct Arguments {
 struct Answer {
     files: [PathBuf; 2],
     joints: String,
-    /// Lines that are to be completed.
+    /// Number of lines that the user must complete.
     to_check: usize,
 }
 
-/// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { ini, output, .. } = arguments;
     let configuration = configuration::read(ini)?;
@@ -90,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    // The head says what they mean; a name is not a mark.
+    // Ignores the explanation of the mark in the head and any name that contains it.
     let marks = |text: &str| {
         text.lines()
             .filter(|l| l.contains("CHECK") && l.contains('#'))

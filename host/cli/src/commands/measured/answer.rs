@@ -1,15 +1,15 @@
-//! The answer for programs.
+//! Output of `trueaxis measured --json`.
 
 use super::Imported;
 use serde::Serialize;
 
-/// Everything; values in µm and µrad, positions in mm and degrees.
+/// All results; values in µm and µrad, positions in mm and degrees.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     machine: &'a str,
     motions: Vec<Motion<'a>>,
     locations: Vec<Location<'a>>,
-    /// Slopes of straightedges that were removed.
+    /// Slopes removed from straightness runs.
     slopes: Vec<Slope<'a>>,
     warnings: Vec<String>,
 }
@@ -41,7 +41,6 @@ struct Slope<'a> {
 }
 
 impl<'a> Answer<'a> {
-    /// Of an import.
     pub fn new(imported: &'a Imported) -> Self {
         let Imported {
             machine,

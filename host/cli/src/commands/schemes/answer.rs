@@ -1,4 +1,4 @@
-//! What `trueaxis schemes` says, for people and for programs.
+//! Output of `trueaxis schemes`, as text and as JSON.
 
 use crate::commands::screen::{self, number};
 use serde::Serialize;
@@ -10,7 +10,7 @@ use trueaxis_tables::compile::{Options, Size};
 use trueaxis_tables::policy::{PolicyName, stored};
 use trueaxis_tables::validate::{Quality, Verification};
 
-/// All that there is to say.
+/// All results.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     machine: &'a str,
@@ -32,7 +32,7 @@ struct One<'a> {
     scheme: &'a str,
     #[serde(flatten)]
     figures: Option<Takes<'a>>,
-    /// Why it cannot do this machine, and what would work.
+    /// Why it does not support this machine, and what would.
     reason: Option<String>,
     remedy: Option<&'static str>,
 }
@@ -44,16 +44,16 @@ struct Takes<'a> {
     instructions: f64,
     /// Over the whole travel.
     after: &'a Quality,
-    /// Where the tolerance must hold: there the tables differ from the kinematic correction by this.
+    /// Difference of the tables from the kinematic correction where the tolerance applies.
     difference_um: f64,
     difference_urad: f64,
     meets_tolerance: bool,
-    /// The rotary positions for which alone it is made, and what it does there.
+    /// The rotary positions for which alone it is made, and its quality there.
     held: Option<&'a trueaxis_tables::compile::Held>,
     notes: &'a [String],
-    /// By parameter, the part of it that is gone: 1 if all of it is.
+    /// The removed share of each parameter: 1 if it is removed completely.
     compensability: BTreeMap<String, Option<f64>>,
-    /// Why there is none.
+    /// Why `compensability` is empty.
     no_compensability: Option<String>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// Three tables: what schemes take, what they do, what they leave of each parameter.
+    /// Three tables: the resources of each scheme, its quality, and what it leaves of each parameter.
     pub fn screen(&self) -> String {
         let mut text = format!("{}, for {}\n", self.machine, self.target);
         text += &screen::zero(self.zero_at);
@@ -131,7 +131,7 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// How much of each parameter is gone.
+    /// The removed share of each parameter.
     fn gone(text: &mut String, able: &[(&str, &Takes<'_>)]) {
         let mut parameters: Vec<&String> = able
             .iter()
@@ -175,7 +175,7 @@ impl<'a> One<'a> {
         }
     }
 
-    /// What tables of numbers do not say, a line each.
+    /// Remarks that do not fit into the tables, one line each.
     fn remarks(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let (Some(reason), Some(remedy)) = (&self.reason, self.remedy) {

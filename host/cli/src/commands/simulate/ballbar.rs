@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_measure::simulate::ballbar::{Circle, circle, write};
 use trueaxis_model::explain::Bench;
 
-/// A circular test (ISO 230-4) with a ball-bar, in both directions
+/// Simulate a circular test (ISO 230-4) with a ball-bar, in both directions
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate ballbar machine.toml errors.toml --plane XY --at X=250,Y=150,Z=-40 --radius 100 -o circle.csv\n\n\
@@ -24,13 +24,13 @@ pub struct Ballbar {
     /// The two axes that move
     #[arg(long, value_name = "XY")]
     plane: String,
-    /// Where the axes are in the centre [default: zero, or as near to it as they can]
+    /// Axis positions at the centre [default: zero, or as near to it as the axes can reach]
     #[arg(long, value_name = "X=250,Y=150", allow_hyphen_values = true)]
     at: Option<String>,
     /// Length of the bar
     #[arg(long, value_name = "mm", default_value_t = 100.0, value_parser = positive)]
     radius: f64,
-    /// Readings in each direction
+    /// Number of readings in each direction
     #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(4..=100_000))]
     readings: u32,
     #[command(flatten)]
@@ -41,7 +41,6 @@ pub struct Ballbar {
 }
 
 impl Ballbar {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 2] = [&self.files.machine, &self.files.errors];
         if let Some(output) = &self.output {

@@ -1,4 +1,4 @@
-//! What is not as it should be with simulated readings.
+//! Disturbances of simulated readings.
 
 use super::super::number::{finite, percent, size};
 use clap::Args;
@@ -10,7 +10,7 @@ pub struct Disturbed {
     /// Standard deviation of a reading
     #[arg(long, value_name = "µm|µrad", default_value_t = 0.0, value_parser = size)]
     noise: f64,
-    /// What the reading drifts by from the first to the last
+    /// Drift of the reading from the first to the last
     #[arg(
         long,
         value_name = "µm|µrad",
@@ -19,19 +19,19 @@ pub struct Disturbed {
         value_parser = finite
     )]
     drift: f64,
-    /// How many of a hundred readings are wrong
+    /// Percentage of readings that are outliers
     #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
     outliers: f64,
-    /// By how much these are wrong
+    /// Size of an outlier
     #[arg(long, value_name = "µm|µrad", default_value_t = 100.0, value_parser = size)]
     outlier: f64,
-    /// Another seed gives other noise
+    /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
 impl Disturbed {
-    /// In mm or rad, of which a unit of the options is so many.
+    /// The same in mm or rad; `unit` is the size of the options' unit.
     pub fn of_readings(&self, unit: f64) -> OfReadings {
         OfReadings {
             noise: self.noise * unit,

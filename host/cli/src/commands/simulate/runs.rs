@@ -14,7 +14,7 @@ use trueaxis_measure::simulate::runs as simulated;
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
-/// Runs of a laser, straightedge, level or calibrator along an axis
+/// Simulate runs of a laser, straightedge, level or calibrator along an axis
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate laser machine.toml errors.toml --axis X --reads \"tool +X\" --at Y=150,Z=-40 --noise 0.2 -o x.csv\n\n\
@@ -27,7 +27,7 @@ pub struct Laser {
     /// The axis that moves
     #[arg(long)]
     axis: char,
-    /// What is read [default: the position of the axis]
+    /// What the instrument reads [default: the position of the axis]
     #[arg(long, value_name = "tool +X")]
     reads: Option<String>,
     /// First target [default: the lower end of the travel]
@@ -36,14 +36,14 @@ pub struct Laser {
     /// Last target [default: the upper end of the travel]
     #[arg(long, value_name = "mm|deg", allow_hyphen_values = true, value_parser = finite)]
     to: Option<f64>,
-    /// Keep the slope of a straightness: the straightedge is aligned with the workpiece frame, not at both ends
+    /// Keep the slope of a straightness run: the straightedge is aligned with the workpiece frame, not at both ends
     #[arg(long)]
     keep_slope: bool,
     #[command(flatten)]
     how: How,
 }
 
-/// Two axes along the lines of a square
+/// Simulate runs of two axes along the lines of a square
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate square machine.toml errors.toml --lines X,Y --at X=100,Y=100,Z=-40 -o xy.csv\n\n\
@@ -55,7 +55,7 @@ pub struct Square {
     /// The two axes
     #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1..=2)]
     lines: Vec<char>,
-    /// What the angle of the square is more than 90°
+    /// Deviation of the angle of the square from 90°, positive if it is larger
     #[arg(
         long,
         value_name = "µrad",
@@ -68,13 +68,13 @@ pub struct Square {
     how: How,
 }
 
-/// What both have in common.
+/// Options of both commands.
 #[derive(Args)]
 struct How {
-    /// Where the other axes stand [default: zero, or as near to it as they can]
+    /// Positions of the other axes [default: zero, or as near to it as they can reach]
     #[arg(long, value_name = "Y=150,Z=-40", allow_hyphen_values = true)]
     at: Option<String>,
-    /// From the tool tip to the measured point
+    /// Offset from the tool tip to the measured point
     #[arg(
         long,
         value_name = "mm,mm,mm",
@@ -83,10 +83,10 @@ struct How {
         value_parser = finite
     )]
     offset: Vec<f64>,
-    /// How many targets
+    /// Number of targets
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     targets: u32,
-    /// How many runs in each direction
+    /// Number of runs in each direction
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=400))]
     runs: u32,
     #[command(flatten)]
@@ -97,7 +97,6 @@ struct How {
 }
 
 impl Laser {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         self.how.prepare(&self.files)?;
         let (machine, errors) = self.files.read()?;
@@ -135,7 +134,6 @@ impl Laser {
 }
 
 impl Square {
-    /// Runs the command.
     pub fn run(&self) -> Result<Outcome, BadInput> {
         self.how.prepare(&self.files)?;
         let (machine, errors) = self.files.read()?;
@@ -169,7 +167,7 @@ impl How {
         }
     }
 
-    /// The lines of a heading that say where the axes stand.
+    /// Heading lines with the positions of the axes.
     fn at(&self, bench: &Bench<'_>, without: Option<char>) -> Result<String, BadInput> {
         let position = position(bench, self.at.as_deref())?;
         let axes = bench.machine.axes.iter().zip(position);
@@ -206,7 +204,7 @@ impl How {
         }
     }
 
-    /// Reads the plan, which says what is wrong with it, and measures.
+    /// Parses the plan, whose errors are reported, and simulates it.
     fn write(&self, bench: &Bench<'_>, plan: &str) -> Result<Outcome, BadInput> {
         let machine: &Machine = bench.machine;
         let plan = runs::read(plan, machine).map_err(|e| BadInput::new(e.message, e.remedy))?;
@@ -240,14 +238,14 @@ fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
     )
 }
 
-/// Writes a file, and says so; or prints it.
+/// Writes a file and prints its name, or prints the text.
 pub fn output(path: Option<&Path>, csv: &str) -> Result<Outcome, BadInput> {
     let rows = csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
     files::write_or_print(path, csv, &format!("{rows} rows"))?;
     Ok(Outcome::Done)
 }
 
-/// Positions (mm, deg) of all axes: `Y=150,Z=-40`, and home for the others.
+/// Positions (mm, deg) of all axes from `Y=150,Z=-40`; the others are at home.
 pub fn position(bench: &Bench<'_>, text: Option<&str>) -> Result<Vec<f64>, BadInput> {
     let home = bench.machine.to_command(&bench.home());
     match text {

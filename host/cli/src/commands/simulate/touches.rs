@@ -12,7 +12,7 @@ use trueaxis_measure::plan::{simulated_touches, touch_log};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::kinematics::Kinematics;
 
-/// The log of the touches by which a program of `trueaxis plan` finds the balls
+/// Simulate the log of touches that a program of `trueaxis plan` records
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate touches machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
@@ -21,7 +21,7 @@ use trueaxis_model::kinematics::Kinematics;
 pub struct Touches {
     #[command(flatten)]
     files: MachineFiles,
-    /// Where the balls should be, for which the program was written (artefact.toml)
+    /// Nominal positions of the balls, for which the program was written (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
@@ -32,7 +32,7 @@ pub struct Touches {
     output: Option<PathBuf>,
     #[command(flatten)]
     touching: Touching,
-    /// How far the balls are from where they should be, along x, y and z of the workpiece
+    /// Displacement of the balls from their nominal positions, along x, y and z of the workpiece
     #[arg(
         long,
         value_name = "MM,MM,MM",
@@ -44,7 +44,7 @@ pub struct Touches {
     /// Standard deviation of each touch along each axis
     #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
     noise: f64,
-    /// Another seed gives other noise
+    /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }

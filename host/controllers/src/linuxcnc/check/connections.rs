@@ -1,4 +1,4 @@
-//! Pins of the component: what they must be connected to.
+//! Checks the connections of the component's pins.
 
 use super::{Checked, Joint};
 use crate::formats::hal::Command;

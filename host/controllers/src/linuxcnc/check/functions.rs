@@ -1,4 +1,4 @@
-//! Functions of the servo thread, which must be in the right order.
+//! Checks the order of the functions of the servo thread.
 
 use super::Checked;
 use crate::formats::hal::Command;
@@ -6,12 +6,13 @@ use crate::formats::hal::Command;
 const CONTROLLER: &str = "motion-controller";
 const HANDLER: &str = "motion-command-handler";
 
-/// Endings of functions that read what drives report, and of those that give commands to drives.
+/// Suffixes of functions that read feedback of drives, and of those that write commands to drives.
 const READS: [&str; 2] = [".read", ".capture-position"];
 const WRITES: [&str; 3] = [".write", ".update-freq", ".do-pid-calcs"];
 
 impl Checked<'_> {
-    /// `trueaxis.read` before the motion controller, `trueaxis.write` behind it, drives around both.
+    /// Expects `trueaxis.read` before the motion controller, `trueaxis.write` after it, and the drives outside of
+    /// both.
     pub(super) fn functions(&mut self) {
         let configuration = self.configuration;
         let loaded = self.component.map(|c| c.place.clone());
@@ -30,13 +31,13 @@ impl Checked<'_> {
         let at = |name: &str| functions.iter().position(|(f, _)| f == name);
         let controller = at(CONTROLLER).unwrap_or(0);
         let begin = at(HANDLER).map_or(controller, |handler| handler.min(controller));
-        // Places count from 1, in a thread that has all others.
+        // Positions count from 1, in a thread with all other functions.
         let add_read = format!("addf trueaxis.read {thread} {}", begin + 1);
         let others = |until: usize| {
             let before = functions[..until].iter();
             before.filter(|(f, _)| !f.starts_with("trueaxis.")).count()
         };
-        // Behind the controller, with trueaxis.read before it.
+        // After the controller, counting trueaxis.read before it.
         let add_write = format!("addf trueaxis.write {thread} {}", others(controller) + 3);
         for (name, right, side, write) in [
             (

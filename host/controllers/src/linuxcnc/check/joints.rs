@@ -1,11 +1,11 @@
-//! Joints of the INI file: compensated twice, limits, headroom.
+//! Checks the joints of the INI file: compensated twice, limits, headroom.
 
 use super::{Checked, Joint};
 use crate::linuxcnc::configuration::Configuration;
 use trueaxis::Direction;
 
 impl Checked<'_> {
-    /// What `[JOINT_N]` says of a joint whose axis the compensation has.
+    /// Checks the `[JOINT_N]` section of a joint with an axis of the compensation.
     pub(super) fn joint(&mut self, joint: Joint) {
         let configuration = self.configuration;
         let is_rotary = matches!(joint.letter, 'A' | 'B' | 'C');
@@ -27,7 +27,7 @@ impl Checked<'_> {
         self.headroom(joint);
     }
 
-    /// Whether the compensation corrects an axis at all, and whether for its own direction of travel.
+    /// Whether the compensation corrects an axis at all, and whether depending on its own direction of travel.
     fn corrects(&self, index: usize) -> (bool, bool) {
         let compensation = self.against.compensation;
         let mut terms = compensation.terms();
@@ -44,7 +44,7 @@ impl Checked<'_> {
         (corrected, reverses)
     }
 
-    /// Screw error or backlash that LinuxCNC compensates, too.
+    /// Screw error or backlash that LinuxCNC also compensates.
     fn twice(&mut self, joint: Joint) {
         let Some((index, _)) = self.axis(joint.letter) else {
             return;
@@ -104,7 +104,7 @@ impl Checked<'_> {
                 .map_or(self.configuration.section(&section), |e| &e.place)
                 .clone();
             let right = (limit + inwards * bound) / unit;
-            // Rounded inwards, so that it passes.
+            // Rounded inwards, so that the value passes the check.
             let step = 1e-4;
             let right = ((right * inwards / step).ceil() * step * inwards * 1e4).round() / 1e4;
             let write = format!("{key} = {right}");
@@ -185,7 +185,7 @@ impl Checked<'_> {
         self.faster(joint, speed * configuration.unit(joint));
     }
 
-    /// A joint that is faster (mm/s, deg/s) than what the rate bound was made for.
+    /// A joint that is faster (mm/s, deg/s) than the rate bound was made for.
     fn faster(&mut self, joint: Joint, speed: f64) {
         let configuration: &Configuration = self.configuration;
         let Some(machine) = self.against.machine else {
@@ -206,7 +206,7 @@ impl Checked<'_> {
     }
 }
 
-/// A number for people.
+/// A number as text.
 fn shown(value: f64) -> String {
     let text = format!("{value:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

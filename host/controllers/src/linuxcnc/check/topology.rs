@@ -1,10 +1,10 @@
-//! The kinematics module against the machine.
+//! Checks the kinematics module against the machine.
 
 use super::Checked;
 use crate::linuxcnc::kinematics::Shape;
 use trueaxis_model::machine::{Branch, Machine};
 
-/// How far (mm) a rotary axis may be from where the module has it.
+/// Permitted distance (mm) of a rotary axis from its location in the module.
 const APART: f64 = 1e-3;
 
 impl Checked<'_> {
@@ -69,12 +69,12 @@ impl Checked<'_> {
         }
     }
 
-    /// Where the rotary axes of a table lie, as the module is told on pins.
+    /// Locations of the rotary axes of a table, as set on pins of the module.
     fn offsets(&mut self, machine: &Machine, shape: Shape) {
         let (hal, module) = (&self.configuration.hal, &self.configuration.module);
         let mm = self.configuration.mm.unwrap_or(1.0);
         let pin = |name: &str| format!("{}.{name}", module.name);
-        // What comes from elsewhere is not known here; a pin that nobody sets is 0.
+        // Values from connected pins are not known here; a pin that is not set is 0.
         let value = |name: &str| match hal.value(&pin(name)) {
             Some((value, _)) => Some(value * mm),
             None => hal.signal(&pin(name)).is_none().then_some(0.0),
@@ -101,7 +101,7 @@ impl Checked<'_> {
                 wrong.push((points[i], 'C', is, table[i], table[i] / mm));
             }
         }
-        // The height of the table does not belong to its axis; the height of the cradle counts from the point.
+        // The height of the table is not part of its axis; the height of the cradle is measured from the point.
         for (i, offset) in shape.offsets {
             if let Some((from, offset_is)) = value(points[i]).zip(value(offset))
                 && (from + offset_is - cradle_at[i]).abs() > APART

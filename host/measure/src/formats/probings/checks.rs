@@ -1,4 +1,4 @@
-//! What probings cannot be, whatever the file looks like.
+//! Checks of probings that do not depend on the file's syntax.
 
 use super::super::artefact::Artefact;
 use super::{Probing, Probings};
@@ -6,10 +6,10 @@ use trueaxis_model::formats::csv::place;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// Refuses balls that an artefact does not have, if it has any; `text` is where the probings were read.
+/// Refuses balls that are not in the artefact, if it lists any. `text` is the source of the probings.
 ///
 /// # Errors
-/// [`FileError`] with the first row of such a ball.
+/// [`FileError`] at the first row with such a ball.
 pub fn have_known_balls(
     text: &str,
     probings: &Probings,
@@ -33,13 +33,13 @@ pub fn have_known_balls(
     ))
 }
 
-/// Largest rotary position (deg) of a file that may be in radians: 2π is 6.28.
+/// Largest rotary position (deg) of a file that could be in radians: 2π is 6.28.
 const RADIANS: f64 = 6.3;
-/// Half degrees, of which most strategies consist, as nearly as radians are written.
+/// Most strategies consist of half degrees; and the accuracy with which these are written in radians.
 const STEP: f64 = 0.5;
 const NEARLY: f64 = 0.01;
 
-/// Refuses positions that are half degrees if they are radians, and are not if they are degrees.
+/// Refuses positions that are half degrees if read as radians but not if read as degrees.
 pub(super) fn are_degrees(
     text: &str,
     probings: &Probings,

@@ -1,4 +1,4 @@
-//! How it was measured: the lines that begin with `#`.
+//! The setup: the lines that begin with `#`.
 
 use super::sense;
 use crate::direct::Setup;
@@ -28,26 +28,26 @@ struct Entries {
     square_urad: Option<Spanned<f64>>,
 }
 
-/// What readings are.
+/// The meaning of the readings.
 #[derive(Clone, Copy, Debug)]
 pub struct Readings {
-    /// The mm or rad in a unit of them.
+    /// Size of their unit in mm or rad.
     pub factor: f64,
-    /// True if they are positions, from which targets have to be taken off.
+    /// True if they are positions, from which the targets must be subtracted.
     pub are_positions: bool,
 }
 
-/// What a heading says.
+/// Content of a heading.
 pub struct Heading {
-    /// One line, or the two of a square.
+    /// One line, or the two legs of a square.
     pub setups: Vec<Setup>,
-    /// Of a square, what its angle is more than 90° (rad).
+    /// For a square, its angle minus 90° (rad).
     pub square: Option<f64>,
-    /// What readings are.
+    /// The meaning of the readings.
     pub readings: Readings,
 }
 
-/// Farthest (mm) that a measured point can be from the tip, and error (µrad) of a square.
+/// Largest distance (mm) of the measured point from the tip, and largest error (µrad) of a square.
 const FAR: f64 = 1e4;
 const SQUARE: f64 = 1e4;
 
@@ -55,14 +55,14 @@ const EXAMPLE: &str = "# axis = \"X\", # reads = \"tool +X\", # unit = \"um\" an
 const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: \"tool +X\" (farther in the direction of a positive command of X, seen from the other one), \"tool +C\", \"tool +Y to +Z\" (turning from +Y towards +Z)";
 
 impl Heading {
-    /// Reads it; and where it ends.
+    /// Parses the heading; also returns where it ends.
     pub fn read(text: &str, machine: &Machine) -> Result<(Self, usize), FileError> {
         let remedy = format!("the lines with # say how it was measured: {EXAMPLE}");
         let (entries, end): (Entries, usize) = csv::heading(text, &remedy)?;
         Ok((entries.heading(machine)?, end))
     }
 
-    /// The only line.
+    /// The setup of a measurement with only one line.
     pub fn line(&self) -> Result<Setup, FileError> {
         self.setups.first().cloned().ok_or_else(|| missing("axis"))
     }
@@ -228,7 +228,7 @@ impl Entries {
         Ok(setup)
     }
 
-    /// Where the axes stood.
+    /// Positions of the axes.
     fn at(&self, machine: &Machine, setup: &Setup, square: bool) -> Result<PerAxis, FileError> {
         let mut position = setup.at;
         let mut given = [false; trueaxis_model::machine::MAX_AXES];
@@ -257,7 +257,7 @@ impl Entries {
             position[index] = axis.to_kinematic(value_mm);
             given[index] = true;
         }
-        // Where an angle is read does not depend on linear axes.
+        // Linear positions do not matter for angles.
         let needed = (0..machine.axes.len()).filter(|i| *i != setup.moved || square);
         let mut needed = needed.filter(|i| {
             let rotary = machine.axes[*i].letter.is_rotary();
@@ -277,7 +277,7 @@ impl Entries {
         Ok(position)
     }
 
-    /// Of a square, what its angle is more than 90°.
+    /// For a square, its angle minus 90°.
     fn square(&self, machine: &Machine, setups: &[Setup]) -> Result<Option<f64>, FileError> {
         let [a, b] = setups else {
             return match &self.square_urad {

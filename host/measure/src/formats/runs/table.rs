@@ -8,16 +8,16 @@ use trueaxis_model::formats::csv::{Row, Table};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// The most targets and runs of a file.
+/// Largest number of targets and of runs in a file.
 const MAX_TARGETS: usize = 10_000;
 const MAX_RUNS: usize = 1_000;
-/// Largest reading (mm, rad) that is one of an error.
+/// Largest reading (mm, rad) that an error may cause.
 const LARGEST: [f64; 2] = [100.0, 0.1];
 
 const LAYOUT: &str = "write target,+1,-1,+2,-2 …: a column for each run, with the direction of travel before its number; of a square, a column line with the axis before target";
 const VALUES: &str = "write a reading for every run, with decimal points";
 
-/// Targets and runs of one line.
+/// Reads targets and runs of one line.
 pub fn read(
     text: &str,
     start: usize,
@@ -41,7 +41,7 @@ pub fn read(
     Ok(line)
 }
 
-/// The same of the two lines of a square.
+/// Reads both legs of a square.
 pub(crate) fn read_square(
     text: &str,
     start: usize,
@@ -98,7 +98,7 @@ fn enough(targets: &[f64], all: Range<usize>, what: &str) -> Result<(), FileErro
     }
 }
 
-/// A target in mm or rad.
+/// Converts a target to mm or rad.
 fn size(target: f64, setup: &Setup) -> f64 {
     match setup.is_angular() {
         true => target.to_radians(),
@@ -106,8 +106,8 @@ fn size(target: f64, setup: &Setup) -> f64 {
     }
 }
 
-/// Readings that follow their targets by this much and 1 are positions: no axis is off by a tenth of its way, and
-/// none by as many units as its targets are apart.
+/// Readings whose slope over the targets is 1 within this are positions: no axis has an error of a tenth of its
+/// motion, or an error of as many units as its targets are apart.
 const FOLLOWS: f64 = 0.02;
 
 /// Refuses positions that were written as deviations.
@@ -132,7 +132,7 @@ fn are_deviations(
         let rise: f64 = (targets.iter().zip(&column.readings))
             .map(|(target, reading)| (target - middle) * reading)
             .sum();
-        // As it is, and as if the numbers were in the unit of the targets.
+        // As written, and as if the readings were in the unit of the targets.
         let slope = rise / square / size(1.0, setup);
         let of_numbers = rise / square / readings.factor;
         if [slope, of_numbers]
@@ -170,7 +170,7 @@ fn are_deviations(
     Ok(())
 }
 
-/// The table, whose columns after the `first` are runs, and these runs without readings.
+/// The table, whose columns from `first` on are runs, and these runs without readings yet.
 fn open<'t>(
     text: &'t str,
     start: usize,
@@ -205,7 +205,7 @@ fn open<'t>(
     Ok((table, columns))
 }
 
-/// Takes a row whose target is in a column, and whose readings are in those after it.
+/// Adds a row: its target, and the readings in the columns that follow.
 fn take(
     row: &Row<'_>,
     column: usize,

@@ -1,7 +1,8 @@
 //! Covariances of error parameters as CSV.
 //!
-//! The header is `parameter` and the names of the parameters; then one row for each, in the same order, that
-//! begins with its name: in the units of two parameters (mm, rad, per mmᵏ or radᵏ), multiplied.
+//! The header is `parameter` followed by the names of the parameters. Then there is one row for each, in the same
+//! order, which begins with its name. Values are in the product of the units of both parameters (mm, rad, per mmᵏ or
+//! radᵏ).
 
 use super::Covariance;
 use crate::errors::Parameter;
@@ -11,20 +12,19 @@ use nalgebra::DMatrix;
 use std::fmt::Write;
 use std::ops::Range;
 
-/// Two numbers that are meant to be the same differ by less than this part, if they have ten digits.
+/// Two numbers count as equal if they differ by less than this fraction; they have ten digits.
 const SAME: f64 = 1e-9;
-/// Eigenvalues of the correlations that are below 0 by no more than this are rounding.
+/// Eigenvalues of the correlations that are negative by no more than this are rounding.
 const ROUNDING: f64 = 1e-9;
 
 const LAYOUT: &str = "the header is parameter and the names of the parameters as in the error file (EB0A, EXY2, EXCc1, EAAb), then comes one row for each of them in the same order: its name and its covariances";
 const VALUES: &str = "write one row for each parameter: its name, then its covariance with each, with a decimal point: 1.5e-12";
 
-/// Reads them, and where the name of each parameter stands in the header.
+/// Reads covariances, and the place of each parameter's name in the header.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: what [`Table`] refuses, a name that is not a parameter, rows in
-/// another order, a variance below 0, a matrix that is not symmetric, or not a covariance (not positive
-/// semidefinite).
+/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a name that is not a parameter,
+/// rows in another order, a negative variance, a matrix that is not symmetric or not positive semidefinite.
 pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
     let table = Table::open(text, 0, LAYOUT, VALUES)?;
     table.begins_with(&["parameter"])?;
@@ -135,7 +135,7 @@ fn is_covariance(
     Ok(())
 }
 
-/// Writes them, with all digits.
+/// Writes covariances with all digits.
 #[must_use]
 pub fn write(covariance: &Covariance) -> String {
     let mut text = String::from("parameter");

@@ -1,16 +1,16 @@
-//! `[calibrated]`, and what it is without an entry.
+//! `[calibrated]`, and its default.
 
 use super::{ErrorsFile, MAX_POSITION, axis};
 use crate::errors::ErrorModel;
 use crate::machine::{Axis, Machine};
 use crate::source::{Exactly, FileError};
 
-/// Least part of the travel (mm or deg) in which error motions are known, unless all of the travel
-/// is less. Corrections of that size are refused, so that a corrected position can be inside, too.
+/// Smallest part of the travel (mm or deg) in which error motions must be known, unless the whole travel is shorter.
+/// Corrections of that size are refused, so that corrected positions can be inside, too.
 const LEAST: f64 = 1.0;
 
 impl ErrorModel {
-    /// Where error motions are known: as written, or else where all tables of the axis have points.
+    /// Range in which error motions are known: as written, or else where all tables of the axis have points.
     pub(super) fn read_calibrated(
         &mut self,
         file: &ErrorsFile,
@@ -61,7 +61,7 @@ impl ErrorModel {
             self.calibrated[index] = [axis.to_kinematic(low), axis.to_kinematic(high)];
             written[index] = true;
         }
-        // An entry may also say that a table holds its end values where it has no points.
+        // An entry may also state that a table holds its end values where it has no points.
         for (index, axis) in machine
             .axes
             .iter()
@@ -90,12 +90,12 @@ impl ErrorModel {
     }
 }
 
-/// What must be inside (mm or deg) and what is, if that is less.
+/// The required and the actual length inside the travel (mm or deg), if that is less.
 fn too_narrow(axis: &Axis, [low, high]: [f64; 2]) -> Option<(f64, String)> {
     let [from, to] = axis.travel;
     let common = high.min(to) - low.max(from);
     let least = LEAST.min(to - from);
-    // Not by the rounding of degrees to radians and back.
+    // Allow for rounding from degrees to radians and back.
     (common < least * (1.0 - 1e-9)).then(|| {
         let found = if common <= 0.0 {
             "nothing".to_owned()

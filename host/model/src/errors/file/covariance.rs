@@ -9,7 +9,7 @@ use crate::source::FileError;
 const ROUNDED: f64 = 1e-3;
 
 impl ErrorModel {
-    /// Reads the file of covariances, if one is named.
+    /// Reads the covariance file, if one is named.
     pub(super) fn read_covariance(
         &mut self,
         file: &ErrorsFile,

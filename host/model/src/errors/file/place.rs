@@ -1,4 +1,4 @@
-//! Where something stands in an error file.
+//! Finds the place of something in an error file.
 
 use super::ErrorsFile;
 use crate::errors::{ErrorModel, Parameter};
@@ -6,8 +6,8 @@ use std::ops::Range;
 use toml::Spanned;
 
 impl ErrorModel {
-    /// The place of a parameter (or of its thermal change, if that is all there is), or of the table
-    /// that gives this motion. `None` if it is not in this text.
+    /// The place of a parameter (or of its thermal change, if that is its only entry), or of the table of this
+    /// motion. `None` if it is not in this text.
     #[must_use]
     pub fn place(text: &str, parameter: Parameter, tabulated: bool) -> Option<Range<usize>> {
         let file: ErrorsFile = toml::from_str(text).ok()?;

@@ -1,18 +1,17 @@
-//! Error motions of endless axes must close over the turn.
+//! Checks that error motions of axes without limits close over the turn.
 
 use super::{ErrorsFile, Part, PartKind, unit};
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use crate::machine::{Axis, Machine, PerAxis};
 use crate::source::FileError;
 
-/// What a motion may be off at the seam (mm or rad): less shows in no table.
+/// Permitted difference at the seam (mm or rad); smaller ones are not visible in any table.
 const CLOSED: f64 = 1e-9;
-/// What a table may miss of the turn (rad): the rounding of degrees.
+/// Part of the turn that a table may leave out (rad): rounding of degrees.
 const COVERED: f64 = 1e-9;
 
 impl ErrorModel {
-    /// Refuses motions that jump where the turn begins anew, in a direction of travel or at a
-    /// temperature.
+    /// Refuses motions that jump at the seam of the turn, in any direction of travel or at any temperature.
     pub(super) fn check_seams(
         &self,
         file: &ErrorsFile,
@@ -52,7 +51,7 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// The largest difference (mm or rad) between the ends of the turn, of any direction and sensor.
+    /// The largest difference (mm or rad) between the ends of the turn, for any direction and sensor.
     fn gap(&self, machine: &Machine, index: usize, component: usize, ends: [f64; 2]) -> f64 {
         let mut situations = [-1.0, 1.0]
             .map(|sign| Situation {
@@ -79,7 +78,7 @@ impl ErrorModel {
         )
     }
 
-    /// Blames the part that is farthest from closing.
+    /// The error message, at the part with the largest jump.
     fn jump(
         &self,
         axis: &Axis,

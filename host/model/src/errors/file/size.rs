@@ -1,15 +1,15 @@
-//! Errors that are too large to be physical somewhere in the travel, at some temperature.
+//! Checks that errors are physically possible everywhere in the travel, at all temperatures.
 
 use super::{ErrorsFile, Part, PartKind, known, limit, unphysical};
 use crate::errors::{ErrorModel, ParameterKind, Situation, Switches};
 use crate::machine::{Machine, PerAxis};
 use crate::source::FileError;
 
-/// Positions along a travel at which sizes are checked.
+/// Number of positions along a travel at which sizes are checked.
 const STEPS: u16 = 100;
 
 impl ErrorModel {
-    /// Refuses locations and motions that leave the small-error range.
+    /// Refuses locations and motions outside the range of small errors.
     pub(super) fn check_size(&self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
         self.check_locations(file, machine)?;
         for (index, axis) in machine.axes.iter().enumerate() {
@@ -19,12 +19,12 @@ impl ErrorModel {
                 let Some(largest) = self.largest(machine, index, q) else {
                     break;
                 };
-                // Also what is not a number is too large.
+                // NaN counts as too large.
                 let within = |component: usize| largest[component] <= limit(component);
                 let Some(component) = (0..6).find(|c| !within(*c)) else {
                     continue;
                 };
-                // Point to the part that contributes most at this place.
+                // Point to the part that contributes most at this position.
                 let parts = self.parts(file, machine, index, component);
                 let held = if self.motions[index][component].holds() {
                     q.max(self.calibrated[index][0])
@@ -55,7 +55,7 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// Locations at the ends of the temperature ranges.
+    /// Checks locations at the ends of the temperature ranges.
     fn check_locations(&self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
         for (name, entry) in &file.thermal {
             let parameter = known(name, machine)?;
@@ -73,13 +73,13 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// The largest that each component of an axis' error can be at a position (mm or rad), in either
-    /// direction and at any temperature; `None` without error motions.
+    /// The largest magnitude of each component of an axis' error at a position (mm or rad), in either direction and
+    /// at any temperature; `None` if it has no error motions.
     fn largest(&self, machine: &Machine, index: usize, q: f64) -> Option<[f64; 6]> {
         let at =
             |situation: &Situation| self.intra_at(machine, index, q, situation, &Switches::ALL);
         let cold = at(&Situation::default())?;
-        // It is a sum of what does not depend on direction and temperatures, and what each adds.
+        // It is the sum of a part without dependence on direction and temperatures, and the contribution of each.
         let mut others = vec![Situation {
             sign: PerAxis::from([1.0; 6]),
             ..Situation::default()

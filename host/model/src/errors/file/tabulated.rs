@@ -10,7 +10,7 @@ use crate::source::{FileError, right_case};
 use std::ops::Range;
 use toml::Spanned;
 
-/// The most points of one table: every 0.1 mm of a metre.
+/// Largest number of points of one table: every 0.1 mm over a metre.
 const MAX_POINTS: usize = 10_000;
 
 impl ErrorModel {
@@ -69,14 +69,14 @@ impl ErrorModel {
 }
 
 impl TabulatedEntry {
-    /// Where to point to: its positions, its file, or all of it.
+    /// The place to point to: its positions, its file, or the whole table.
     pub(super) fn place(&self, spanned: &Spanned<Self>) -> Range<usize> {
         let at = self.at.as_ref().map(Spanned::span);
         let file = self.file.as_ref().map(Spanned::span);
         at.or(file).unwrap_or(spanned.span())
     }
 
-    /// The standard uncertainty (mm or rad) of each of so many values, if it is given.
+    /// The standard uncertainty (mm or rad) of each of `count` values, if it is given.
     fn uncertainty(
         &self,
         name: &str,
@@ -124,7 +124,7 @@ impl TabulatedEntry {
         Ok(Some(values))
     }
 
-    /// The mm or rad in its unit.
+    /// Size of its unit in mm or rad.
     fn factor(&self, component: usize) -> Result<f64, FileError> {
         let Some(unit) = &self.unit else {
             return Ok(1.0);
@@ -207,7 +207,7 @@ fn table(
     Ok(table)
 }
 
-/// The values that a file has.
+/// The values from a file.
 fn from_file(
     name: &str,
     entry: &TabulatedEntry,
@@ -250,7 +250,7 @@ fn from_file(
     })
 }
 
-/// The values that are written out.
+/// The values written in the table itself.
 fn written(
     name: &str,
     entry: &TabulatedEntry,

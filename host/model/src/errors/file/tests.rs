@@ -2,7 +2,7 @@ use super::*;
 use crate::errors::{Situation, Switches};
 use crate::kinematics::{Kinematics, Linearised};
 
-/// X Y Z and an endless C; A on it with a travel.
+/// X, Y, Z and a C axis without limits; A, with limits, is mounted on it.
 const MACHINE: &str = r#"
 name = "mill"
 [[axis]]
@@ -44,7 +44,7 @@ fn read(body: &str) -> Result<ErrorModel, FileError> {
     ErrorModel::from_toml(&format!("machine = \"mill\"\n{body}"), &machine())
 }
 
-/// Component 0 of the error of an axis at a position (mm or deg), coming with `sign`.
+/// Component 0 of the error of an axis at a position (mm or deg), arriving in direction `sign`.
 fn x_error(errors: &ErrorModel, index: usize, position: f64, sign: f64) -> f64 {
     let machine = machine();
     let q = machine.axes[index].to_kinematic(position);
@@ -79,7 +79,7 @@ fn a_table_over_the_travel_leaves_nothing_uncalibrated() {
     let table = "[tabulated.EXA]\nat = [-90.0, 0.0, 90.0]\nvalue = [0.0, 0.001, 0.0]\n";
     let errors = read(table).unwrap();
     let [low, high] = calibrated(&errors, 1);
-    // The file's degrees are radians in between.
+    // The degrees of the file are converted to radians in between.
     assert!(low < -90.0 + 1e-9 && high > 90.0 - 1e-9, "{low} {high}");
 }
 
@@ -128,7 +128,7 @@ fn what_closes_over_the_turn_is_taken() {
     ] {
         assert!(read(body).is_ok(), "{body}: {:?}", read(body));
     }
-    // An even polynomial over a symmetrical turn.
+    // An even polynomial over a symmetric turn.
     let text = MACHINE.replace("[0.0, 360.0]", "[-180.0, 180.0]");
     let machine = Machine::from_toml(&text).unwrap();
     let even = "machine = \"mill\"\n[parameters]\nEXC2 = 1e-3\n";
@@ -163,7 +163,7 @@ fn the_linearised_model_knows_harmonics() {
         let column = linearised.column(Parameter::parse(name).unwrap());
         for (i, c) in column.unwrap().to_array().into_iter().enumerate() {
             let difference = (plus[i] - minus[i]) / 2e-4;
-            // The cubic term of a rotation by 1e-4, at levers of 200 mm.
+            // The cubic term of a rotation by 1e-4, on levers of 200 mm.
             assert!((c - difference).abs() < 1e-6, "{name}: {c} {difference}");
         }
     }

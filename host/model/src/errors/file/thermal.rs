@@ -6,10 +6,10 @@ use crate::machine::Machine;
 use crate::source::FileError;
 use trueaxis_kinematics::MAX_CHANGES;
 
-/// Temperature difference covered unless the file says otherwise (K).
+/// Default range of temperature differences (K).
 const RANGE_KELVIN: [f64; 2] = [-20.0, 20.0];
-/// The largest temperature difference that a machine tool can see (K), and the largest reference
-/// temperature (°C) on either side of zero.
+/// The largest possible temperature difference on a machine tool (K), and the largest reference temperature (°C) on
+/// either side of zero.
 const MAX_KELVIN: f64 = 200.0;
 
 impl ErrorModel {
@@ -106,7 +106,7 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// The largest difference (K) of a sensor to its reference.
+    /// The largest difference (K) of a sensor from its reference.
     pub(super) fn largest_kelvin(&self, sensor: &str) -> f64 {
         let sensor = self.sensors.iter().find(|s| s.sensor == sensor);
         sensor.map_or(0.0, Thermal::largest_kelvin)
@@ -114,7 +114,7 @@ impl ErrorModel {
 }
 
 impl Thermal {
-    /// The largest difference (K) to the reference that a compensation must cover.
+    /// The largest difference (K) from the reference that a compensation must cover.
     #[must_use]
     pub(crate) fn largest_kelvin(&self) -> f64 {
         self.range_kelvin[1].max(-self.range_kelvin[0])

@@ -1,14 +1,14 @@
-//! Lines of a file with their places.
+//! Lines of a file and their places.
 
 use crate::source::FileError;
 use std::ops::Range;
 
-/// A line without its end.
+/// A line without its line ending.
 pub struct Line<'t> {
     pub text: &'t str,
     /// Its first byte in the file.
     start: usize,
-    /// Counted from 1.
+    /// Line number, counted from 1.
     pub number: usize,
 }
 
@@ -17,13 +17,13 @@ impl Line<'_> {
         self.start..self.start + self.text.len()
     }
 
-    /// Where a part of the line stands in the file.
+    /// The place of a part of the line in the file.
     pub fn place(&self, part: &str) -> Range<usize> {
         let start = self.start + part.as_ptr().addr() - self.text.as_ptr().addr();
         start..start + part.len()
     }
 
-    /// Checks that the columns are not separated by something else than commas.
+    /// Checks that columns are not separated by anything other than commas.
     pub fn has_commas(&self) -> Result<(), FileError> {
         let line = self.text.trim();
         let other = [(';', "semicolons"), ('\t', "tabs")];
@@ -50,7 +50,7 @@ pub struct Lines<'t> {
     number: usize,
 }
 
-/// The lines from a byte on.
+/// The lines from a given byte on.
 pub fn lines(text: &str, start: usize) -> Lines<'_> {
     Lines {
         text,

@@ -1,23 +1,22 @@
-//! Descriptions that are possible but unlikely: other units, a tool beside its axis.
+//! Warns about descriptions that are possible but unlikely: wrong units, a tool off its axis.
 
 use super::{MachineFile, along};
 use crate::machine::{Letter, Machine};
 use crate::source::{Exactly, FileError};
 use toml::Spanned;
 
-/// A whole turn in radians is 6.3: a rotary travel below this (deg) is narrower than any that is
-/// written in degrees for a reason.
+/// A full turn in radians is 6.3. A rotary travel below this (deg) is narrower than any that is really in degrees.
 const NARROW: f64 = 7.0;
-/// Orientations below a turn in radians that are no multiples of this (deg) are no drawing's angles.
+/// Angles on drawings are multiples of this (deg); orientations below a turn in radians that are not are suspicious.
 const ROUND: f64 = 0.5;
-/// The shortest tool (mm): a shorter one may be in metres.
+/// The shortest tool (mm); a shorter one may be in metres.
 const SHORT: f64 = 1.0;
-/// How far (mm) a tip may be beside the tool axis without a word.
+/// Distance (mm) from the tool axis below which a tip gets no warning.
 const BESIDE: f64 = 1e-3;
 
 impl Machine {
-    /// What to ask about a description that [`Self::from_toml`] accepts: a rotary travel or an
-    /// orientation that looks like radians, a tip next to the spindle frame or beside the tool axis.
+    /// Warnings about a description that [`Self::from_toml`] accepts: a rotary travel or an orientation that looks
+    /// like radians, a tip close to the spindle frame or off the tool axis.
     #[must_use]
     pub fn doubts(text: &str) -> Vec<FileError> {
         let Ok(file) = toml::from_str::<MachineFile>(text) else {
@@ -80,7 +79,7 @@ fn radians(of: &str, orientation: &Option<Spanned<Exactly<3>>>) -> Option<FileEr
     ))
 }
 
-/// A tip that looks like metres, or lies beside the tool axis.
+/// A tip that looks like metres, or lies off the tool axis.
 fn tip(tip: &Spanned<Exactly<3>>, axis: &str) -> Option<FileError> {
     let Exactly([x, y, z]) = *tip.get_ref();
     let beside = match axis {

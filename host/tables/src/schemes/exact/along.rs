@@ -18,21 +18,21 @@ pub struct Column {
 }
 
 impl Column {
-    /// True if they share all their exact corrections.
+    /// True if they share all of their exact corrections.
     pub(crate) fn is_sampled_with(&self, other: &Self) -> bool {
         self.monomial == other.monomial && self.is_beside(other)
     }
 
-    /// True if they share most of them.
+    /// True if they share most of their exact corrections.
     pub(crate) fn is_beside(&self, other: &Self) -> bool {
         (self.component, self.node) == (other.component, other.node)
     }
 }
 
-/// What samples along a variable show of it.
+/// What samples along a variable contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shows {
-    /// A rotary axis whose own motions are off, or are none: its sines and cosines.
+    /// A rotary axis whose own motions are switched off, or that has none: its sines and cosines.
     Turning,
     /// Its own motions.
     Moving,
@@ -41,7 +41,7 @@ pub enum Shows {
 }
 
 impl Shows {
-    /// Of the `k`-th rich variable of a component.
+    /// For the `k`-th rich variable of a component.
     pub fn of(component: &Component, k: usize) -> Self {
         match (
             component.moving[k],
@@ -59,14 +59,14 @@ pub struct Along {
     pub shows: Shows,
     /// The node positions.
     pub nodes: Vec<f64>,
-    /// Where each column of the samples comes from.
+    /// The origin of each column of the samples.
     pub columns: Vec<Column>,
     /// Nodes × columns.
     pub samples: DMatrix<f64>,
 }
 
 impl Along {
-    /// Everything sampled along variable `v`, by what it shows; for each, sets of more nodes last.
+    /// All samples along variable `v`, grouped by what they show; within a group, sets with more nodes come last.
     pub fn all(v: usize, components: &[Component], tolerance: &[f64]) -> Vec<Self> {
         let mut groups: BTreeMap<(Shows, usize), Taken> = BTreeMap::new();
         for (c, component) in components.iter().enumerate() {
@@ -94,7 +94,7 @@ impl Along {
     }
 }
 
-/// Samples at one set of nodes, as they come in.
+/// Samples at one set of nodes, while they are being collected.
 struct Taken {
     nodes: Vec<f64>,
     columns: Vec<Column>,
@@ -103,7 +103,7 @@ struct Taken {
 }
 
 impl Taken {
-    /// Takes in component `c` along its `k`-th rich variable.
+    /// Adds component `c` along its `k`-th rich variable.
     fn take(&mut self, c: usize, component: &Component, k: usize, tolerance: &[f64]) {
         let (stride, rich) = (component.stride(k), component.nodes());
         let count = component.rich[k].1.len();
@@ -126,8 +126,7 @@ impl Taken {
 }
 
 impl Sampler<'_> {
-    /// The coefficients (mm, rad, all outputs) that columns stand for, at positions along variable
-    /// `v`: positions × columns.
+    /// The coefficients (mm, rad, all outputs) for columns, at positions along variable `v`: positions × columns.
     pub fn along(
         &self,
         columns: &[Column],
@@ -148,8 +147,8 @@ impl Sampler<'_> {
                 }
             }
         }
-        // Columns that differ in the output only share their exact corrections; those that differ in the
-        // monomial, most of them.
+        // Columns that differ only in the output share their exact corrections; those that differ in the monomial
+        // share most of them.
         missing.sort_unstable();
         missing.dedup();
         let places: Vec<&[Key]> = missing.chunk_by(|a, b| a.0 == b.0).collect();
@@ -166,7 +165,7 @@ impl Sampler<'_> {
             .collect())
     }
 
-    /// Those of one place.
+    /// The coefficients at one place.
     fn coefficients_at(
         &self,
         keys: &[Key],

@@ -12,11 +12,11 @@ use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// Bases and terms for one choice of what may be left out.
+/// Bases and terms for one limit on what may be left out.
 pub struct Attempt {
     bases: Vec<Basis>,
     pub structure: Structure,
-    /// More terms or tables would be needed than the target holds.
+    /// True if more terms or tables are needed than the target holds.
     pub is_full: bool,
     /// What was left out, in units of the tolerance.
     pub left_out: f64,
@@ -28,7 +28,7 @@ impl Attempt {
         &self.bases
     }
 
-    /// With what its tables are sampled from.
+    /// The same, with everything that its tables are sampled from.
     pub fn found<'a>(
         &'a self,
         sampler: &'a Sampler<'a>,
@@ -45,7 +45,7 @@ impl Attempt {
     }
 }
 
-/// Finds the functions of every variable, for what may leave out `share` of the tolerance.
+/// Finds the functions of every variable, if the structure may leave out `share` of the tolerance.
 pub fn bases(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -64,8 +64,8 @@ pub fn bases(
     })
 }
 
-/// Finds terms that leave out no more than `share` of the tolerance; `before` is what an earlier
-/// attempt had to leave out.
+/// Finds terms that leave out no more than `share` of the tolerance. `before` is what an earlier attempt had to
+/// leave out.
 pub fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -87,8 +87,8 @@ pub fn attempt(
     let is_full = !fits;
     let mut left_out = share;
     if is_full {
-        // What the target cannot hold is left out, the smallest first; verification tells. With
-        // everything left out it fits for sure: halve the logarithm of the distance.
+        // Leave out the smallest entries that the target cannot hold; verification shows the effect. With everything
+        // left out it certainly fits: bisect on a logarithmic scale.
         let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
         structure = choose(enough).0;
         for _ in 0..8 {

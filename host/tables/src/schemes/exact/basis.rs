@@ -1,4 +1,4 @@
-//! For each variable, the functions that the correction is made of.
+//! Finds, for each variable, the functions that the correction consists of.
 
 use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
@@ -10,16 +10,16 @@ use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 
-/// The functions of one variable: number 0 is the constant 1, then products of generators, then
-/// functions found numerically: those that show with the axis' own motions off, those of its
-/// motions, those of its motions together with another's.
+/// The functions of one variable. Number 0 is the constant 1, followed by products of generators, then by functions
+/// found numerically: those present with the axis' own motions off, those of its motions, and those of its motions
+/// together with another axis'.
 #[derive(Clone, Debug)]
 pub struct Basis {
     /// Products of generators; the first is empty: the constant.
     pub products: Vec<Vec<Generator>>,
     /// Functions found numerically.
     numeric: Vec<Numeric>,
-    /// The functions that samples of a kind at so many nodes are made of.
+    /// The functions that make up samples of a kind at a given number of nodes.
     shown: BTreeMap<(Shows, usize), Vec<usize>>,
     /// Values at nodes of the calibrated range: nodes × functions.
     seen: DMatrix<f64>,
@@ -27,12 +27,12 @@ pub struct Basis {
     pub peaks: Vec<f64>,
 }
 
-/// Functions found numerically in one kind of samples: what the functions before them leave.
+/// Functions found numerically in one kind of samples, in the residual of the functions before them.
 #[derive(Clone, Debug)]
 struct Numeric {
-    /// Samples from which the functions are computed anywhere.
+    /// Samples from which the functions can be computed at any position.
     columns: Vec<Column>,
-    /// Columns × functions before: their part in the samples.
+    /// Columns × earlier functions: their coefficients in the samples.
     known: DMatrix<f64>,
     /// Pseudo-inverse: columns × functions.
     unfold: DMatrix<f64>,
@@ -43,7 +43,7 @@ struct Numeric {
 pub struct Choice {
     /// Highest degree of the products of generators tried.
     pub degree: usize,
-    /// What may be left out in any sample, in units of the tolerance.
+    /// Largest residual permitted in any sample, in units of the tolerance.
     pub leave: f64,
 }
 
@@ -63,7 +63,7 @@ impl Basis {
         Self::of_generators(variable, 2, &variable.calibrated)
     }
 
-    /// All products of generators up to a degree, with their peaks at these positions.
+    /// All products of generators up to a degree, with their peaks at given positions.
     pub(crate) fn of_generators(variable: &Variable, degree: usize, at: &[f64]) -> Self {
         let basis = Self::of_products(products(&variable.kind, degree));
         let seen = basis.product_values(variable, at);
@@ -75,7 +75,7 @@ impl Basis {
         self.products.len() + self.numeric.iter().map(|n| n.unfold.ncols()).sum::<usize>()
     }
 
-    /// The functions that samples of a kind at so many nodes are made of.
+    /// The functions that make up samples of a kind at `nodes` nodes.
     pub fn shown(&self, shows: Shows, nodes: usize) -> &[usize] {
         self.shown.get(&(shows, nodes)).map_or(&[], Vec::as_slice)
     }
@@ -92,7 +92,7 @@ impl Basis {
 
     /// Finds the basis of a rich variable from the components that depend on it.
     ///
-    /// `tolerance` is per output (mm or rad); all values are taken in its units.
+    /// `tolerance` is per output (mm or rad); all values are in units of it.
     pub fn find(
         v: usize,
         sampler: &Sampler<'_>,
@@ -106,20 +106,20 @@ impl Basis {
         let of = |shows: Shows| groups.iter().filter(move |g| g.shows == shows);
         let alone: Vec<&Along> = groups.iter().filter(|g| g.shows != Shows::Joint).collect();
         let turning: Vec<&Along> = of(Shows::Turning).collect();
-        // Products for all there is; if that fails, for sines and cosines; if that fails too, those
-        // that first order calls for. Numerical functions do the rest.
+        // Products for all samples; if that fails, for sines and cosines; if that fails too, those needed for first
+        // order. Numerical functions cover the rest.
         let found = Self::fitting(variable, &alone, choice)
             .or_else(|| Self::fitting(variable, &turning, choice));
         let mut basis = found.unwrap_or_else(|| Self::of_products(products(&variable.kind, 2)));
-        // Samples of a kind are made of the functions found so far, and of what these leave; those with
-        // most nodes tell first.
+        // Samples of a kind consist of the functions found so far and of new functions in their residual; groups
+        // with the most nodes go first, as they resolve most.
         for shows in [Shows::Turning, Shows::Moving, Shows::Joint] {
             for group in of(shows).rev() {
                 let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
                 let mut shown = telling(&group.samples, &values, choice.leave);
                 let found = numeric(group, &values, &shown, choice.leave);
                 let found = match found {
-                    // Few nodes may take a sum of functions that they do not tell apart for a new one.
+                    // With few nodes, a sum of functions that they cannot separate may look like a new one.
                     Some(new) if shown.len() < values.ncols() => {
                         let is_new = basis.is_new(&new, v, sampler, components, tolerance)?;
                         is_new.then_some(new)
@@ -145,7 +145,7 @@ impl Basis {
         (lowest..=choice.degree)
             .map(|degree| Self::of_products(products(&variable.kind, degree)))
             .find(|basis| {
-                // Each group at its own nodes, with no more products than these tell apart.
+                // Each group at its own nodes, with no more products than these can separate.
                 groups.iter().all(|group| {
                     let mut values = basis.product_values(variable, &group.nodes);
                     let told = values.ncols().min(group.nodes.len() - 1);
@@ -177,7 +177,7 @@ impl Basis {
         Ok(values)
     }
 
-    /// True if functions are no sums of those there are, seen at many nodes.
+    /// True if the functions, at many nodes, are not sums of existing ones.
     fn is_new(
         &self,
         numeric: &Numeric,
@@ -220,7 +220,7 @@ impl Basis {
         }
     }
 
-    /// A sum of functions, at nodes of the calibrated range.
+    /// Values of a sum of functions at nodes of the calibrated range.
     pub(crate) fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
         let nodes = self.seen.nrows();
         let mut sums = vec![0.0; nodes];
@@ -244,22 +244,22 @@ fn largest(m: &DMatrix<f64>) -> f64 {
     if m.is_empty() { 0.0 } else { m.amax() }
 }
 
-/// What functions (nodes × functions) leave of samples (nodes × columns) at best, and their
-/// pseudo-inverse.
+/// Least-squares residual of samples (nodes × columns) after a fit of functions (nodes × functions), and the
+/// pseudo-inverse of the functions.
 fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
     let inverse = values.clone().pseudo_inverse(ROUNDING).ok()?;
     Some((samples - values * (&inverse * samples), inverse))
 }
 
-/// Which functions (`values`, nodes × functions) samples (nodes × columns) are taken for sums of: all, if
-/// there are nodes to spare; otherwise those that explain most, one after the other; or the first, where
-/// only these explain them.
+/// The functions (`values`, nodes × functions) in terms of which samples (nodes × columns) are expressed: all, if
+/// there are nodes to spare. Otherwise those that explain most, chosen one after the other, or only the first ones,
+/// if no others explain the samples.
 fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
     if values.ncols() < values.nrows() {
         return (0..values.ncols()).collect();
     }
     let squares = samples * samples.transpose();
-    // The sum of squares that functions leave.
+    // Sum of squares left by a set of functions.
     let left = |functions: &[usize]| {
         let part = values.select_columns(functions);
         let inverse = part.clone().pseudo_inverse(ROUNDING);
@@ -277,15 +277,15 @@ fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usi
     most
 }
 
-/// Those of some functions that explain most of samples, of which `left` are the sums of products (nodes ×
-/// nodes), one after the other, with two nodes to spare.
+/// Chooses functions that explain most of the samples, one after the other, with two nodes to spare. `left` holds
+/// the sums of products (nodes × nodes) of the samples' residual.
 fn most_telling(mut left: DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
     let mut functions = values.clone();
     let mut chosen = Vec::new();
     while chosen.len() + 2 < values.nrows() && left.trace() > leave * leave {
         let explained = (0..functions.ncols())
             .filter(|k| {
-                // What is nearly a sum of those chosen explains nothing but rounding.
+                // Near-sums of chosen functions explain nothing but rounding.
                 functions.column(*k).norm() > APART * values.column(*k).norm()
             })
             .map(|k| {
@@ -303,9 +303,9 @@ fn most_telling(mut left: DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Ve
     chosen
 }
 
-/// The functions that explain what those before (`values`, nodes × functions) leave of the samples,
-/// and where to compute them from; none, if nothing of size is left. Of those before, only `from` are
-/// used.
+/// The functions that explain the residual of the samples after the earlier functions (`values`, nodes × functions),
+/// and the columns to compute them from; `None` if the residual is negligible. Of the earlier functions, only `from`
+/// are used.
 fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> Option<Numeric> {
     let before = values.ncols();
     let values = values.select_columns(from);
@@ -336,9 +336,9 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     })
 }
 
-/// The columns from which functions can be computed well, given their weights (functions × columns) and
-/// where they come from: those that a pivoted factorisation picks, twice over; or others nearly as good, of
-/// which something is sampled anyway.
+/// The columns from which functions can be computed well, given their weights (functions × columns) and where the
+/// columns come from: twice those that a pivoted factorisation picks, or others that are nearly as good and share
+/// exact corrections with columns already chosen.
 fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..2 {
@@ -375,8 +375,7 @@ fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
     chosen
 }
 
-/// Samples of columns at positions along variable `v`, in units of the tolerances: positions ×
-/// columns.
+/// Samples of columns at positions along variable `v`, in units of the tolerances: positions × columns.
 fn sampled(
     columns: &[Column],
     v: usize,
@@ -392,11 +391,11 @@ fn sampled(
     }))
 }
 
-/// The leading left singular functions of the residual (nodes × columns), as many as leave no
-/// more than `leave` in any sample.
+/// The leading left singular functions of the residual (nodes × columns): as many as needed to leave no more than
+/// `leave` in any sample.
 fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
-    // The left factor of an SVD is that of R in a QR of the transpose; columns are folded in
-    // blocks, so memory and time stay proportional to their number.
+    // The left factor of an SVD is that of R in a QR of the transpose. Columns are folded in by blocks, so memory
+    // and time stay proportional to their number.
     let n = residual.nrows();
     let mut r = DMatrix::<f64>::zeros(0, n);
     let block = 4 * n;
@@ -469,7 +468,7 @@ mod tests {
         let components = first_order(&sampler).unwrap();
         let basis = Basis::find(3, &sampler, &components, &TOLERANCE, CHOICE).unwrap();
         assert!(basis.len() > basis.products.len());
-        // Anywhere along the axis, also between nodes and beside a measured point.
+        // Any position along the axis, also between nodes and beside a measured point.
         let at: Vec<f64> = (0..50).map(|i| -0.349 + 0.0191 * f64::from(i)).collect();
         let values = basis
             .values(3, &sampler, &components, &TOLERANCE, &at)
@@ -485,14 +484,14 @@ mod tests {
             .collect();
         let samples = sampled(&columns, 3, &sampler, &components, &TOLERANCE, &at).unwrap();
         let (rest, _) = residual(&samples, &values).unwrap();
-        // As little as the choice leaves out at the nodes; between them as much again.
+        // At the nodes no more than the choice leaves out; between them up to the same amount again.
         assert!(largest(&rest) < 2.0 * CHOICE.leave, "{}", largest(&rest));
     }
 
     #[test]
     fn few_nodes_tell_the_functions_that_samples_are_made_of() {
         let at = |i: usize| i as f64 / 4.0 - 1.0;
-        // Nine nodes, twelve powers; samples of the third and the ninth, of the third mostly.
+        // Nine nodes, twelve powers; the samples contain the third and the ninth power, mostly the third.
         let values = DMatrix::from_fn(9, 12, |i, k| at(i).powi(k as i32));
         let samples = DMatrix::from_fn(9, 20, |i, k| {
             at(i).powi(3) + 1e-3 * k as f64 * at(i).powi(9)
@@ -502,7 +501,7 @@ mod tests {
         assert!(told.len() <= 7);
         let (rest, _) = residual(&samples, &values.select_columns(&told)).unwrap();
         assert!(largest(&rest) < 1e-4, "{}", largest(&rest));
-        // With nodes to spare every function is used.
+        // With nodes to spare, every function is used.
         let few = values.columns(0, 8).into_owned();
         assert_eq!(telling(&samples, &few, 1e-9).len(), 8);
     }

@@ -1,10 +1,10 @@
-//! Between evenly spaced samples of a smooth function.
+//! Interpolates between evenly spaced samples of a smooth function.
 
-/// Samples that a polynomial goes through. Where they are half as far apart, it errs 2¹² times less.
+/// Number of samples that a polynomial passes through. At half the spacing, its error is 2¹² times smaller.
 pub const POINTS: usize = 12;
 
-/// The samples, of `count`, that the value at `x` of them (in their distances, from the first) is made
-/// from, with their weights: Lagrange's polynomial through those around.
+/// The samples, of `count`, from which the value at `x` is computed, with their weights: Lagrange's polynomial
+/// through the surrounding samples. `x` is in units of their spacing, from the first sample.
 pub fn around(x: f64, count: usize, wraps: bool) -> Vec<(usize, f64)> {
     assert!(count >= POINTS);
     let mut first = x.floor() as i64 + 1 - POINTS as i64 / 2;
@@ -34,7 +34,7 @@ mod tests {
             let x = f64::from(place) / 10.0;
             let parts = around(x, 20, false).into_iter();
             let found: f64 = parts.map(|(i, w)| w * f(i as f64)).sum();
-            // The weights of values up to 11 add up to 200 at the ends.
+            // At the ends, the weights of values up to 11 add up to 200.
             assert!((found - f(x)).abs() < 1e-11, "{x}");
             let alone = around(x.floor(), 20, false);
             let other = |(i, w): &(usize, f64)| *w != f64::from(u8::from(*i as f64 == x.floor()));

@@ -1,35 +1,35 @@
-//! Which share of the tolerance interpolation may take: found from draft to draft.
+//! The share of the tolerance that interpolation may use, adapted from draft to draft.
 
 use super::limits::{
     BLAMELESS, COARSENINGS, GOOD, JUST_GOOD, LEAST_COARSER, LITTLE_LESS, REFINEMENTS, ROOM_STEPS,
     TOO_GOOD, TOOL_SHARE,
 };
 
-/// The share, and what earlier drafts showed about it. A smaller share takes more points. Errors are in units of
-/// the tolerance asked for.
+/// The share, and what earlier drafts showed about it. A smaller share takes more points. Errors are in units of the
+/// requested tolerance.
 pub struct Budget {
     /// The share for the next draft.
     pub share: f64,
-    /// The error that a draft may leave is this many times the tolerance asked for.
+    /// A draft may leave an error of this many requested tolerances.
     factor: f64,
-    /// True if larger shares are tried after one that left little.
+    /// True if larger shares are tried after one that left a small error.
     adapts: bool,
-    /// How often the share was halved, and may still be doubled because the target is full.
+    /// How often the share was halved, and how often it may still be doubled because the target is full.
     refinements: usize,
     room: usize,
-    /// The error after the last refinement.
+    /// The error after the last halving.
     last: f64,
     /// How often a larger share was tried.
     coarsenings: usize,
-    /// The largest share that was enough, and the smallest that was not.
+    /// The largest share that was small enough, and the smallest that was not.
     enough: Option<f64>,
     too_few: f64,
-    /// True if no larger share is tried any more.
+    /// True if no larger shares are tried any more.
     is_settled: bool,
 }
 
 impl Budget {
-    /// Starts with `share`, for drafts that may leave `factor` times the tolerance asked for.
+    /// Starts with `share`, for drafts that may leave `factor` times the requested tolerance.
     pub fn new(share: f64, factor: f64, adapts: bool) -> Self {
         Self {
             share,
@@ -50,8 +50,8 @@ impl Budget {
         self.refinements <= REFINEMENTS
     }
 
-    /// The largest error that a draft with fewer points than were enough may have to be of use; infinite where
-    /// positions of confirmation can wait; `None` where they cannot.
+    /// The largest error at which a draft with fewer points than the last good one is still useful. Infinite if the
+    /// positions of confirmation can wait; `None` if they cannot.
     pub fn most_error(&self) -> Option<f64> {
         match self.enough_so_far() {
             Some(_) => Some(GOOD * self.factor),
@@ -60,14 +60,14 @@ impl Budget {
         }
     }
 
-    /// After a draft that errs by more than [`Self::most_error`] or that the target cannot hold: true if another
-    /// share is worth a try.
+    /// Called after a draft whose error exceeds [`Self::most_error`] or that does not fit into the target. True if
+    /// another share is worth trying.
     pub fn after_unusable(&mut self) -> bool {
         if let Some(enough) = self.enough_so_far() {
             self.take_less(enough);
             return true;
         }
-        // Fewer points, unless they were too few before.
+        // Use fewer points, unless they were too few before.
         if self.last.is_finite() || self.room == 0 {
             return false;
         }
@@ -76,7 +76,7 @@ impl Budget {
         true
     }
 
-    /// After a draft without harm that leaves `error`: true if fewer points may do and are tried.
+    /// Called after a harmless draft that leaves `error`. True if fewer points may be enough and should be tried.
     pub fn takes_more(&mut self, error: f64) -> bool {
         let is_last = self.is_settled || self.coarsenings >= COARSENINGS;
         if !self.adapts || is_last || error >= TOO_GOOD * self.factor {
@@ -84,22 +84,22 @@ impl Budget {
         }
         self.coarsenings += 1;
         self.enough = Some(self.share);
-        // Part of the error is the structure's, and does not grow with fewer points.
+        // Part of the error is due to the structure and does not grow with fewer points.
         let more = (JUST_GOOD * self.factor / error).clamp(LEAST_COARSER, TOOL_SHARE);
         self.share = (self.share * more).min((self.share * self.too_few).sqrt());
         true
     }
 
-    /// After a draft that is not good: true if more points may help. `part` is the tolerance that the draft was made
-    /// for, as a part of the one asked for; points that are `fixed` do not follow the share.
+    /// Called after a draft that is not good. True if more points may help. `part` is the tolerance for which the
+    /// draft was made, as a fraction of the requested one. `is_fixed` points do not depend on the share.
     pub fn after_bad(&mut self, error: f64, part: f64, is_fixed: bool) -> bool {
         if let Some(enough) = self.enough_so_far() {
-            // It failed where it was confirmed: what was hardly finer would fail there too.
+            // It failed at the positions of confirmation, where a slightly finer share would fail too.
             self.take_less(enough.min(LITTLE_LESS * self.share));
             return true;
         }
         let is_blameless = self.share * part < BLAMELESS * error;
-        // What was enough fails by little.
+        // The last halving brought almost nothing.
         let is_stuck = error > 0.9 * self.last && !self.is_settled;
         if is_fixed || is_stuck || is_blameless {
             return false;
@@ -115,12 +115,12 @@ impl Budget {
         self.enough_so_far().is_some()
     }
 
-    /// The share that was enough, while larger ones are tried.
+    /// The share that was small enough, while larger ones are being tried.
     fn enough_so_far(&self) -> Option<f64> {
         self.enough.filter(|_| !self.is_settled)
     }
 
-    /// The share was too large: one between it and what was enough, or in the end `enough`.
+    /// The share was too large: try one between it and the one that was enough, or finally `enough`.
     fn take_less(&mut self, enough: f64) {
         self.coarsenings += 1;
         self.too_few = self.share;

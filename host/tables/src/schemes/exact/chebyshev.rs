@@ -1,6 +1,6 @@
-//! Chebyshev points: where polynomials and trigonometric functions are kept well apart.
+//! Chebyshev points, which separate polynomials and trigonometric functions well.
 
-/// Chebyshev points of a range, with both ends.
+/// Chebyshev points of a range, including both ends.
 pub fn points([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
     (0..count)

@@ -1,4 +1,4 @@
-//! Which components a correction is split into, and how finely each is sampled.
+//! Chooses the components that a correction is split into, and how finely each is sampled.
 
 use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
@@ -11,8 +11,8 @@ use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// What is there with everything switched off, and what is of first order; and of temperatures their
-/// squares, which are of second order but large where machines become warm.
+/// The part with everything switched off, and all parts of first order. For temperatures also their squares, which
+/// are of second order but large on machines that become warm.
 pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
     let sets = first(sampler);
     let with_temperature = |on: &u32| {
@@ -26,8 +26,8 @@ pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged
         .collect()
 }
 
-/// The sets of switches that add something of first order together: each alone; the motions of an axis
-/// with its direction of travel, if one was measured in both; and with a temperature that changes one.
+/// The sets of switches that add a first-order part together: each alone; the motions of an axis with its direction
+/// of travel, if measured in both; and a motion or direction with a temperature that changes it.
 fn first(sampler: &Sampler<'_>) -> Vec<u32> {
     let (variables, errors) = (sampler.variables, sampler.kinematics.errors);
     let mut sets: Vec<u32> = (0..variables.len())
@@ -58,8 +58,8 @@ fn first(sampler: &Sampler<'_>) -> Vec<u32> {
     sets
 }
 
-/// What two of these sets add together, where it shows, the strongest first; no more than can be had for
-/// so much work (nodes, each as often as there are subsets of its switches).
+/// The joint effects of pairs of these sets, where significant, the strongest first; no more than fit into the given
+/// work (nodes, each counted once for every subset of its switches).
 pub(crate) fn second_order(
     sampler: &Sampler<'_>,
     tolerance: &PerAxis,
@@ -76,7 +76,7 @@ pub(crate) fn second_order(
     sampled.collect()
 }
 
-/// Samples what the switches in `on` add together; or, of the only temperature among them, its square.
+/// Samples the joint effect of the switches in `on`, or the square of the only temperature among them.
 fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, NotConverged> {
     let mut component = sampler.component(on, &counts(sampler, on));
     component.even = even;
@@ -84,7 +84,7 @@ fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, No
     Ok(component)
 }
 
-/// How many nodes each variable gets where the switches in `on` are.
+/// The number of nodes of each variable with the switches in `on`.
 fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
     let variables = sampler.variables;
     let active = |v: usize| on >> v & 1 == 1;
@@ -96,7 +96,7 @@ fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
             (false, 0) => variables[v].turning.base,
             (false, 1) => variables[v].turning.others,
             (true, 1) => variables[v].nodes,
-            // What several motions add together is small: few nodes see enough of it.
+            // Joint effects of several motions are small, so few nodes resolve them.
             (false, _) => variables[v].turning.others.min(LEAST_NODES),
             (true, _) => variables[v].nodes.min(JOINT_NODES),
         })
@@ -113,20 +113,20 @@ fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
     }
 }
 
-/// True if a variable gets nodes where the switches in `on` are.
+/// True if a variable gets nodes with the switches in `on`.
 fn is_rich(sampler: &Sampler<'_>, on: u32, v: usize) -> bool {
     let variable = &sampler.variables[v];
     on >> v & 1 == 1 && variable.moves || matches!(variable.kind, Kind::Rotary(_))
 }
 
-/// How many nodes there are together.
+/// Total number of nodes.
 fn size(sampler: &Sampler<'_>, on: u32, counts: &[usize]) -> usize {
     let rich = (0..counts.len()).filter(|v| is_rich(sampler, on, *v));
     rich.map(|v| counts[v]).product()
 }
 
-/// The unions of two sets of first order whose joint effects show, the strongest first: the weakest are
-/// left out, as many as do not show together.
+/// The unions of two first-order sets whose joint effects are significant, the strongest first. The weakest are left
+/// out as long as they are insignificant together.
 fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
     let first = first(sampler);
     let mut unions: Vec<u32> = Vec::new();
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
     use trueaxis_model::kinematics::Kinematics;
 
-    /// Which kinds of switches the sets of first order hold, and of which temperatures come squares.
+    /// The kinds of switches in each first-order set, and the temperatures that have squares.
     fn sets(lines: &str) -> (Vec<Vec<Kind>>, Vec<Vec<Kind>>) {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, lines);
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn temperatures_have_squares() {
         let change = "per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0";
-        // Of a location nothing varies along an axis; a straightness is a motion that warmth changes.
+        // A location does not vary along an axis; a straightness is a motion that warming changes.
         let (first, squares) = sets(&format!("[thermal]\nEC0X = {{ {change} }}\n"));
         assert_eq!(first, [vec![Kind::Kelvin(0)]]);
         assert_eq!(squares, first);

@@ -11,7 +11,7 @@ use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel::{self, Sort};
 
-/// Which function of each variable a product takes; 0 is the constant.
+/// The function of each variable in a product; 0 is the constant.
 pub type Key = [u8; MAX_VARIABLES];
 
 /// One product of basis functions in one output.
@@ -23,14 +23,14 @@ pub struct Entry {
     pub key: Key,
     /// Coefficient, in units of the output's tolerance.
     pub value: f64,
-    /// The most it can contribute, in the same units.
+    /// Its largest possible contribution, in the same units.
     pub peak: f64,
 }
 
-/// The functions that samples of a kind are made of, and the matrix that takes samples to these.
+/// The functions that make up samples of a kind, and the matrix that converts samples to their coefficients.
 type Inverse = (Vec<usize>, DMatrix<f64>);
 
-/// A variable, what samples show of it, and at how many nodes.
+/// A variable, what samples along it show, and their number of nodes.
 type SampleKind = (usize, Shows, usize);
 
 /// The kind of a component's samples along its `k`-th rich variable.
@@ -39,7 +39,7 @@ fn kind(component: &Component, k: usize) -> SampleKind {
     (*v, Shows::of(component, k), positions.len())
 }
 
-/// The inverses for every kind there is.
+/// The inverses of all kinds that occur.
 fn inverses(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -64,7 +64,7 @@ fn inverses(
     Ok(inverses.into_iter().collect())
 }
 
-/// Samples (`outer` × nodes × `inner`) taken to functions.
+/// Converts samples (`outer` × nodes × `inner`) to coefficients of functions.
 fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize) -> Vec<f64> {
     let (from, to) = (inverse.ncols(), inverse.nrows());
     let mut projected = vec![0.0; outer * to * inner];
@@ -83,8 +83,8 @@ fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize)
     projected
 }
 
-/// Projects all components onto the bases. Where more than the tolerance will be left out
-/// anyway (`left_out`, in its units), small products are dropped in proportion.
+/// Projects all components onto the bases. If the structure will leave out more than the tolerance anyway
+/// (`left_out`, in units of it), small products are dropped in proportion.
 pub fn entries(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -95,7 +95,7 @@ pub fn entries(
     let n = sampler.kinematics.machine.axes.len();
     let noise = NOISE * left_out.max(1.0);
     let inverses = inverses(sampler, components, bases, tolerance)?;
-    // Each component by itself, and added up in a fixed order.
+    // Each component separately, then summed in a fixed order.
     let parts = parallel::map(components, |component| {
         let mut functions_of: Vec<&[usize]> = Vec::new();
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
@@ -103,7 +103,8 @@ pub fn entries(
         let mut values: Vec<f64> = (0..n)
             .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
             .collect();
-        // values: output, monomial, rich nodes; one rich variable after the other becomes functions.
+        // Layout of values: output, monomial, rich nodes. Rich variables are converted to functions one after the
+        // other.
         for k in 0..component.rich.len() {
             let (shown, inverse) = &inverses[&kind(component, k)];
             functions_of.push(shown);
@@ -136,7 +137,7 @@ pub fn entries(
         found
     });
     let mut parts = parts.concat();
-    // Stable, and so is the order in which they are added up.
+    // The sort is stable, and so is the order of summation.
     parts.par_sort_by_key(|(key, _)| *key);
     let mut entries: Vec<Entry> = parts
         .chunk_by(|(a, _), (b, _)| a == b)
@@ -157,7 +158,7 @@ pub fn entries(
         })
         .filter(|e| e.peak > noise)
         .collect();
-    // Of so many that no target can hold, the largest.
+    // If there are more than any target can hold, keep the largest.
     if entries.len() > MOST_ENTRIES {
         entries.sort_by(|a, b| {
             b.peak

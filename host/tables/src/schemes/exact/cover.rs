@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel::Sort;
 
-/// What is to be least.
+/// The quantity to minimize.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Minimize {
@@ -23,16 +23,16 @@ pub enum Minimize {
     Tables,
 }
 
-/// One sum of entries that could become one term with one merged table.
+/// A set of entries whose sum can become one term with one merged table.
 type Fibre = (usize, usize, Key);
 
-/// An entry whose peak is this part of what may be left out counts in full when fibres are
-/// compared, a smaller one by the square of its part.
+/// An entry whose peak is at least this fraction of what may be left out counts fully when fibres are compared, a
+/// smaller one by the square of its fraction.
 const COUNTS: f64 = 0.08;
-/// Fewer entries than this are cheaper as terms of their own: 10 instructions a term, 7 a table.
+/// Fewer entries than this are cheaper as separate terms: 10 instructions per term, 7 per table.
 const MERGE: f64 = 1.7;
 
-/// How many entries of weight a fibre holds.
+/// Number of significant entries in a fibre.
 #[derive(Clone, Copy, Debug)]
 struct Score(f64);
 
@@ -56,10 +56,10 @@ impl Ord for Score {
     }
 }
 
-/// Which entries are not held by a term yet.
+/// The entries that no term holds yet.
 struct Left {
     taken: Vec<bool>,
-    /// Sum of squared peaks, per output.
+    /// Sum of squared peaks for each output.
     squares: PerAxis,
     share: f64,
 }
@@ -98,7 +98,7 @@ impl Left {
     }
 
     fn is_little(&self, output: usize) -> bool {
-        // Subtraction leaves rounding of the largest squares behind.
+        // Subtraction leaves the rounding error of the largest squares.
         2.0 * self.squares[output].max(0.0).sqrt() <= self.share
     }
 }
@@ -108,16 +108,16 @@ pub struct Cover<'a> {
     entries: &'a [Entry],
     variables: &'a [Variable],
     bases: &'a [Basis],
-    /// With the entries of each.
+    /// Each with its entries.
     fibres: Vec<(Fibre, Vec<usize>)>,
     /// All entries, the largest first.
     order: Vec<usize>,
-    /// If what is small goes at last.
+    /// True if small parts are removed at the end.
     prunes: bool,
 }
 
 impl<'a> Cover<'a> {
-    /// Lays out the fibres; none, if tables are to be few.
+    /// Finds the fibres; there are none if the number of tables is minimized.
     pub fn new(
         entries: &'a [Entry],
         variables: &'a [Variable],
@@ -137,7 +137,7 @@ impl<'a> Cover<'a> {
             }
         }
         along.par_sort_unstable();
-        // Alone, an entry gains nothing from a table of its own.
+        // A single entry gains nothing from a merged table.
         let fibres = along
             .chunk_by(|(a, _), (b, _)| a == b)
             .filter(|members| members.len() > 1)
@@ -155,7 +155,7 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// The same, with what is small left out at last.
+    /// The same, with small parts removed at the end.
     pub(crate) fn pruned(self, prunes: bool) -> Self {
         Self { prunes, ..self }
     }
@@ -166,19 +166,18 @@ impl<'a> Cover<'a> {
         2.0 * squares.into_iter().fold(0.0, f64::max).sqrt() * (1.0 + 1e-9)
     }
 
-    /// Chooses terms until what is left out is less than `share` of the tolerance in every output
-    /// (root of the sum of squares, twice).
+    /// Chooses terms until what is left out is less than `share` of the tolerance in every output (twice the root of
+    /// the sum of squares).
     ///
-    /// A fibre is the sum of all entries that differ in the function of one variable only; it
-    /// becomes one term with one merged table. The fibre that holds most entries of weight comes
-    /// first; small entries come along for nothing or stay out. `capacity` limits the number of
-    /// merged tables. With more than `most` terms it is of no use, and not finished.
+    /// A fibre is the sum of all entries that differ in the function of only one variable; it becomes one term with
+    /// one merged table. The fibre with the most significant entries is chosen first; small entries are included at
+    /// no cost or left out. `capacity` limits the number of merged tables. A structure with more than `most` terms
+    /// is useless, so it is abandoned.
     pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Structure {
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
-        // Scores in the heap may be out of date and are checked when they come up.
-        // They only fall.
+        // Scores in the heap may be out of date and are recomputed when popped. They only decrease.
         let scores = self.fibres.iter().map(|(_, m)| left.score(entries, m));
         let mut heap: BinaryHeap<(Score, std::cmp::Reverse<usize>)> = scores
             .zip(0..)
@@ -224,7 +223,7 @@ impl<'a> Cover<'a> {
                 factors,
             });
         }
-        // The rest, the largest first.
+        // Add the remaining entries, the largest first.
         for &i in &self.order {
             if structure.terms.len() > most {
                 break;
@@ -251,7 +250,7 @@ mod tests {
     use trueaxis::FACTORS;
     use trueaxis_model::kinematics::Kinematics;
 
-    /// The structure of one entry over levers: which power of each.
+    /// The structure of one entry over levers, given the power of each.
     fn single(powers: &[u8]) -> Structure {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
@@ -273,7 +272,7 @@ mod tests {
     #[test]
     fn a_product_has_no_more_tables_than_a_term_holds() {
         assert_eq!(single(&[1; FACTORS]).terms[0].factors.len(), FACTORS);
-        // Two of a lever, and one too many with it: the square is a table of its own.
+        // The longest product that fits, and one factor too many: the square becomes a table of its own.
         let mut powers = [1; FACTORS];
         powers[2] = 2;
         let structure = single(&powers);

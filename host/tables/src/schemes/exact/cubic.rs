@@ -1,4 +1,4 @@
-//! Cubic tables: fewer points for a peak, more instructions.
+//! Cubic tables: fewer points for a peak, but more instructions.
 
 use super::grid::Grid;
 use super::limits::{BYTES_PER_INSTRUCTION, LEAST_INTERVALS, MOST_INTERVALS};
@@ -6,12 +6,12 @@ use super::variables::Variable;
 use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
 use trueaxis::SampleFormat;
 
-/// True if a variable's tables may be cubic: not where they have kinks or steps.
+/// True if a variable's tables may be cubic, that is, without kinks or steps.
 pub(crate) fn may_be(variable: &Variable) -> bool {
     variable.kinks.is_empty()
 }
 
-/// The grid of a cubic: its intervals cover the range.
+/// The grid of a cubic table: its intervals cover the range.
 pub fn grid(variable: &Variable, intervals: usize) -> Grid {
     let intervals = intervals.clamp(LEAST_INTERVALS, MOST_INTERVALS);
     Grid {
@@ -20,8 +20,8 @@ pub fn grid(variable: &Variable, intervals: usize) -> Grid {
     }
 }
 
-/// What so many tables of so many samples each cost, in instructions: those that evaluate them, and what
-/// their samples are worth.
+/// Cost of `tables` tables with `samples` samples each, in instructions: their evaluation and the storage of their
+/// samples.
 pub fn cost(tables: usize, samples: usize, cubic: bool, format: SampleFormat) -> f64 {
     let (bank, table) = match cubic {
         true => (CUBIC_BANK, CUBIC_TABLE),
@@ -30,7 +30,7 @@ pub fn cost(tables: usize, samples: usize, cubic: bool, format: SampleFormat) ->
     bank + table * tables as f64 + stored(tables * samples, format)
 }
 
-/// What so many samples are worth, in instructions.
+/// Storage cost of samples, in instructions.
 pub fn stored(samples: usize, format: SampleFormat) -> f64 {
     let bytes = match format {
         SampleFormat::F32 => 4,

@@ -13,7 +13,7 @@ use trueaxis::{Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
 
-/// Samples are good to this part of the largest: less is 0, so that it is the same on every system.
+/// Samples are accurate to this fraction of the largest. Smaller ones are set to 0, to be identical on every system.
 const SAMPLED: f64 = 1e-10;
 
 /// Lays out banks and terms.
@@ -59,7 +59,7 @@ pub fn draft(
             if functions.is_empty() {
                 continue;
             }
-            // The runtime knows start and step as f32: values belong to the points it computes.
+            // The runtime holds start and step as f32; sample at the points that it computes.
             let start = (grid.start * unit) as f32;
             let step = (grid.step * unit) as f32;
             let known = Grid {
@@ -123,11 +123,11 @@ pub fn draft(
     })
 }
 
-/// Points of which the first and the last may lie outside of the range, where nothing can be sampled.
+/// Points of which the first and the last may be outside the range, where nothing can be sampled.
 struct Within {
-    /// The points, those outside moved to the end of the range.
+    /// The points, with those outside moved to the end of the range.
     at: Vec<f64>,
-    /// How far beyond its neighbour such a point is, in distances of the end to that neighbour.
+    /// Distance of such a point beyond the end, divided by the distance from the end to its neighbour.
     beyond: [f64; 2],
 }
 
@@ -136,7 +136,7 @@ impl Within {
         let mut at = points.to_vec();
         let last = at.len() - 1;
         let mut beyond = [1.0; 2];
-        // A point of f32 may be off by its rounding.
+        // A point in f32 may be off by its rounding.
         let slack = 1e-3 * step;
         if last > 0 && points[0] < low - slack {
             at[0] = low;
@@ -149,7 +149,7 @@ impl Within {
         Self { at, beyond }
     }
 
-    /// Continues values at the ends of the range in a straight line to the points beyond.
+    /// Extrapolates values linearly from the ends of the range to the points beyond.
     fn extend(&self, values: &mut [f64]) {
         let last = values.len() - 1;
         if last > 0 {
@@ -159,8 +159,8 @@ impl Within {
     }
 }
 
-/// What a table that stands in so many terms may be multiplied by. Along a chain of terms that share
-/// tables, one would otherwise become as large as the next becomes small.
+/// Permitted scale factors of a table that is used in `uses` terms. Without limits, along a chain of terms that
+/// share tables, one table would become as large as the next becomes small.
 fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
     if uses == 1 { 1e-12..=1e6 } else { 1e-3..=1e2 }
 }
@@ -168,12 +168,12 @@ fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
 /// A factor: a table of a variable.
 type Factor = (usize, Function);
 
-/// The largest weight of a term whose tables take the weights of others. Those must make up for it, and
-/// along a chain of many terms it would grow until a blob cannot hold it.
+/// The largest weight of a term whose tables take over weights of other terms. It has to compensate for them, and
+/// along a chain of many terms would grow beyond what a blob can hold.
 const MOST_WEIGHT: f64 = 1e6;
 
-/// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
-/// weights as possible are 1: those cost nothing.
+/// The terms with weights in mm or degrees, and the scale factor of each table, chosen so that as many weights as
+/// possible are 1, which cost nothing.
 fn weighed(
     machine: &Machine,
     found: &Decomposition<'_>,
@@ -185,7 +185,7 @@ fn weighed(
     weighed_with(machine, found, false)
 }
 
-/// The same; `freely`: tables also take weights as small as the tolerance.
+/// The same; if `freely`, tables also take over weights as small as the tolerance.
 fn weighed_with(
     machine: &Machine,
     found: &Decomposition<'_>,
@@ -200,7 +200,7 @@ fn weighed_with(
             *uses.entry(*factor).or_insert(0) += 1;
         }
     }
-    // A table that stands in one term only can take any weight: those terms can wait.
+    // A table that is used in only one term can take any weight, so those terms can wait.
     let least_used = |i: &usize| terms[*i].factors.iter().map(|f| uses[f]).min();
     let mut order: Vec<usize> = (0..terms.len()).collect();
     order.sort_by_key(|i| (least_used(i) == Some(1), terms[*i].factors.len()));
@@ -214,7 +214,7 @@ fn weighed_with(
         let free = term.factors.iter().filter(|f| !scales.contains_key(f));
         if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
             && {
-                // Functions that were found are in units of the tolerance, coordinates are not.
+                // Numerical functions are in units of the tolerance, coordinates are not.
                 let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
                 let size = term.weight.abs();
                 let fits = scales_of(uses[factor]);
@@ -224,7 +224,7 @@ fn weighed_with(
             scales.insert(*factor, term.weight);
             term.weight = 1.0;
         }
-        // What this term counts on stays.
+        // The tables that this term relies on are fixed from now on.
         for factor in &term.factors {
             scales.entry(*factor).or_insert(1.0);
         }
@@ -232,7 +232,7 @@ fn weighed_with(
     (terms, scales)
 }
 
-/// The terms in blob form: sorted so that terms of one output and one length stand together.
+/// The terms as stored in the blob, sorted so that terms with the same output and length are adjacent.
 fn numbered(terms: &[structure::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
     let mut terms: Vec<Term> = terms
         .iter()

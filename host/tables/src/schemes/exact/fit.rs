@@ -1,8 +1,8 @@
-//! Weights of terms, fitted to the exact correction where tables leave something.
+//! Fits the weights of terms to the exact correction where the tables leave a residual.
 //!
-//! What was left out of a structure, and what it does not know of, is in part a sum of the products
-//! that it has. Weights are fitted by least squares in which a position counts more the more is left
-//! there, again and again (Lawson), so that the largest deviation falls, not only the mean one.
+//! Parts that a structure leaves out, or does not model, are partly sums of the products it has. The weights are
+//! fitted by repeated weighted least squares, in which positions with larger residuals count more (Lawson). This
+//! reduces the largest deviation, not only the mean.
 
 use super::limits::{FIT_RIDGE, FIT_ROUNDS, FIT_STEPS};
 use crate::validate::{Command, Runtime};
@@ -15,12 +15,11 @@ use trueaxis_model::parallel;
 pub struct Sample {
     /// The position.
     pub command: Command,
-    /// The correction that the tables should give (mm, deg).
+    /// The exact correction there (mm, deg).
     pub wanted: PerAxis,
 }
 
-/// The draft with the weights of its terms fitted; `tolerance` is that of each output (mm, deg). `None`
-/// if there is nothing to fit.
+/// The draft with fitted weights. `tolerance` is per output (mm, deg). `None` if there is nothing to fit.
 pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<Draft> {
     if draft.terms.is_empty() || samples.is_empty() || !draft.grids.is_empty() {
         return None;
@@ -55,8 +54,8 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<
     Some(draft)
 }
 
-/// The values of every table at all positions, from the runtime: as many tables at a time as there are
-/// outputs, each to one of them.
+/// The values of every table at all positions, from the runtime. It evaluates as many tables at a time as there are
+/// outputs, each written to one of them.
 fn tables(draft: &Draft, samples: &[Sample]) -> Option<Vec<Vec<f64>>> {
     let bare = Draft {
         banks: Vec::new(),
@@ -90,9 +89,9 @@ fn tables(draft: &Draft, samples: &[Sample]) -> Option<Vec<Vec<f64>>> {
     Some(tables)
 }
 
-/// The change of weights that makes the largest of what is left smallest.
+/// The change of weights that minimizes the largest residual.
 fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
-    // Every product counts the same, whatever its unit.
+    // Scales the products so that all count the same, whatever their unit.
     let scales: Vec<f64> = products
         .column_iter()
         .map(|c| c.norm().max(f64::MIN_POSITIVE))
@@ -104,7 +103,7 @@ fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
     let mut best = (left.amax(), DVector::zeros(scales.len()));
     let mut change = DVector::zeros(scales.len());
     for round in 0..FIT_ROUNDS {
-        // After the first round little changes.
+        // Little changes after the first round.
         let steps = if round == 0 { FIT_STEPS } else { FIT_STEPS / 3 };
         let step = conjugate_gradients(&products, &counts, &left, steps);
         left -= &products * &step;
@@ -127,8 +126,8 @@ fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
     best.1
 }
 
-/// A few steps towards the weighted least squares solution, from nothing: what little they leave is what
-/// the samples hardly tell.
+/// A few steps from zero towards the weighted least squares solution. What they leave is hardly determined by the
+/// samples.
 fn conjugate_gradients(
     products: &DMatrix<f64>,
     counts: &DVector<f64>,
@@ -166,7 +165,7 @@ mod tests {
 
     #[test]
     fn weights_of_what_is_there_take_over_what_was_left_out() {
-        // x³ is wanted of a table of x: best 3/4·x, with 1/4 left at both ends and at ±1/2.
+        // Approximates x³ with a table of x: best is 3/4·x, with a residual of 1/4 at both ends and at ±1/2.
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
         let mut draft = blank(&Kinematics::new(&machine, &errors));
@@ -194,7 +193,7 @@ mod tests {
             })
             .collect();
         let found = fitted(&draft, &samples, &[1.0; 6]).unwrap();
-        // Least squares would give 0.6, which leaves 0.4; eight rounds come near to the best.
+        // Least squares would give 0.6, with a residual of 0.4; eight rounds come close to the optimum.
         let weight = found.terms[0].weight;
         assert!((0.7..0.78).contains(&weight), "{weight}");
         assert!(fitted(&draft, &[], &[1.0; 6]).is_none());

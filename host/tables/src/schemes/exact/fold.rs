@@ -1,7 +1,7 @@
-//! Terms that are one term, and tables that are one table, as nearly as the tolerance asks.
+//! Merges terms, and tables, that are equal to within the tolerance.
 //!
-//! Sums of basis functions are chosen one fibre after the other; that two of the tables that result are
-//! multiples of each other, or one a product of others, shows only then.
+//! Sums of basis functions are chosen one fibre after the other. Only afterwards does it show that two of the
+//! resulting tables are multiples of each other, or that one is a product of others.
 
 use super::basis::Basis;
 use super::core::merges;
@@ -12,7 +12,7 @@ use super::variables::Variable;
 use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use std::collections::BTreeMap;
 
-/// The part of each variable in a term.
+/// The function of each variable in a term.
 type Parts = BTreeMap<usize, Part>;
 
 /// A function of one variable.
@@ -37,26 +37,26 @@ impl Part {
     }
 }
 
-/// A term's weight times one part is nearly the same multiple of another's: by what, and the most that
-/// taking one for the other changes.
+/// One function, with its term's weight, is nearly a multiple of another: the factor, and the largest change if one
+/// replaces the other.
 struct Multiple {
     weight: f64,
     error: f64,
 }
 
-/// Tables of one variable, and the values of their product at its nodes.
+/// Tables of one variable, and the values of their product at the nodes.
 struct Product {
     factors: Vec<(usize, Function)>,
     values: Vec<f64>,
 }
 
-/// Merged tables: their values at nodes, and their peaks.
+/// Merged tables: values at nodes, and peaks.
 struct Known {
     values: Vec<Vec<f64>>,
     peaks: Vec<f64>,
 }
 
-/// A cheaper structure, and what it changes in outputs.
+/// A cheaper structure, and its change of each output.
 struct Cheaper {
     errors: Vec<(usize, f64)>,
     structure: Structure,
@@ -67,7 +67,7 @@ impl Cheaper {
         largest(self.errors.iter().map(|(_, error)| *error))
     }
 
-    /// If no less is known that changes less, and it can be spared.
+    /// True if no better one is known and its changes fit into the spare tolerance.
     fn is_wanted(best: Option<&Self>, errors: &[(usize, f64)], spare: &Spare) -> bool {
         let error = largest(errors.iter().map(|(_, error)| *error));
         best.is_none_or(|best| error < best.error()) && spare.has_all(errors)
@@ -75,15 +75,15 @@ impl Cheaper {
 }
 
 impl Structure {
-    /// Adds up terms of an output that differ along one variable only, and takes tables for multiples, or
-    /// for products, of others, as long as that is cheaper and what it changes can be spared.
+    /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples or products
+    /// of others, as long as that is cheaper and fits into the spare tolerance.
     pub fn fold(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         while self.fold_once(variables, bases, spare) {}
         while self.share_once(variables, bases, spare) {}
         while self.split_once(variables, bases, spare) {}
     }
 
-    /// Estimated instructions. Tables with peaks will be cubic.
+    /// Estimated instructions. Assumes that tables with peaks will be cubic.
     pub fn cost(&self, variables: &[Variable]) -> f64 {
         let beyond = |t: &Term| t.factors.len().saturating_sub(2);
         let factors: usize = self.terms.iter().map(beyond).sum();
@@ -95,12 +95,12 @@ impl Structure {
         TERM * self.terms.len() as f64 + tables + FACTOR * factors as f64
     }
 
-    /// True if it takes fewer instructions, and no more tables, of which a target holds few.
+    /// True if it takes fewer instructions and no more tables, which are scarce on a target.
     fn is_cheaper(&self, than: &Self, variables: &[Variable]) -> bool {
         self.cost(variables) < than.cost(variables) && self.count() <= than.count()
     }
 
-    /// Adds up two terms, if that is cheaper: those with which least changes.
+    /// Adds up the two terms with the smallest change, if that is cheaper.
     fn fold_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let parts: Vec<Option<Parts>> = (self.terms.iter())
             .map(|term| self.parts(term, bases))
@@ -135,7 +135,7 @@ impl Structure {
         self.settle(best, spare)
     }
 
-    /// Takes a merged table for a multiple of another, with which least changes.
+    /// Replaces a merged table by a multiple of another one, choosing the smallest change.
     fn share_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
         let known = self.known(bases);
@@ -158,7 +158,7 @@ impl Structure {
         self.settle(best, spare)
     }
 
-    /// Takes a merged table for the product of a generator and another table, with which least changes.
+    /// Replaces a merged table by the product of a generator and another table, choosing the smallest change.
     fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
         let known = self.known(bases);
@@ -193,8 +193,8 @@ impl Structure {
         self.settle(best, spare)
     }
 
-    /// Takes a merged table for the nearest multiple of a product, and keeps that if it is cheaper, can be
-    /// spared, and less changes than with the best so far.
+    /// Replaces a merged table by the nearest multiple of a product. Keeps the result if it is cheaper, fits into
+    /// the spare tolerance and changes less than the best so far.
     fn consider(
         &self,
         best: &mut Option<Cheaper>,
@@ -230,7 +230,7 @@ impl Structure {
         }
     }
 
-    /// Takes the best, if there is one.
+    /// Adopts the best candidate, if any.
     fn settle(&mut self, best: Option<Cheaper>, spare: &mut Spare) -> bool {
         let Some(best) = best else {
             return false;
@@ -242,7 +242,7 @@ impl Structure {
         true
     }
 
-    /// What it changes in each term with a table if that is wrong by so much.
+    /// The change in each term that uses a table, if that table changes by the given amount.
     fn errors(
         &self,
         v: usize,
@@ -259,7 +259,7 @@ impl Structure {
             .collect()
     }
 
-    /// What merged tables are at nodes.
+    /// Values of merged tables at the nodes.
     fn known(&self, bases: &[Basis]) -> Known {
         let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
         let values: Vec<Vec<f64>> = self.merged.iter().map(at_nodes).collect();
@@ -278,7 +278,7 @@ impl Structure {
         }
     }
 
-    /// The part of each variable, if the bases have them all.
+    /// The function of each variable; `None` if the bases do not contain all of them.
     fn parts(&self, term: &Term, bases: &[Basis]) -> Option<Parts> {
         let mut parts = Parts::new();
         let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
@@ -313,7 +313,7 @@ impl Structure {
         Some(parts)
     }
 
-    /// Makes a term of parts, with this one along a variable.
+    /// Replaces a term by parts, with `sum` along variable `v`.
     fn put(&mut self, i: usize, parts: &Parts, v: usize, sum: Vec<f64>, bases: &[Basis]) {
         let generators = &bases[v].products;
         let mut factors = self.terms[i].factors.clone();
@@ -334,8 +334,8 @@ impl Structure {
     }
 }
 
-/// Along which variables `other`, with its weight, can be added to `one`: where everywhere else it is
-/// nearly a multiple of it.
+/// The variables along which `other`, with its weight, can be added to `one`, because the two are nearly
+/// proportional in all other variables.
 fn along(
     one: &Parts,
     other: &Parts,
@@ -346,7 +346,7 @@ fn along(
     let mut all: Vec<usize> = one.keys().chain(other.keys()).copied().collect();
     all.sort_unstable();
     all.dedup();
-    // Of each variable: by what the part of `other` is that of `one`, what that leaves, and its peak.
+    // For each variable: the ratio of `other`'s part to `one`'s, the residual, and its peak.
     let compared: Vec<(usize, f64, f64, f64)> = all
         .into_iter()
         .map(|v| {
@@ -368,7 +368,7 @@ fn along(
         .collect()
 }
 
-/// The sum of two terms' parts along a variable.
+/// The sum of two terms' functions of a variable.
 fn added(
     one: &Parts,
     other: &Parts,
@@ -385,7 +385,7 @@ fn added(
         .collect()
 }
 
-/// By what `a` comes nearest to `b`, and how far it stays from it.
+/// The factor by which `a` best approximates `b`, and the residual.
 fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
     let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let square: f64 = a.iter().map(|a| a * a).sum();
@@ -398,7 +398,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// Function `k` alone.
+/// The coefficients of function `k` alone.
 fn unit(k: usize, count: usize) -> Vec<f64> {
     let mut coefficients = vec![0.0; count];
     coefficients[k] = 1.0;
@@ -413,7 +413,7 @@ mod tests {
     use trueaxis_model::kinematics::Kinematics;
     use trueaxis_model::machine::PerAxis;
 
-    /// X, Y, Z and C of a machine, and all products of their generators up to the second degree.
+    /// X, Y, Z and C of a machine, with all products of their generators up to the second degree.
     fn specimen() -> (Vec<Variable>, Vec<Basis>) {
         let machine = with_rotary(&[('C', [-100.0, 100.0])]);
         let errors = errors(&machine, "");
@@ -430,8 +430,7 @@ mod tests {
         basis.products.iter().position(|p| p == product).unwrap()
     }
 
-    /// Tables of variables, and terms of outputs with a weight and tables; what they add up to at some
-    /// positions.
+    /// Tables of variables, and terms of outputs with a weight and tables; their sums at some positions.
     #[derive(Clone, Default)]
     struct Made(Structure);
 
@@ -468,11 +467,11 @@ mod tests {
             .sum()
     }
 
-    /// Folds, and gives the most that it changes at the corners and in the middle of two variables.
+    /// Folds a structure. Also returns the largest change at the corners and in the middle of two variables.
     fn folded(made: &Made, may_lose: f64, along: [usize; 2]) -> (Structure, f64) {
         let (variables, bases) = specimen();
         let mut structure = made.0.clone();
-        // Twice the root is compared with it.
+        // The limit is compared with twice the root.
         let mut spare = Spare::new(PerAxis::default(), 2.0 * may_lose);
         structure.fold(&variables, &bases, &mut spare);
         let mut most: f64 = 0.0;
@@ -499,7 +498,7 @@ mod tests {
     #[test]
     fn terms_that_differ_along_one_variable_become_one() {
         let mut made = Made::default();
-        // y + 0.5, and −2 of that, but for 0.01.
+        // y + 0.5, and −2 times that, except for 0.01.
         let one = made.table(Y, vec![0.5, 1.0, 0.0]);
         let other = made.table(Y, vec![-1.01, -2.0, 0.0]);
         made.term(0, 3.0, &[ALONG_X, one]);
@@ -507,7 +506,7 @@ mod tests {
         let (structure, change) = folded(&made, 0.02, [X, Y]);
         assert_eq!((structure.terms.len(), structure.count()), (1, 2));
         assert!((1e-6..0.02).contains(&change), "{change}");
-        // What cannot be spared stays.
+        // A change beyond the spare tolerance is not made.
         let (structure, change) = folded(&made, 0.002, [X, Y]);
         assert_eq!((structure.terms.len(), change), (2, 0.0));
     }

@@ -1,8 +1,8 @@
-//! Generators: few tables of a variable from which most of its functions are products.
+//! Generators: a few tables of a variable whose products give most of its functions.
 
 use super::variables::{Kind, Variable};
 
-/// A generator: a table from which functions are made as products.
+/// A table from which functions are made as products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Generator {
     /// [`Variable::coordinate`].
@@ -24,7 +24,7 @@ impl Generator {
     }
 }
 
-/// The products of generators up to a degree: sin at most once, for sin² = 1 − cos².
+/// The products of generators up to a degree, with sine at most once because sin² = 1 − cos².
 pub fn products(kind: &Kind, degree: usize) -> Vec<Vec<Generator>> {
     match kind {
         Kind::Rotary(_) => {

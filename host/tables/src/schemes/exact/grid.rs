@@ -7,18 +7,18 @@ use super::variables::Variable;
 /// Evenly spaced points over a variable's range, in its kinematic unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// The first point: the lower end of the range, or before it.
+    /// The first point, at or before the lower end of the range.
     pub start: f64,
-    /// From point to point.
+    /// Spacing of the points.
     pub step: f64,
-    /// One less than the points; as many, if the variable wraps.
+    /// The number of points minus one; equal to it if the variable wraps.
     pub intervals: usize,
-    /// Interpolation between them: cubic or linear.
+    /// Whether interpolation is cubic rather than linear.
     pub cubic: bool,
 }
 
 impl Grid {
-    /// From end to end.
+    /// A grid from end to end of a range.
     pub fn over([low, high]: [f64; 2], intervals: usize) -> Self {
         Self {
             start: low,
@@ -28,7 +28,7 @@ impl Grid {
         }
     }
 
-    /// With at least so many intervals over the range, and the ends of a calibrated range on points.
+    /// A grid with at least `least` intervals over the range and the ends of the calibrated range on points.
     pub fn even(variable: &Variable, least: usize) -> Self {
         let [low, high] = variable.range;
         let (Some(first), Some(last)) = (variable.ends.first(), variable.ends.last()) else {
@@ -47,7 +47,7 @@ impl Grid {
         Self::through(*first, step, variable.range)
     }
 
-    /// With a point at a position, over the range and up to a step beyond it.
+    /// A grid with a point at a given position, covering the range and up to one step beyond.
     fn through(point: f64, step: f64, [low, high]: [f64; 2]) -> Self {
         let before = ((point - low) / step - GRID_SLACK).ceil().max(0.0);
         let start = point - before * step;
@@ -60,15 +60,15 @@ impl Grid {
         }
     }
 
-    /// The coarsest grid that has all kinks of a variable on points: those where motions were
-    /// measured, and where they begin to hold. `None` if nothing was measured, or there is none.
+    /// The coarsest grid that has all kinks of a variable on points: the measured positions, and those where motions
+    /// begin to hold. `None` if nothing was measured or no such grid exists.
     pub(crate) fn through_kinks(variable: &Variable) -> Option<Self> {
         let [low, high] = variable.range;
         let first = *variable.kinks.first()?;
         if variable.kinks.len() <= variable.ends.len() {
             return None;
         }
-        // Where the positions repeat, its ends are one point.
+        // If positions repeat, both ends are the same point.
         let ends = if variable.wraps { vec![high] } else { vec![] };
         let all: Vec<f64> = variable.kinks.iter().copied().chain(ends).collect();
         let gap = all
@@ -85,7 +85,7 @@ impl Grid {
                 all.iter().all(on_point) && (!variable.wraps || on_point(&low))
             })
             .map(|step| {
-                // Steps measured over the longest way: rounding of short ones adds up.
+                // Derive the step from the longest distance, because rounding of short ones accumulates.
                 let last = all[all.len() - 1];
                 let steps = ((last - first) / step).round();
                 let step = if steps > 0.0 {
@@ -98,7 +98,7 @@ impl Grid {
             .filter(|grid| grid.intervals <= MOST_INTERVALS)
     }
 
-    /// Each interval in so many parts.
+    /// Divides each interval into `parts`.
     pub fn divided(self, parts: usize) -> Self {
         Self {
             step: self.step / parts as f64,
@@ -107,7 +107,7 @@ impl Grid {
         }
     }
 
-    /// How many samples a table on it has, of a variable that wraps or not.
+    /// Number of samples of a table on this grid.
     pub fn samples(&self, wraps: bool) -> usize {
         match self.cubic {
             true => spline::count(self.intervals, wraps),
@@ -115,8 +115,8 @@ impl Grid {
         }
     }
 
-    /// The positions at which tables on it are sampled, of a variable that wraps or not: its points, for
-    /// cubic tables also the middles between them.
+    /// The positions at which tables on this grid are sampled: its points, and for cubic tables also the midpoints
+    /// between them.
     pub(crate) fn sampled_at(&self, wraps: bool) -> impl Iterator<Item = f64> + '_ {
         let (count, step) = match self.cubic {
             true => (spline::positions(self.intervals, wraps), 0.5 * self.step),
@@ -125,7 +125,7 @@ impl Grid {
         (0..count).map(move |i| self.start + step * i as f64)
     }
 
-    /// The points, in order.
+    /// The points in ascending order.
     pub fn points(&self) -> impl Iterator<Item = f64> + '_ {
         (0..=self.intervals).map(|i| self.start + self.step * i as f64)
     }
@@ -161,7 +161,7 @@ mod tests {
         let lines = table("EXX", &fine) + &table("EYX", &coarse);
         let grid = Grid::through_kinks(&first(&machine, &lines)).unwrap();
         assert_eq!((grid.start, grid.intervals), (-200.0, 50));
-        // Thirds of the one and halves of the other meet every sixth.
+        // Thirds of one and halves of the other coincide at every sixth.
         let third: Vec<f64> = (0..=75)
             .map(|i| -200.0 + 400.0 / 75.0 * f64::from(i))
             .collect();

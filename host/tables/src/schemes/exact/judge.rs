@@ -1,4 +1,4 @@
-//! What tables do, measured as the runtime evaluates them.
+//! Measures the effect of tables as the runtime evaluates them.
 
 use super::fit::{Sample, fitted};
 use super::limits::{
@@ -19,7 +19,7 @@ use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
 
-/// Seeds of the positions; those of a proof are others.
+/// Seed of the positions; a proof uses others.
 const SEED: u64 = 0x6a75_6467;
 
 /// Positions with their exact corrections.
@@ -29,13 +29,13 @@ pub struct Judge<'a> {
     /// The correction at the zero position (mm, rad).
     zero: PerAxis,
     places: Vec<JudgedPosition>,
-    /// Positions that only what is good so far is measured at, once there is any.
+    /// Positions at which only drafts that are good so far are measured; empty until the first such draft.
     others: Vec<JudgedPosition>,
-    /// Further positions at which weights are fitted, once these are many.
+    /// Further positions for fitting, used if there are many weights.
     further: Vec<JudgedPosition>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
-    /// Positions that climbs have come to: the next one passes many of them again.
+    /// Positions reached by climbs; the next climb visits many of them again.
     climbed: Mutex<HashMap<Bits, JudgedPosition>>,
 }
 
@@ -45,22 +45,22 @@ type Bits = ([u32; MAX_AXES], [u8; MAX_AXES], [u32; AUXILIARIES]);
 #[derive(Clone)]
 struct JudgedPosition {
     command: Command,
-    /// The exact correction (mm, rad), less that of the zero position.
+    /// The exact correction (mm, rad), minus that of the zero position.
     correction: PerAxis,
-    /// What axes do to the tool here.
+    /// Effect of the axes on the tool here.
     jacobian: Jacobian,
-    /// True if a motion holds its end value here: tables cannot follow its bend.
+    /// True if a motion holds its end value here, at a bend that tables cannot follow.
     holds: bool,
 }
 
-/// What was measured.
+/// The result of measuring a draft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// Largest deviation from the kinematic correction where no motion holds, in units of the
+    /// Largest deviation from the kinematic correction where no motion holds its end value, in units of the
     /// tolerance.
     pub error: f64,
-    /// Largest deviation of any axis anywhere in the travel, in units of what it may be: the larger
-    /// of the tolerance and the axis' largest correction. Above 1 the tables do harm.
+    /// Largest deviation of any axis in the whole travel, divided by what is permitted: the larger of the tolerance
+    /// and the largest correction of the axis. Above 1 the tables do harm.
     pub harm: f64,
 }
 
@@ -78,17 +78,17 @@ impl Verdict {
     }
 }
 
-/// What a draft did where it was confirmed.
+/// The result of confirming a draft.
 #[derive(Clone, Copy, Debug)]
 pub struct Confirmation {
-    /// If it kept the multiple of the tolerance that was asked.
+    /// True if the draft stays within the requested multiple of the tolerance.
     pub is_kept: bool,
     verdict: Verdict,
 }
 
 impl Confirmation {
-    /// What was measured before, with it. What is kept counts as what it was measured to be: a little less
-    /// than the multiple was asked there.
+    /// Merges this with an earlier verdict. If the draft stayed within the limit, the earlier figures remain,
+    /// because here the limit was a little wider.
     pub(crate) fn added_to(self, before: Verdict) -> Verdict {
         Verdict {
             error: match self.is_kept {
@@ -101,7 +101,7 @@ impl Confirmation {
 }
 
 impl<'a> Judge<'a> {
-    /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
+    /// Draws the positions: over the travel, and where no motion holds its end value. Half of them have axes at
     /// their ends, where most functions are largest.
     pub fn new(
         kinematics: &'a Kinematics<'a>,
@@ -125,18 +125,17 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// The tolerance of each axis (mm, rad) in whose units errors are.
+    /// The tolerance of each axis (mm, rad), the unit of errors.
     pub fn tolerance(&self) -> &PerAxis {
         &self.tolerance.axes
     }
 
-    /// True if the tip and the tool's direction are measured.
+    /// True if the tip and the tool direction are measured.
     pub(crate) fn is_of_tool(&self) -> bool {
         self.tolerance.is_of_tool()
     }
 
-    /// The part of a correction that does not count: a little of the tolerance, seen from the
-    /// largest correction.
+    /// The negligible fraction of a correction: a little of the tolerance relative to the largest correction.
     pub(crate) fn smallest_part(&self) -> f64 {
         let sizes = self
             .largest
@@ -152,8 +151,8 @@ impl<'a> Judge<'a> {
         self.measure_at(places, draft, target, f64::INFINITY)
     }
 
-    /// Measures a draft, not at the positions at which what is good is confirmed; `None` too if it errs by
-    /// more than `most` tolerances.
+    /// Measures a draft, without the positions that confirm good drafts. Also returns `None` if its error exceeds
+    /// `most` tolerances.
     pub(crate) fn measure_first(
         &self,
         draft: &Draft,
@@ -187,8 +186,8 @@ impl<'a> Judge<'a> {
         Some(verdicts.fold(Verdict::NOTHING, Verdict::worse))
     }
 
-    /// Measures a draft at many more positions than it was measured at. Those where it does not keep a
-    /// multiple of the tolerance are among the first from now on.
+    /// Measures a draft at many more positions. Those where it exceeds the multiple of the tolerance are added to
+    /// the ones measured first.
     pub(crate) fn confirm(
         &mut self,
         draft: &Draft,
@@ -225,7 +224,7 @@ impl<'a> Judge<'a> {
             missed.push(place);
         }
         let is_kept = missed.is_empty();
-        // The first to be measured: what fails there needs no others.
+        // Measured first from now on: a draft that fails there needs no further test.
         self.places.splice(0..0, missed);
         Ok(Confirmation {
             is_kept,
@@ -233,8 +232,8 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// Moves one input after the other, mostly to an end of its range, as long as the tables become worse
-    /// there: the worst corner is one of thousands, which random positions may miss.
+    /// Moves one input after the other, mostly to an end of its range, as long as the deviation grows. The worst
+    /// corner is one of thousands and random positions may miss it.
     fn climb(
         &self,
         mut verdict: Verdict,
@@ -264,7 +263,7 @@ impl<'a> Judge<'a> {
         Ok((verdict, place))
     }
 
-    /// [`JudgedPosition::inside`], once for each command.
+    /// [`JudgedPosition::inside`], computed once for each command.
     fn climbed_to(&self, command: Command) -> Result<JudgedPosition, NotConverged> {
         let bits = (
             command.axes.map(f32::to_bits),
@@ -280,9 +279,9 @@ impl<'a> Judge<'a> {
         Ok(place)
     }
 
-    /// A draft with its weights fitted, at the positions it is measured at and some of those at which
-    /// it is confirmed, and at further ones if weights are many; the others of these tell if that was
-    /// right.
+    /// The draft with fitted weights. The fit uses the positions at which it is measured and some of those at which
+    /// it is confirmed, and further ones if there are many weights. The remaining confirmation positions show
+    /// whether the fit was right.
     pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
         self.draw_others()?;
         let wanted = FIT_SAMPLES * most_terms(draft);
@@ -309,7 +308,7 @@ impl<'a> Judge<'a> {
         ))
     }
 
-    /// Draws the positions at which drafts are confirmed, once.
+    /// Draws the positions for confirmation, on the first call only.
     fn draw_others(&mut self) -> Result<(), SchemeError> {
         if self.others.is_empty() {
             self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
@@ -339,7 +338,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// The terms of the output that has most.
+/// The number of terms of the output that has most.
 fn most_terms(draft: &Draft) -> usize {
     let mut counts = [0; MAX_AXES];
     for term in &draft.terms {
@@ -348,8 +347,8 @@ fn most_terms(draft: &Draft) -> usize {
     counts.into_iter().max().unwrap_or(0)
 }
 
-/// Draws positions with their exact corrections: a quarter of them over the travel, the others where
-/// no motion holds; half of them with axes at their ends, where most functions are largest.
+/// Draws positions with their exact corrections: a quarter over the travel, the others where no motion holds its end
+/// value. Half of them have axes at their ends, where most functions are largest.
 fn places(
     kinematics: &Kinematics<'_>,
     zero: &PerAxis,
@@ -361,7 +360,7 @@ fn places(
     for (region, count) in [(Region::Travel, count / 3), (Region::Inside, count)] {
         let drawn = random_commands(kinematics, region, count, seed ^ count as u64)?;
         commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
-            // Some axes at an end, or every one: corners are where most add up.
+            // Some or all axes at an end; most contributions add up in corners.
             match number % 4 {
                 0 => to_ends(kinematics, &mut command, region, &mut random, 4),
                 1 => to_ends(kinematics, &mut command, region, &mut random, 2),
@@ -393,7 +392,7 @@ impl JudgedPosition {
         })
     }
 
-    /// Where an axis stands at an end its correction leads outside: just before it, if that will do.
+    /// If the correction at the end of an axis leads outside, uses a position just before the end, if possible.
     fn inside(
         kinematics: &Kinematics<'_>,
         zero: &PerAxis,
@@ -411,7 +410,7 @@ impl JudgedPosition {
     }
 }
 
-/// The ranges in which inputs are drawn: axes (mm, deg) where no motion holds or over their travel,
+/// The ranges from which inputs are drawn: axes (mm, deg) where no motion holds its end value or over their travel,
 /// then tool length and temperatures.
 fn ranges(kinematics: &Kinematics<'_>, region: Region) -> Vec<[f64; 2]> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
@@ -428,7 +427,7 @@ fn ranges(kinematics: &Kinematics<'_>, region: Region) -> Vec<[f64; 2]> {
     (0..machine.axes.len()).map(axis).chain(others).collect()
 }
 
-/// The value of an input, of a machine of so many axes.
+/// The value of input number `input`; the first `axes` inputs are axes.
 fn position(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
     match input.checked_sub(axes) {
         None => &mut command.axes[input],
@@ -436,14 +435,14 @@ fn position(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
     }
 }
 
-/// Where an input is taken.
+/// A target position of an input.
 #[derive(Clone, Copy)]
 enum End {
     Position(f32),
     Travel(Travel),
 }
 
-/// Every input to each end of its range, rotary axes also to places between.
+/// Every input to each end of its range; rotary axes also to positions in between.
 fn moves(kinematics: &Kinematics<'_>) -> Vec<(usize, End)> {
     let machine = kinematics.machine;
     let mut moves = Vec::new();
@@ -462,7 +461,7 @@ fn moves(kinematics: &Kinematics<'_>) -> Vec<(usize, End)> {
     moves
 }
 
-/// Moves axes off the ends of their ranges by a little more than their corrections.
+/// Moves axes away from the ends of their ranges by a little more than their corrections.
 fn draw_in(
     kinematics: &Kinematics<'_>,
     command: &mut Command,
@@ -486,7 +485,7 @@ fn draw_in(
     }
 }
 
-/// Moves two in `of` of the axes, of tool length and of temperatures to an end of their range.
+/// Moves two in `of` of the axes, tool length and temperatures to an end of their range.
 fn to_ends(
     kinematics: &Kinematics<'_>,
     command: &mut Command,
@@ -523,7 +522,7 @@ mod tests {
         let nothing = judge.measure(&draft, &target).unwrap();
         assert_eq!(nothing.harm, 1.0);
         assert!(nothing.error >= 20.0);
-        // The table is 20 µm too far in X, and so must the tool be.
+        // The table is 20 µm too far in X, so the tool must be too.
         for (weight, harmless) in [(0.02, true), (-0.02, false)] {
             draft.terms = vec![Term {
                 output: 0,
@@ -546,7 +545,7 @@ mod tests {
         let draft = blank(&kinematics);
         let blob = draft.encode().unwrap();
         let runtime = Runtime::load(&blob).unwrap();
-        // The error grows towards the ends of several axes at once.
+        // The error grows towards the ends of several axes at the same time.
         let at = |axes: &[f64]| {
             let command = Command::at(&machine, axes);
             let place = JudgedPosition::inside(&kinematics, &judge.zero, command).unwrap();
@@ -564,7 +563,7 @@ mod tests {
         let most = corners.fold(0.0, f64::max);
         assert!(worst > 2.0 * error && worst >= most, "{worst} {most}");
         assert!(!corner.holds);
-        // Where the tables are worse than they may be is measured from then on.
+        // Positions where the tables exceed the limit are measured from then on.
         assert!(judge.confirm(&draft, most * 1.01).unwrap().is_kept);
         let before = judge.places.len();
         assert!(!judge.confirm(&draft, most * 0.9).unwrap().is_kept);

@@ -1,4 +1,4 @@
-//! Samples along variables are asked for again and again: each is made once.
+//! Cache of samples along variables, which are requested repeatedly.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,12 +10,12 @@ type Place = (usize, usize, usize, u64);
 /// A place, and a monomial.
 pub type Key = (Place, usize);
 
-/// What has been sampled so far.
+/// Samples taken so far.
 #[derive(Debug, Default)]
 pub struct Memory(Mutex<HashMap<Key, PerAxis>>);
 
 impl Memory {
-    /// All of it.
+    /// Access to all samples.
     pub fn known(&self) -> MutexGuard<'_, HashMap<Key, PerAxis>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

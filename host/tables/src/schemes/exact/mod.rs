@@ -1,13 +1,12 @@
 //! The scheme `exact`: finds the factors itself.
 //!
-//! The correction is sampled from the exact kinematic correction on small grids, split into what
-//! it is without motions that vary, without backlash and at reference temperature, and what each of
-//! these (and each pair, where it shows) adds. Along every variable
-//! the functions it is made of are found: the constant, the coordinate, products of sine and
-//! cosine, and what remains by singular value decomposition. Sums of functions of one variable
-//! become one table. The tables' values are sampled from the exact correction, so that second
-//! order comes in wherever the structure holds it; and what they do is measured, as the runtime
-//! evaluates them, before any is accepted.
+//! The exact kinematic correction is sampled on small grids. It is split into the part without varying motions,
+//! without backlash and at reference temperature, and the parts that each of these adds, or each pair where
+//! significant. Along every variable the functions that make it up are found: the constant, the coordinate, products
+//! of sine and cosine, and the remainder by singular value decomposition. Sums of functions of one variable become
+//! one table. The values of the tables are sampled from the exact correction, so they include second order wherever
+//! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
+//! them.
 
 mod along;
 mod attempt;
@@ -56,9 +55,9 @@ use trueaxis_model::machine::Machine;
 
 /// Finds tables and terms that reproduce the kinematic correction within the tolerance.
 ///
-/// Where the tolerance cannot be met, the best found is returned, which may be one for a coarser
-/// tolerance. On no axis do the tables deviate from the kinematic correction by more than the
-/// largest correction of that axis or the tolerance: if nothing better is found, there are no tables.
+/// If the tolerance cannot be met, the best result is returned, which may have been made for a coarser tolerance. No
+/// axis deviates from the kinematic correction by more than its largest correction or the tolerance, whichever is
+/// larger; if nothing better is found, there are no tables.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -76,8 +75,8 @@ pub fn compile(
     let variables = variables::variables(&kinematics, judge.smallest_part());
     let sampler = Sampler::new(&kinematics, &variables, zero);
     let mut search = Search::new(minimize, options, sampler, judge)?;
-    // What misses the tolerance may be bettered by what is made for a finer one, or for a coarser one;
-    // unless it is only for want of room: then the least has been left out.
+    // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
+    // is lacking: then the smallest parts have been left out already.
     if !search.run(&tolerance)?
         && !search.fit()?
         && !search.lacks_room()

@@ -1,5 +1,5 @@
-//! Tables with peaks, seen at many positions: how many points they take, with straight lines and with
-//! cubics, and their values between.
+//! Tables with peaks, sampled at many positions: the number of points they need with linear and with cubic
+//! interpolation, and their values in between.
 
 use super::between;
 use super::cubic;
@@ -16,19 +16,19 @@ use std::collections::BTreeMap;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 
-/// A variable's tables at the beginnings and middles of so many intervals, which see every peak.
+/// A variable's tables at the starts and midpoints of enough intervals to resolve every peak.
 pub struct PeakTables {
     grid: Grid,
     wraps: bool,
     tables: Sampled,
-    /// What straight lines between the points leave, and what cubics on these intervals do (in units of
-    /// the tolerance).
+    /// Error of linear interpolation between the points, and of cubics on these intervals (in units of the
+    /// tolerance).
     errors: [f64; 2],
-    /// If polynomials tell what is between.
+    /// True if polynomials through the samples give the values in between.
     is_dense: bool,
 }
 
-/// Where tables of a variable are looked at, if it has no kinks and the policy makes peaks.
+/// The grid on which tables of a variable are sampled, if it has no kinks and the policy makes peaks.
 pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
     let Policy::Direction { damping } = policy else {
         return None;
@@ -36,8 +36,7 @@ pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
     if !variable.is_rich() || !cubic::may_be(variable) {
         return None;
     }
-    // A peak is as wide as the damping; a few points on it are enough to tell, for the tables are
-    // measured anyway.
+    // A peak is as wide as the damping; a few points on it are enough, because the tables are measured anyway.
     let [low, high] = variable.range;
     let intervals = match variable.kind {
         Kind::Rotary(_) => (SEEN_PER_PEAK * (high - low) / damping) as usize,
@@ -50,7 +49,7 @@ pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
 }
 
 impl PeakTables {
-    /// Looks at the tables whose variable has no kinks, where the policy makes peaks.
+    /// Samples the tables of variables without kinks, if the policy makes peaks.
     pub fn all(found: &Decomposition<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
         let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
         let bent = bent.filter(|(_, bent)| !bent.is_empty());
@@ -80,8 +79,8 @@ impl PeakTables {
         })
     }
 
-    /// The tables (positions × tables) at positions within the range, from what was seen of them; `None` if
-    /// that does not tell.
+    /// Values of the tables (positions × tables) inside the range, interpolated from the samples; `None` if these
+    /// are not dense enough.
     pub fn between(&self, at: &[f64]) -> Option<DMatrix<f64>> {
         if !self.is_dense {
             return None;
@@ -102,8 +101,8 @@ impl PeakTables {
         Some(all)
     }
 
-    /// How many intervals leave `most`, of straight lines and of cubics: their errors fall with the square
-    /// and with the fourth power of the distance.
+    /// Number of intervals at which linear and cubic tables leave `most`: their errors fall with the square and the
+    /// fourth power of the spacing.
     pub fn wanted(&self, most: f64) -> [usize; 2] {
         let wanted = |k: usize, power: f64| {
             let more = (self.errors[k] / (0.85 * most)).powf(1.0 / power);
@@ -115,9 +114,9 @@ impl PeakTables {
 }
 
 impl Decomposition<'_> {
-    /// How far straight lines between the values of a variable's tables on a grid, and how far cubics on
-    /// the same intervals, may lead each output astray, in units of its tolerance: table by table at the
-    /// points and between them, with the other factors at their peaks.
+    /// Largest error in each output of linear interpolation between the values of a variable's tables on a grid, and
+    /// of cubics on the same intervals, in units of the tolerance. Measured table by table at the points and between
+    /// them, with the other factors at their peaks.
     fn errors_on(&self, v: usize, truth: &Sampled, grid: &Grid) -> [f64; 2] {
         let coefficients = Sampled {
             functions: truth.functions.clone(),
@@ -143,7 +142,7 @@ impl Decomposition<'_> {
         worst
     }
 
-    /// How far polynomials through every other sample lead astray at the others.
+    /// Error of polynomials through every other sample, measured at the samples in between.
     fn error_of_half(&self, v: usize, truth: &Sampled, wraps: bool) -> f64 {
         let rows = truth.values.nrows();
         let odd = (1..rows).step_by(2);

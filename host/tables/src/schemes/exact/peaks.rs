@@ -1,5 +1,5 @@
-//! Where a correction changes quickly along a rotary axis: where the tool is nearly parallel to another,
-//! the damped solution has a peak as wide as its damping.
+//! Finds where a correction changes quickly along a rotary axis: where the tool is nearly parallel to another rotary
+//! axis, the damped solution has a peak as wide as its damping.
 
 use super::turning::{responses, within_travel};
 use rand::SeedableRng;
@@ -7,31 +7,31 @@ use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 use trueaxis_model::kinematics::{Kinematics, Policy};
 
-/// Random positions of the other axes at which peaks are looked for.
+/// Number of random positions of the other axes at which peaks are searched.
 const PLACES: usize = 2;
-/// Looks per damping, along the axis, and the most of them.
+/// Samples per damping along the axis, and their largest number.
 const LOOKS: f64 = 2.0;
 const MOST_LOOKS: usize = 1500;
-/// Nodes at the peaks: as many as a peak, its slopes, their squares and their products have functions.
+/// Number of nodes at the peaks: as many as the functions of a peak, its slopes, their squares and products.
 const NODES: usize = 16;
-/// Along sines and cosines no step is longer than this many times the mean.
+/// A sine or cosine alone makes no step longer than this many times the mean.
 const STEEP: f64 = 2.5;
 
-/// Nodes where the responses to small errors change quickly, evenly along the way that these take; none
-/// if they change about as quickly everywhere.
+/// Nodes where the responses to small errors change quickly, evenly spaced along the path of the responses; none if
+/// they change at about the same rate everywhere.
 pub fn nodes(kinematics: &Kinematics<'_>, index: usize) -> Vec<f64> {
     let Policy::Direction { damping } = kinematics.policy else {
         return Vec::new();
     };
     let machine = kinematics.machine;
     let [low, high] = machine.axes[index].travel.map(f64::to_radians);
-    // After a turn everything repeats.
+    // Everything repeats after one turn.
     let high = high.min(low + TAU);
     let steps = ((high - low) * LOOKS / damping).ceil() as usize;
     let steps = steps.clamp(60, MOST_LOOKS);
     let at = |k: usize| low + (high - low) * k as f64 / steps as f64;
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    // How far the responses go in each step, as a part of their size.
+    // Change of the responses in each step, relative to their size.
     let mut ways = vec![0.0; steps];
     for _ in 0..PLACES {
         let start = within_travel(machine, &mut random);

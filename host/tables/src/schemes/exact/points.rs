@@ -1,4 +1,4 @@
-//! How many points each variable's tables need, and where they lie.
+//! Chooses the number and positions of the points of each variable's tables.
 
 use super::cubic;
 use super::grid::Grid;
@@ -10,9 +10,9 @@ use crate::schemes::Options;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 
-/// Grids of the bent tables of each variable, so that interpolation of all of them together errs by
-/// no more than `share` of the tolerance; as many points as `options` give instead, if they do. Where
-/// motions were measured, points lie between those positions only if `finer`.
+/// Grids of the bent tables of each variable, such that interpolation of all of them together errs by no more than
+/// `share` of the tolerance, or with the number of points given in `options`. Points lie between measured positions
+/// of motions only if `finer`.
 pub fn grids(
     found: &Decomposition<'_>,
     seen: &BTreeMap<usize, PeakTables>,
@@ -54,8 +54,7 @@ pub fn grids(
     Ok(grids)
 }
 
-/// The coarsest grid found whose interpolation errs by no more than `most`; the best one, if none
-/// does.
+/// The coarsest grid found whose interpolation error is at most `most`, or the best one if there is none.
 fn coarsest(
     found: &Decomposition<'_>,
     v: usize,
@@ -86,8 +85,8 @@ fn coarsest(
     if let Some(grid) = Grid::through_kinks(variable) {
         let mut error = consider(grid)?;
         if error > most {
-            // What is left between measured points is curved, or it is what motions do to the
-            // arguments of others: a step at each of them, which no points take away.
+            // The remaining error between measured points is curvature, or the effect of motions on the arguments of
+            // others: a step at each of them, which no number of points removes.
             for parts in 2..if finer { usize::MAX } else { 2 } {
                 let finer = grid.divided(parts);
                 if finer.intervals > MOST_INTERVALS {
@@ -101,14 +100,14 @@ fn coarsest(
             }
             return Ok(best.map_or(grid, |(_, grid)| grid));
         }
-        // Coarser than what was measured only where that is much finer than the tolerance.
+        // A grid coarser than the measured positions, only if these are much finer than the tolerance needs.
         if error > 0.1 * most {
             return Ok(grid);
         }
         through_is_enough = true;
         count = (grid.intervals / 2).max(LEAST_INTERVALS);
     }
-    // The error of linear interpolation falls with the square of the interval: one look tells, and the
+    // The error of linear interpolation falls with the square of the interval: one sample is enough, because the
     // tables are measured anyway.
     let seen = Grid::even(variable, count);
     let error = consider(seen)?;
@@ -122,9 +121,9 @@ fn coarsest(
 }
 
 impl Decomposition<'_> {
-    /// How far straight lines between the values of a variable's tables on a grid may lead each output
-    /// astray, in units of its tolerance: table by table in the middle of every interval and at every kink
-    /// between points, with the other factors at their peaks.
+    /// Largest error in each output of linear interpolation between the values of a variable's tables on a grid, in
+    /// units of the tolerance. Measured table by table in the middle of every interval and at every kink between
+    /// points, with the other factors at their peaks.
     pub(crate) fn interpolation_error(
         &self,
         v: usize,
@@ -135,7 +134,7 @@ impl Decomposition<'_> {
         let [low, high] = variable.range;
         let points: Vec<f64> = grid.points().map(|x| x.clamp(low, high)).collect();
         let slack = GRID_SLACK * grid.step;
-        // Where to look: interval, position.
+        // Where to measure: interval, position.
         let mut looks: Vec<(usize, f64)> = Vec::new();
         let mut kinks = variable.kinks.iter().copied().peekable();
         for (k, ends) in points.windows(2).enumerate() {
@@ -144,7 +143,7 @@ impl Decomposition<'_> {
             }
             looks.push((k, 0.5 * (ends[0] + ends[1])));
             while let Some(x) = kinks.next_if(|x| *x < ends[1] - slack) {
-                // Next to the ends of the calibrated range nothing is gained by more points.
+                // More points next to the ends of the calibrated range bring nothing.
                 if x > ends[0] + slack && !variable.ends.contains(&x) {
                     looks.push((k, x));
                 }
@@ -154,8 +153,8 @@ impl Decomposition<'_> {
         let at: Vec<f64> = looks.iter().map(|(_, x)| *x).collect();
         let truth = self.sample(v, functions, &at)?;
         let sampled = self.sample(v, functions, &points)?;
-        // An end belongs to the inner side: there the tables go on smoothly up to it, and step to the
-        // held value within the first interval outside.
+        // An end belongs to the inner side: the tables continue smoothly up to it, and step to the held value within
+        // the first interval outside.
         let [first, last] = variable.calibrated;
         let steps = |k: usize| {
             let from = (points[k] - last).abs() < slack;

@@ -1,11 +1,11 @@
-//! What a structure can do without: terms, and bends of merged tables, that were taken for how many
-//! products they hold, though these are small.
+//! Removes what a structure can do without: small terms, and bends of merged tables, that were chosen for the number
+//! of products they hold although these are small.
 
 use super::basis::Basis;
 use super::structure::{Function, Merged, Structure, Term};
 use trueaxis_model::machine::PerAxis;
 
-/// What may still be left out.
+/// The remaining tolerance for leaving parts out.
 pub struct Spare {
     /// Sum of the squared peaks of what has been left out, per output.
     squares: PerAxis,
@@ -13,18 +13,18 @@ pub struct Spare {
 }
 
 impl Spare {
-    /// As long as what is left out of an output is less than `share` of the tolerance (root of the sum of
-    /// squares, twice); `squares` is what has been left out before.
+    /// Parts of an output may be left out as long as their total is less than `share` of the tolerance (twice the
+    /// root of the sum of squares). `squares` is the sum for what has already been left out.
     pub fn new(squares: PerAxis, share: f64) -> Self {
         Self { squares, share }
     }
 
-    /// True if so much of an output can be left out besides.
+    /// True if a part with this peak can still be left out of an output.
     pub fn has(&self, output: usize, peak: f64) -> bool {
         self.has_all(&[(output, peak)])
     }
 
-    /// True if all of these can be.
+    /// True if all of these parts can be left out.
     pub fn has_all(&self, peaks: &[(usize, f64)]) -> bool {
         let mut squares = self.squares;
         for &(output, peak) in peaks {
@@ -34,13 +34,13 @@ impl Spare {
         peaks.iter().all(is_little)
     }
 
-    /// Leaves so much out.
+    /// Leaves a part out.
     pub fn take(&mut self, output: usize, peak: f64) {
         let left = &mut self.squares[output];
         *left = left.max(0.0) + peak * peak;
     }
 
-    /// Leaves so much out if that can be.
+    /// Leaves a part out if possible.
     fn try_take(&mut self, output: usize, peak: f64) -> bool {
         let is_little = self.has(output, peak);
         if is_little {
@@ -51,7 +51,7 @@ impl Spare {
 }
 
 impl Structure {
-    /// Leaves out what is small, the smallest first, as long as it can be spared.
+    /// Leaves out small parts, the smallest first, as long as the tolerance allows.
     pub(crate) fn prune(&mut self, bases: &[Basis], spare: &mut Spare) {
         let mut order: Vec<(f64, usize)> = (0..self.terms.len())
             .map(|i| (self.peak(&self.terms[i], bases), i))
@@ -76,14 +76,15 @@ impl Structure {
         });
     }
 
-    /// Gives terms that share their only bent table with another a copy of it, so that it can take the
-    /// term's weight: in an output whose terms are products of at most two tables, of which all can take the
-    /// weight, that is cheaper than to multiply by it.
+    /// Gives terms that share their only bent table with another term a copy of it, so that the copy can take over
+    /// the term's weight. This is cheaper than multiplying by the weight, in an output whose terms are products of
+    /// at most two tables and can all lose their weights.
     pub(crate) fn unshare(&mut self, bases: &[Basis]) {
         let mut seen: Vec<(usize, Function)> = Vec::new();
         let is_bent = |f: &Function| matches!(f, Function::Merged(_) | Function::Numeric(_));
         let has_bent = |t: &Term| t.factors.iter().any(|(_, f)| is_bent(f));
-        // Of the terms without one, the only one with a table has it for its weight.
+        // Among the users without a table of their own, a term that is the table's only user can put its weight into
+        // it.
         let users = |table: &(usize, Function)| {
             let plain = self.terms.iter().filter(|t| !has_bent(t));
             plain.filter(|t| t.factors.contains(table)).count()
@@ -129,7 +130,7 @@ impl Structure {
         }
     }
 
-    /// Takes a merged table for the constant that it nearly is.
+    /// Replaces a merged table by a constant that it nearly equals.
     fn straighten(&mut self, i: usize, bases: &[Basis], spare: &mut Spare) {
         let term = &self.terms[i];
         for (place, &(v, function)) in term.factors.iter().enumerate() {
@@ -152,7 +153,7 @@ impl Structure {
         }
     }
 
-    /// The most that a term can contribute.
+    /// The largest possible contribution of a term.
     pub fn peak(&self, term: &Term, bases: &[Basis]) -> f64 {
         let merged = |id: usize| {
             let table: &Merged = &self.merged[id];
@@ -162,7 +163,7 @@ impl Structure {
     }
 }
 
-/// The most that a term can contribute, with the peaks of merged tables.
+/// The largest possible contribution of a term, given the peaks of merged tables.
 pub(crate) fn peak_with(term: &Term, bases: &[Basis], merged: impl Fn(usize) -> f64) -> f64 {
     let peaks = term.factors.iter().map(|(v, function)| match function {
         Function::Numeric(k) => bases[*v].peaks[*k],

@@ -1,4 +1,4 @@
-//! Exact corrections on small grids, split into what every source of error adds.
+//! Samples exact corrections on small grids, split into the contribution of every source of error.
 
 use super::chebyshev;
 use super::memory::Memory;
@@ -8,8 +8,8 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
 
-/// The iteration for samples ends here (mm or rad): 1e-5 of the default tolerance of rotary axes
-/// remains at most, for errors of 1 %.
+/// Step (mm or rad) at which the iteration for samples ends: it leaves at most 1e-5 of the default tolerance of
+/// rotary axes, for errors of 1 %.
 const STEP: f64 = 5e-11;
 
 /// The exact correction as a function of the variables.
@@ -18,15 +18,15 @@ pub struct Sampler<'a> {
     pub variables: &'a [Variable],
     /// Subtracted everywhere: the correction at the zero position (mm, rad).
     pub zero: PerAxis,
-    /// What motions that are off leave in their place: their middle values, so that what they do to
-    /// each other, of which some is left out, is least.
+    /// Replacement values of motions that are switched off: their middle values, which minimize the interactions of
+    /// motions, some of which are left out.
     instead: [[f64; 6]; MAX_AXES],
     /// Samples along variables made so far.
     pub memory: Memory,
 }
 
-/// One part of the correction: what the switches in `on` add together, beyond what each proper
-/// subset of them adds.
+/// One part of the correction: what the switches in `on` add together, beyond the contributions of their proper
+/// subsets.
 #[derive(Clone, Debug)]
 pub struct Component {
     /// Bit set of the switched variables (by index).
@@ -35,24 +35,23 @@ pub struct Component {
     pub rich: Vec<(usize, Vec<f64>)>,
     /// Which of the rich variables have their motions on.
     pub moving: Vec<bool>,
-    /// Products of the other positions (and tool length) it is made of: none, one, and two where
-    /// a motion bends. There an angular motion, shifted by its own axis' correction, which depends
-    /// on the levers, acts on the levers once more.
+    /// Products of the other positions (and tool length) that it contains: of degree zero, one, and two where a
+    /// motion bends. There, an angular motion shifted by its own axis' correction, which depends on the levers, acts
+    /// on the levers again.
     pub monomials: Vec<Vec<usize>>,
-    /// Odd variables: it is proportional to each of them.
+    /// Odd variables: the part is proportional to each of them.
     pub odd: Vec<usize>,
-    /// True if it is what these leave, proportional to the square of the only one: second order.
+    /// True if it is what the odd part leaves, proportional to the square of the only odd variable (second order).
     pub even: bool,
     /// Coefficients, mm and rad per output: monomial slowest, then the rich nodes in order.
     pub values: Vec<PerAxis>,
 }
 
-/// Positions along an axis at which the middle of its motions is looked for: as many as are measured,
-/// or twice.
+/// Number of positions along an axis at which the middle of its motions is searched: one or two per measured point.
 const MIDDLES: usize = 200;
 
 impl<'a> Sampler<'a> {
-    /// Finds what motions that are off leave in their place.
+    /// Finds the replacement values of motions that are switched off.
     pub fn new(kinematics: &'a Kinematics<'a>, variables: &'a [Variable], zero: PerAxis) -> Self {
         let (machine, errors) = (kinematics.machine, kinematics.errors);
         let situation = Situation::default();
@@ -110,9 +109,8 @@ impl Sampler<'_> {
                 Kind::Kelvin(_) | Kind::Sign(_) => {}
             }
         }
-        // Inside its calibrated range, and between measured points, a motion goes on smoothly as far
-        // as the correction carries it across an end, and outside it holds the end value: so tables
-        // are smooth up to the ends.
+        // Inside its calibrated range, and between measured points, a motion is continued smoothly as far as the
+        // correction carries it across an end. Outside it holds the end value. So tables are smooth up to the ends.
         situation.pieces_by = Some(q);
         Ok(self
             .kinematics
@@ -120,9 +118,8 @@ impl Sampler<'_> {
             .dq)
     }
 
-    /// True where the correction itself carries an axis across an end of its calibrated range:
-    /// the motion bends at the corrected position, so the exact correction is not a sum of products
-    /// there.
+    /// True if the correction itself carries an axis across an end of its calibrated range. The motion bends at the
+    /// corrected position, so the exact correction is not a sum of products there.
     pub(crate) fn is_near_end(&self, place: &VariableValues, correction: &PerAxis) -> bool {
         self.variables
             .iter()
@@ -136,12 +133,12 @@ impl Sampler<'_> {
             })
     }
 
-    /// What the switches in `on` add together at a place (inclusion and exclusion).
+    /// The contribution of the switches in `on` together at a place (inclusion and exclusion).
     pub fn added(&self, place: &VariableValues, on: u32) -> Result<PerAxis, NotConverged> {
         self.added_with(place, on, 0)
     }
 
-    /// The part of that in which `always` are on.
+    /// The part of that contribution in which `always` are on.
     fn added_with(
         &self,
         place: &VariableValues,
@@ -169,7 +166,7 @@ impl Sampler<'_> {
         }
     }
 
-    /// An empty component: `nodes` says how many nodes each rich variable gets.
+    /// An empty component with `nodes[k]` nodes for each rich variable.
     pub fn component(&self, on: u32, nodes: &[usize]) -> Component {
         let mut component = Component {
             on,
@@ -207,8 +204,8 @@ impl Sampler<'_> {
             }
         }
         component.monomials.extend(levers.iter().map(|v| vec![*v]));
-        // What two motions do jointly is of second order already; what temperature or the direction of
-        // travel adds to one is not.
+        // Joint effects of two motions are of second order already; those of a motion with temperature or direction
+        // of travel are not.
         let moving = component.moving.iter().filter(|m| **m).count();
         if bends == 1 && moving == 1 {
             for (k, &a) in levers.iter().enumerate() {
@@ -220,19 +217,19 @@ impl Sampler<'_> {
         component
     }
 
-    /// The factor of the odd variables' ξ, with the levers at the given ξ (the others at 0) and
-    /// the rich variables at `place`.
+    /// The factor of the odd variables' ξ, with the levers at the given ξ (the others at 0) and the rich variables
+    /// at `place`.
     fn at(
         &self,
         component: &Component,
         levers: &[(usize, f64)],
         place: &VariableValues,
     ) -> Result<PerAxis, NotConverged> {
-        // Without one of the odd variables both its ends are the same and cancel.
+        // If an odd variable is switched off, both of its ends are equal and cancel.
         let odd = component.odd.iter().fold(0, |odd, v| odd | 1 << v);
         let added = |at: &VariableValues| self.added_with(at, component.on, odd);
         let mut sum = self.odd_part(component, levers, place, added)?;
-        // The zero offset belongs to the part without switches, and to it alone.
+        // The zero offset belongs only to the part without switches.
         if component.on == 0 {
             for (s, z) in sum.iter_mut().zip(&self.zero) {
                 *s -= z;
@@ -241,8 +238,8 @@ impl Sampler<'_> {
         Ok(sum)
     }
 
-    /// The coefficients of monomials of the levers' ξ, times the product of the odd variables' ξ, with the
-    /// rich variables at `place`.
+    /// The coefficients of monomials of the levers' ξ, times the product of the odd variables' ξ, with the rich
+    /// variables at `place`.
     pub fn coefficients(
         &self,
         component: &Component,
@@ -305,7 +302,7 @@ impl Sampler<'_> {
             }
             subset = (subset - 1) & component.on;
         }
-        // The zero offset belongs to the part without switches, and to it alone.
+        // The zero offset belongs only to the part without switches.
         if component.on == 0 {
             for row in &mut rows {
                 for (value, z) in row.iter_mut().zip(&self.zero) {
@@ -329,8 +326,8 @@ impl Sampler<'_> {
 }
 
 impl Sampler<'_> {
-    /// Adds what the switches of one subset do to samples of a component (node, then point), with the
-    /// sign it has among what all of them add together.
+    /// Adds the contribution of one subset of the switches to samples of a component (node, then point), with its
+    /// sign in the inclusion–exclusion sum.
     fn take_in(
         &self,
         component: &Component,
@@ -340,7 +337,7 @@ impl Sampler<'_> {
     ) -> Result<(), NotConverged> {
         let has = |v: usize| subset >> v & 1 == 1;
         if component.odd.iter().any(|v| !has(*v)) {
-            // Without one of them, both its ends are the same and cancel.
+            // If one of them is switched off, both of its ends are equal and cancel.
             return Ok(());
         }
         let sign = if (component.on.count_ones() - subset.count_ones()).is_multiple_of(2) {
@@ -348,8 +345,8 @@ impl Sampler<'_> {
         } else {
             -1.0
         };
-        // A bending motion that is off leaves the correction affine in its axis, and quadratic where
-        // it shifts the argument of another motion that is on: two or three positions will do.
+        // A bending motion that is off leaves the correction affine in its axis, or quadratic where it shifts the
+        // argument of another motion that is on: two or three positions are enough.
         let mut few = component.clone();
         for (v, positions) in &mut few.rich {
             let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
@@ -378,8 +375,8 @@ impl Sampler<'_> {
         Ok(())
     }
 
-    /// The factor of the odd variables' ξ in a function, with the levers at the given ξ (the others at
-    /// 0) and the rich variables at `place`.
+    /// The factor of the odd variables' ξ in a function, with the levers at the given ξ (the others at 0) and the
+    /// rich variables at `place`.
     fn odd_part(
         &self,
         component: &Component,
@@ -395,8 +392,8 @@ impl Sampler<'_> {
             place[v] = self.variables[v].at_coordinate(xi);
         }
         let mut sum = PerAxis::default();
-        // Both ends of every odd variable, with the sign of their product; for the square both alike,
-        // less the middle.
+        // Both ends of every odd variable, with the sign of their product; for the square both with the same sign,
+        // minus the middle.
         for corner in 0..1_u32 << component.odd.len() {
             let mut weight = 1.0;
             for (k, &v) in component.odd.iter().enumerate() {
@@ -435,8 +432,8 @@ fn lagrange(positions: &[f64], x: f64) -> Vec<(usize, f64)> {
 type Levers = Vec<(usize, f64)>;
 
 impl Component {
-    /// Points and weights whose sum is the coefficient of a monomial: exact finite differences,
-    /// for no monomial is of degree three.
+    /// Points and weights whose sum is the coefficient of a monomial. These are exact finite differences, because no
+    /// monomial is of degree three.
     fn stencil(&self, monomial: usize) -> Vec<(Levers, f64)> {
         let quadratic = self.monomials.last().is_some_and(|m| m.len() == 2);
         match self.monomials[monomial][..] {
@@ -467,8 +464,8 @@ impl Component {
         place
     }
 
-    /// The nodes of this grid from which a node of another is interpolated, with their weights: the
-    /// other has more positions along some variables.
+    /// The nodes of this grid from which a node of a finer grid is interpolated, with their weights. The finer grid
+    /// has more positions along some variables.
     fn around(&self, fine: &Self, node: usize) -> Vec<(usize, f64)> {
         let mut around = vec![(0, 1.0)];
         let mut rest = node;
@@ -530,8 +527,8 @@ mod tests {
                         .unwrap()[0];
                     let filled = component.values[monomial * component.nodes() + node];
                     for (one, filled) in one.iter().zip(filled) {
-                        // The iteration for samples ends at 5e-11; a second difference of three of
-                        // them, times four subsets.
+                        // The iteration for samples ends at 5e-11; this is a second difference of three of them,
+                        // times four subsets.
                         assert!((one - filled).abs() < 5e-9, "{one} and {filled}");
                     }
                 }

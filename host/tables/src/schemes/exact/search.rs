@@ -1,4 +1,4 @@
-//! The way to the best draft: structures, then points, each measured.
+//! Search for the best draft: structures first, then points, each measured.
 
 use super::attempt::{self, Attempt, attempt};
 use super::basis::Basis;
@@ -24,11 +24,11 @@ use trueaxis_model::machine::PerAxis;
 /// A structure that was tried.
 struct Tried {
     attempt: Attempt,
-    /// What it leaves at the places of the trial, in units of the tolerance.
+    /// Its error at the trial positions, in units of the tolerance.
     error: f64,
-    /// With what motions add in pairs.
+    /// True if it includes second-order effects of motion pairs.
     pairs: bool,
-    /// Its tables with peaks, once they have been looked at.
+    /// Its tables with peaks, once they have been sampled.
     seen: Option<BTreeMap<usize, PeakTables>>,
 }
 
@@ -36,21 +36,21 @@ struct Tried {
 pub struct Candidate {
     pub draft: Draft,
     verdict: Verdict,
-    /// What its structure leaves before interpolation, in units of the tolerance asked for.
+    /// Error of its structure before interpolation, in units of the requested tolerance.
     pub structure_error: f64,
-    /// How many pairs of motions are in it.
+    /// Number of motion pairs included.
     pub pairs: usize,
-    /// For which multiple of the tolerance it was made.
+    /// The multiple of the tolerance that it was made for.
     factor: f64,
-    /// If its weights were fitted, as well as they can be.
+    /// True if its weights have been fitted as far as possible.
     is_fitted: bool,
-    /// If it fills the target, and what was left out, in units of the tolerance asked for.
+    /// Whether it fills the target, and what was left out, in units of the requested tolerance.
     is_full: bool,
     left_out: f64,
 }
 
 impl Candidate {
-    /// The multiple of the tolerance that it was measured to meet: 1, or the coarser one it was made
+    /// The multiple of the tolerance that it meets according to measurement: 1, or the coarser one that it was made
     /// for.
     pub fn meets(&self) -> Option<f64> {
         let multiples = [1.0, self.factor].into_iter();
@@ -60,25 +60,25 @@ impl Candidate {
     }
 }
 
-/// The way to the best draft.
+/// State of the search.
 pub struct Search<'a> {
     minimize: Minimize,
     options: &'a Options,
     sampler: Sampler<'a>,
     trials: Trials,
     judge: Judge<'a>,
-    /// What the correction is made of.
+    /// The components of the correction.
     components: Vec<Component>,
-    /// How many of them are joint effects, once these have been looked for.
+    /// How many of them are joint effects, once these have been searched.
     pairs: Option<usize>,
-    /// True if the tolerance asked for needs more than the target holds.
+    /// True if the requested tolerance needs more than the target holds.
     pub is_full: bool,
-    /// The best so far.
+    /// The best candidate so far.
     pub best: Option<Candidate>,
 }
 
 impl<'a> Search<'a> {
-    /// Samples what is of first order.
+    /// Samples the first-order components.
     pub fn new(
         minimize: Minimize,
         options: &'a Options,
@@ -98,12 +98,12 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Looks for a draft that meets a tolerance; true if it was found.
+    /// Searches a draft that meets a tolerance; true if one was found.
     pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
-        // Start generously; where that is not enough, take in what motions add in pairs, then leave
-        // out less and less.
+        // Start with a generous share. If that is not enough, include effects of motion pairs, then reduce the share
+        // step by step.
         if self.is_full && self.pairs.is_some_and(|pairs| pairs > 0) {
-            // It was tried for a finer tolerance, and joint effects were needed.
+            // A finer tolerance was tried before and needed joint effects.
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
             return self.finish(tolerance, &second, true);
         }
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
         };
         let mut first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
-        // Joint effects do not help where most of the error is what there was no room for.
+        // Joint effects do not help if most of the error was left out for lack of capacity.
         let hopeless = first.error > HOPELESS;
         let other = first.error > CUT * first.attempt.left_out;
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
@@ -142,8 +142,8 @@ impl<'a> Search<'a> {
         self.closer(tolerance, pairs)
     }
 
-    /// Where the structure leaves much, interpolation may leave little and takes many points: one that leaves
-    /// less may be cheaper. The one that is expected to be goes first.
+    /// If the structure leaves a large error, little remains for interpolation, which then takes many points. A
+    /// structure that leaves less may be cheaper. The one with the lower expected cost goes first.
     fn finish_cheapest(
         &mut self,
         tolerance: &PerAxis,
@@ -153,7 +153,7 @@ impl<'a> Search<'a> {
         if !self.judge.is_of_tool() || first.error < STARVING {
             return self.finish(tolerance, first, false);
         }
-        // The functions are the same: what they may leave hardly differs.
+        // The functions are the same, because their permitted residual hardly differs.
         let bases = first.attempt.bases();
         let closer = &mut self.attempt_with(bases, tolerance, CLOSER * share, false)?;
         let expected = self.expected_cost(tolerance, first)?;
@@ -169,7 +169,7 @@ impl<'a> Search<'a> {
         Ok(false)
     }
 
-    /// What a structure costs, in instructions, with the points that it gets at first.
+    /// Cost of a structure, in instructions, with its initial number of points.
     fn expected_cost(&self, tolerance: &PerAxis, tried: &mut Tried) -> Result<f64, SchemeError> {
         let found = self.found(tolerance, tried);
         let seen = PeakTables::all(&found)?;
@@ -186,8 +186,8 @@ impl<'a> Search<'a> {
         Ok(cost)
     }
 
-    /// The share of the tolerance that interpolation may take at first, after a structure that leaves `error`
-    /// of it: points finer than what that leaves would be wasted.
+    /// The initial share of the tolerance for interpolation, after a structure that leaves an error of `error`.
+    /// Finer points than the remainder needs would be wasted.
     fn first_point_share(&self, error: f64) -> f64 {
         let share = (GOOD - error)
             .max(LEAST_POINT_SHARE)
@@ -198,24 +198,24 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// True if the share of interpolation follows what is measured.
+    /// True if the share of interpolation follows the measurements.
     fn adapts(&self) -> bool {
         self.judge.is_of_tool() && self.options.points.is_none()
     }
 
-    /// With what the tables of a structure are sampled from.
+    /// Bundles everything that the tables of a structure are sampled from.
     fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Decomposition<'t> {
         let components = &self.components[..self.count(tried.pairs)];
         tried.attempt.found(&self.sampler, components, tolerance)
     }
 
-    /// True if motions were measured somewhere: elsewhere there are no points to lie between.
+    /// True if motions were measured somewhere; otherwise there are no measured points to go between.
     fn is_measured(&self) -> bool {
         let mut variables = self.sampler.variables.iter();
         variables.any(|v| v.kinks.len() > v.ends.len())
     }
 
-    /// Leaves out less as long as that helps; true if the tolerance is met.
+    /// Reduces the share as long as that helps; true if the tolerance is met.
     fn closer(&mut self, tolerance: &PerAxis, pairs: bool) -> Result<bool, SchemeError> {
         let shares: &[f64] = if pairs {
             &SHARES
@@ -240,14 +240,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// True if what the best leaves is explained by what there was no room for.
+    /// True if the error of the best candidate is explained by what was left out for lack of capacity.
     pub(crate) fn lacks_room(&self) -> bool {
         let best = self.best.as_ref();
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
-    /// Fits the weights of the best; true if it meets the tolerance. Where it nearly does, again with
-    /// the positions at which it does not.
+    /// Fits the weights of the best candidate; true if it then meets the tolerance. If it nearly does, repeats the
+    /// fit with the positions at which it fails.
     pub fn fit(&mut self) -> Result<bool, SchemeError> {
         for _ in 0..FITS {
             let Some(best) = self.best.as_mut().filter(|b| !b.is_fitted) else {
@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
             let Some(mut verdict) = self.judge.measure(&draft, target) else {
                 return Ok(false);
             };
-            // What the best was confirmed to meet, the fitted one must meet too.
+            // The fitted draft must meet whatever the best one was confirmed to meet.
             let good = verdict.error <= GOOD;
             let meets = best.meets().filter(|_| !good).unwrap_or(1.0);
             let is_confirmed = confirm(
@@ -290,7 +290,7 @@ impl<'a> Search<'a> {
         Ok(false)
     }
 
-    /// Looks among what is made for finer tolerances; true if something meets this one.
+    /// Tries drafts made for finer tolerances; true if one meets this tolerance.
     pub fn finer(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
         let reached = |search: &Self| {
             let best = search.best.as_ref();
@@ -312,15 +312,15 @@ impl<'a> Search<'a> {
         Ok(false)
     }
 
-    /// Looks for the finest tolerance that is met, among multiples of one that is not.
+    /// Searches the finest tolerance that is met, among multiples of one that is missed.
     pub fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
-        // What is made for a tolerance not much coarser than what is reached already may better it;
-        // where a tolerance is missed, finer ones are.
+        // A draft for a tolerance not much coarser than the error reached so far may improve on it; where a
+        // tolerance is missed, finer ones are missed too.
         let error =
             |best: &Option<Candidate>| best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
         let reached = error(&self.best);
         for factor in COARSER.into_iter().rev().filter(|f| *f < 4.0 * reached) {
-            // What is made for it may be worse before its weights are fitted.
+            // Its draft may be worse before its weights are fitted.
             let before = self.best.take();
             let met = self.run(&tolerance.map(|t| t * factor))?;
             self.fit()?;
@@ -334,7 +334,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// How many pairs of motions have a joint effect that shows and can be had for so much work.
+    /// Number of motion pairs whose joint effect is significant and fits into the given work.
     fn joint(&mut self, tolerance: &PerAxis, work: usize) -> Result<usize, SchemeError> {
         if self.pairs.is_none() {
             let joint = components::second_order(&self.sampler, tolerance, work)?;
@@ -344,21 +344,21 @@ impl<'a> Search<'a> {
         Ok(self.pairs.unwrap_or(0))
     }
 
-    /// How many of the components count, with or without joint effects.
+    /// Number of components to use, with or without joint effects.
     fn count(&self, pairs: bool) -> usize {
         let joint = if pairs { 0 } else { self.pairs.unwrap_or(0) };
         self.components.len() - joint
     }
 
-    /// Tries a structure that leaves out no more than a share of the tolerance, with what pairs of
-    /// motions add or without.
+    /// Tries a structure that leaves out no more than a share of the tolerance, with or without effects of motion
+    /// pairs.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
         let bases = attempt::bases(&self.sampler, components, tolerance, self.minimize, share)?;
         self.attempt_with(&bases, tolerance, share, pairs)
     }
 
-    /// [`Self::attempt`] with functions that are known.
+    /// [`Self::attempt`] with known functions.
     fn attempt_with(
         &self,
         bases: &[Basis],
@@ -396,8 +396,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Gives the tables of an attempt points, more of them until the draft is good; true if it is.
-    /// Between positions where motions were measured only if `finer`.
+    /// Gives the tables of an attempt points, and adds points until the draft is good; true if it is. Points go
+    /// between measured positions of motions only if `finer`.
     fn finish(
         &mut self,
         tolerance: &PerAxis,
@@ -418,7 +418,7 @@ impl<'a> Search<'a> {
                 &own
             }
         };
-        // Tolerances differ by a common factor. What is made for a finer one is to meet the one asked for.
+        // Tolerances differ by a common factor. A draft for a finer tolerance is meant to meet the requested one.
         let factor = tolerance[0] / self.judge.tolerance()[0];
         let wanted = factor.max(1.0);
         let target = &self.options.target;
@@ -451,7 +451,7 @@ impl<'a> Search<'a> {
                     target,
                 )?;
             let is_better = match &self.best {
-                // Of tables with more points or fewer, what is good counts, not what is best.
+                // Between tables with more and with fewer points, the first good one wins, not the most accurate.
                 Some(best) if adapts && is_good => best.verdict.error > GOOD * wanted,
                 Some(best) => verdict.error < best.verdict.error,
                 None => true,
@@ -479,8 +479,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Measures a draft at many more positions; true if it keeps `factor` times the tolerance there. Otherwise the best so
-/// far is measured again, for positions were added.
+/// Measures a draft at many more positions; true if it stays within `factor` times the tolerance. Otherwise the best
+/// so far is measured again, because positions were added.
 fn confirm(
     judge: &mut Judge<'_>,
     best: Option<&mut Candidate>,

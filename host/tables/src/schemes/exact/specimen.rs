@@ -3,8 +3,8 @@
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
-/// A machine of linear axes in the tool branch and rotary ones in the workpiece branch (letter, travel),
-/// in this order.
+/// A machine with linear axes in the tool branch and rotary ones in the workpiece branch (letter, travel), in this
+/// order.
 pub fn machine(axes: &[(char, [f64; 2])]) -> Machine {
     let mut text = String::from("name = \"specimen\"\n");
     for (letter, range) in axes {
@@ -20,7 +20,7 @@ pub fn machine(axes: &[(char, [f64; 2])]) -> Machine {
     Machine::from_toml(&text).unwrap()
 }
 
-/// Three linear axes of ±200 mm and the rotary ones given.
+/// Three linear axes of ±200 mm and the given rotary axes.
 pub(crate) fn with_rotary(rotary: &[(char, [f64; 2])]) -> Machine {
     let linear = ['X', 'Y', 'Z'].map(|letter| (letter, [-200.0, 200.0]));
     machine(&[&linear[..], rotary].concat())

@@ -1,21 +1,21 @@
 //! Coefficients of cubic tables, fitted to values.
 //!
-//! A cubic table is a uniform B-spline: what it holds are coefficients, which are not values at points. They
-//! are the least squares over the beginnings and the middles of all intervals. Of a fourth power that
-//! leaves ±h⁴·f⁗/768 there, by turns, and nowhere more: half of what interpolation at the beginnings
-//! leaves (h⁴·f⁗/384 in every middle, 0 between), and no spline leaves less. There are more of these
-//! positions than coefficients, so that no further conditions are needed at the ends.
+//! A cubic table is a uniform B-spline; it holds coefficients, which are not values at points. They are the least
+//! squares fit over the starts and midpoints of all intervals. For a fourth power the fit leaves ±h⁴·f⁗/768 there,
+//! alternating, and nowhere more. That is half of what interpolation at the starts leaves (h⁴·f⁗/384 in every
+//! midpoint, 0 between), and no spline leaves less. There are more of these positions than coefficients, so no
+//! further conditions are needed at the ends.
 
 use nalgebra::DMatrix;
 
-/// Of tables that wrap, this many intervals are fitted beyond each end: from interval to interval what is far
-/// counts about half, 1e-16 at this distance.
+/// For tables that wrap, number of intervals beyond each end that are included in the fit. The influence of a value
+/// halves about once per interval, to 1e-16 at this distance.
 const AROUND: usize = 60;
 
-/// Neighbours on each side with which a coefficient is coupled.
+/// Number of neighbours on each side with which a coefficient is coupled.
 const BAND: usize = 3;
 
-/// The weights of the four coefficients of an interval, at `t` of it.
+/// The weights of the four coefficients of an interval at fraction `t`.
 pub fn weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     let (w0, w3) = (s * s * s / 6.0, t * t * t / 6.0);
@@ -23,25 +23,23 @@ pub fn weights(t: f64) -> [f64; 4] {
     [w0, 1.0 - w0 - w2 - w3, w2, w3]
 }
 
-/// How many positions are needed for so many intervals: their beginnings and middles, and the end if the
-/// table does not wrap.
+/// Number of positions for `intervals` intervals: starts and midpoints, and the end if the table does not wrap.
 pub fn positions(intervals: usize, wraps: bool) -> usize {
     2 * intervals + usize::from(!wraps)
 }
 
-/// How many coefficients so many intervals have.
+/// Number of coefficients of `intervals` intervals.
 pub fn count(intervals: usize, wraps: bool) -> usize {
     if wraps { intervals } else { intervals + BAND }
 }
 
-/// The coefficients of tables, from their values at the beginnings and middles of the intervals
-/// (positions × tables).
+/// The coefficients of tables, from their values at the starts and midpoints of the intervals (positions × tables).
 pub fn coefficients(values: &DMatrix<f64>, wraps: bool) -> DMatrix<f64> {
     if !wraps {
         return fitted(values);
     }
     let (rows, intervals) = (values.nrows(), values.nrows() / 2);
-    // Any number of turns before it begins.
+    // Start a whole number of turns earlier.
     let before = (2 * AROUND).next_multiple_of(rows) - 2 * AROUND;
     let unrolled = DMatrix::from_fn(rows + 4 * AROUND + 1, values.ncols(), |i, k| {
         values[((before + i) % rows, k)]
@@ -49,7 +47,7 @@ pub fn coefficients(values: &DMatrix<f64>, wraps: bool) -> DMatrix<f64> {
     fitted(&unrolled).rows(AROUND, intervals).into_owned()
 }
 
-/// The same, of tables that do not wrap.
+/// The same for tables that do not wrap.
 fn fitted(values: &DMatrix<f64>) -> DMatrix<f64> {
     let n = count(values.nrows() / 2, false);
     // The normal equations: `square[i][k]` couples coefficients i and i − k.
@@ -105,7 +103,7 @@ fn fitted(values: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Values of a function at the beginnings and middles of intervals of a range.
+    /// Values of a function at the starts and midpoints of the intervals of a range.
     fn sampled(f: impl Fn(f64) -> f64, intervals: usize, [low, high]: [f64; 2]) -> DMatrix<f64> {
         let step = (high - low) / intervals as f64;
         let rows = positions(intervals, false);
@@ -119,7 +117,7 @@ mod tests {
             .sum()
     }
 
-    /// The largest error at many places of every interval.
+    /// The largest error at many positions in every interval.
     fn worst(f: impl Fn(f64) -> f64, intervals: usize, [low, high]: [f64; 2]) -> f64 {
         let found = coefficients(&sampled(&f, intervals, [low, high]), false);
         let step = (high - low) / intervals as f64;
@@ -135,7 +133,7 @@ mod tests {
     fn cubic_polynomials_are_followed_up_to_the_ends() {
         let f = |x: f64| 3.0 - 2.0 * x + 0.5 * x * x - 0.125 * x * x * x;
         for intervals in 2..40 {
-            // Coefficients up to 30; the equations lose two digits.
+            // Coefficients are up to 30; solving the equations loses two digits.
             let error = worst(f, intervals, [-3.0, 5.0]);
             assert!(error < 1e-12, "{intervals}: {error}");
         }
@@ -143,20 +141,20 @@ mod tests {
 
     #[test]
     fn what_is_left_falls_with_the_fourth_power_of_the_step() {
-        // A peak as wide as 1, its ends on its slopes.
+        // A peak of width 1, with the ends on its slopes.
         let peak = |x: f64| x / (1.0 + x * x);
         let range = [-2.3, 4.1];
         let errors = [64, 128, 256, 512].map(|n| worst(peak, n, range));
         for pair in errors.windows(2) {
             let ratio = pair[0] / pair[1];
-            // 16, and what the sixth derivative adds on the coarsest.
+            // 16, plus the contribution of the sixth derivative on the coarsest grid.
             assert!((15.5..17.0).contains(&ratio), "{ratio}");
         }
     }
 
     #[test]
     fn of_a_fourth_power_no_more_is_left_than_has_to_be() {
-        // f⁗ = 24, step 1: 24 / 768 in the middle, where ends do not reach.
+        // f⁗ = 24, step 1: 24 / 768 in the middle, out of reach of the ends.
         let f = |x: f64| x.powi(4);
         let intervals = 60;
         let found = coefficients(&sampled(f, intervals, [-30.0, 30.0]), false);
@@ -164,11 +162,11 @@ mod tests {
             for t in [0.0, 0.1, 0.25, 0.5, 0.8] {
                 let x = f64::from(k) + t - 30.0;
                 let error = (value(&found, k.into(), t) - f(x)).abs();
-                // Numbers up to 30⁴ round.
+                // Numbers up to 30⁴ are rounded.
                 assert!(error < 1.0 / 32.0 + 1e-8, "{x} {error}");
             }
         }
-        // At the ends, where fewer values decide, it is a quarter more.
+        // At the ends, where fewer values contribute, it is a quarter larger.
         assert!(worst(f, intervals, [-30.0, 30.0]) < 1.3 / 32.0);
     }
 
@@ -185,7 +183,7 @@ mod tests {
             };
             let found = coefficients(&values(0), true);
             assert_eq!(found.nrows(), intervals);
-            // Begun elsewhere, it is the same table.
+            // It is the same table if it starts elsewhere.
             let moved = coefficients(&values(6), true);
             for k in 0..intervals {
                 let other = moved[(k, 0)];

@@ -1,4 +1,4 @@
-//! Terms and the tables that they are products of.
+//! Terms, and the tables whose products they are.
 
 use super::basis::Basis;
 use super::core::{Entry, Key};
@@ -24,7 +24,7 @@ pub enum Function {
 pub struct Term {
     /// Index of the output axis.
     pub output: usize,
-    /// Weight (units of the output's tolerance, over those of a merged table).
+    /// Weight, in units of the output's tolerance, divided by those of a merged table.
     pub weight: f64,
     /// Its tables: variable and function.
     pub factors: Vec<(usize, Function)>,
@@ -48,12 +48,11 @@ pub struct Structure {
     pub merged: Vec<Merged>,
 }
 
-/// Two merged tables that differ by less than this (in units of the tolerance) are one.
+/// Two merged tables that differ by less than this (in units of the tolerance) are treated as one.
 const SAME: f64 = 0.02;
 
 impl Structure {
-    /// Adds one entry as a term of its own; where its product is too long, the longest parts
-    /// become merged tables.
+    /// Adds one entry as a separate term. If its product is too long, the longest parts become merged tables.
     pub fn single(&mut self, entry: &Entry, variables: &[Variable], bases: &[Basis]) {
         let mut key = entry.key;
         let mut short = Vec::new();
@@ -68,7 +67,7 @@ impl Structure {
                             .map_or(0, Vec::len)
                     };
                     let long = (0..variables.len()).filter(|v| length(*v) > 1);
-                    // Nothing is left to shorten: it stays out.
+                    // Nothing left to shorten: leave the entry out.
                     let Some(v) = long.max_by_key(|v| length(*v)) else {
                         return;
                     };
@@ -112,8 +111,8 @@ impl Structure {
         (factors.len() <= trueaxis::FACTORS).then_some(factors)
     }
 
-    /// A merged table for these coefficients: an existing one that is proportional, or a new one.
-    /// Returns its number and the weight to use it with.
+    /// A merged table for these coefficients: an existing proportional one, or a new one. Returns its number and the
+    /// weight to use with it.
     pub(crate) fn merge(
         &mut self,
         variable: usize,
@@ -158,7 +157,7 @@ impl Structure {
         self.tables().len()
     }
 
-    /// The tables in use, each once.
+    /// The tables in use, without repetition.
     pub fn tables(&self) -> Vec<(usize, Function)> {
         let mut tables: Vec<(usize, Function)> = self
             .terms
@@ -170,7 +169,7 @@ impl Structure {
         tables
     }
 
-    /// Evaluates the terms with function values given per variable.
+    /// Evaluates the terms with given function values for each variable.
     pub fn evaluate(&self, values: &HashMap<(usize, Function), f64>, outputs: usize) -> Vec<f64> {
         let mut sums = vec![0.0; outputs];
         for term in &self.terms {

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// Everything found about a correction.
+/// Everything that is known about a correction.
 pub struct Decomposition<'a> {
     pub sampler: &'a Sampler<'a>,
     pub components: &'a [Component],
@@ -84,7 +84,7 @@ impl Decomposition<'_> {
         }
     }
 
-    /// Tables in use per variable, the bent ones and the straight ones.
+    /// Tables in use per variable: bent ones and straight ones.
     pub fn tables(&self) -> BTreeMap<usize, (Vec<Function>, Vec<Function>)> {
         let mut tables: BTreeMap<usize, (Vec<Function>, Vec<Function>)> = BTreeMap::new();
         for (v, function) in self.structure.tables() {
@@ -98,8 +98,8 @@ impl Decomposition<'_> {
         tables
     }
 
-    /// What interpolation with these weights of rows does to each output, against the true values in a
-    /// row of others.
+    /// The error in each output if tables are interpolated with these weights of rows, compared with the true values
+    /// in a row of `truth`.
     pub fn errors_at(
         &self,
         v: usize,
@@ -134,7 +134,7 @@ impl Decomposition<'_> {
         errors
     }
 
-    /// Largest magnitude of a table in the calibrated range, or a bound of it.
+    /// Largest magnitude of a table in the calibrated range, or an upper bound.
     fn peak(&self, v: usize, function: &Function) -> f64 {
         match function {
             Function::Numeric(k) => self.bases[v].peaks[*k],
@@ -144,7 +144,7 @@ impl Decomposition<'_> {
     }
 }
 
-/// Which runtime input a variable is, and how its values convert to the input's unit.
+/// The runtime input of a variable, and the factor that converts its values to the input's unit.
 pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
     let axes = machine.axes.len();
     let with_length = usize::from(variables.iter().any(|w| w.kind == Kind::Length));
@@ -157,7 +157,7 @@ pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
     }
 }
 
-/// A number for each table, for evaluation in f64 at one place.
+/// The values of all tables at one place, in f64.
 pub(crate) fn values_at(
     sampled: &BTreeMap<usize, Sampled>,
     row: usize,

@@ -1,4 +1,4 @@
-//! What tables may deviate by: of each axis, and in what matters under the policy.
+//! Permitted deviations of tables: for each axis, and for what matters under the policy.
 
 use crate::policy;
 use crate::validate::Command;
@@ -7,21 +7,21 @@ use rand_pcg::Pcg64Mcg;
 use trueaxis_model::kinematics::{Jacobian, Kinematics, Policy};
 use trueaxis_model::machine::PerAxis;
 
-/// Random positions at which levers are looked at.
+/// Number of random positions at which levers are computed.
 const PLACES: usize = 200;
 
-/// What tables may deviate by from the kinematic correction.
+/// Permitted deviation of tables from the kinematic correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Of each axis (mm, rad): what structures are made for. Under [`Policy::Direction`] a rotary axis
-    /// may do at the tip what a linear one may, for their tables leave something alike.
+    /// For each axis (mm, rad); structures are made for it. Under [`Policy::Direction`] a rotary axis may move the
+    /// tip as far as a linear one, because their tables leave similar errors.
     pub axes: PerAxis,
-    /// Of the tip (mm) and of the tool's direction (rad), if these are what is measured.
+    /// For the tip (mm) and the tool direction (rad), if these are what is measured.
     tool: Option<[f64; 2]>,
 }
 
 impl Tolerance {
-    /// Of `mm` for linear axes or the tip.
+    /// The tolerance if linear axes or the tip may deviate by `mm`.
     pub fn new(kinematics: &Kinematics<'_>, mm: f64) -> Self {
         let urad = policy::tolerance_urad(kinematics.policy, 1e3 * mm);
         let direction = 1e-6 * urad;
@@ -42,8 +42,8 @@ impl Tolerance {
         }
     }
 
-    /// True if the tip and the tool's direction are measured, where deviations of axes that belong together
-    /// cancel: tables then need far fewer points than each of them seems to.
+    /// True if the tip and the tool direction are measured. There, deviations of related axes cancel, so tables need
+    /// far fewer points than each axis alone would.
     pub(crate) fn is_of_tool(&self) -> bool {
         self.tool.is_some()
     }
@@ -59,7 +59,7 @@ impl Tolerance {
     }
 }
 
-/// The largest way (mm) of the tip per rad of a rotary axis, at random positions.
+/// The largest displacement (mm) of the tip per rad of a rotary axis, at random positions.
 fn lever(kinematics: &Kinematics<'_>, axis: usize) -> f64 {
     let machine = kinematics.machine;
     let mut random = Pcg64Mcg::seed_from_u64(4);
@@ -80,6 +80,6 @@ fn lever(kinematics: &Kinematics<'_>, axis: usize) -> f64 {
         let [x, y, z, ..] = kinematics.jacobian(&q, situation.length).column(axis);
         (x * x + y * y + z * z).sqrt()
     });
-    // No lever at all: the axis turns about the tip.
+    // The axis turns about the tip if there is no lever.
     ways.fold(1.0, f64::max)
 }

@@ -1,4 +1,4 @@
-//! A structure is tried before its tables get points.
+//! Tests a structure before its tables get points.
 
 use super::limits::TRIALS;
 use super::peak_tables;
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 
-/// A random place in the calibrated ranges, with a random direction of travel where it counts.
+/// A random place in the calibrated ranges, with a random direction of travel where it matters.
 pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> VariableValues {
     let mut place = [0.0; MAX_VARIABLES];
     for (x, variable) in place.iter_mut().zip(variables) {
@@ -31,8 +31,8 @@ pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Var
     place
 }
 
-/// Moves every variable to the nearer end of its calibrated range, or as near to it as no motion holds
-/// there for a correction of 1 %: corners are where most effects are largest.
+/// Moves every variable to the nearer end of its calibrated range, or as close as possible without any motion
+/// holding its end value for a correction of 1 %. Most effects are largest in corners.
 pub(crate) fn to_corner(variables: &[Variable], place: &mut VariableValues) {
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
@@ -49,7 +49,7 @@ pub(crate) fn to_corner(variables: &[Variable], place: &mut VariableValues) {
     }
 }
 
-/// The nearest of some positions; the position itself if there are none.
+/// The nearest of some positions, or `x` itself if there are none.
 fn nearest(positions: &[f64], x: f64) -> f64 {
     let near = |a: &&f64, b: &&f64| (**a - x).abs().total_cmp(&(**b - x).abs());
     positions.iter().min_by(near).copied().unwrap_or(x)
@@ -62,11 +62,11 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// Draws them.
+    /// Draws the places.
     pub fn new(sampler: &Sampler<'_>) -> Result<Self, NotConverged> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let (mut places, mut corrections) = (Vec::new(), Vec::new());
-        // Where tables are looked at anyway, samples are there twice for the work of one.
+        // Where tables are sampled anyway, twice the number of samples costs nothing extra.
         let policy = sampler.kinematics.policy;
         let looks = |variable: &Variable| {
             let grid = peak_tables::grid(policy, variable);
@@ -94,7 +94,7 @@ impl Trials {
         })
     }
 
-    /// Largest difference of the structure to the exact correction, in units of the tolerance.
+    /// Largest difference of the structure from the exact correction, in units of the tolerance.
     pub fn error(&self, found: &Decomposition<'_>) -> Result<f64, NotConverged> {
         let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
         for (v, (bent, straight)) in found.tables() {

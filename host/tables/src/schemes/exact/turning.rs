@@ -1,5 +1,5 @@
-//! What rotary positions do to small errors on their way to the corrections: sines and cosines, and
-//! what is divided by them.
+//! The functions by which rotary positions turn small errors into corrections: sines and cosines, and quotients of
+//! them.
 
 use super::chebyshev;
 use nalgebra::DMatrix;
@@ -10,31 +10,31 @@ use trueaxis_model::errors::{Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 
-/// How many nodes see what a rotary axis does with its motions off.
+/// Number of nodes that resolve the functions of a rotary axis with its motions off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turning {
-    /// Where nothing bends: constant errors, to second order.
+    /// If nothing bends: constant errors, up to second order.
     pub base: usize,
-    /// Where motions of other axes are on: first order.
+    /// If motions of other axes are on: first order.
     pub others: usize,
 }
 
-/// Nodes at which functions are counted: more than any axis has had.
+/// Number of nodes at which functions are counted: more than any axis has had functions.
 const SEEN: usize = 17;
 /// The second order of constant errors has nine functions: products of sine and cosine.
 const BASE: usize = 13;
-/// Random positions of the other axes at which they are.
+/// Number of random positions of the other axes at which functions are counted.
 const PLACES: usize = 6;
-/// More nodes than functions.
+/// Nodes in excess of the number of functions.
 const SPARE: usize = 2;
-/// Corrections that differ by less than this part of the largest, which counts as 0.01 mm at least, are the same:
-/// they are iterated to 1e-12 mm or rad.
+/// Corrections that differ by less than this fraction of the largest, taken as at least 0.01 mm, are equal: they are
+/// iterated to 1e-12 mm or rad.
 const ALIKE: f64 = 1e-10;
-/// An angle (rad) counts like a displacement (mm) on a lever of this length.
+/// Lever (mm) on which an angle (rad) counts as a displacement (mm).
 const LEVER: f64 = 300.0;
 
-/// Positions along a rotary axis whose motions are off, where everything repeats after a turn:
-/// evenly over one, if the range is not smaller.
+/// Positions along a rotary axis with its motions off, where everything repeats after one turn: evenly spaced over
+/// one turn, unless the range is smaller.
 pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     if high - low < TAU {
         return chebyshev::points([low, high], count);
@@ -47,14 +47,13 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
 impl Turning {
     /// For inputs other than rotary axes.
     pub const NONE: Self = Self { base: 1, others: 1 };
-    /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
-    /// the first of them.
+    /// For a rotary axis whose motions are never off: about three times five functions, and the first five.
     pub(crate) const UNEVEN: Self = Self {
         base: 33,
         others: 17,
     };
 
-    /// Of a rotary axis; functions smaller than `relative` of the largest do not count.
+    /// For a rotary axis; functions smaller than `relative` of the largest are ignored.
     pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {
         if turns_all_alike(kinematics, index) {
             let count = 1 + SPARE;
@@ -83,7 +82,7 @@ impl Turning {
             }
         }
         let samples = DMatrix::from_vec(SEEN, columns.len() / SEEN, columns);
-        // Eigenvalues are squares, and good to 1e-15 of the largest.
+        // Eigenvalues are squares, accurate to 1e-15 of the largest.
         let values = (&samples * samples.transpose()).symmetric_eigenvalues();
         let least = relative.powi(2).max(1e-14) * values.amax();
         let count = values.iter().filter(|v| **v > least).count() + SPARE;
@@ -108,8 +107,8 @@ impl Turning {
     }
 }
 
-/// True if the correction does not depend on where a rotary axis stands: the last one before the workpiece, or
-/// before the tool, without motions of its own that vary, turns everything alike.
+/// True if the correction does not depend on the position of a rotary axis: the last one before the workpiece or the
+/// tool, without varying motions of its own, turns everything alike.
 fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let mut situation = Situation {
@@ -121,7 +120,7 @@ fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
     }
     (0..PLACES).all(|_| {
         let start = within_travel(kinematics.machine, &mut random);
-        // Anywhere: at even parts of a turn harmonics are alike too.
+        // At arbitrary angles: at equal parts of a turn, harmonics look alike too.
         let others = [(); 2].map(|()| within_travel(kinematics.machine, &mut random));
         let all = std::iter::once(start).chain(others);
         let mut corrections = all.map(|other| {
@@ -154,8 +153,8 @@ pub fn within_travel(machine: &Machine, random: &mut Pcg64Mcg) -> PerAxis {
     })
 }
 
-/// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
-/// linearised at a position.
+/// The corrections (mm, rad times a lever) for every small location and motion error of every axis, linearised at a
+/// position.
 pub(crate) fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     let machine = kinematics.machine;
     let linearised = Linearised::new(kinematics, q, &Situation::default());
@@ -197,7 +196,7 @@ mod tests {
     use trueaxis_model::kinematics::Policy;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
-        // A motion of each, so that none turns everything alike.
+        // One motion for each, so that none turns everything alike.
         let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
         let motions = rotary.map(|axis| format!("EX{}1 = 1e-3\n", axis.letter.char()));
         let text: String = motions.collect();
@@ -225,7 +224,7 @@ mod tests {
             [3, 4].map(|index| turns_all_alike(&kinematics, index))
         };
         let location = "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\nEX0C = 30e-3\nEA0C = 1e-4\n";
-        // One of them stands next to the workpiece or to the tool, the other between.
+        // One of them is next to the workpiece or the tool, the other in between.
         let found = last(location);
         assert!(found[0] != found[1], "{found:?}");
         let own = last(&format!("{location}EXC1 = 1e-3\nEXA1 = 1e-3\n"));

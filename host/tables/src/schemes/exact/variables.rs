@@ -6,7 +6,7 @@ use trueaxis_model::errors::{MAX_SENSORS, Motion};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
 
-/// The most variables: axes, directions, tool length, temperatures.
+/// The largest number of variables: axes, directions, tool length, temperatures.
 pub(crate) const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
 
 /// A value for each variable (mm, rad, K, ±1), in the order of [`variables`].
@@ -23,7 +23,7 @@ pub enum Kind {
     Rotary(usize),
     /// Tool length: the correction is affine in it.
     Length,
-    /// Temperature of a sensor from its reference.
+    /// Temperature of a sensor relative to its reference.
     Kelvin(usize),
     /// Direction of travel of an axis: +1, −1, 0 if unknown.
     Sign(usize),
@@ -32,26 +32,26 @@ pub enum Kind {
 /// One variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// What it stands for.
+    /// What it represents.
     pub kind: Kind,
     /// Its range (mm, rad, K; −1…1).
     pub range: [f64; 2],
-    /// True if its range is one turn after which everything repeats.
+    /// True if its range is one turn, after which everything repeats.
     pub wraps: bool,
     /// Where its functions may have a kink: points of tabulated motions, ends of the calibrated range.
     pub kinks: Vec<f64>,
-    /// Where the tolerance is to hold: the calibrated part of the range.
+    /// The calibrated part of the range, where the tolerance applies.
     pub calibrated: [f64; 2],
-    /// The ends of the calibrated range that lie inside the travel. The motion holds from where
-    /// the *corrected* position passes an end, so near them, within the correction itself, the
-    /// exact correction is not a sum of products.
+    /// The ends of the calibrated range that lie inside the travel. The motion holds its end value once the
+    /// *corrected* position passes the end, so near them, within the correction itself, the exact correction is not
+    /// a sum of products.
     pub ends: Vec<f64>,
-    /// True if the axis has error motions that vary along it. They can be switched off; what is
-    /// left along a rotary axis are its sines and cosines, along a linear one its coordinate.
+    /// True if the axis has error motions that vary along it. They can be switched off; the remaining functions
+    /// along a rotary axis are its sines and cosines, along a linear one its coordinate.
     pub moves: bool,
-    /// How many nodes see all of its functions with its motions on.
+    /// Number of nodes that resolve all of its functions with its motions on.
     pub nodes: usize,
-    /// How many nodes of a rotary axis see all of its functions with its motions off.
+    /// Number of nodes that resolve all functions of a rotary axis with its motions off.
     pub turning: Turning,
     /// Further nodes of a rotary axis, at the peaks of the correction.
     pub peaks: Vec<f64>,
@@ -63,7 +63,7 @@ impl Variable {
         matches!(self.kind, Kind::Bending(_) | Kind::Rotary(_))
     }
 
-    /// Positions over the calibrated range at which all of its functions are seen.
+    /// Positions over the calibrated range that resolve all of its functions.
     pub fn many(&self) -> Vec<f64> {
         let [low, high] = self.calibrated;
         let count = self.nodes.max(self.turning.base);
@@ -72,13 +72,13 @@ impl Variable {
         all
     }
 
-    /// True for variables that can be switched off: the correction is split into what is there
-    /// without them and what each, and each pair, adds.
+    /// True for variables that can be switched off: the correction is split into the part without them and the
+    /// contributions of each and of each pair.
     pub(crate) fn is_switch(&self) -> bool {
         self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
     }
 
-    /// Middle and half of the range.
+    /// Middle and half width of the range.
     fn middle(&self) -> [f64; 2] {
         let [low, high] = self.range;
         [0.5 * (low + high), 0.5 * (high - low)]
@@ -86,9 +86,9 @@ impl Variable {
 
     /// The position at which the coordinate ξ is 0, and the largest distance from it.
     ///
-    /// Powers of ξ must stay apart, so along a motion that bends ξ is counted from the middle of
-    /// a range on one side of 0. Elsewhere nothing is of a degree above two, and a coordinate from
-    /// 0 has fewer terms.
+    /// Powers of ξ must be well separated, so along a bending motion with its range on one side of 0, ξ is measured
+    /// from the middle of the range. Elsewhere no degree exceeds two, and a coordinate measured from 0 gives fewer
+    /// terms.
     fn origin(&self) -> [f64; 2] {
         let [middle, half] = self.middle();
         if matches!(self.kind, Kind::Bending(_)) && middle.abs() > 0.5 * half {
@@ -109,14 +109,13 @@ impl Variable {
         zero + xi * scale
     }
 
-    /// True for rotary axes so narrow that 1, sine, cosine and their products are nearly
-    /// dependent.
+    /// True for rotary axes with a range so narrow that 1, sine, cosine and their products are nearly dependent.
     fn is_narrow(&self) -> bool {
         self.middle()[1] < NARROW
     }
 
-    /// The sine of a rotary position, the odd generator: on a narrow range, from its middle and in
-    /// units of its largest value.
+    /// The sine of a rotary position, the odd generator. On a narrow range it is measured from the middle, in units
+    /// of its largest value.
     pub fn sine(&self, x: f64) -> f64 {
         if !self.is_narrow() {
             return x.sin();
@@ -125,8 +124,8 @@ impl Variable {
         (x - middle).sin() / half.sin()
     }
 
-    /// The cosine of a rotary position, the even generator: on a narrow range, from its middle and
-    /// stretched so that it takes −1…1 like the second Chebyshev polynomial.
+    /// The cosine of a rotary position, the even generator. On a narrow range it is measured from the middle and
+    /// stretched to cover −1…1 like the second Chebyshev polynomial.
     pub fn cosine(&self, x: f64) -> f64 {
         if !self.is_narrow() {
             return x.cos();
@@ -135,14 +134,14 @@ impl Variable {
         2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
     }
 
-    /// Where to sample for a position: on a kink, a little to either side, for what motions do to
-    /// the arguments of others steps there.
+    /// Where to sample for a position. On a kink, a little to either side, because the effect of motions on the
+    /// arguments of others steps there.
     pub fn sides(&self, x: f64) -> Vec<f64> {
         let [low, high] = self.range;
         let near = KINK * (high - low);
         let next = self.kinks.partition_point(|k| *k < x - near);
         match self.kinks.get(next) {
-            // At an end of the calibrated range only the inner side counts.
+            // At an end of the calibrated range, only the inner side counts.
             Some(kink) if *kink <= x + near && !self.ends.contains(kink) => {
                 vec![kink - 2.0 * near, kink + 2.0 * near]
             }
@@ -155,36 +154,35 @@ impl Variable {
         self.turning == Turning::UNEVEN
     }
 
-    /// The node positions with its motions on: Chebyshev points with both ends, which keep
-    /// polynomials and trigonometric functions well apart; and those at peaks.
+    /// The node positions with its motions on: Chebyshev points with both ends, which separate polynomials and
+    /// trigonometric functions well, and those at peaks.
     pub fn positions(&self, count: usize) -> Vec<f64> {
         self.with_peaks(chebyshev::points(self.range, count))
     }
 
-    /// With the nodes at peaks, in order.
+    /// Adds the nodes at peaks, in ascending order.
     fn with_peaks(&self, mut nodes: Vec<f64>) -> Vec<f64> {
         nodes.extend(&self.peaks);
         nodes.sort_by(f64::total_cmp);
         nodes
     }
 
-    /// The node positions of a rotary axis with its motions off, where everything repeats after a
-    /// turn: evenly over one, if the range is not smaller.
+    /// The node positions of a rotary axis with its motions off, where everything repeats after one turn: evenly
+    /// spaced over one turn, unless the range is smaller.
     pub(crate) fn turning_positions(&self, count: usize) -> Vec<f64> {
         self.with_peaks(turning::positions(self.range, count))
     }
 }
 
-/// Rotary axes with less than this to either side of their middle (80°) count as narrow: beyond,
-/// the nine products of sine and cosine up to degree four have a condition number below 1e4.
+/// Rotary axes with less than this on either side of their middle (80°) count as narrow. Beyond, the nine products
+/// of sine and cosine up to degree four have a condition number below 1e4.
 const NARROW: f64 = 1.4;
 
-/// A position is on a kink if it is nearer than this part of the range: ten times the rounding of
-/// positions to f32.
+/// A position is on a kink if it is closer than this fraction of the range: ten times the rounding of positions to
+/// f32.
 const KINK: f64 = 1e-6;
 
-/// True if motions of rotary axes are better switched than sampled together: where a grid of all
-/// of them is too large.
+/// True if a grid of all rotary axes together is too large, so that their motions should be switched separately.
 fn separates(kinematics: &Kinematics<'_>) -> bool {
     let rotary = kinematics.machine.axes.iter().enumerate();
     let uneven: Vec<usize> = rotary
@@ -198,8 +196,7 @@ fn separates(kinematics: &Kinematics<'_>) -> bool {
         })
 }
 
-/// The variables of a machine with its errors; `relative` is the part of a correction that does not
-/// count.
+/// The variables of a machine with its errors; `relative` is the negligible fraction of a correction.
 pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     let separates = separates(kinematics);
@@ -244,14 +241,14 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
             .unwrap_or(0);
         let directed = tables.iter().any(|t| t.negative.is_some());
         let nodes = match (axis.letter.is_rotary(), tabulated, directed) {
-            // Six motions, each times five products of sine and cosine, and their second order; as
-            // many again in the other direction.
+            // Six motions, each times five products of sine and cosine, and their second order; the same number
+            // again in the other direction.
             (true, true, true) => 65,
             (true, true, false) => 45,
             (true, false, _) => 33,
             (false, true, true) => 35,
             (false, true, false) => 21,
-            // Polynomials: their products with the coordinate and their second order.
+            // Polynomials: their products with the coordinate, and their second order.
             (false, false, _) => (2 * degree + 5).clamp(15, 21),
         };
         variables.push(Variable {
@@ -328,7 +325,7 @@ mod tests {
                     all[k].iter().map(|g| g.value(c, at[i])).product::<f64>()
                 });
                 let values = values.singular_values();
-                // The plain products have 1e13 on ±3°; the rounding of f64 leaves 1e-12 with 1e4.
+                // The plain products have 1e13 on ±3°; with 1e4, f64 rounding leaves 1e-12.
                 let condition = values.max() / values.min();
                 assert!(condition < 1e4, "±{half}° around {middle}°: {condition:.0}");
             }

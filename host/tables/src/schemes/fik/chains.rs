@@ -1,4 +1,4 @@
-//! From the closed form of a group to products of functions of one input each.
+//! Splits the closed form of a group into products of functions of one input each.
 
 use super::form::{TURNS, Variables, turns};
 use super::groups::Group;
@@ -6,12 +6,12 @@ use crate::schemes::products::Points;
 use crate::schemes::products::{Factor, Function};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// Of functions of two rotary axes, products below this part of the largest are rounding.
+/// In functions of two rotary axes, products below this fraction of the largest are rounding.
 const RANK: f64 = 1e-10;
-/// A constant is a sum of the functions of levers if that leaves this part of it.
+/// A constant counts as a sum of the functions of levers if the remainder is below this fraction of it.
 const EXPLAINED: f64 = 1e-9;
 
-/// The chains of a group: products of tables, each of another input, at least one.
+/// The chains of a group, at least one: products of tables, each of another input.
 pub(crate) fn chains(group: &Group, variables: &Variables, points: &[Points]) -> Vec<Vec<Factor>> {
     let form = &group.form.0;
     let offsets = offsets(form);
@@ -39,7 +39,7 @@ pub(crate) fn chains(group: &Group, variables: &Variables, points: &[Points]) ->
             });
             let of_first: Vec<f64> = of_first.collect();
             let of_second: Vec<f64> = along.iter().copied().collect();
-            // A function that is constant is a number in another table.
+            // A constant function becomes a factor in another table.
             let mut times = 1.0;
             for (input, values) in [(first, of_first), (second, of_second)] {
                 match constant(&values) {
@@ -69,7 +69,7 @@ fn plain(function: &Function) -> Factor {
     }
 }
 
-/// The number that a function is, if it is one.
+/// The value of a constant function, or `None`.
 fn constant(values: &[f64]) -> Option<f64> {
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let same = values
@@ -78,7 +78,7 @@ fn constant(values: &[f64]) -> Option<f64> {
     same.then(|| values[0])
 }
 
-/// Takes a factor in; tables of one input become one.
+/// Adds a factor; tables of the same input are merged into one.
 fn multiply(factors: &mut Vec<Factor>, factor: Factor) {
     let function = &factor.function;
     let same = factors
@@ -95,7 +95,8 @@ fn multiply(factors: &mut Vec<Factor>, factor: Factor) {
     }
 }
 
-/// Puts a number into a table that is not shared; into one of the output axis if there is none.
+/// Multiplies a product by a number, in a table that is not shared if there is one. A product without factors gets a
+/// table of the output axis.
 pub fn scale(factors: &mut Vec<Factor>, times: f64, output: usize, points: &[Points]) {
     if factors.is_empty() {
         let values = vec![1.0; points[output].at.len()];
@@ -111,8 +112,8 @@ pub fn scale(factors: &mut Vec<Factor>, times: f64, output: usize, points: &[Poi
     }
 }
 
-/// What is added to each lever so that the constant of a form is part of their products: (Z − t)·f(A) instead
-/// of Z·f(A) − t·f(A). `None` if it is not.
+/// Offsets of the levers that include the constant of a form in their products: (Z − t)·f(A) instead of Z·f(A) −
+/// t·f(A). `None` if there are none.
 fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
     let flat = |m: &DMatrix<f64>| DVector::from_column_slice(m.as_slice());
     let constant = flat(&form[0]);
@@ -122,7 +123,7 @@ fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
     if enough == 0.0 {
         return Some(offsets);
     }
-    // Of one lever, if that will do.
+    // Use a single lever if possible.
     for (k, lever) in levers.iter().enumerate() {
         let offset = constant.dot(lever) / lever.norm_squared();
         if (&constant - lever * offset).norm() <= enough {
@@ -143,7 +144,7 @@ fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
         .map(|(lever, offset)| lever * *offset);
     let rest = sum.fold(constant.clone(), |rest, part| rest - part);
     (rest.norm() <= enough).then(|| {
-        // What is left of nothing by rounding would keep tables from being shared.
+        // Rounding errors instead of zeros would keep tables from being shared.
         let most = found.amax();
         let clean = |offset: &f64| {
             if offset.abs() < RANK * most {
@@ -156,7 +157,8 @@ fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
     })
 }
 
-/// A matrix as the fewest products of a column and a row: the row with the largest number again and again.
+/// A matrix as the smallest number of products of a column and a row, by repeatedly splitting off the row with the
+/// largest number.
 fn products(matrix: &DMatrix<f64>) -> Vec<(DVector<f64>, RowDVector<f64>)> {
     let enough = RANK * matrix.amax();
     let mut rest = matrix.clone();

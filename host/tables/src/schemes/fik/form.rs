@@ -1,10 +1,10 @@
-//! The closed form of the first-order correction for each error: Δq = −J⁺ · (what a unit does to the tool).
+//! The closed form of the first-order correction for each error: Δq = −J⁺ · (effect of one unit on the tool).
 //!
-//! It is affine in the linear positions and in the tool length, for only the levers of rotations contain these,
-//! and of degree two in sine and cosine of the rotary axis next to the workpiece. Of the other rotary axis it is
-//! the same under `orientation` and `position`; under `direction` it is divided by what depends on that axis
-//! alone, whose function is therefore taken at the points of its tables. A polynomial that is sampled at as many
-//! places as it has coefficients is known exactly.
+//! It is affine in the linear positions and in the tool length, which only appear in the levers of rotations, and of
+//! degree two in sine and cosine of the rotary axis next to the workpiece. The dependence on the other rotary axis
+//! is the same under `orientation` and `position`. Under `direction` there is a division by a function of that axis
+//! alone, so its function is sampled at the points of its tables. A polynomial that is sampled at as many places as
+//! it has coefficients is known exactly.
 
 use super::sources::Source;
 use crate::schemes::products::Points;
@@ -17,22 +17,22 @@ use trueaxis_model::parallel;
 
 /// Functions of the rotary axis next to the workpiece: 1, cos, sin, cos 2, sin 2.
 pub const TURNS: usize = 5;
-/// From 0, a lever of this length (mm) tells the slope of what is affine; any would do.
+/// Lever (mm) used to find the slope of an affine function, starting from 0; any value would do.
 const LEVER: f64 = 512.0;
-/// Closed forms agree with the correction to this part of the largest: rounding of a few dozen operations.
+/// Closed forms agree with the correction to this fraction of the largest value: rounding of a few dozen operations.
 const AGREES: f64 = 1e-9;
 
-/// Which inputs the closed forms depend on.
+/// The inputs of the closed forms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variables {
-    /// The rotary axis next to the workpiece, and the one next to the tool.
+    /// The rotary axis next to the workpiece, then the one next to the tool.
     pub rotary: [usize; 2],
-    /// Linear axes in order; then the tool length, if it is an input.
+    /// Linear axes in order, followed by the tool length if it is an input.
     pub levers: Vec<usize>,
 }
 
 impl Variables {
-    /// Of a machine with two rotary axes; `None` for another.
+    /// For a machine with two rotary axes; `None` for any other.
     pub fn new(machine: &Machine) -> Option<Self> {
         let of = |branch: Branch| {
             let axes = machine.axes.iter().enumerate();
@@ -52,13 +52,13 @@ impl Variables {
     }
 }
 
-/// What a unit of one error asks of one output: for 1 and each lever a matrix, functions of the rotary axis next
-/// to the workpiece × points of the other (mm or rad per mm or rad, and per mm of lever).
+/// Correction of one output for one unit of one error. A matrix for 1 and for each lever: functions of the rotary
+/// axis next to the workpiece × points of the other (mm or rad per mm or rad, and per mm of lever).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form(pub Vec<DMatrix<f64>>);
 
 impl Form {
-    /// All numbers in a row.
+    /// All numbers as one vector.
     pub fn flat(&self) -> DVector<f64> {
         let numbers: Vec<f64> = self.0.iter().flat_map(|m| m.iter().copied()).collect();
         DVector::from_vec(numbers)
@@ -77,7 +77,7 @@ pub fn turns(angle: f64) -> [f64; TURNS] {
     [1.0, c, s, c2, s2]
 }
 
-/// What a unit of each source asks of every axis at a position.
+/// The correction of every axis at a position, for one unit of each source.
 fn corrections(
     kinematics: &Kinematics<'_>,
     sources: &[Source],
@@ -94,7 +94,7 @@ fn corrections(
     sources.iter().map(unit).collect()
 }
 
-/// How large 1 and each lever may become (mm).
+/// Largest magnitude of 1 and of each lever (mm).
 fn reach(variables: &Variables, points: &[Points]) -> Vec<f64> {
     let ends = |input: &usize| {
         let [first, last] = points[*input].ends();
@@ -105,8 +105,8 @@ fn reach(variables: &Variables, points: &[Points]) -> Vec<f64> {
     std::iter::once(1.0).chain(levers).collect()
 }
 
-/// The closed forms of every source (first index) for every output; `None` if there is one that has none: where
-/// linear axes are not fixed to each other's directions.
+/// The closed forms of every source (first index) for every output. `None` if one has no closed form, because the
+/// directions of linear axes are not fixed relative to each other.
 pub fn forms(
     kinematics: &Kinematics<'_>,
     variables: &Variables,
@@ -132,7 +132,7 @@ pub fn forms(
         let one = |k: usize| if k + 1 == lever { LEVER } else { 0.0 };
         (0..count).map(one).collect()
     };
-    // By point, lever, turn, source.
+    // Indices: point, lever, turn, source.
     let sampled = parallel::map(&points[second].at, |at| {
         let levers = (0..=count).map(|lever| {
             let turns = (0..TURNS).map(|turn| {
@@ -177,10 +177,10 @@ pub fn forms(
     Some(forms)
 }
 
-/// The position and the tool length of an angle, a point and levers.
+/// Position and tool length for an angle, a point and levers.
 type Place<'a> = dyn Fn(f64, f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
 
-/// Whether forms give the corrections at places where they were not sampled.
+/// Whether the forms give the correct corrections at places where they were not sampled.
 fn agree(
     kinematics: &Kinematics<'_>,
     sources: &[Source],
@@ -190,7 +190,7 @@ fn agree(
     place: &Place<'_>,
 ) -> bool {
     (0..24).all(|k| {
-        // Places that follow no pattern of the samples.
+        // Places unrelated to the pattern of the samples.
         let part = |n: usize| (0.618_033_988_749_895 * (7 * k + n) as f64).fract();
         let point = (part(0) * second.at.len() as f64) as usize % second.at.len();
         let angle = TAU * part(1);
@@ -215,7 +215,7 @@ fn agree(
     })
 }
 
-/// Nothing instead of what is left of nothing by rounding.
+/// Sets rounding errors to zero.
 fn clean(machine: &Machine, forms: &mut [Form], reach: &[f64]) {
     let largest = |rotary: bool, forms: &[Form]| {
         let of_kind = machine.axes.iter().zip(forms);
@@ -226,7 +226,7 @@ fn clean(machine: &Machine, forms: &mut [Form], reach: &[f64]) {
     for (axis, form) in machine.axes.iter().zip(forms) {
         let least = 1e-11 * most[usize::from(axis.letter.is_rotary())].max(1.0);
         for (matrix, reach) in form.0.iter_mut().zip(reach) {
-            // A whole row: a small value of a function is none of its zeros.
+            // A whole row at a time: a small value of a nonzero function is not a rounding error.
             for mut row in matrix.row_iter_mut() {
                 if row.amax() * reach < least {
                     row.fill(0.0);

@@ -1,30 +1,30 @@
-//! Errors that ask the same of an output, up to a number, go through the same tables.
+//! Errors whose corrections of an output are proportional share the same tables.
 
 use super::form::Form;
 use super::sources::Source;
 use crate::schemes::products::Function;
 use trueaxis_model::machine::Machine;
 
-/// Closed forms are the same up to a number if they differ by this part of them.
+/// Closed forms are proportional if they differ by less than this fraction.
 const SAME: f64 = 1e-9;
 
-/// What the same tables of one output do.
+/// Tables of one output and the errors that share them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     /// Index of the output axis.
     pub output: usize,
-    /// What a weight of 1 asks for (mm or deg).
+    /// The correction (mm or deg) for a weight of 1.
     pub form: Form,
-    /// What it is multiplied by besides.
+    /// Further factors.
     pub along: Vec<Function>,
-    /// The weight: the error itself, if there is one alone, or the sum of those that are proportional.
+    /// The weight: the error itself if there is only one, or the sum of proportional ones.
     pub weight: f64,
-    /// The errors, each with what a unit of it adds to the weight.
+    /// The errors, each with its contribution per unit to the weight.
     pub members: Vec<(usize, f64)>,
 }
 
 impl Group {
-    /// The error that is here alone, with its own number as the weight.
+    /// The only error of the group, if its own value is the weight.
     pub fn alone(&self) -> Option<usize> {
         match self.members[..] {
             [(source, 1.0)] => Some(source),
@@ -35,9 +35,9 @@ impl Group {
 
 /// The groups of all outputs.
 ///
-/// A correction of a linear axis contains levers, with tables of the rotary axes for each of them: errors go
-/// together that are proportional in all of them. One of a rotary axis has no levers: there all that is no
-/// error motion is added up. An error whose weight is to be set goes by itself.
+/// Corrections of linear axes contain levers, each with tables of the rotary axes; errors are grouped if they are
+/// proportional in all of them. Corrections of rotary axes have no levers, so all errors except error motions are
+/// summed. An error with an adjustable weight gets its own group.
 pub fn groups(machine: &Machine, sources: &[Source], forms: &[Vec<Form>]) -> Vec<Group> {
     let mut groups = Vec::new();
     for (output, axis) in machine.axes.iter().enumerate() {
@@ -92,7 +92,7 @@ pub fn groups(machine: &Machine, sources: &[Source], forms: &[Vec<Form>]) -> Vec
 }
 
 impl Group {
-    /// Adds an error up with the others, in the tables instead of the weight.
+    /// Adds an error to the tables instead of the weight.
     fn add(&mut self, number: usize, form: &Form, value: f64) {
         if self.alone().is_some() {
             for matrix in &mut self.form.0 {
@@ -108,7 +108,7 @@ impl Group {
     }
 }
 
-/// How many times `b` is `a`, if it is.
+/// The ratio of `b` to `a`, if they are proportional.
 fn times(a: &Form, b: &Form) -> Option<f64> {
     let (a, b) = (a.flat(), b.flat());
     let ratio = a.dot(&b) / b.norm_squared();

@@ -1,10 +1,10 @@
 //! The scheme `fik` of Chapter 7 of the source document: one chain of tables for each closed-form term of each
-//! error, with the error itself in a table, or as a weight that can be set.
+//! error, with the error itself in a table or as an adjustable weight.
 //!
-//! The closed forms are those of Δq = −J⁺·E (Eq. 51, 59), the correction of first order; here they are derived
-//! from the machine: sampled where that tells them exactly (`form`), put together where errors ask the same of an
-//! output (`groups`), and taken apart into products of functions of one input each (`chains`).
-//! Second order is left out, as in the document.
+//! The closed forms are those of Δq = −J⁺·E (Eq. 51, 59), the first-order correction. Here they are derived from the
+//! machine: sampled so that they are exactly determined (`form`), merged where errors have proportional corrections
+//! (`groups`), and split into products of functions of one input each (`chains`). Second order is left out, as in
+//! the document.
 
 mod chains;
 mod form;
@@ -25,20 +25,20 @@ use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// Points of tables that are no straight lines, unless told otherwise.
+/// Default number of points of tables that are not straight lines.
 pub const POINTS: usize = 101;
-/// The most tables of a blob, which numbers them in a byte.
+/// Largest number of tables in a blob, which numbers them with one byte.
 const TABLES: usize = 255;
 
-/// Tables and terms, with the errors that each term is for.
+/// Tables and terms, with the errors that each term corrects.
 struct Arranged {
     draft: Draft,
-    /// Of each term.
+    /// For each term.
     names: Vec<Vec<String>>,
     notes: Vec<String>,
 }
 
-/// The tables of Chapter 7 for any machine with two rotary axes. The weights of the errors `adjustable` can be
+/// The tables of Chapter 7 for any machine with two rotary axes. The weights of the errors in `adjustable` can be
 /// set on the controller.
 ///
 /// # Errors
@@ -89,7 +89,7 @@ fn arranged(
     for (tag, (group, chains)) in groups.iter().zip(chains).enumerate() {
         let limits = open[tag].map(|source| weights::limits(&sources[source]));
         products.extend(chains.into_iter().map(|mut factors| {
-            // A weight that stays as it is costs nothing in a table.
+            // A fixed weight costs nothing if it is part of a table.
             let weight = match limits {
                 Some(_) => group.weight,
                 None => {

@@ -1,4 +1,4 @@
-//! Which errors the terms of a compensation are for.
+//! Finds the errors that each term of a compensation corrects.
 
 use super::groups::Group;
 use super::sources::Source;
@@ -10,10 +10,10 @@ use trueaxis::{Draft, Largest};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// The errors of each term of a compensation that was made by this scheme of these errors; none for what was
-/// subtracted everywhere. `None` if it was not.
+/// The errors of each term of a compensation that this scheme made from these errors; empty for terms that subtract
+/// the zero position. `None` if the compensation does not match.
 ///
-/// A blob has no names: what the scheme makes of the errors is held beside it, term by term.
+/// A blob contains no names, so the scheme is run again on the errors and its result compared term by term.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -40,7 +40,7 @@ pub fn names(
                     return Ok(Some(names));
                 }
             }
-            // Two errors of one value may both be asked for that have no room together.
+            // Two errors with the same value may both have been requested although there is no room for both.
             Err(SchemeError::TooManyWeights { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -48,7 +48,7 @@ pub fn names(
     Ok(None)
 }
 
-/// The names of a draft for the terms of a compensation, if these are the same.
+/// The names in a draft, if its terms are those of the compensation.
 fn matched(
     draft: &Draft,
     names: Vec<Vec<String>>,
@@ -56,7 +56,7 @@ fn matched(
 ) -> Option<Vec<Vec<String>>> {
     let columns: Vec<&Vec<f32>> = draft.banks.iter().flat_map(|bank| &bank.columns).collect();
     let largest = |column: &Vec<f32>| column.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-    // As far as integers of 16 bits hold them.
+    // To the precision of 16-bit integers.
     let same = |(number, column): (usize, &&Vec<f32>)| {
         let peak = compensation.peak(number).unwrap_or(f32::NAN);
         (peak - largest(column)).abs() <= 1e-4 * peak
@@ -98,7 +98,7 @@ pub(crate) fn of_terms(
     placed.iter().map(of).collect()
 }
 
-/// How many tables each output has, the terms of each weight that can be set, and errors without a term.
+/// The number of tables of each output, the terms of each adjustable weight, and errors without a term.
 pub fn notes(
     machine: &Machine,
     sources: &[Source],

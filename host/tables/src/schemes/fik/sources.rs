@@ -1,25 +1,25 @@
-//! What is wrong with the machine, one by one: a value, and what it depends on.
+//! The errors of a machine as single sources: a value, and what it depends on.
 
 use crate::schemes::products::{Function, Points};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// One error that is a number: an error parameter, or an error motion with all its coefficients.
+/// One error with a value: an error parameter, or an error motion with all of its coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// `EB0A`; of a motion of several coefficients `EXX`.
+    /// `EB0A`; for a motion with several coefficients `EXX`.
     pub name: String,
-    /// Its number (mm, rad, per mmᵏ or radᵏ); 1 where it is part of `along`.
+    /// Its value (mm, rad, per mmᵏ or radᵏ); 1 if it is included in `along`.
     pub value: f64,
-    /// A unit of it in its frame, as a constant.
+    /// One unit of it in its frame, as a constant.
     pub unit: Parameter,
-    /// What it is multiplied by: its axis' own function, the direction of travel, a temperature.
+    /// Further factors: a function of its axis, the direction of travel, a temperature.
     pub along: Vec<Function>,
-    /// True if its weight is to be set on the controller.
+    /// True if its weight can be set on the controller.
     pub is_adjustable: bool,
 }
 
-/// All of them; those of `adjustable` each by itself, whatever their value.
+/// All sources. Those of `adjustable` are separate, even if their value is 0.
 pub fn sources(
     machine: &Machine,
     errors: &ErrorModel,
@@ -118,7 +118,7 @@ impl Motion<'_> {
         q
     }
 
-    /// What a unit of a coefficient is along the axis.
+    /// The function of one unit of a coefficient along the axis.
     fn per_unit(&self, parameter: Parameter) -> Function {
         let signed = parameter.kind == ParameterKind::Backlash;
         let mut situation = Situation::default();
@@ -137,7 +137,7 @@ impl Motion<'_> {
         }
     }
 
-    /// The whole motion of a model at the points, for a direction of travel.
+    /// The values of the motion at the points, for one direction of travel.
     fn values(&self, errors: &ErrorModel, sign: f64) -> Vec<f64> {
         let mut situation = Situation::default();
         situation.sign[self.index] = sign;

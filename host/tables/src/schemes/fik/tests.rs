@@ -1,4 +1,4 @@
-//! The scheme beside the document's formulas, its counts and its cases.
+//! Compares the scheme with the document's formulas, table counts and cases.
 
 use super::compile;
 use crate::schemes::{self, SchemeError, SchemeResult};
@@ -78,7 +78,7 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
         .take_while(|b| *b != bank)
         .map(|b| b.columns.len());
     let before: usize = before.sum();
-    // Eq. 59 is the motion equivalent to the error: the correction is its negative.
+    // Eq. 59 is the motion equivalent to the error; the correction is its negative.
     let of_a = |s: f64, c: f64| {
         half * (c - 1.0) * e("EC0X") - half * (c + 1.0) * e("EA0Z") - s * e("EB0Z") + s * e("EB0A")
             - c * e("EC0A")
@@ -103,7 +103,7 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
             let at = f64::from(bank.start) + i as f64 * f64::from(bank.step);
             let (s, c) = at.to_radians().sin_cos();
             let wanted = -formula(s, c).to_degrees();
-            // Half a unit of the last place of f32, of up to 0.01°.
+            // Half a unit in the last place of f32, for up to 0.01°.
             assert!(
                 (f64::from(*value) - wanted).abs() < 6e-10,
                 "{at}: {value} {wanted}"
@@ -112,7 +112,7 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
     }
 }
 
-/// The correction of first order (mm, rad) of all inter-axis errors and scales, by the transport matrices.
+/// The first-order correction (mm, rad) for all inter-axis errors and scales, by the transport matrices.
 fn first_order(kinematics: &Kinematics<'_>, q: &PerAxis) -> PerAxis {
     let situation = Situation::default();
     let linearised = Linearised::new(kinematics, q, &situation);
@@ -173,8 +173,8 @@ fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_wi
                 let wanted = machine.to_command(&first_order(&kinematics, &q));
                 let given = runtime.evaluate(&command);
                 for (i, axis) in machine.axes.iter().enumerate() {
-                    // The runtime finds a place between points to 1e-5 of their distance of up to 4°, and the
-                    // steepest correction, the Kolibri's X where its C has a peak, changes by 0.25 mm per degree.
+                    // The runtime finds the place between points to 1e-5 of their spacing of up to 4°. The steepest
+                    // correction, that of the Kolibri's X where its C has a peak, changes by 0.25 mm per degree.
                     let off = (f64::from(given[i]) - wanted[i]).abs();
                     assert!(
                         off < 1e-5,
@@ -216,7 +216,7 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
             set += 1;
         }
     }
-    // One of EZ0S, two of EA0C, and of EB0A two for each linear axis and one for each rotary axis.
+    // One for EZ0S, two for EA0C, and for EB0A two for each linear axis and one for each rotary axis.
     assert_eq!(set, 1 + 2 + 8);
     let position = [100.0, -30.0, 20.0, -200.0, 50.0];
     let mut inputs = Inputs::at([0.0; 16]);
@@ -230,7 +230,7 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
     let position = position.map(f64::from);
     let wanted = other.evaluate(&Command::at(&machine, &position));
     for (given, wanted) in given.iter().zip(wanted) {
-        // A unit of the last place of 0.1 mm.
+        // One unit in the last place of 0.1 mm.
         assert!((given - wanted).abs() < 1e-8, "{given} {wanted}");
     }
 }
@@ -244,7 +244,7 @@ fn weights_are_the_errors_and_may_go_from_nothing_to_twice() {
     let open = found.draft.terms.iter().filter(|t| t.limits.is_some());
     let open: Vec<_> = open.collect();
     let values = names.map(|name| errors.parameters[&Parameter::parse(name).unwrap()] as f32);
-    // By output: Y, X, Z. Each is one term, and has no tables beside those that it has anyway.
+    // Outputs in order: Y, X, Z. Each has one term, and no tables besides those that it has anyway.
     let weights: Vec<f32> = open.iter().map(|t| t.weight).collect();
     assert_eq!(weights, values);
     let tables: usize = found
@@ -311,7 +311,7 @@ fn what_cannot_be_says_what_would_work() {
         strange.to_string(),
         "this machine has no error parameter EB0W"
     );
-    // Z stands on the table that A tilts: what it must do is divided by cos A.
+    // Z is mounted on the table that A tilts, so its correction is divided by cos A.
     let axes = [
         ("A", "workpiece"),
         ("Z", "workpiece"),

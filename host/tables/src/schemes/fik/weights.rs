@@ -1,15 +1,15 @@
-//! Which errors have weights that can be set on the controller, and within what.
+//! Which errors have adjustable weights, and within which limits.
 
 use super::groups::Group;
 use super::sources::Source;
 use crate::schemes::SchemeError;
 
-/// A weight that is set may go from nothing to this many times what it is.
+/// An adjustable weight may be set between zero and this many times its value.
 const MOST_WEIGHT: f64 = 2.0;
-/// How far a weight of nothing may be set, if asked for: mm, and rad or mm per mm.
+/// Limit for the weight of an error whose value is zero, if requested: mm, and rad or mm per mm.
 const FROM_NOTHING: [f64; 2] = [0.05, 2e-4];
 
-/// For each group the error whose weight it is, if that is adjustable.
+/// For each group, the error that its weight represents, if that is adjustable.
 pub fn adjustable(
     sources: &[Source],
     groups: &[Group],
@@ -34,7 +34,7 @@ pub fn adjustable(
     Ok(groups.iter().map(open).collect())
 }
 
-/// Between which numbers the weight of an error can be set.
+/// The limits of an error's weight.
 pub fn limits(source: &Source) -> [f32; 2] {
     let most = match source.value {
         0.0 => {

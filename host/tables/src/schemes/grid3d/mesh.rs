@@ -6,11 +6,11 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// Corrections at the nodes of a grid, the first axis slowest.
+/// Corrections at the nodes of a grid; the first axis is the slowest index.
 pub struct Mesh<'a> {
-    /// Numbers of the linear axes.
+    /// Indices of the linear axes.
     pub axes: [usize; 3],
-    /// Where the nodes of each are (mm).
+    /// Positions of the nodes along each (mm).
     pub along: [Vec<f64>; 3],
     /// The kinematic correction (mm, rad).
     pub corrections: Vec<PerAxis>,
@@ -18,7 +18,7 @@ pub struct Mesh<'a> {
 }
 
 impl<'a> Mesh<'a> {
-    /// With nodes of each axis evenly over a zone (mm); rotary axes are where they are `at` (mm, rad).
+    /// A grid with evenly spaced nodes of each axis over a zone (mm). Rotary axes are at `at` (mm, rad).
     pub fn new(
         kinematics: &'a Kinematics<'a>,
         axes: [usize; 3],
@@ -48,18 +48,18 @@ impl<'a> Mesh<'a> {
         })
     }
 
-    /// How many nodes there are of each axis.
+    /// Number of nodes along each axis.
     pub fn sizes(&self) -> [usize; 3] {
         self.along.each_ref().map(Vec::len)
     }
 
-    /// What of the volumetric error is left at a command (mm, rad) with interpolated corrections (mm), Eq. 10.
+    /// Remaining volumetric error at a command (mm, rad) with interpolated corrections (mm), Eq. 10.
     pub fn left(&self, q: &PerAxis) -> [f64; 3] {
         let between: [(usize, f64); 3] =
             std::array::from_fn(|k| before(&self.along[k], q[self.axes[k]]));
         let [_, y, z] = self.sizes();
         let mut dq = PerAxis::default();
-        // Eq. 14: each corner counts by how near it is along each axis.
+        // Eq. 14: the weight of each corner is its proximity along each axis.
         for corner in 0..8_usize {
             let (mut node, mut part) = (0, 1.0);
             for (k, (first, ratio)) in between.into_iter().enumerate() {
@@ -73,16 +73,16 @@ impl<'a> Mesh<'a> {
     }
 }
 
-/// From where to where the nodes of each axis are (mm).
+/// Range of the nodes of each axis (mm).
 pub type Zone = [[f64; 2]; 3];
 
-/// Nodes of an axis (mm).
+/// Evenly spaced nodes of an axis (mm).
 pub fn evenly([low, high]: [f64; 2], nodes: usize) -> Vec<f64> {
     let part = |k: usize| k as f64 / (nodes - 1) as f64;
     (0..nodes).map(|k| low + (high - low) * part(k)).collect()
 }
 
-/// The node before a position, and how far it is on the way to the next one (0 to 1, Eq. 13).
+/// The node before a position, and the fraction of the way to the next one (0 to 1, Eq. 13).
 pub fn before(nodes: &[f64], position: f64) -> (usize, f64) {
     let step = nodes[1] - nodes[0];
     let first = ((position - nodes[0]) / step).max(0.0) as usize;
@@ -90,7 +90,7 @@ pub fn before(nodes: &[f64], position: f64) -> (usize, f64) {
     (first, (position - nodes[first]) / step)
 }
 
-/// The kinematic correction (mm, rad) with the machine's own tool, whatever the direction of travel.
+/// The kinematic correction (mm, rad) with the machine's own tool and unknown direction of travel.
 pub fn correction(kinematics: &Kinematics<'_>, q: &PerAxis) -> Result<PerAxis, NotConverged> {
     let situation = Situation::default();
     Ok(kinematics
@@ -106,7 +106,7 @@ pub fn error(kinematics: &Kinematics<'_>, q: &PerAxis, dq: &PerAxis) -> [f64; 3]
         .into()
 }
 
-/// Adds a part of a correction to another.
+/// Adds `part` times a correction to another.
 pub fn add(sum: &mut PerAxis, part: f64, dq: &PerAxis) {
     for (sum, d) in sum.iter_mut().zip(dq) {
         *sum += part * d;

@@ -1,4 +1,4 @@
-//! How large a grid has to be (section 4.5.1, Fig. 4.4).
+//! Chooses the size of a grid (section 4.5.1, Fig. 4.4).
 
 use super::mesh::{Mesh, Zone, add, before, correction, error, evenly};
 use super::{Rms, Wanted};
@@ -8,22 +8,22 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// Random commands at which grids are compared (Eq. 12), and where they begin.
+/// Number and seed of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;
 const SEED: u64 = 12;
 
 /// The smallest number of nodes of an axis.
 const LEAST: usize = 2;
 
-/// What decides on the size of a grid.
+/// The inputs of the choice.
 pub struct Sizing<'a> {
     kinematics: &'a Kinematics<'a>,
     axes: [usize; 3],
-    /// Where the rotary axes are (mm, rad).
+    /// Position of the rotary axes (mm, rad).
     at: PerAxis,
     zone: Zone,
     wanted: &'a Wanted,
-    /// Random commands (mm, rad) in the zone, with the rotary axes there.
+    /// Random commands (mm, rad) in the zone, with the rotary axes at `at`.
     commands: Vec<PerAxis>,
 }
 
@@ -55,10 +55,10 @@ impl<'a> Sizing<'a> {
         })
     }
 
-    /// The smallest grid to which one node more along each axis adds less than the threshold.
+    /// The smallest grid to which one more node along each axis adds less than the threshold.
     ///
     /// # Errors
-    /// [`SchemeError::Threshold`] if that is none up to the largest.
+    /// [`SchemeError::Threshold`] if no grid up to the largest meets it.
     pub fn smallest(&self) -> Result<Mesh<'a>, SchemeError> {
         let most = self.wanted.most;
         let mut sizes = match self.wanted.per_axis {
@@ -68,7 +68,7 @@ impl<'a> Sizing<'a> {
         let mut mesh = self.mesh(sizes)?;
         let mut left = self.left(&mesh);
         loop {
-            // A smaller grid that the larger one hardly betters is large enough.
+            // If the larger grid hardly improves on it, the smaller one is large enough.
             let finer = self.mesh(sizes.map(|n| n + 1))?;
             let left_by_finer = self.left(&finer);
             let change = self.change(left, left_by_finer);
@@ -93,7 +93,7 @@ impl<'a> Sizing<'a> {
         }
     }
 
-    /// Norm of the root mean squares (mm) of what a grid of so many nodes along each axis leaves (Fig. 4.5).
+    /// Norm of the root mean squares (mm) of the remaining error with `nodes` nodes along each axis (Fig. 4.5).
     pub fn left_by(&self, nodes: usize) -> Result<f64, NotConverged> {
         let [x, y, z] = self.left(&self.mesh([nodes; 3])?);
         Ok((x * x + y * y + z * z).sqrt())
@@ -108,7 +108,7 @@ impl<'a> Sizing<'a> {
         ((x - u).powi(2) + (y - v).powi(2) + (z - w).powi(2)).sqrt()
     }
 
-    /// Eq. 12 along each direction of the tool frame (mm), for a grid.
+    /// Eq. 12 for a grid, along each direction of the tool frame (mm).
     fn left(&self, mesh: &Mesh<'_>) -> [f64; 3] {
         self.rms(&parallel::map(&self.commands, |q| mesh.left(q)))
     }
@@ -124,8 +124,8 @@ impl<'a> Sizing<'a> {
         })
     }
 
-    /// For each axis the fewest nodes to which one more adds less than the threshold, if corrections were exact
-    /// along the others; as many as there may be, if none.
+    /// For each axis, the smallest number of nodes to which one more adds less than the threshold, if corrections
+    /// were exact along the others; the largest permitted number if there is none.
     fn along_each(&self) -> Result<[usize; 3], NotConverged> {
         let mut sizes = [LEAST; 3];
         for (k, size) in sizes.iter_mut().enumerate() {
@@ -142,7 +142,7 @@ impl<'a> Sizing<'a> {
         Ok(sizes)
     }
 
-    /// Eq. 12 if corrections are interpolated along one axis only, between so many nodes.
+    /// Eq. 12 if corrections are interpolated along one axis only, between `nodes` nodes.
     fn left_along(&self, k: usize, nodes: usize) -> Result<[f64; 3], NotConverged> {
         let (kinematics, axis) = (self.kinematics, self.axes[k]);
         let nodes = evenly(self.zone[k], nodes);

@@ -1,4 +1,4 @@
-//! The fit of the volumetric error that is left: the extended Jacobian of Eqs. 28–30.
+//! Fits the remaining volumetric error: the extended Jacobian of Eqs. 28–30.
 
 use super::Basis;
 use crate::schemes::lattice::Lattice;
@@ -9,13 +9,13 @@ use trueaxis_model::errors::Situation;
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 
-/// Steps of the fit of the error, at most: each gains the relative size of the errors.
+/// Largest number of steps of the fit; each reduces the error by a factor of the relative size of the errors.
 const STEPS: usize = 10;
-/// The last of them changes no table by more than this (mm, rad).
+/// The fit ends when no table changes by more than this (mm, rad).
 const STEP: f64 = 1e-9;
 
-/// Coefficients (functions × outputs) that leave least of the volumetric error: of the rotation what the
-/// policy asks for, and under its damping the rotary corrections too.
+/// Coefficients (functions × outputs) that minimize the volumetric error: for rotation what the policy requires, and
+/// with its damping also the rotary corrections.
 pub(crate) fn of_error(
     kinematics: &Kinematics<'_>,
     lattice: &Lattice,
@@ -25,7 +25,7 @@ pub(crate) fn of_error(
     let (functions, outputs) = (basis.count(), machine.axes.len());
     let weights = Weights::new(kinematics);
     let situation = Situation::default();
-    // Unknowns: output slowest. The control Jacobian is that of the commands: the same in every step.
+    // Unknowns: output slowest. The control Jacobian is taken at the commands, so it is the same in every step.
     let join = |total: &mut Sums, sum: Sums| {
         total.normal += sum.normal;
         total.right += sum.right;
@@ -74,7 +74,7 @@ pub(crate) fn of_error(
         let step = solve(&sums.normal, &residual.right);
         let step = DMatrix::from_column_slice(functions, outputs, step.as_slice());
         found += &step;
-        // Every function is at most 1.
+        // No function exceeds 1.
         if step.amax() < STEP / functions as f64 {
             break;
         }
@@ -89,13 +89,13 @@ struct Sums {
 
 type Columns = SMatrix<f64, 6, MAX_AXES>;
 
-/// What counts of the error that is left.
+/// Weights of the remaining error.
 struct Weights {
     /// Of the six rows of a twist.
     rows: SVector<f64, 6>,
     /// λ² of the rotary axes.
     damping: PerAxis,
-    /// Outputs that stay 0.
+    /// Outputs that remain 0.
     stays: [bool; MAX_AXES],
     axes: usize,
 }
@@ -123,7 +123,7 @@ impl Weights {
         weights
     }
 
-    /// The control Jacobian at a command, without the outputs that stay.
+    /// The control Jacobian at a command, without the outputs that remain 0.
     fn jacobian(&self, kinematics: &Kinematics<'_>, q: &PerAxis) -> Columns {
         let jacobian = kinematics.jacobian(q, None);
         let mut columns = Columns::zeros();

@@ -1,4 +1,4 @@
-//! Tables and terms of products of functions of one input each: one output to a table.
+//! Tables and terms for products of functions of one input each; every table serves one output.
 
 use super::points::Points;
 use std::collections::BTreeMap;
@@ -8,9 +8,9 @@ use trueaxis_model::machine::{Machine, PerAxis};
 /// A function of one input at its points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
-    /// Number of the input.
+    /// Index of the input.
     pub input: usize,
-    /// True if it changes its sign with the direction of travel.
+    /// True if its sign changes with the direction of travel.
     pub signed: bool,
     /// Values at the points of the input.
     pub values: Vec<f64>,
@@ -19,9 +19,9 @@ pub struct Function {
 /// A factor of a product: a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
-    /// What the table holds.
+    /// The content of the table.
     pub function: Function,
-    /// True for a coordinate: products of one output share it.
+    /// True for a coordinate, which products of one output share.
     pub is_coordinate: bool,
 }
 
@@ -30,30 +30,29 @@ pub struct Factor {
 pub struct Product {
     /// Index of the output axis.
     pub output: usize,
-    /// Its weight.
+    /// Its constant factor.
     pub weight: f64,
-    /// Between what its weight can be set; fixed without.
+    /// The limits of an adjustable weight; `None` if the weight is fixed.
     pub limits: Option<[f32; 2]>,
-    /// Its tables, each of another input; a constant without.
+    /// Its tables, each of another input; a constant if empty.
     pub factors: Vec<Factor>,
-    /// What it is for, whatever number the scheme gives it.
+    /// A number by which the scheme recognizes it.
     pub tag: usize,
 }
 
-/// A term, and what it is for.
+/// A term with its tag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
     /// The term.
     pub term: Term,
-    /// As its product has it.
+    /// The tag of its product.
     pub tag: usize,
 }
 
-/// A function is a straight line if it is off by this part of its largest value.
+/// A function is a straight line if it deviates by less than this fraction of its largest value.
 const STRAIGHT: f64 = 1e-12;
 
-/// Tables that go into one bank: those of one input with the same points and the same use of the direction.
-/// Straight ones have two points.
+/// Tables of one bank: the same input, points and use of the direction of travel. Straight tables have two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Bank {
     input: usize,
@@ -61,15 +60,15 @@ struct Bank {
     bent: bool,
 }
 
-/// A table, and the output it is for.
+/// A table with its output.
 struct Table<'a> {
     output: usize,
     factor: &'a Factor,
     bank: Bank,
 }
 
-/// The banks and terms of products; bent tables are stored in `format`. As many tables as it takes: a blob may
-/// not number them all.
+/// The banks and terms of products; bent tables are stored in `format`. There may be more tables than a blob can
+/// number.
 pub fn layout(
     products: &[Product],
     points: &[Points],
@@ -124,7 +123,7 @@ pub fn layout(
     (banks.collect(), placed)
 }
 
-/// What is subtracted everywhere: the correction (mm, rad) at the zero position.
+/// Products that subtract the correction (mm, rad) at the zero position everywhere.
 pub fn subtracted(machine: &Machine, zero: &PerAxis) -> Vec<Product> {
     let zero = machine.to_command(zero);
     let some = zero.iter().enumerate().filter(|(_, zero)| **zero != 0.0);
@@ -138,7 +137,7 @@ pub fn subtracted(machine: &Machine, zero: &PerAxis) -> Vec<Product> {
     .collect()
 }
 
-/// Terms of one output and one length together, those with a fixed weight first: so they are fastest.
+/// Groups terms by output and length, those with a fixed weight first, which makes them fastest.
 fn sort(terms: &mut [Placed]) {
     terms.sort_by(|a, b| {
         let key = |p: &Placed| (p.term.output, p.term.limits.is_some(), p.term.factors.len());
@@ -166,7 +165,7 @@ fn bank(factor: &Factor, points: &Points) -> Bank {
     let step = (values[last] - values[first]) / last as f64;
     let off = |(i, v): (usize, &f64)| (v - values[first] - step * i as f64).abs();
     let straight = values.iter().enumerate().map(off).fold(0.0, f64::max) <= STRAIGHT * largest;
-    // A line that wraps would fall back within its last interval.
+    // A straight line that wraps would jump back within its last interval.
     let straight = straight && (!points.modulo || step == 0.0);
     Bank {
         input: function.input,

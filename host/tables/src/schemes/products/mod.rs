@@ -1,4 +1,4 @@
-//! Terms as products of tables of one input each, every table for one output.
+//! Terms as products of tables of one input each; every table serves one output.
 
 mod layout;
 mod points;

@@ -1,17 +1,17 @@
-//! The points of the tables of one input, for schemes whose tables all have as many.
+//! The points of the tables of each input, for schemes that use the same number for all.
 
 use trueaxis_model::kinematics::Kinematics;
 
 /// Points of an input, as the runtime computes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// Number of the input: the axes in order, the tool length, the temperatures.
+    /// Index of the input: the axes in order, the tool length, the temperatures.
     pub input: usize,
     /// The first point (mm, deg, K).
     pub start: f32,
-    /// Distance of points.
+    /// Spacing of the points (mm, deg, K).
     pub step: f32,
-    /// True if they are one turn, after which everything repeats.
+    /// True if they cover one turn, after which everything repeats.
     pub modulo: bool,
     /// The points in kinematic units (mm, rad, K).
     pub at: Vec<f64>,
@@ -32,7 +32,7 @@ impl Points {
         }
     }
 
-    /// The first and the last of them alone.
+    /// The indices of the first and the last point.
     pub fn ends(&self) -> [usize; 2] {
         [0, self.at.len() - 1]
     }
@@ -43,8 +43,8 @@ const TURN: f64 = 360.0;
 
 /// The points of every input, `count` each.
 ///
-/// A rotary axis that turns right round, and has no error motions that differ from turn to turn, has those of
-/// one turn: nothing else depends on more than its sine and cosine.
+/// For a rotary axis that turns all the way round and has no error motions that differ from turn to turn, they cover
+/// one turn: everything else depends only on its sine and cosine.
 pub fn points(kinematics: &Kinematics<'_>, count: usize) -> Vec<Points> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     let axes = machine.axes.iter().enumerate().map(|(i, axis)| {

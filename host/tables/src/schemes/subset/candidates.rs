@@ -1,10 +1,10 @@
-//! What a set of tables is chosen from, and the functions that their values are sums of.
+//! The terms from which a subset is chosen, and the functions that make up their tables.
 
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A term that may be chosen: a table of one axis for another, or such a table times the coordinate of a linear
-/// axis, which is a table too, and one for all terms of its output.
+/// axis. The coordinate is a table too, shared by all terms of its output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Candidate {
     /// Index of the output axis.
@@ -15,8 +15,8 @@ pub struct Candidate {
     pub input: usize,
 }
 
-/// All of them: every table of one axis for another, and products with coordinates of linear axes. Products of
-/// two linear axes only where an error motion turns with one of them.
+/// All candidates: every table of one axis for another, and products with coordinates of linear axes. Products of
+/// two linear axes are included only if an error motion rotates with one of them.
 pub fn candidates(kinematics: &Kinematics<'_>) -> Vec<Candidate> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     let axes = || 0..machine.axes.len();
@@ -43,7 +43,7 @@ pub fn candidates(kinematics: &Kinematics<'_>) -> Vec<Candidate> {
     candidates
 }
 
-/// How many tables a set of terms takes: one each, and one for each coordinate of an output.
+/// Number of tables of a set of terms: one each, and one for each coordinate of an output.
 pub fn tables(chosen: &[Candidate]) -> usize {
     let mut levers: Vec<(usize, usize)> = chosen
         .iter()
@@ -57,9 +57,9 @@ pub fn tables(chosen: &[Candidate]) -> usize {
 /// Highest power of a position, as in the document's polynomials.
 const DEGREE: i32 = 3;
 
-/// Which functions the values of tables of each axis are sums of.
+/// The functions that make up the tables of each axis.
 pub struct Functions {
-    /// Middle and half of each range (mm, rad).
+    /// Middle and half width of each range (mm, rad).
     ranges: Vec<[f64; 2]>,
     /// True for a rotary axis.
     turns: Vec<bool>,
@@ -68,8 +68,8 @@ pub struct Functions {
 }
 
 impl Functions {
-    /// Of a linear axis the powers of its position up to the third; of a rotary axis sines and cosines of once and
-    /// twice its angle, and these powers where it has error motions that vary.
+    /// For a linear axis, the powers of its position up to the third. For a rotary axis, sines and cosines of its
+    /// angle and of twice its angle, and also these powers if it has varying error motions.
     pub fn new(kinematics: &Kinematics<'_>) -> Self {
         let machine: &Machine = kinematics.machine;
         let numbered = || machine.axes.iter().enumerate();
@@ -93,13 +93,13 @@ impl Functions {
         }
     }
 
-    /// The position of an axis (mm, rad) in −1…1.
+    /// The position of an axis (mm, rad) scaled to −1…1.
     pub fn coordinate(&self, axis: usize, at: f64) -> f64 {
         let [middle, half] = self.ranges[axis];
         (at - middle) / half
     }
 
-    /// The functions of an axis at a position (mm, rad); as many for all positions.
+    /// The functions of an axis at a position (mm, rad); their number is the same at all positions.
     pub fn of(&self, axis: usize, at: f64) -> Vec<f64> {
         let mut values = vec![1.0];
         if self.turns[axis] {
@@ -115,7 +115,7 @@ impl Functions {
         values
     }
 
-    /// What a term has at a position (mm, rad): its functions, with its lever.
+    /// The functions of a term at a position (mm, rad), times its lever.
     pub fn term(&self, candidate: &Candidate, q: &PerAxis) -> Vec<f64> {
         let mut values = self.of(candidate.input, q[candidate.input]);
         if let Some(lever) = candidate.lever {

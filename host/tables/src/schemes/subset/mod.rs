@@ -1,9 +1,9 @@
-//! The scheme `subset:N` (§9.2 of the source document): the N tables that remove most of the volumetric error,
-//! each of one axis and for one axis, as the table functions of controllers have it.
+//! The scheme `subset:N` (§9.2 of the source document): the N tables that remove most of the volumetric error, each
+//! of one axis and for one axis, as in the table functions of controllers.
 //!
-//! Tables are those of `candidates`, their values sums of a few functions; together they are chosen and fitted
-//! (`search`) to what is left at the tool (`remains`), not to corrections of one axis by itself: where there is
-//! no table for a rotary axis, those of linear axes do what they can for the tip.
+//! The tables are those of `candidates`, and their values are sums of a few functions. They are chosen and fitted
+//! together (`search`) to the remaining error at the tool (`remains`), not to the corrections of single axes:
+//! without a table for a rotary axis, tables of linear axes do what they can for the tip.
 
 mod candidates;
 mod remains;
@@ -23,12 +23,12 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// Positions at which the volumetric error is to be removed.
+/// Number of positions at which the volumetric error is minimized.
 const POSITIONS: usize = 1500;
-/// Their seed: apart from those of the proof.
+/// Their seed, different from that of the proof.
 const SEED: u64 = 0x5b5e7;
 
-/// The best `tables` tables for any machine with two rotary axes.
+/// The best `tables` tables, for any machine with two rotary axes.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -74,14 +74,14 @@ pub fn compile(
     })
 }
 
-/// What every set of tables leaves.
+/// The quantity from which the remaining error of every set of tables follows.
 fn remaining(kinematics: &Kinematics<'_>, functions: &Functions) -> Result<Remains, SchemeError> {
     let candidates = candidates::candidates(kinematics);
     let commands = random_commands(kinematics, Region::Travel, POSITIONS, SEED)?;
     Ok(Remains::new(kinematics, candidates, functions, &commands)?)
 }
 
-/// A term with its tables, which hold the sums of functions with these numbers (mm, rad).
+/// A term with its tables, which hold sums of functions with the given coefficients (mm, rad).
 fn product(
     machine: &Machine,
     functions: &Functions,
@@ -118,7 +118,7 @@ fn product(
     }
 }
 
-/// What was chosen, and what it leaves.
+/// Describes what was chosen, and the remaining error.
 fn notes(machine: &Machine, remains: &Remains, chosen: &[usize], most: usize) -> Vec<String> {
     let letter = |i: usize| machine.axes[i].letter;
     let name = |c: &usize| {

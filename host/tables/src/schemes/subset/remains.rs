@@ -1,8 +1,8 @@
-//! What a set of tables leaves of the volumetric error.
+//! The volumetric error that remains with a set of tables.
 //!
-//! At some positions the tool's twist with corrections Δq is that with the kinematic correction Δq*, and J·(Δq − Δq*)
-//! more. Its mean square, rotations at a lever, is a quadratic function of all that tables may hold: of each set
-//! of tables the least is found from one matrix.
+//! At a position, the tool's twist with corrections Δq is that with the kinematic correction Δq*, plus J·(Δq − Δq*).
+//! Its mean square, with rotations taken at a lever, is a quadratic function of everything that tables may hold. The
+//! minimum for any set of tables follows from one matrix.
 
 use super::candidates::{Candidate, Functions};
 use crate::validate::Command;
@@ -12,31 +12,32 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// The lever (mm) at which rotations count as much as translations of the tip.
+/// The lever (mm) on which rotations count as translations of the tip.
 pub const LEVER: f64 = 100.0;
-/// Part of a function's square by which its number is held: those that others explain get none.
+/// Regularization: added to a function's square, as a fraction of it, so that functions explained by others get no
+/// coefficient.
 const HELD: f64 = 1e-12;
-/// Rows of a position: translation, rotation, and what the policy asks of up to three rotary axes.
+/// Rows of a position: translation, rotation, and the policy's terms for up to three rotary axes.
 const ROWS: usize = 9;
 
-/// The quadratic function, for all candidates.
+/// The quadratic function of all candidates.
 pub struct Remains {
     /// The candidates.
     pub candidates: Vec<Candidate>,
-    /// Where the numbers of each begin; one more at the end.
+    /// Index of the first coefficient of each, and one past the last.
     starts: Vec<usize>,
-    /// Of every two functions the mean product, of each with itself 1.
+    /// Mean products of every two functions; scaled so that each function's own is 1.
     products: DMatrix<f64>,
-    /// Of every function the mean product with what is to be removed.
+    /// Mean product of every function with the error to be removed.
     wanted: DVector<f64>,
-    /// What functions were divided by.
+    /// The scale factor by which each function was divided.
     scales: Vec<f64>,
-    /// Mean square without tables (mm²).
+    /// Mean square without any tables (mm²).
     pub before: f64,
 }
 
 impl Remains {
-    /// At the positions of some commands.
+    /// Evaluates the candidates at the positions of some commands.
     ///
     /// # Errors
     /// [`NotConverged`].
@@ -101,7 +102,7 @@ impl Remains {
         })
     }
 
-    /// The least mean square (mm²) that a set of candidates (by index) leaves.
+    /// The smallest mean square (mm²) with a set of candidates (by index).
     pub fn left(&self, chosen: &[usize]) -> f64 {
         let (places, numbers) = self.solved(chosen);
         let removed: f64 = places
@@ -112,7 +113,7 @@ impl Remains {
         self.before - removed
     }
 
-    /// The numbers of each candidate of a set (by index), for its functions as they are (mm, rad).
+    /// The coefficients of each candidate of a set (by index), for its unscaled functions (mm, rad).
     pub fn numbers(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
         let (places, numbers) = self.solved(chosen);
         let mut scaled = places
@@ -136,7 +137,7 @@ impl Remains {
         let product = |i: usize, j: usize| self.products[(places[i], places[j])] + held(i, j);
         let products = || DMatrix::from_fn(count, count, product);
         let wanted = DVector::from_fn(count, |i, _| self.wanted[places[i]]);
-        // Held as it is, the matrix is positive; by how little, rounding decides.
+        // Regularized, the matrix is positive definite, but only just, so rounding decides.
         let solution = match products().cholesky() {
             Some(known) => known.solve(&wanted),
             None => {
@@ -151,8 +152,8 @@ impl Remains {
     }
 }
 
-/// What a unit (mm, rad) of each axis does: translation (mm), counted rotation at the lever (mm), and, under
-/// `direction`, what the damping makes of it.
+/// Effect of one unit (mm, rad) of each axis: translation (mm), rotation at the lever as far as it counts (mm), and,
+/// under `direction`, the damping term.
 fn effects(kinematics: &Kinematics<'_>, q: &PerAxis, length: Option<f64>) -> Vec<[f64; ROWS]> {
     let machine = kinematics.machine;
     let jacobian = kinematics.jacobian(q, length);
@@ -174,7 +175,7 @@ fn effects(kinematics: &Kinematics<'_>, q: &PerAxis, length: Option<f64>) -> Vec
     effects
 }
 
-/// What counts of a twist (mm, rad) under the policy, in mm.
+/// The part of a twist (mm, rad) that counts under the policy, in mm.
 fn counted(kinematics: &Kinematics<'_>, twist: &[f64; 6]) -> [f64; 6] {
     let mut counted = *twist;
     for (row, value) in counted[3..].iter_mut().enumerate() {

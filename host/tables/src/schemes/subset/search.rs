@@ -1,26 +1,26 @@
 //! The search for the best set of tables.
 //!
-//! Few tables are looked through, every set there is. For more, what is best of as many as can be looked through,
-//! and nothing at all, are filled greedily: the term that removes most for each of its tables, or most in all, again
-//! and again. Then exchanges: one or two terms go, what they were is filled in the same way, and the best of these
-//! sets is taken, until none is better.
+//! For a few tables, all sets are searched. For more, the best of as many as can be searched, and the empty set, are
+//! filled greedily: repeatedly add the term that removes most per table, or most in total. Exchanges follow: one or
+//! two terms are removed, their place is filled in the same way, and the best of these sets is taken, until none is
+//! better.
 
 use super::candidates::{Candidate, tables};
 use super::remains::Remains;
 use trueaxis_model::parallel;
 
-/// What is better by less than this part of everything is as good: rounding.
+/// Sets that are better by less than this fraction of the total are equally good: rounding.
 const AS_GOOD: f64 = 1e-12;
-/// The most sets that are looked through.
+/// Largest number of sets searched.
 const SETS: usize = 40_000;
-/// Up to so many terms also every two are exchanged.
+/// Up to this number of terms, pairs are exchanged as well.
 const PAIRS: usize = 8;
-/// Exchanges end after so many.
+/// Largest number of exchange rounds.
 const ROUNDS: usize = 100;
-/// Of the filled sets so many are bettered by exchanges: those that leave least.
+/// Number of filled sets that are improved by exchanges, the best ones.
 const STARTS: usize = 3;
 
-/// The best set found of candidates (by index, in order) that takes at most so many tables.
+/// The best set of candidates found (by index, in order) that takes at most `most` tables.
 pub fn best(remains: &Remains, most: usize) -> Vec<usize> {
     let mut begun: Vec<Vec<usize>> = vec![Vec::new()];
     for few in 1..=most {
@@ -48,10 +48,10 @@ pub fn best(remains: &Remains, most: usize) -> Vec<usize> {
     best
 }
 
-/// All sets that take at most so many tables, unless there are more than `limit`.
+/// All sets that take at most `most` tables, or `None` if there are more than `limit`.
 pub fn all(remains: &Remains, most: usize, limit: usize) -> Option<Vec<Vec<usize>>> {
     let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
-    // Each set once: grown by candidates behind its last.
+    // Each set once: extend it only by candidates after its last one.
     let mut grown = 0;
     while grown < sets.len() {
         let set = sets[grown].clone();
@@ -59,7 +59,7 @@ pub fn all(remains: &Remains, most: usize, limit: usize) -> Option<Vec<Vec<usize
         let from = set.last().map_or(0, |last| last + 1);
         for candidate in from..remains.candidates.len() {
             let with: Vec<usize> = set.iter().copied().chain([candidate]).collect();
-            // One that is too large stays so.
+            // A set that is too large remains so.
             if size(remains, &with) <= most {
                 sets.push(with);
             }
@@ -71,7 +71,7 @@ pub fn all(remains: &Remains, most: usize, limit: usize) -> Option<Vec<Vec<usize
     Some(sets)
 }
 
-/// The set that leaves least; the first of those that are as good.
+/// The set that leaves the smallest error; the first of equally good ones.
 fn least(remains: &Remains, sets: Vec<Vec<usize>>) -> Vec<usize> {
     let left = parallel::map(&sets, |set| remains.left(set));
     let numbered = sets.into_iter().zip(left);
@@ -79,13 +79,14 @@ fn least(remains: &Remains, sets: Vec<Vec<usize>>) -> Vec<usize> {
     best.map_or_else(Vec::new, |(set, _)| set)
 }
 
-/// How many tables a set takes.
+/// Number of tables of a set.
 pub fn size(remains: &Remains, chosen: &[usize]) -> usize {
     let chosen: Vec<Candidate> = chosen.iter().map(|c| remains.candidates[*c]).collect();
     tables(&chosen)
 }
 
-/// A set with what removes most added as long as there is room: most for each table, or (`each` false) in all.
+/// Fills a set with the term that removes most, as long as there is room: most per table, or in total if `each` is
+/// false.
 fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<usize> {
     let mut chosen = chosen.to_vec();
     let mut left = remains.left(&chosen);
@@ -103,7 +104,7 @@ fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<u
             Some((worth, then, candidate))
         };
         let gains = parallel::map(&Vec::from_iter(0..remains.candidates.len()), gain);
-        // The first of those that are as good.
+        // The first of equally good ones.
         let best =
             (gains.into_iter().flatten()).max_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
         match best {
@@ -116,7 +117,7 @@ fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<u
     }
 }
 
-/// A set after all exchanges that make it better.
+/// A set after all exchanges that improve it.
 fn exchanged(remains: &Remains, mut chosen: Vec<usize>, most: usize) -> Vec<usize> {
     let mut left = remains.left(&chosen);
     for _ in 0..ROUNDS {

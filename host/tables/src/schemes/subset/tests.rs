@@ -1,4 +1,4 @@
-//! The search beside all sets there are, and beside a genetic search.
+//! Compares the search with an exhaustive and a genetic search.
 
 use super::candidates::Functions;
 use super::remains::Remains;
@@ -10,7 +10,7 @@ use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::parallel;
 
-/// Of an example, by its name and that of its errors.
+/// An example, by its name and that of its errors.
 macro_rules! example {
     ($machine:literal, $errors:literal) => {{
         let machine = include_str!(concat!(
@@ -36,16 +36,16 @@ fn remains((machine, errors): &(Machine, ErrorModel), policy: Policy) -> Remains
     remaining(&kinematics, &Functions::new(&kinematics)).unwrap()
 }
 
-/// The best of all sets of so many tables, and how many there are.
+/// The best of all sets with at most `most` tables, and their number.
 fn exhaustive(remains: &Remains, most: usize) -> (f64, usize) {
     let sets = search::all(remains, most, usize::MAX).unwrap();
     let left = parallel::map(&sets, |set| remains.left(set));
     (left.into_iter().fold(f64::INFINITY, f64::min), sets.len())
 }
 
-/// A genetic search as usual for such choices: sets as bits, tournaments of three, half of the bits from each
-/// parent, one bit in so many as there are flipped, what is too large thrown out at random. The best, and how many
-/// sets were looked at.
+/// A conventional genetic search: sets as bits, tournaments of three, each bit from either parent with equal
+/// probability, one bit flipped on average, excess terms removed at random. Returns the best set's error and the
+/// number of sets evaluated.
 fn genetic(remains: &Remains, most: usize, seed: u64) -> (f64, usize) {
     const SETS: usize = 60;
     const GENERATIONS: usize = 50;
@@ -141,8 +141,8 @@ fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_that_is_bette
                 um(ours),
                 um(theirs)
             ));
-            // Of 4 tables and fewer the search looks through all sets itself: 5 are the test of its exchanges. Rounding
-            // is what it takes for as good.
+            // With 4 tables or fewer the search is exhaustive; 5 test its exchanges. The difference permitted is
+            // rounding.
             let as_good = 1e-11 * remains.before;
             if let Some((least, _)) = all {
                 assert!(ours <= least + as_good, "{}", rows.join("\n"));

@@ -1,4 +1,4 @@
-//! The functions that Eq. 44 is made of.
+//! The functions that make up Eq. 44.
 
 use trueaxis_model::machine::{Machine, PerAxis};
 
@@ -11,14 +11,14 @@ pub fn functions(angle: f64) -> [f64; FUNCTIONS] {
     [1.0, c, s, c * s, s * s]
 }
 
-/// The functions that are fitted: those of both rotary axes, alone and times each linear position.
+/// The fitted functions: those of both rotary axes, alone and times each linear position.
 pub struct Basis {
     pub linear: Vec<usize>,
     pub rotary: Vec<usize>,
-    /// Middle and half of the travel of each linear axis (mm): what counts is the position over the half.
+    /// Middle and half width of the travel of each linear axis (mm); positions are divided by the half width.
     middle: PerAxis,
     pub half: PerAxis,
-    /// Positions are counted from the middle: their mean is 0 whatever the angle.
+    /// True if positions are measured from the middle, so that their mean is 0 at every angle.
     centred: bool,
 }
 
@@ -35,7 +35,7 @@ impl Basis {
             half: PerAxis::default(),
             centred,
         };
-        // X, Y, Z, as the document counts its tables.
+        // X, Y, Z, in the document's order of tables.
         basis.linear.sort_by_key(|i| machine.axes[*i].letter.char());
         for i in axes(false) {
             let [low, high] = machine.axes[i].travel;
@@ -45,7 +45,7 @@ impl Basis {
         basis
     }
 
-    /// Where the position of a linear axis is counted from (mm).
+    /// Origin of the position of a linear axis (mm).
     pub fn from(&self, axis: usize) -> f64 {
         if self.centred { self.middle[axis] } else { 0.0 }
     }
@@ -54,7 +54,7 @@ impl Basis {
         (1 + self.linear.len()) * self.rotary.len() * FUNCTIONS
     }
 
-    /// Number of a function of a rotary axis (0, 1), alone (0) or times a linear position (1, 2, 3).
+    /// Index of a function of a rotary axis (0, 1), alone (0) or times a linear position (1, 2, 3).
     pub fn number(&self, times: usize, rotary: usize, function: usize) -> usize {
         (times * self.rotary.len() + rotary) * FUNCTIONS + function
     }
@@ -71,7 +71,7 @@ impl Basis {
         }
     }
 
-    /// All functions of one rotary axis: alone, or times one linear position or another.
+    /// All functions of one rotary axis in `times`: alone, or times a linear position.
     pub fn of(&self, rotary: usize, times: std::ops::Range<usize>) -> Vec<usize> {
         let all = times.flat_map(|times| (0..FUNCTIONS).map(move |f| (times, f)));
         all.map(|(times, f)| self.number(times, rotary, f))

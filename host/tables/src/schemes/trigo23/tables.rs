@@ -1,4 +1,4 @@
-//! The 23 tables and how they are put together (Eq. 45).
+//! The 23 tables and their combination (Eq. 45).
 
 use super::basis::{Basis, FUNCTIONS, functions};
 use crate::schemes::moments::Moments;
@@ -7,19 +7,19 @@ use nalgebra::DVector;
 use trueaxis::{DraftBank, SampleFormat, Term};
 use trueaxis_model::machine::{Machine, PerAxis};
 
-/// What was fitted for one machine.
+/// The fit for one machine.
 pub struct Fitted<'a> {
     pub machine: &'a Machine,
     pub basis: &'a Basis,
     pub moments: &'a Moments,
-    /// Which rotary axis, 0 or 1.
+    /// The rotary axis in use, 0 or 1.
     pub rotary: usize,
     pub zero: PerAxis,
 }
 
 impl Fitted<'_> {
-    /// The tables and their sums of products, Eq. 45. In the order of the banks: the coordinates, those of the
-    /// rotary axis, and the constants.
+    /// The tables and their sums of products, Eq. 45. Order of the banks: the coordinates, the tables of the rotary
+    /// axis, the constants.
     pub fn tables(
         &self,
         points: &Points,
@@ -51,7 +51,7 @@ impl Fitted<'_> {
                 factors.push(points.at.iter().map(|at| of.factor(times, *at)).collect());
             }
             alone.push(match free {
-                // Σ (q − middle)·f is Σ q·f less the middles times f.
+                // Σ (q − middle)·f is Σ q·f minus the middles times f.
                 Some(means) => (means.iter().zip(&points.at))
                     .map(|(mean, at)| {
                         let middles =
@@ -98,7 +98,7 @@ impl Fitted<'_> {
     }
 }
 
-/// Numbers of the first table of the rotary axis, and of the first that stands alone: LUT₁, LUT₈, LUT₁₅.
+/// Indices of the first table of the rotary axis, and of the first table without a factor: LUT₁, LUT₈, LUT₁₅.
 const FACTORS: usize = 9;
 const ALONE: usize = FACTORS + 9 + 2;
 
@@ -111,7 +111,7 @@ struct OfLinear<'a> {
 }
 
 impl OfLinear<'_> {
-    /// What a linear position (0, 1, 2) is multiplied by at an angle (rad).
+    /// The factor of a linear position (0, 1, 2) at an angle (rad).
     fn factor(&self, times: usize, at: f64) -> f64 {
         let weights = self.weights.iter().skip(times * FUNCTIONS);
         let sum: f64 = weights.zip(functions(at)).map(|(w, f)| w * f).sum();
