@@ -622,5 +622,7 @@ fn add_nodes<S: Sample, A: Row<f32>>(
     }
 }
 
+#[cfg(all(test, feature = "exhaustive"))]
+mod exhaustive;
 #[cfg(all(test, feature = "encode"))]
 mod tests;

@@ -218,6 +218,20 @@ pub fn run(all: bool) -> Result<(), String> {
     run_steps(steps, not_run)
 }
 
+/// `cargo xtask prove`: checks with all values there are, which take minutes.
+///
+/// # Errors
+/// The names of what failed.
+pub fn prove() -> Result<(), String> {
+    let exhaustive =
+        "test -q --release -p trueaxis --features encode,link,exhaustive --lib exhaustive";
+    let steps = vec![
+        step("every f32 and every short stream", exhaustive),
+        step("generated code", "xtask generated 10000000"),
+    ];
+    run_steps(steps, Vec::new())
+}
+
 /// `cargo xtask deny`: installs a tool and queries the advisory database, so it is not part of `test`.
 ///
 /// # Errors

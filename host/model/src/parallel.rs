@@ -28,7 +28,8 @@ pub fn try_map<'i, I: Sync, R: Send, E: Send>(
     of: impl Fn(&'i I) -> Result<R, E> + Sync,
 ) -> Result<Vec<R>, E> {
     let has_failed = AtomicBool::new(false);
-    let parts: Mutex<Vec<(usize, Result<Vec<R>, E>)>> = Mutex::new(Vec::new());
+    // The results of a range, by its first index.
+    let parts = Mutex::new(Vec::<(usize, Result<Vec<R>, E>)>::new());
     in_parts(items.len(), &|range| {
         let first = range.start;
         if !has_failed.load(Ordering::Relaxed) {

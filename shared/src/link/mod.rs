@@ -19,6 +19,8 @@
 //! longer than the length of its input.
 
 mod cobs;
+#[cfg(all(test, feature = "exhaustive"))]
+mod exhaustive;
 mod frame;
 mod health;
 mod progress;

@@ -44,7 +44,7 @@ impl Span {
     };
 
     /// Checks the points (guarantee 2) and computes the reciprocals that evaluation multiplies by.
-    pub(super) fn new(
+    pub(crate) fn new(
         part: Part,
         slot: u8,
         start: f32,
