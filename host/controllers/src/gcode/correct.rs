@@ -4,14 +4,12 @@ mod arc;
 mod cycles;
 mod feed;
 mod given;
-mod mark;
 mod motion;
 mod options;
 mod pass;
 mod piece;
 mod runs;
 mod straight;
-mod undo;
 mod write;
 
 use super::axes::{self, COUNT, PerLetter};
@@ -68,15 +66,12 @@ pub struct Corrector<'a> {
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
-    /// The first comment, until it is written; of a program whose correction is taken away what it must say.
+    /// The first comment, until it is written.
     mark: Option<String>,
-    /// True if the program has said what it was corrected with.
-    is_marked: bool,
 }
 
 impl<'a> Corrector<'a> {
-    /// `mark` is the first comment, without brackets. Where corrections are taken away the program must have it, with the
-    /// same checksum and the same reversals; `None`: whatever it says.
+    /// `mark` is the first comment, without brackets.
     pub fn new(
         rules: &'a Rules,
         tables: &'a Tables<'a>,
@@ -102,11 +97,7 @@ impl<'a> Corrector<'a> {
                 system_name(*number)
             ));
         }
-        let mut ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
-        if options.undo && options.backlash == Backlash::Move {
-            // Where an axis turns round there is a step, which tells it.
-            ways = ways.rounded_by(undo::STANDS);
-        }
+        let ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
                 return Err(format!(
@@ -152,7 +143,6 @@ impl<'a> Corrector<'a> {
             closed: false,
             joined: false,
             mark,
-            is_marked: false,
         })
     }
 
@@ -171,9 +161,6 @@ impl<'a> Corrector<'a> {
     /// # Errors
     /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
-        if let (Err(fault), true) = (self.no_mark(0..0), self.line > 0) {
-            return Err(Refusal::at(fault, self.line, b""));
-        }
         let (cause, remedy) = if self.line == self.percent {
             (
                 "the program is empty",
@@ -217,24 +204,15 @@ impl<'a> Corrector<'a> {
         let mut block = std::mem::take(&mut self.block);
         block.scan(line, self.rules.dialect)?;
         if block.marked {
-            if self.options.undo {
-                // The line is nothing but the mark.
-                self.block = block;
-                self.report.lines[1] -= 1;
-                return self.take_mark(line);
-            }
             return Err(Fault::new(
                 0..line.len(),
                 "the program is corrected already",
-                "correct the program that it was made from, or take the correction away first with --undo",
+                "correct the program that its first comment names",
             ));
         }
         self.percent += u64::from(block.percent);
         self.closed |= block.percent && self.nominal.begun;
-        match self.options.undo {
-            true => self.needs_mark(&block)?,
-            false => self.begin(&block, out),
-        }
+        self.begin(&block, out);
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done

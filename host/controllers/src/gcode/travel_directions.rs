@@ -82,100 +82,6 @@ impl TravelDirections {
         self.axis_at(tables, axis, q);
     }
 
-    /// The axes have come to a position that depends on the directions in which they came, as those of a corrected
-    /// program do: `at` says where they are by such directions. As few axes have turned round as it takes; one that has
-    /// may have gone nowhere yet, but not on.
-    ///
-    /// # Errors
-    /// Those of `at`.
-    pub(crate) fn come_by<E>(
-        &mut self,
-        tables: &Tables<'_>,
-        at: impl Fn(&Self) -> Result<PerLetter, E>,
-    ) -> Result<(), E> {
-        let axes: Vec<usize> = bits(tables.directional).collect();
-        let mut choices: Vec<u32> = (0..1 << axes.len()).collect();
-        choices.sort_by_key(|choice| choice.count_ones());
-        for choice in choices {
-            let has_turned = |place: usize| choice >> place & 1 != 0;
-            let mut trial = self.clone();
-            for (place, axis) in axes.iter().enumerate() {
-                if has_turned(place) {
-                    trial.travel[*axis] = opposite(self.travel[*axis]);
-                }
-            }
-            let q = at(&trial)?;
-            let mut fits = true;
-            for (place, axis) in axes.iter().copied().enumerate() {
-                let (before, way) = (self.travel[axis], trial.travel[axis]);
-                if has_turned(place) {
-                    let on = sign(before) * (q[axis] - self.last[axis]);
-                    fits &= before != Travel::Unknown && on <= tables.hysteresis[axis];
-                    trial.arrives(tables, axis, q[axis], way);
-                } else {
-                    trial.axis_to(tables, axis, q[axis]);
-                    fits &= before == Travel::Unknown || trial.travel[axis] == before;
-                }
-            }
-            if fits {
-                trial.last = q;
-                *self = trial;
-                return Ok(());
-            }
-        }
-        let q = at(self)?;
-        self.come_to(tables, &q);
-        Ok(())
-    }
-
-    /// The axes stand while some have turned round: the step of a reversal, as a corrected program has it. `stands` says
-    /// where they are by such directions, if that is where they were. False, and nothing done, if it takes no axis that
-    /// has turned, or if none helps.
-    ///
-    /// # Errors
-    /// Those of `stands`.
-    pub(crate) fn turn_by<E>(
-        &mut self,
-        tables: &Tables<'_>,
-        stands: impl Fn(&Self) -> Result<Option<PerLetter>, E>,
-    ) -> Result<bool, E> {
-        let mut choices = vec![(0_u32, self.travel)];
-        for axis in bits(tables.directional) {
-            let others = match self.travel[axis] {
-                Travel::Unknown => &[Travel::Positive, Travel::Negative][..],
-                Travel::Positive => &[Travel::Negative],
-                Travel::Negative => &[Travel::Positive],
-            };
-            for k in 0..choices.len() {
-                let (turned, travel) = choices[k];
-                choices.extend(others.iter().map(|way| {
-                    let mut travel = travel;
-                    travel[axis] = *way;
-                    (turned + 1, travel)
-                }));
-            }
-        }
-        choices.sort_by_key(|(turned, _)| *turned);
-        for (turned, travel) in choices {
-            let mut trial = self.clone();
-            trial.travel = travel;
-            let Some(q) = stands(&trial)? else {
-                continue;
-            };
-            for axis in bits(tables.directional) {
-                if travel[axis] != self.travel[axis] {
-                    trial.arrives(tables, axis, q[axis], travel[axis]);
-                }
-            }
-            if turned > 0 {
-                trial.last = q;
-                *self = trial;
-            }
-            return Ok(turned > 0);
-        }
-        Ok(false)
-    }
-
     /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.
     pub fn goes_on(&mut self, tables: &Tables<'_>, to: &PerLetter) -> bool {
         if tables.directional == 0 {
@@ -225,13 +131,5 @@ fn sign(way: Travel) -> f64 {
         Travel::Positive => 1.0,
         Travel::Negative => -1.0,
         Travel::Unknown => 0.0,
-    }
-}
-
-fn opposite(way: Travel) -> Travel {
-    match way {
-        Travel::Positive => Travel::Negative,
-        Travel::Negative => Travel::Positive,
-        Travel::Unknown => Travel::Unknown,
     }
 }

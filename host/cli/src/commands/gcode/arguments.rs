@@ -3,6 +3,7 @@
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::Text;
 use clap::{Args, ValueEnum};
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_controllers::gcode::modal::Units;
@@ -54,7 +55,7 @@ pub struct Arguments {
     )]
     pub errors: Option<PathBuf>,
     /// Read both programs anew and compare: distance from the corrected path, times, errors of the tool
-    #[arg(long, conflicts_with = "undo")]
+    #[arg(long)]
     pub check: bool,
     /// Whose language the program is in
     #[arg(long, value_enum, default_value_t)]
@@ -83,9 +84,6 @@ pub struct Arguments {
     /// Pass a G or M word that is not known: it must move nothing and change no coordinates
     #[arg(long, value_name = "WORD")]
     pass: Vec<String>,
-    /// Take the correction of a corrected program away again
-    #[arg(long)]
-    undo: bool,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -142,7 +140,6 @@ impl Arguments {
             chord: self.chord * 1e-3,
             backlash: self.backlash,
             cut_under_cutter: self.cut_under_g41,
-            undo: self.undo,
             ..gcode::Options::default()
         })
     }
@@ -223,8 +220,9 @@ impl Arguments {
             (gcode::Backlash::Move, _) | (_, 0) => String::new(),
             (backlash, _) => format!(", backlash {}", backlash.name()),
         };
+        let (original, sum) = (name_of(&self.program), checksum(&self.program)?);
         Ok(format!(
-            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}{backlash}",
+            "trueaxis corrected: {original} {sum:08x}, compensation {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc
         ))
     }
@@ -237,6 +235,27 @@ fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
             "give --units mm or --units inch, as [TRAJ] LINEAR_UNITS of the machine's INI file",
         )
     })
+}
+
+/// Of a whole file, as `crc32` and ZIP archives have it.
+fn checksum(path: &Path) -> Result<u32, BadInput> {
+    static CRC: crc::Crc<u32, crc::Table<16>> =
+        crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
+    let (mut digest, mut reader) = (CRC.digest(), super::open(path)?);
+    loop {
+        let read = reader.fill_buf().map_err(|error| {
+            BadInput::new(
+                format!("{}: cannot be read: {error}", path.display()),
+                "give the path of a readable file",
+            )
+        })?;
+        if read.is_empty() {
+            return Ok(digest.finalize());
+        }
+        digest.update(read);
+        let length = read.len();
+        reader.consume(length);
+    }
 }
 
 /// A name that may stand in a comment of any controller.

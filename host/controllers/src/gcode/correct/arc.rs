@@ -9,16 +9,13 @@ use crate::gcode::cut;
 use crate::gcode::fault::Fault;
 use crate::gcode::limits::Limits;
 use crate::gcode::moves::Rate;
-use crate::gcode::trace::{Node, Path};
+use crate::gcode::trace::Path;
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
 
 /// So much of a sagitta is seen at nodes, of which a chord has four, if it is largest between two of them: 1 - 1/16.
 const SEEN: f64 = 0.9375;
-
-/// An arc that turns by so much more or less (rad) is another one.
-const ANOTHER_TURN: f64 = 1.0;
 
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
@@ -42,7 +39,7 @@ impl Corrector<'_> {
         let [r0, r1] = arc.radii();
         let farthest = LARGEST * r0.min(r1);
         let limits = self.limits().within(farthest);
-        if self.is_offset() || self.options.undo {
+        if self.is_offset() {
             return self.in_one(arc, &limits, timing, moving);
         }
         let join = self.join(&self.traced.nodes[0], &limits, timing);
@@ -72,7 +69,7 @@ impl Corrector<'_> {
         Ok(joined(pieces))
     }
 
-    /// An arc that must stay one: under cutter compensation, whatever that costs, and where a correction is taken away.
+    /// An arc that must stay one: under cutter compensation, whatever that costs.
     fn in_one(
         &mut self,
         arc: &Arc,
@@ -82,60 +79,28 @@ impl Corrector<'_> {
     ) -> Result<Vec<Piece>, Fault> {
         let from = self.written.position.at;
         let nodes = &self.traced.nodes;
-        let whole = match self.traced.breaks.last() {
-            Some(last) if self.options.undo => &nodes[*last..],
-            _ => &nodes[..],
-        };
+        let whole = &nodes[..];
         let shifted = match self.nominal.tip {
             true => None,
             false => cut::fitted(arc, &from, whole),
         };
         let cannot = || {
-            let [cause, remedy] = match self.options.undo {
-                true => [
-                    "an arc from which the correction cannot be taken away: its ends are too near",
-                    "keep the program as it was before it was corrected",
-                ],
-                false => [
-                    "an arc under cutter compensation that cannot stay one",
-                    "write the path out without G41 and G42",
-                ],
-            };
-            Fault::new(moving.span.clone(), cause, remedy)
+            Fault::new(
+                moving.span.clone(),
+                "an arc under cutter compensation that cannot stay one",
+                "write the path out without G41 and G42",
+            )
         };
-        let as_read = || self.as_read(arc, &from, whole.last()?);
-        let shifted = shifted.or_else(as_read).ok_or_else(cannot)?;
-        if self.is_offset() && !self.options.undo {
-            let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
-            // Ends of nearly a full turn say little of its centre.
-            if off > OTHER[0] * arc.radii()[0] + OTHER[1] {
-                return Err(cannot());
-            }
-            self.report.under_cutter += 1;
-            self.report.under_cutter_off = self.report.under_cutter_off.max(off);
+        let shifted = shifted.ok_or_else(cannot)?;
+        let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
+        // Ends of nearly a full turn say little of its centre.
+        if off > OTHER[0] * arc.radii()[0] + OTHER[1] {
+            return Err(cannot());
         }
+        self.report.under_cutter += 1;
+        self.report.under_cutter_off = self.report.under_cutter_off.max(off);
         self.report.arcs[0] += 1;
         Ok(vec![Piece::of(Shape::Arc(shifted), shifted.to, timing)])
-    }
-
-    /// The arc about its centre, shifted as its end is, for one that is so short that its ends tell little of the centre;
-    /// only where a correction is taken away, and if it turns by as much or nearly.
-    fn as_read(&self, arc: &Arc, from: &PerLetter, last: &Node) -> Option<Arc> {
-        if !self.options.undo || self.nominal.tip {
-            return None;
-        }
-        let [i, j, _] = arc.axes;
-        let [x, y] = arc.centre;
-        let centre = [x + last.to[i] - last.q[i], y + last.to[j] - last.q[j]];
-        let read = Arc::new(
-            *from,
-            last.to,
-            arc.axes,
-            centre,
-            arc.sweep < 0.0,
-            arc.turns(),
-        );
-        ((read.sweep - arc.sweep).abs() < ANOTHER_TURN).then_some(read)
     }
 
     /// Arcs along the nodes; `None` if the path is not kept by arcs.

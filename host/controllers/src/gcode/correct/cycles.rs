@@ -32,16 +32,9 @@ impl Corrector<'_> {
         let straight = self.tables.directional & (1 << cycle.axes[2]) == 0
             && !self.nominal.offsets.is_turned()
             && self.nominal.distance == Some(Distance::Absolute);
-        if self.options.undo && single && straight {
-            let mut hole = cycle.first;
-            hole[cycle.axes[2]] = cycle.bottom;
-            self.go_back(&hole, 0, moving)?;
-        }
         let field = self.field();
-        // A correction is taken away from cycles that stayed ones, whatever the tolerance was.
-        let undo = self.options.undo;
         let (mut stays, mut takes) = (single && straight, None);
-        if stays && !undo {
+        if stays {
             let keeps = || Ok(self.feeds_to_r(&field, cycle)? && self.is_constant(&field, cycle)?);
             stays = keeps().map_err(|lost| moving.lost(lost))?;
             if stays {
@@ -203,7 +196,7 @@ impl Corrector<'_> {
         let mut hole = cycle.first;
         hole[cycle.axes[2]] = height;
         let mut ways = self.ways.clone();
-        if self.axes_turn() && !self.options.undo {
+        if self.axes_turn() {
             ways.come_to(self.tables, &hole);
         }
         let node = field.node(1.0, &hole, &ways)?;

@@ -3,14 +3,13 @@
 use super::given::{Given, Moving, span_of};
 use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::{PerLetter, is_rotary};
+use crate::gcode::axes::is_rotary;
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
 use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
-use crate::gcode::travel_directions::TravelDirections;
 use crate::gcode::words::{Block, Word};
 
 /// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: cuts take the rest.
@@ -44,12 +43,6 @@ impl<'a> Corrector<'a> {
             }
         }
         self.modes_first(given.block)?;
-        if let Move::Straight(straight, rate) = motion
-            && self.options.undo
-            && self.is_step_of_reversal(straight, *rate, &moving)?
-        {
-            return self.stands(given, straight, *rate, out);
-        }
         let pieces = match motion {
             Move::Straight(straight, rate) => self.straight(straight, *rate, &moving)?,
             Move::Arc(arc, rate) => self.arc(arc, *rate, &moving)?,
@@ -70,9 +63,6 @@ impl<'a> Corrector<'a> {
     /// G33.1 ends where it began.
     fn come_back(&mut self, moving: &Moving) -> Result<(), Fault> {
         let at = self.nominal.position.at;
-        if self.options.undo {
-            return self.go_back(&at, 0, moving);
-        }
         if self.axes_turn() {
             let q = self.field().axes(&at);
             let q = q.map_err(|lost| moving.lost(lost))?;
@@ -120,7 +110,7 @@ impl<'a> Corrector<'a> {
             length: self
                 .nominal
                 .field_length(self.rules, self.tables.takes_length),
-            undo: self.options.undo,
+            undo: false,
             keeps_directions: false,
         }
     }
@@ -146,13 +136,7 @@ impl<'a> Corrector<'a> {
         let mut field = self.field();
         let limits = self.limits();
         self.start_ways = self.ways.clone();
-        if self.options.undo {
-            // Axes of a corrected program turn round between its moves.
-            self.go_back(&path.at(1.0), 0, moving)?;
-            field.keeps_directions = true;
-        } else if !self.axes_turn() {
-            field.keeps_directions = true;
-        }
+        field.keeps_directions = !self.axes_turn();
         let mut ways = self.ways.clone();
         let last = field.trace(path, &limits, &mut ways, finer, &mut self.traced);
         let last = last.map_err(|lost| moving.lost(lost))?;
@@ -168,37 +152,11 @@ impl<'a> Corrector<'a> {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
 
-    /// The directions in which the axes of a corrected program have come to a position; those that are held (bits) have
-    /// not moved.
-    pub(super) fn go_back(
-        &mut self,
-        to: &PerLetter,
-        held: u16,
-        moving: &Moving,
-    ) -> Result<(), Fault> {
-        let field = self.field();
-        if self.axes_turn() {
-            let at = |ways: &TravelDirections| {
-                let mut node = field.node(1.0, to, ways)?;
-                self.hold(held, &mut node);
-                Ok(node.moved)
-            };
-            let mut ways = self.ways.clone();
-            let done = ways.come_by(self.tables, at);
-            self.ways = ways;
-            done.map_err(|lost| moving.lost(lost))?;
-        }
-        match self.ways.missing(self.tables) {
-            Some(axis) => Err(moving.direction_unknown(axis)),
-            None => Ok(()),
-        }
-    }
-
     /// The step onto the corrected path, where a motion that feeds begins elsewhere.
     pub(super) fn join(&self, first: &Node, limits: &Limits, timing: Timing) -> Option<Piece> {
         let at = self.written.position.at;
         let off = std::array::from_fn(|i| first.to[i] - at[i]);
-        let stays = self.joined || self.options.undo || self.is_offset();
+        let stays = self.joined || self.is_offset();
         if stays || limits.of(&off) <= BESIDE {
             return None;
         }

@@ -46,8 +46,6 @@ pub struct Options {
     pub backlash: Backlash,
     /// Cut moves under G41 and G42 too.
     pub cut_under_cutter: bool,
-    /// Take corrections away again.
-    pub undo: bool,
 }
 
 impl Default for Options {
@@ -59,7 +57,6 @@ impl Default for Options {
             chord: 1e-3,
             backlash: Backlash::Move,
             cut_under_cutter: false,
-            undo: false,
         }
     }
 }

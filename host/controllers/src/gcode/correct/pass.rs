@@ -38,12 +38,7 @@ impl Corrector<'_> {
                 && self.nominal.position.missing(self.tables.axes).is_none()
                 && self.axes_turn()
             {
-                // Where a correction is taken away the other axes are where they are without it.
-                let state = match self.options.undo {
-                    true => &self.written,
-                    false => &self.nominal,
-                };
-                let at = state.position.at;
+                let at = self.nominal.position.at;
                 self.ways.come_to(self.tables, &at);
             }
         }

@@ -30,11 +30,6 @@ impl Corrector<'_> {
         let to = straight.to;
         let held = self.held(straight, rate);
         let path = Path::Line(straight.from.at, to);
-        if self.options.undo {
-            self.go_back(&to, held, moving)?;
-            let end = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
-        }
         if straight.from.missing(self.tables.axes).is_some() {
             // Where it comes from is not known, only where it ends.
             let q = self.field().axes(&to);

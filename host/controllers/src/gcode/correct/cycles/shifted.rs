@@ -44,7 +44,7 @@ impl Corrector<'_> {
         let n = cycle.axes[2];
         let mut hole = cycle.first;
         hole[n] = cycle.bottom;
-        if self.axes_turn() && !self.options.undo {
+        if self.axes_turn() {
             self.ways.come_to(self.tables, &hole);
         }
         if let Some(axis) = self.ways.missing(self.tables) {
