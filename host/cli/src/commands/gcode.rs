@@ -2,6 +2,7 @@
 
 mod ahead;
 mod arguments;
+mod scratch;
 mod screen;
 
 use super::Outcome;
@@ -11,10 +12,12 @@ use super::progress::Bar;
 use super::replace;
 use ahead::ahead;
 pub use arguments::Arguments;
+use scratch::Scratch;
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use trueaxis_controllers::gcode::check::{self, Exact};
+use trueaxis_controllers::gcode::check::{self, Corrected, Exact};
 use trueaxis_controllers::gcode::stream::{self, StreamError};
 use trueaxis_controllers::gcode::{Corrector, Report, Tables, Tip};
 use trueaxis_model::machine::Machine;
@@ -106,18 +109,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let exact = exact.map(|(machine, errors)| Exact { machine, errors });
     bar.stage("MB corrected", (bytes >> 20) as usize);
     let reader = open(&arguments.program)?;
+    let map = match arguments.check {
+        true => Some(Scratch::new().map_err(|error| {
+            BadInput::new(
+                format!("a temporary file cannot be made: {error}"),
+                "check the folder of temporary files, or leave out --check",
+            )
+        })?),
+        false => None,
+    };
+    let map = RefCell::new(map);
     let mut failed = None;
     let mut bad = None;
     let mut found = None;
     let mut seen = 0_u64;
     let write = |file: &mut replace::Sink<'_>| {
         let (done, written) = ahead(file, |file| {
-            stream::correct(reader, file, &mut corrector, |read| {
+            let seen = |read| {
                 if (seen + read) >> 20 != seen >> 20 {
                     bar.step();
                 }
                 seen += read;
-            })
+            };
+            match &mut *map.borrow_mut() {
+                Some(map) => stream::correct(reader, file, map, &mut corrector, seen),
+                None => stream::correct(reader, file, &mut std::io::sink(), &mut corrector, seen),
+            }
         });
         let done = written.map_err(StreamError::Write).and(done);
         done.map_err(|error| {
@@ -127,11 +144,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     // What the check cannot make sense of never gets its name.
     let accept = |corrected: &File| {
-        if !arguments.check {
+        let mut map = map.borrow_mut();
+        let Some(map) = &mut *map else {
             return Ok(());
-        }
+        };
+        let map = map.read()?;
         let checked = open(&arguments.program).and_then(|program| {
-            let corrected = BufReader::with_capacity(1 << 18, corrected);
+            let corrected = Corrected {
+                text: BufReader::with_capacity(1 << 18, corrected),
+                map,
+            };
             let tip = tip.as_ref();
             check::check(program, corrected, &rules, &tables, tip, exact.as_ref(), options)
                 .map_err(|error| {
@@ -192,7 +214,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         );
         files::print_json(&answer)?;
     } else {
-        files::print(&screen::report(&arguments.output, report))?;
+        files::print(&screen::report(&arguments.output, report, &options))?;
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;

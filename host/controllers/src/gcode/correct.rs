@@ -17,12 +17,13 @@ use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
 use super::interpret::Step;
+use super::line_map::{Entry, Role};
 use super::offsets::system_name;
 use super::report::Report;
 use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
-use super::trace::Traced;
+use super::trace::{Traced, Travels};
 use super::travel_directions::TravelDirections;
 use super::words::Block;
 use given::Given;
@@ -39,8 +40,8 @@ pub struct Corrector<'a> {
     /// What the corrected program says.
     written: State,
     ways: TravelDirections,
-    /// The same before the move that is looked at.
-    start_ways: TravelDirections,
+    /// Directions before the motion that is looked at.
+    start_travel: Travels,
     /// What was done so far.
     pub report: Report,
     line: u64,
@@ -55,8 +56,10 @@ pub struct Corrector<'a> {
     eol: &'static [u8],
     /// What the corrected program says before this line, while the modes of the line itself are in `written`.
     before_modes: Option<State>,
-    /// The cycle (tenths) of a series that is being written out.
-    written_out: Option<u16>,
+    /// What the written lines are, until they are taken.
+    lines: Vec<Entry>,
+    /// True until the first line is written that comes from the line that is read.
+    begins: bool,
     /// True if the last line has no end.
     in_line: bool,
     /// How many lines `%` there are.
@@ -124,7 +127,7 @@ impl<'a> Corrector<'a> {
             options,
             written: nominal.clone(),
             nominal,
-            start_ways: ways.clone(),
+            start_travel: ways.travel,
             ways,
             report: Report::default(),
             line: 0,
@@ -137,7 +140,8 @@ impl<'a> Corrector<'a> {
             check: Block::default(),
             eol: b"\n",
             before_modes: None,
-            written_out: None,
+            lines: Vec::new(),
+            begins: true,
             in_line: false,
             percent: 0,
             closed: false,
@@ -154,6 +158,31 @@ impl<'a> Corrector<'a> {
         self.line += 1;
         let done = self.do_line(line, eol, out);
         done.map_err(|fault| Refusal::at(fault, self.line, line))
+    }
+
+    /// Writes what the lines are that were written since the last time.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn take_map(&mut self, to: &mut impl std::io::Write) -> std::io::Result<()> {
+        self.lines.drain(..).try_for_each(|entry| entry.write(to))
+    }
+
+    /// A line is written.
+    fn note(&mut self, role: Role) {
+        self.report.lines[1] += 1;
+        let begins = std::mem::take(&mut self.begins);
+        self.lines.push(Entry { begins, role });
+    }
+
+    /// How far the lines that are written have come along the motion.
+    fn progress(&self) -> f64 {
+        let mut own = self.lines.iter().rev();
+        let last = own.find_map(|entry| match entry.role {
+            Role::Until(part) => Some(part),
+            _ => None,
+        });
+        last.unwrap_or(0.0)
     }
 
     /// The end of the program.
@@ -190,7 +219,7 @@ impl<'a> Corrector<'a> {
 
     fn do_line(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
         self.report.lines[0] += 1;
-        self.report.lines[1] += 1;
+        self.begins = true;
         if eol == b"\r\n" {
             self.eol = b"\r\n";
         }
@@ -199,6 +228,7 @@ impl<'a> Corrector<'a> {
             self.behind_the_end(line)?;
             out.extend_from_slice(line);
             out.extend_from_slice(eol);
+            self.note(Role::Plain);
             return Ok(());
         }
         let mut block = std::mem::take(&mut self.block);
@@ -251,7 +281,7 @@ impl<'a> Corrector<'a> {
             out.extend_from_slice(mark.as_bytes());
             out.push(b')');
             out.extend_from_slice(self.eol);
-            self.report.lines[1] += 1;
+            self.note(Role::Plain);
         }
     }
 
@@ -271,9 +301,6 @@ impl<'a> Corrector<'a> {
         let before = self.nominal.position;
         let mut step = Step::default();
         self.nominal.step_into(block, self.rules, &mut step)?;
-        if self.nominal.cycle.is_none() {
-            self.written_out = None;
-        }
         let given = Given {
             line,
             eol,

@@ -1,6 +1,6 @@
 //! The direction in which each axis last moved.
 
-use super::axes::{COUNT, PerLetter, Position, is_rotary};
+use super::axes::{COUNT, PerLetter, Position};
 use super::interpret::bits;
 use super::tables::Tables;
 use trueaxis::{Reversal, Travel};
@@ -13,8 +13,6 @@ pub struct TravelDirections {
     pub travel: [Travel; COUNT],
     /// Where they have come to; NaN where that is not known.
     last: PerLetter,
-    /// What an axis may come back by beyond its hysteresis, for the last digits of words (mm, degrees).
-    slack: [f64; 2],
 }
 
 impl TravelDirections {
@@ -25,7 +23,6 @@ impl TravelDirections {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],
             last: start.at,
-            slack: [0.0; 2],
         };
         for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
@@ -35,13 +32,6 @@ impl TravelDirections {
             ways.arrives(tables, axis, start.at[axis], *way);
         }
         ways
-    }
-
-    /// Positions are rounded by so much (mm, degrees): an axis that comes back by no more than that beyond its hysteresis
-    /// has not turned round.
-    #[must_use]
-    pub(crate) fn rounded_by(self, slack: [f64; 2]) -> Self {
-        Self { slack, ..self }
     }
 
     /// An axis goes straight to a position, by quarters of a turn if it is endless: more than half a turn at once would
@@ -66,8 +56,7 @@ impl TravelDirections {
 
     /// An axis has come to a position, less than half a turn from where it was.
     fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let slack = self.slack[usize::from(is_rotary(axis))];
-        let hysteresis = (tables.hysteresis[axis] + slack).max(0.0) as f32;
+        let hysteresis = tables.hysteresis[axis] as f32;
         let period = tables.period[axis] as f32;
         self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
     }
@@ -125,8 +114,17 @@ impl TravelDirections {
     }
 }
 
+/// The other direction.
+pub(crate) fn opposite(way: Travel) -> Travel {
+    match way {
+        Travel::Positive => Travel::Negative,
+        Travel::Negative => Travel::Positive,
+        Travel::Unknown => Travel::Unknown,
+    }
+}
+
 /// +1 and −1.
-fn sign(way: Travel) -> f64 {
+pub(crate) fn sign(way: Travel) -> f64 {
     match way {
         Travel::Positive => 1.0,
         Travel::Negative => -1.0,

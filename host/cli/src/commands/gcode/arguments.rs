@@ -63,10 +63,19 @@ pub struct Arguments {
     /// How far straight moves may be from the corrected path (µm, 0.3 at least)
     #[arg(long, value_name = "UM", default_value_t = 0.5)]
     tolerance: f64,
-    /// Sagitta of the chords that arcs become which cannot stay arcs (µm)
+    /// How far a hole of a canned cycle may be from its corrected place, anywhere along it (µm)
+    #[arg(long, value_name = "UM", default_value_t = 5.0)]
+    hole_tolerance: f64,
+    /// Decimals of words in mm and degrees; words in inches get one more (4, 5 and 6 if this is not given)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=6))]
+    decimals: Option<u8>,
+    /// Give inserted lines a sub-number of their line: N10.1
+    #[arg(long)]
+    sub_numbers: bool,
+    /// Sagitta of the chords that replace what no arc can follow (µm)
     #[arg(long, value_name = "UM", default_value_t = 1.0)]
     chord: f64,
-    /// What becomes of the step where an axis turns round, of direction-dependent tables
+    /// What becomes of the step where an axis reverses, of direction-dependent tables
     #[arg(long, value_enum, default_value_t)]
     backlash: gcode::Backlash,
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
@@ -102,6 +111,7 @@ impl Arguments {
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
         for (name, value, least) in [
             ("--tolerance", self.tolerance, LEAST_TOLERANCE),
+            ("--hole-tolerance", self.hole_tolerance, LEAST_TOLERANCE),
             ("--chord", self.chord, 0.01),
         ] {
             if !(least..=1000.0).contains(&value) {
@@ -138,6 +148,9 @@ impl Arguments {
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
+            hole_tolerance: self.hole_tolerance * 1e-3,
+            decimals: self.decimals.map(usize::from),
+            sub_numbers: self.sub_numbers,
             backlash: self.backlash,
             cut_under_cutter: self.cut_under_g41,
             ..gcode::Options::default()

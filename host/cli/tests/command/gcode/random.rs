@@ -8,7 +8,7 @@ use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
 use trueaxis::AlignedBlob;
 use trueaxis_controllers::gcode::axes::{self, COUNT};
-use trueaxis_controllers::gcode::check::{CheckResult, Exact, check};
+use trueaxis_controllers::gcode::check::{CheckResult, Corrected, Exact, check};
 use trueaxis_controllers::gcode::fault::Refusal;
 use trueaxis_controllers::gcode::modal::Units;
 use trueaxis_controllers::gcode::offsets::System;
@@ -110,8 +110,14 @@ pub fn try_one(
     text: &str,
 ) -> Result<CheckResult, Refusal> {
     let mut corrector = Corrector::new(rules, tables, tip, options, None).unwrap();
-    let mut written = Vec::new();
-    match stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}) {
+    let (mut written, mut map) = (Vec::new(), Vec::new());
+    match stream::correct(
+        text.as_bytes(),
+        &mut written,
+        &mut map,
+        &mut corrector,
+        |_| {},
+    ) {
         Ok(()) => {}
         Err(StreamError::Refused(refusal)) => return Err(refusal),
         Err(other) => panic!("{other}\n{text}"),
@@ -123,7 +129,10 @@ pub fn try_one(
     };
     let found = check(
         text.as_bytes(),
-        written.as_slice(),
+        Corrected {
+            text: written.as_slice(),
+            map: map.as_slice(),
+        },
         rules,
         tables,
         tip,
@@ -137,7 +146,7 @@ pub fn try_one(
     } else {
         0.0
     };
-    let allowed = options.tolerance * 1e3 + chord;
+    let allowed = (options.tolerance * 1e3 + chord).max(found.hole_um);
     // A step that is blended into a move or left out is not on the path.
     if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
         assert!(
@@ -266,9 +275,10 @@ proptest! {
         let lines: Vec<String> = lines.iter().map(|words| words.join(" ")).collect();
         let text = format!("G21 G90 F100\n{}\n", lines.join("\n"));
         let mut corrector = Corrector::new(&rules, &tables, None, options, None).unwrap();
-        let mut written = Vec::new();
-        if stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}).is_ok() {
-            let found = check(text.as_bytes(), written.as_slice(), &rules, &tables, None, None, options);
+        let (mut written, mut map) = (Vec::new(), Vec::new());
+        if stream::correct(text.as_bytes(), &mut written, &mut map, &mut corrector, |_| {}).is_ok() {
+            let corrected = Corrected { text: written.as_slice(), map: map.as_slice() };
+            let found = check(text.as_bytes(), corrected, &rules, &tables, None, None, options);
             let found = found.unwrap_or_else(|e| panic!("{e}:\n{text}\n{}", String::from_utf8_lossy(&written)));
             prop_assert!(found.excess_um == 0.0, "{found:?}\n{text}\n{}", String::from_utf8_lossy(&written));
         }

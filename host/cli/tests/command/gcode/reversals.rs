@@ -60,11 +60,10 @@ fn the_check_says_how_far_off_blended_steps_are() {
         answer(0, &arguments)
     };
     // The table of X by its direction holds 4 µm.
-    assert!(
-        said("blend").contains("blended into the move: 8.0"),
-        "{}",
-        said("blend")
-    );
+    let blended = said("blend");
+    let off = blended.split_once("blended into the move: ").unwrap().1;
+    let off: f64 = off.split(' ').next().unwrap().parse().unwrap();
+    assert!((off - 8.0).abs() < 0.1, "{blended}");
     assert!(!said("move").contains("blended"));
 }
 
@@ -128,12 +127,11 @@ fn holes_of_a_series_have_each_the_r_that_is_corrected_there() {
 #[test]
 fn feeds_out_of_a_hole_end_at_its_own_r() {
     let folder = Folder::new();
-    // R is the level before the series; corrected, it is some micrometres lower at the second hole, and G89 of LinuxCNC
-    // would feed on to the level.
+    // R is the level before the series; corrected, it is some micrometres lower at the second hole.
     let program =
         "G21 G90 G17 F300\nG0 X151.6 Y176.1 Z127\nG98 G89 Z125.8 R127 P0.1\nX188.3\nG80\nM30\n";
     let (_, said) = run(&folder, program, &["--check"]);
-    assert!(said.contains("cycles: 1 stay, 1 are written out"), "{said}");
+    assert!(said.contains("cycles: 2 stay, 0 are written out"), "{said}");
 }
 
 #[test]

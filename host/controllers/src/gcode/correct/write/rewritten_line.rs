@@ -36,7 +36,7 @@ impl Corrector<'_> {
         change: &Change<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, change.piece, change.wanted)?;
+        let wording = self.wording(given.block, change.piece, change.timing, change.wanted)?;
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
         let said = self.change_words(given, change, &wording, &mut edits);
@@ -50,7 +50,9 @@ impl Corrector<'_> {
             true => self.written.position.at,
             false => wording.words.to,
         };
-        self.follow(&out[from..], Some(&ends))
+        self.follow(&out[from..], Some(&ends))?;
+        self.note(Self::role(change.piece));
+        Ok(())
     }
 
     /// Changes or removes the words of the line.
@@ -92,7 +94,8 @@ impl Corrector<'_> {
             {
                 said.centre[place] = true;
                 said.last_axis = Some(word.end);
-                let decimals = word.decimals.max(number::decimals(0, self.units())).min(9);
+                let needed = self.options.decimals(0, self.units());
+                let decimals = self.kept(word.decimals).max(needed);
                 let value = number::rounded(centre[place].1, decimals);
                 replace_number(edits, rules, word, value, decimals);
                 continue;
@@ -172,7 +175,7 @@ impl Corrector<'_> {
                 edits.replace(place..place, |to| {
                     to.extend_from_slice(separator);
                     to.push(*letter);
-                    number::write(to, *value, number::decimals(0, self.units()), 0, point);
+                    number::write(to, *value, self.options.decimals(0, self.units()), 0, point);
                 });
             }
         }

@@ -6,7 +6,7 @@ use crate::gcode::axes::{self, COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::span_of;
-use crate::gcode::correct::piece::{Piece, Shape};
+use crate::gcode::correct::piece::{Piece, Shape, Timing};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
@@ -66,13 +66,14 @@ impl Corrector<'_> {
         &mut self,
         block: &Block,
         piece: &Piece,
+        timing: &Timing,
         wanted: u16,
     ) -> Result<Wording, Fault> {
         let machine = is_machine(block, self.rules.dialect);
         let words = self.words(block, &piece.to, wanted, machine)?;
         Ok(Wording {
-            feed: self.feed(piece, &words.to),
-            inverse: matches!(piece.feed, Some(Rate::Inverse(_))),
+            feed: self.feed(piece, timing, &words.to),
+            inverse: matches!(timing.rate, Rate::Inverse(_)),
             motion: self.motion_word(piece),
             centre: match piece.shape {
                 Shape::Arc(arc) => Some(self.centre_words(&arc)),
@@ -94,14 +95,27 @@ impl Corrector<'_> {
         wording.feed.filter(|f| wording.inverse || !holds(*f))
     }
 
+    /// How many of the decimals of a word stay.
+    pub(in crate::gcode::correct) fn kept(&self, decimals: usize) -> usize {
+        match self.options.decimals {
+            None => decimals.min(9),
+            Some(_) => 0,
+        }
+    }
+
+    /// True if every number has a point.
+    pub(in crate::gcode::correct) fn point(&self) -> bool {
+        self.rules.dialect == Dialect::Fanuc
+    }
+
     /// Decimals of an axis in this line.
     fn decimals(&mut self, block: &Block, axis: usize) -> usize {
-        let needed = number::decimals(axis, self.units());
+        let needed = self.options.decimals(axis, self.units());
         let word = block.word(axes::LETTERS[axis]);
         if let Some(word) = word {
             self.report.decimals[0] = self.report.decimals[0].max(word.decimals);
         }
-        let decimals = word.map_or(0, |w| w.decimals).max(needed).min(9);
+        let decimals = word.map_or(0, |w| self.kept(w.decimals)).max(needed);
         self.report.decimals[1] = self.report.decimals[1].max(decimals);
         decimals
     }
@@ -142,7 +156,12 @@ impl Corrector<'_> {
             let rounded = number::rounded(value, decimals);
             let finest = number::finest(decimals);
             let known = at.knows(axis);
-            if wanted & (1 << axis) == 0 && known && by.abs() < finest {
+            // An axis that the motion does not name appears only where its correction changes by more than the last digit.
+            let last = match self.written.offsets.is_turned() {
+                true => finest,
+                false => self.options.resolution(axis, self.units()) / unit,
+            };
+            if wanted & (1 << axis) == 0 && known && by.abs() <= last {
                 continue;
             }
             if axis == 2 && !machine && self.written.offset_in_doubt {
