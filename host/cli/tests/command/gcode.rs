@@ -4,6 +4,7 @@ mod cycles;
 mod dialects;
 mod five_axes;
 mod hemisphere;
+mod mutations;
 mod programs;
 mod random;
 mod random_cycles;
