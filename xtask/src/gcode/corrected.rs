@@ -43,6 +43,9 @@ pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
             continue;
         }
         let before = rs274::run(&copy, &no_tools, None)?;
+        if before.is_empty() {
+            continue;
+        }
         let after = rs274::run(&out, &no_tools, None)?;
         let mut positions = String::from("X,Y,Z\n");
         for motion in &before {

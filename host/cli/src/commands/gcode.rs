@@ -2,6 +2,7 @@
 
 mod ahead;
 mod arguments;
+mod expand;
 mod scratch;
 mod screen;
 
@@ -84,10 +85,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
-    let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
+    let expanded = match arguments.expand {
+        true => {
+            let tools = arguments.tools.as_deref();
+            Some(expand::expand(
+                &absolute(&arguments.program)?,
+                tools,
+                &rules.setup,
+            )?)
+        }
+        false => None,
+    };
+    let program = match &expanded {
+        Some(expanded) => expanded.path(),
+        None => &arguments.program,
+    };
+    let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
     let computes = || -> Result<(), BadInput> {
-        let done = stream::look_for_computing(open(&arguments.program)?, rules.dialect);
+        let done = stream::look_for_computing(open(program)?, rules.dialect);
         done.map_err(|error| bad_program(&arguments.program, &error))
     };
     let mark = arguments.mark(&blob, compensation, &tables)?;
@@ -108,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let exact = machine.as_ref().zip(errors.as_ref());
     let exact = exact.map(|(machine, errors)| Exact { machine, errors });
     bar.stage("MB corrected", (bytes >> 20) as usize);
-    let reader = open(&arguments.program)?;
+    let reader = open(program)?;
     let map = match arguments.check {
         true => Some(Scratch::new().map_err(|error| {
             BadInput::new(
@@ -149,13 +165,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             return Ok(());
         };
         let map = map.read()?;
-        let checked = open(&arguments.program).and_then(|program| {
+        let checked = open(program).and_then(|original| {
             let corrected = Corrected {
                 text: BufReader::with_capacity(1 << 18, corrected),
                 map,
             };
             let tip = tip.as_ref();
-            check::check(program, corrected, &rules, &tables, tip, exact.as_ref(), options)
+            check::check(original, corrected, &rules, &tables, tip, exact.as_ref(), options)
                 .map_err(|error| {
                     BadInput::new(
                         format!("{}: {error}", arguments.output.display()),
@@ -215,6 +231,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&answer)?;
     } else {
         files::print(&screen::report(&arguments.output, report, &options))?;
+        if arguments.expand {
+            files::print(
+                "the program was run by LinuxCNC's interpreter, and its motions are corrected: lines are those of its \
+                 canonical commands, with four decimals\n",
+            )?;
+        }
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;
@@ -224,6 +246,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     })
+}
+
+/// A path that holds in any folder.
+fn absolute(path: &Path) -> Result<std::path::PathBuf, BadInput> {
+    std::path::absolute(path)
+        .map_err(|error| BadInput::new(format!("{}: {error}", path.display()), "check the path"))
 }
 
 /// The machine must be the one of the compensation.

@@ -1,5 +1,6 @@
 //! `trueaxis gcode`: programs corrected.
 
+mod accepted;
 mod cycles;
 mod dialects;
 mod five_axes;

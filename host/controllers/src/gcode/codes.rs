@@ -165,7 +165,8 @@ pub fn ends(block: &Block, dialect: Dialect) -> bool {
 /// What a word G (in tenths) asks for; `None` if it is not known or not built.
 #[must_use]
 pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
-    use Dialect::{Fanuc, Grbl, LinuxCnc};
+    use Dialect::{Fanuc, Grbl, GrblHal, LinuxCnc};
+    let is_grbl = matches!(dialect, Grbl | GrblHal);
     let code = match tenths {
         0 => Code::Motion(Motion::Rapid),
         10 => Code::Motion(Motion::Feed),
@@ -185,27 +186,27 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         330 | 331 if dialect == LinuxCnc => Code::Threading(tenths),
         382..=385 if dialect != Fanuc => Code::Probe,
         400 => Code::Cutter(false),
-        410 | 420 if dialect != Grbl => Code::Cutter(true),
+        410 | 420 if !is_grbl => Code::Cutter(true),
         411 | 421 if dialect == LinuxCnc => Code::Cutter(true),
         430 if dialect != Grbl => Code::ToolLength(Length::OfTool),
         431 if dialect != Fanuc => Code::ToolLength(Length::OfWords),
         434 if dialect == Fanuc => Code::TipOn,
         490 => Code::ToolLength(Length::Off),
-        520 if dialect != Grbl => Code::Local,
+        520 if !is_grbl => Code::Local,
         530 => Code::MachineCoordinates,
         // G154 is Haas's.
         541 | 1540 if dialect == Fanuc => Code::System(100),
         540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),
-        591..=593 if dialect == LinuxCnc => Code::System(tenths - 584),
+        591..=593 if matches!(dialect, LinuxCnc | GrblHal) => Code::System(tenths - 584),
         610 | 640 => Code::Neutral(Group::Path),
         611 if dialect == LinuxCnc => Code::Neutral(Group::Path),
         // What ends scaling, mirrors, polar coordinates, modal macros and rotations, none of which may have begun.
-        150 | 500 | 501 | 670 | 690 if dialect != Grbl => Code::Neutral(Group::Turn),
+        150 | 500 | 501 | 670 | 690 if !is_grbl => Code::Neutral(Group::Turn),
         90 if dialect == Fanuc => Code::Neutral(Group::Path),
-        730 | 810 | 820 | 830 | 840 | 850 | 860 | 890 if dialect != Grbl => {
+        730 | 810 | 820 | 830 | 850 | 860 | 890 if dialect != Grbl => {
             Code::Motion(Motion::Cycle(tenths))
         }
-        740 if dialect != Grbl => Code::Motion(Motion::Cycle(tenths)),
+        740 | 840 if !is_grbl => Code::Motion(Motion::Cycle(tenths)),
         800 => Code::NoMotion,
         900 => Code::Distance(Distance::Absolute),
         910 => Code::Distance(Distance::Incremental),
@@ -276,8 +277,8 @@ pub fn m(tenths: u16, dialect: Dialect) -> Option<Machine> {
         4280 if dialect == LinuxCnc => Machine::Tip(true),
         4290 if dialect == LinuxCnc => Machine::Tip(false),
         // TRAORI and TRAFOOF.
-        4289 if dialect != Dialect::Grbl => Machine::Tip(true),
-        4299 if dialect != Dialect::Grbl => Machine::Tip(false),
+        4289 if matches!(dialect, LinuxCnc | Fanuc) => Machine::Tip(true),
+        4299 if matches!(dialect, LinuxCnc | Fanuc) => Machine::Tip(false),
         _ => return None,
     })
 }

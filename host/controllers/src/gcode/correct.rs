@@ -16,7 +16,7 @@ use super::axes::{self, COUNT, PerLetter};
 use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
-use super::interpret::Step;
+use super::interpret::{Step, bits};
 use super::line_map::{Entry, Role};
 use super::offsets::system_name;
 use super::report::Report;
@@ -84,7 +84,7 @@ impl<'a> Corrector<'a> {
     ) -> Result<Self, String> {
         let mut nominal = State::new(rules);
         let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
-        if let (Some(axis), Dialect::Grbl) = (wrapped, rules.dialect) {
+        if let (Some(axis), Dialect::Grbl | Dialect::GrblHal) = (wrapped, rules.dialect) {
             return Err(format!(
                 "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
                 axes::name(axis)
@@ -258,7 +258,7 @@ impl<'a> Corrector<'a> {
                 "a line after the end of the program: another program, which would not be corrected",
                 "give each program in a file of its own",
             ),
-            Dialect::Grbl => (
+            Dialect::Grbl | Dialect::GrblHal => (
                 "a line after the end of the program: Grbl runs it like any other",
                 "take out M2, M30 or % before it, or the line",
             ),
@@ -287,8 +287,7 @@ impl<'a> Corrector<'a> {
 
     /// True for `%`, and for the number of a program.
     fn may_precede_mark(&self, block: &Block) -> bool {
-        let is_number = self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some();
-        block.percent || is_number
+        block.percent || block.word(b'O').is_some()
     }
 
     fn correct_block(
@@ -301,6 +300,8 @@ impl<'a> Corrector<'a> {
         let before = self.nominal.position;
         let mut step = Step::default();
         self.nominal.step_into(block, self.rules, &mut step)?;
+        let others = bits(step.others).map(axes::name);
+        self.report.other_axes.extend(others);
         let given = Given {
             line,
             eol,

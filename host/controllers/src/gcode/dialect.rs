@@ -10,9 +10,12 @@ pub enum Dialect {
     #[default]
     #[cfg_attr(feature = "clap", value(name = "linuxcnc", help = None))]
     LinuxCnc,
-    /// Grbl and grblHAL.
+    /// Grbl.
     #[cfg_attr(feature = "clap", value(help = None))]
     Grbl,
+    /// grblHAL: Grbl with canned cycles, tool lengths and feeds per revolution.
+    #[cfg_attr(feature = "clap", value(name = "grblhal", help = None))]
+    GrblHal,
     /// Fanuc, Haas and their kin.
     #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
@@ -42,7 +45,7 @@ impl Dialect {
                     norm(3, 6)
                 }
             }
-            Self::Grbl | Self::Fanuc => norm(0, axes::COUNT),
+            Self::Grbl | Self::GrblHal | Self::Fanuc => norm(0, axes::COUNT),
         }
     }
 
@@ -51,7 +54,9 @@ impl Dialect {
     pub(crate) fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
         match self {
             Self::LinuxCnc => linear,
-            Self::Grbl | Self::Fanuc => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
+            Self::Grbl | Self::GrblHal | Self::Fanuc => {
+                by[3..].iter().fold(linear, |sum, d| sum.hypot(*d))
+            }
         }
     }
 
@@ -59,8 +64,7 @@ impl Dialect {
     #[must_use]
     pub(crate) fn longest_line(self) -> usize {
         match self {
-            Self::LinuxCnc => 255,
-            // Of Grbl 1.1; grblHAL takes 256.
+            Self::LinuxCnc | Self::GrblHal => 255,
             Self::Grbl => 79,
             Self::Fanuc => 200,
         }

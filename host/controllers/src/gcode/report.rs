@@ -29,6 +29,10 @@ pub struct Report {
     pub written_out: Vec<(u64, String)>,
     /// Steps at reversals.
     pub take_ups: u64,
+    /// Words I, J and K along the normal of the plane, all 0, that were left out.
+    pub zeros_of_centres: u64,
+    /// Words of axes that the machine does not have, which stay where they are.
+    pub other_axes: std::collections::BTreeSet<char>,
     /// Lines whose F was changed or added, so that the time stays.
     pub feeds: u64,
     /// End points under G41, G42, whose moves are not cut.

@@ -141,6 +141,8 @@ pub fn report(file: &Path, report: &Report, options: &Options) -> String {
         cycles,
         holes_off,
         written_out,
+        zeros_of_centres,
+        other_axes,
         take_ups,
         feeds,
         under_cutter,
@@ -205,6 +207,18 @@ pub fn report(file: &Path, report: &Report, options: &Options) -> String {
         text += &format!(
             "words have up to {} decimals, in the program up to {}: the tolerance needs them\n",
             decimals[1], decimals[0]
+        );
+    }
+    if *zeros_of_centres > 0 {
+        text += &format!(
+            "warning: {zeros_of_centres} words I, J or K across the plane of an arc, all 0, are left out: LinuxCNC refuses them\n"
+        );
+    }
+    if !other_axes.is_empty() {
+        let axes: Vec<String> = other_axes.iter().map(char::to_string).collect();
+        text += &format!(
+            "words of {} are passed: the machine does not have the axis, and they never change\n",
+            axes.join(", ")
         );
     }
     for (what, times) in passed {

@@ -316,16 +316,6 @@ fn what_ends_modes_that_are_not_followed_passes_and_what_moves_is_refused_by_nam
             &["line 5", &format!("`{word}`"), "write the program out"],
         );
     }
-    refuses(
-        "O1001\nG21\nM2\n",
-        &[],
-        &["line 1", "as Fanuc's have", "--dialect fanuc"],
-    );
-    refuses(
-        "G21 G17\nG10 L2 P1 X5.\nM30\n",
-        &FANUC,
-        &["line 2", "absolute or incremental"],
-    );
 }
 
 #[test]

@@ -81,7 +81,7 @@ pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
             }
             Ok(here + if by > 180.0 { by - 360.0 } else { by })
         }
-        Dialect::Grbl => Ok(word),
+        Dialect::Grbl | Dialect::GrblHal => Ok(word),
     }
 }
 

@@ -11,18 +11,37 @@ use crate::gcode::state::{Lost, State};
 use crate::gcode::words::Word;
 
 impl State {
+    /// Words of axes that the machine does not have: they are passed if they never move.
+    ///
+    /// # Errors
+    /// One that moves.
+    pub(super) fn pass_others(&mut self, asked: &mut Asked<'_>) -> Result<(), Fault> {
+        let others = asked.free & !asked.rules.axes;
+        for axis in bits(others) {
+            let Some(word) = asked.word(axes::LETTERS[axis]) else {
+                continue;
+            };
+            let stays = match self.distance {
+                Some(Distance::Incremental) => word.value == 0.0,
+                _ => self.others[axis].is_none_or(|before| before == word.value),
+            };
+            if !stays {
+                let letter = axes::name(axis);
+                return Err(Fault::new(
+                    word.span(),
+                    format!("the compensation has no axis {letter}, and it moves here"),
+                    "give the compensation of the machine that the program is for",
+                ));
+            }
+            self.others[axis] = Some(word.value);
+        }
+        asked.free &= !others;
+        Ok(())
+    }
+
     /// Moves, with the axes that no other word of the line has taken.
     pub(super) fn do_motion(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
         let block = asked.block;
-        if let Some(other) = bits(asked.free).find(|axis| asked.rules.axes & (1 << axis) == 0) {
-            let letter = axes::name(other);
-            let word = asked.word(axes::LETTERS[other]);
-            return Err(Fault::new(
-                word.map_or(0..block.end, Word::span),
-                format!("the compensation has no axis {letter}"),
-                "give the compensation of the machine that the program is for",
-            ));
-        }
         match asked.motion {
             Some((Code::NoMotion, word)) => {
                 self.motion = None;

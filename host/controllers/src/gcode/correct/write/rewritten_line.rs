@@ -125,7 +125,13 @@ impl Corrector<'_> {
                 }
                 continue;
             }
-            let goes = change.without.contains(&word.letter)
+            let is_normal = wording.normal == Some(word.letter);
+            if is_normal {
+                // A zero along the normal of the plane, which LinuxCNC refuses.
+                self.report.zeros_of_centres += 1;
+            }
+            let goes = is_normal
+                || change.without.contains(&word.letter)
                 || (change.without_after && is_after(word, rules.dialect));
             if goes {
                 edits.remove(given.line, word.span());

@@ -49,6 +49,8 @@ pub(super) struct Wording {
     pub motion: Option<Motion>,
     /// The letters of a centre, with their values in units of the program.
     pub centre: Option<[(u8, f64); 2]>,
+    /// The letter of a centre along the normal of its plane, which goes.
+    pub normal: Option<u8>,
     /// How many turns an arc begins: its P, which 1 needs not.
     pub turns: u32,
     /// True if words are machine coordinates: G53.
@@ -77,6 +79,10 @@ impl Corrector<'_> {
             motion: self.motion_word(piece),
             centre: match piece.shape {
                 Shape::Arc(arc) => Some(self.centre_words(&arc)),
+                _ => None,
+            },
+            normal: match piece.shape {
+                Shape::Arc(arc) => b"IJK".get(arc.axes[2]).copied(),
                 _ => None,
             },
             turns: match piece.shape {
