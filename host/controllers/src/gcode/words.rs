@@ -108,10 +108,10 @@ fn is_flow(rest: &[u8]) -> bool {
         .take_while(|b| b.is_ascii_alphabetic())
         .map(u8::to_ascii_lowercase)
         .collect();
-    let is_keyword = |word: &&str| after == word.as_bytes();
+    let is_keyword = |word: &str| after == word.as_bytes();
     matches!(begins, Some(b'<' | b'[' | b'#'))
         || after == b"continue"
-        || FLOW.iter().any(|word| is_keyword(&word))
+        || FLOW.iter().any(|word| is_keyword(word))
 }
 
 /// Behind `;` Fanuc's controllers begin another block, others of their kin a comment.
@@ -210,8 +210,8 @@ impl Block {
                     break;
                 }
                 // Another way to write the number of a program.
-                b':' if self.words.is_empty() => at = self.word_at(line, at, dialect)?,
-                _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at, dialect)?,
+                b':' if self.words.is_empty() => at = self.word_at(line, at)?,
+                _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at)?,
                 _ => return Err(strange(line, at)),
             }
         }
@@ -224,7 +224,7 @@ impl Block {
         self.marked |= begins.is_some_and(|b| b.eq_ignore_ascii_case(&MARK[1..]));
     }
 
-    fn word_at(&mut self, line: &[u8], start: usize, _: Dialect) -> Result<usize, Fault> {
+    fn word_at(&mut self, line: &[u8], start: usize) -> Result<usize, Fault> {
         let letter = match line[start] {
             b':' => b'O',
             letter => letter.to_ascii_uppercase(),

@@ -27,7 +27,7 @@ pub fn expand(program: &Path, tools: Option<&Path>, setup: &Setup) -> Result<Scr
     };
     let scratch = || Scratch::new().map_err(|e| failed("a temporary file cannot be made", e));
     let (mut ini, mut parameters, mut table) = (scratch()?, scratch()?, scratch()?);
-    let mut put = |file: &mut Scratch, text: &str| {
+    let put = |file: &mut Scratch, text: &str| {
         let done = file.write_all(text.as_bytes()).and_then(|()| file.flush());
         done.map_err(|e| failed("a temporary file cannot be written", e))
     };
