@@ -38,7 +38,9 @@ impl Corrector<'_> {
         self.trace(&path, moving)?;
         let field = self.field();
         let [r0, r1] = arc.radii();
-        let limits = self.limits().within(LARGEST * r0.min(r1));
+        // Where words have fewer decimals an arc begins so far beside its place.
+        let begins = 0.5 * self.options.rounding(self.units());
+        let limits = self.limits().plus(begins).within(LARGEST * r0.min(r1));
         if self.is_offset() {
             return self.in_one(arc, &limits, moving);
         }
