@@ -15,7 +15,6 @@ use super::axes::{COUNT, PerLetter, Position, name};
 use super::correct::{Backlash, Options};
 use super::interpret::{Step, bits};
 use super::line_map::{LineMap, Role};
-use super::modal::Units;
 use super::moves::Move;
 use super::program::Reading;
 use super::state::{Rules, State};
@@ -56,7 +55,7 @@ struct Check<'a> {
     tip: Option<&'a Tip<'a>>,
     exact: Option<(&'a Exact<'a>, Kinematics<'a>)>,
     options: Options,
-    /// The last digits of words: those in mm, which are coarser than those in inches.
+    /// The last digits of words.
     last_digits: PerLetter,
     ways: TravelDirections,
     /// The directions of all axes, whether tables tell them apart or not.
@@ -90,7 +89,7 @@ pub fn check(
         tip,
         exact: exact.map(|exact| (exact, Kinematics::new(exact.machine, exact.errors))),
         options,
-        last_digits: options.resolutions(Units::Millimetre),
+        last_digits: options.resolutions(),
         ways: TravelDirections::new(tables, &start, &rules.setup.travel),
         all: rules.setup.travel,
         position: before.state.position,

@@ -14,7 +14,7 @@ pub struct Limits {
 /// What is left for the rounding of words, and for what happens between nodes.
 const RESERVE: f64 = 0.7;
 /// How far from a rotary axis the tip is thought to be, at most, where axes are commanded (mm).
-const LEVER: f64 = 500.0;
+pub(crate) const LEVER: f64 = 500.0;
 
 /// What a difference of axis positions makes at the tool at most (mm).
 #[must_use]

@@ -146,7 +146,8 @@ pub fn try_one(
     } else {
         0.0
     };
-    let allowed = (options.tolerance * 1e3 + chord).max(found.hole_um);
+    let rounding = (options.coarsest_rounding() + 500.0 * options.angle_rounding()) * 1e3;
+    let allowed = (options.tolerance * 1e3 + chord + rounding).max(found.hole_um);
     // A step that is blended into a move or left out is not on the path.
     if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
         assert!(
@@ -231,6 +232,16 @@ pub fn try_thousand(refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> Trial) ->
 fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_their_times() {
     let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
     try_programs(&bench, 500, Options::default());
+}
+
+#[test]
+fn random_programs_whose_words_have_three_decimals_are_within_what_rounding_costs() {
+    let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    let options = Options {
+        decimals: Some(3),
+        ..Options::default()
+    };
+    try_programs(&bench, 200, options);
 }
 
 #[test]

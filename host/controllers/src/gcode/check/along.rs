@@ -3,7 +3,6 @@
 use super::{Backlash, Check, CheckError, lost, name};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::cut::across;
-use crate::gcode::modal::Units;
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
 use crate::gcode::state::State;
@@ -313,7 +312,7 @@ impl<'c> Check<'c> {
             self.found.off_um = um;
             self.found.off_line = segment.line;
         }
-        let rounding = self.options.rounding(Units::Millimetre);
+        let rounding = self.options.coarsest_rounding();
         let excess = um - (self.options.tolerance + chord + rounding) * 1e3;
         if excess > self.found.excess_um {
             self.found.excess_um = excess;

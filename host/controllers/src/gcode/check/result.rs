@@ -2,7 +2,7 @@
 
 use super::spread::Statistics;
 use crate::gcode::correct::Options;
-use crate::gcode::modal::Units;
+use crate::gcode::limits::LEVER;
 use crate::gcode::rate::Rate;
 use crate::gcode::stream::StreamError;
 use serde::Serialize;
@@ -85,10 +85,11 @@ impl CheckResult {
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {
-        let holes =
-            options.hole_tolerance + options.tolerance + options.rounding(Units::Millimetre);
+        let angles = options.angle_rounding();
+        let rounding = options.coarsest_rounding() + LEVER * angles;
+        let holes = options.hole_tolerance + options.tolerance + rounding;
         self.excess_um == 0.0
-            && self.off_urad <= options.direction * 1e6
+            && self.off_urad <= (options.direction + angles) * 1e6
             && self.times_differ == 0
             && self.hole_um <= holes * 1e3
     }

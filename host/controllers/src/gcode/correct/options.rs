@@ -86,10 +86,13 @@ impl Options {
         unit * 10_f64.powi(-(self.decimals(axis, units) as i32))
     }
 
-    /// The same of every axis.
+    /// The same of every axis, in the units where it is coarser.
     #[must_use]
-    pub fn resolutions(&self, units: Units) -> PerLetter {
-        std::array::from_fn::<f64, COUNT, _>(|axis| self.resolution(axis, units))
+    pub fn resolutions(&self) -> PerLetter {
+        std::array::from_fn::<f64, COUNT, _>(|axis| {
+            let [mm, inch] = [Units::Millimetre, Units::Inch];
+            self.resolution(axis, mm).max(self.resolution(axis, inch))
+        })
     }
 
     /// What rounding the words of X, Y and Z costs at most (mm), where fewer decimals than usual are asked for.
@@ -99,6 +102,22 @@ impl Options {
             None => 0.0,
             // Half of the last digit of words, and all of it of axes that are left as they are.
             Some(_) => 3_f64.sqrt() * self.resolution(0, units),
+        }
+    }
+
+    /// The same in the units where it is more.
+    #[must_use]
+    pub fn coarsest_rounding(&self) -> f64 {
+        let [mm, inch] = [Units::Millimetre, Units::Inch];
+        self.rounding(mm).max(self.rounding(inch))
+    }
+
+    /// The same of the words of two rotary axes (rad).
+    #[must_use]
+    pub fn angle_rounding(&self) -> f64 {
+        match self.decimals {
+            None => 0.0,
+            Some(_) => (2_f64.sqrt() * self.resolution(3, Units::Millimetre)).to_radians(),
         }
     }
 }

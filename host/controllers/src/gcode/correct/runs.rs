@@ -17,7 +17,7 @@ const BLEND: f64 = 1.0;
 impl Corrector<'_> {
     /// True if a place is so far from another one that a step leads there.
     pub(super) fn is_beside(&self, off: &PerLetter, limits: &Limits) -> bool {
-        let last = self.options.resolutions(self.units());
+        let last = self.options.resolutions();
         let mut pairs = off.iter().zip(last);
         pairs.any(|(off, last)| off.abs() > ROUNDED * last) && limits.of(off) > BESIDE
     }

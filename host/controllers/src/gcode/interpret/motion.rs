@@ -83,8 +83,17 @@ impl State {
         }
         let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
         let has_centre = is_arc && b"IJKR".iter().any(|l| asked.word(*l).is_some());
-        if asked.free == 0 && !(has_centre && asked.once.is_none()) {
+        let turns = has_centre && asked.once.is_none();
+        if asked.free == 0 && !turns {
             return Ok(());
+        }
+        // A full turn beside G43.1, whose words are not those of the arc.
+        if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
+            return Err(Fault::new(
+                axis_span(block),
+                "an arc in a line whose axes another word takes",
+                "write two lines",
+            ));
         }
         let Some(motion) = motion else {
             return Err(Fault::new(

@@ -83,7 +83,7 @@ impl Corrector<'_> {
         };
         self.note(Role::Until(until));
         // What the controller makes of it is the hole that was meant.
-        let last = self.options.resolutions(self.units());
+        let last = self.options.resolutions();
         let near = |axis: usize, a: f64, b: f64| (a - b).abs() <= 2.0 * last[axis];
         let [i, j, n] = cycle.axes;
         let by = hole.bottom.to[n] - hole.bottom.q[n];
