@@ -13,7 +13,7 @@ mod straight;
 mod write;
 
 use super::axes::{self, COUNT, PerLetter};
-use super::dialect::Dialect;
+use super::dialect::{AfterEnd, Wrapping};
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
 use super::interpret::{Step, bits};
@@ -83,8 +83,9 @@ impl<'a> Corrector<'a> {
         mark: Option<String>,
     ) -> Result<Self, String> {
         let mut nominal = State::new(rules);
+        let table = rules.dialect.table();
         let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
-        if let (Some(axis), Dialect::Grbl | Dialect::GrblHal) = (wrapped, rules.dialect) {
+        if let (Some(axis), Wrapping::None) = (wrapped, table.wrapping) {
             return Err(format!(
                 "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
                 axes::name(axis)
@@ -93,7 +94,7 @@ impl<'a> Corrector<'a> {
         let mut systems = rules.setup.systems.iter();
         if let (Some((number, _)), true) = (
             systems.find(|(_, system)| system.rotation != 0.0),
-            rules.dialect != Dialect::LinuxCnc,
+            !table.systems_turn,
         ) {
             return Err(format!(
                 "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
@@ -251,14 +252,14 @@ impl<'a> Corrector<'a> {
     /// Lines after the end are not part of the program, but Grbl runs whatever it is sent, and a file for Fanuc's
     /// controllers may have several programs, up to its last `%`.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
-        let (cause, remedy) = match self.rules.dialect {
-            Dialect::LinuxCnc => return Ok(()),
-            Dialect::Fanuc if self.closed => return Ok(()),
-            Dialect::Fanuc => (
+        let (cause, remedy) = match self.rules.dialect.table().after_end {
+            AfterEnd::Nothing => return Ok(()),
+            AfterEnd::Another if self.closed => return Ok(()),
+            AfterEnd::Another => (
                 "a line after the end of the program: another program, which would not be corrected",
                 "give each program in a file of its own",
             ),
-            Dialect::Grbl | Dialect::GrblHal => (
+            AfterEnd::Run => (
                 "a line after the end of the program: Grbl runs it like any other",
                 "take out M2, M30 or % before it, or the line",
             ),

@@ -14,7 +14,6 @@ mod tool;
 
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
-use super::dialect::Dialect;
 use super::fault::{Fault, Kind};
 use super::modal::Cutter;
 use super::moves::Move;
@@ -92,8 +91,8 @@ impl State {
         step.others = named & !asked.free;
         self.do_once(&asked, step)?;
         let goes_home = matches!(asked.once, Some((Code::Home(_), _)));
-        let fanuc = rules.dialect == Dialect::Fanuc;
-        let is_mode = fanuc && goes_home && asked.cuts_or_positions();
+        let beside = rules.dialect.table().homes_beside_motion;
+        let is_mode = beside && goes_home && asked.cuts_or_positions();
         if asked.free | step.others != asked.axes
             && !is_mode
             && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) = asked.motion

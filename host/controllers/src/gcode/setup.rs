@@ -367,7 +367,7 @@ mod tests {
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
             (
                 "units = \"mm\"\n[start]\nretract = \"R\"",
-                "neither G98 nor G99",
+                "no mode of this kind",
             ),
             (
                 "units = \"mm\"\n[start]\ntravel = { X = \"up\" }",

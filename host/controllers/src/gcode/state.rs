@@ -83,8 +83,8 @@ pub struct State {
     pub others: [Option<f64>; COUNT],
     /// True where Fanuc's controllers may have cancelled the tool offset, or not: behind G28, G30, G53 and M6.
     pub offset_in_doubt: bool,
-    /// True in that dialect.
-    pub fanuc: bool,
+    /// True where homing and the like may do so.
+    pub doubts_tool_offset: bool,
     /// What has moved an axis to a place that is not known.
     pub lost: [Option<Lost>; COUNT],
     /// Offsets of tools that the program has set.
@@ -144,7 +144,7 @@ impl State {
             commanded: 0,
             others: [None; COUNT],
             offset_in_doubt: false,
-            fanuc: rules.dialect == Dialect::Fanuc,
+            doubts_tool_offset: rules.dialect.table().doubts_tool_offset,
             lost: [None; COUNT],
             tools: BTreeMap::new(),
             tool: setup.tool,

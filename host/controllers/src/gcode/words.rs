@@ -181,7 +181,7 @@ impl Block {
                 b' ' | b'\t' => at += 1,
                 b';' => {
                     self.has_text = true;
-                    if dialect == Dialect::Fanuc {
+                    if dialect.table().semicolon_ends_block {
                         another_block(line, at + 1)?;
                     }
                     self.look_for_mark(&line[at..]);

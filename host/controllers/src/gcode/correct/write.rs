@@ -124,10 +124,11 @@ impl Corrector<'_> {
 
     /// What the controller makes of a line that is written: it must lead where it was meant to.
     pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<Step, Fault> {
-        let longest = self.rules.dialect.longest_line();
-        let length = match self.rules.dialect {
-            Dialect::Grbl => stored(text),
-            _ => text.len(),
+        let table = self.rules.dialect.table();
+        let longest = table.longest_line;
+        let length = match table.counts_words_alone {
+            true => stored(text),
+            false => text.len(),
         };
         if length > longest {
             return Err(Fault::new(

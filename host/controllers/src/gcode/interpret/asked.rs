@@ -51,7 +51,7 @@ impl<'l> Asked<'l> {
         };
         if block.has_codes {
             asked.look_at_g()?;
-            if rules.dialect != Dialect::Fanuc && asked.motion.is_none() {
+            if !rules.dialect.table().cycles_apart && asked.motion.is_none() {
                 // No other motion holds then.
                 asked.motion = asked.cancels.take().map(|word| (Code::NoMotion, word));
             }
@@ -106,7 +106,7 @@ impl<'l> Asked<'l> {
         let once = match self.once {
             Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _)) => true,
             // Its time may be X.
-            Some((Code::Dwell, _)) => self.rules.dialect == Dialect::Fanuc,
+            Some((Code::Dwell, _)) => self.rules.dialect.table().dwells_by_axis,
             _ => false,
         };
         let of_words = |word: &&Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
@@ -136,7 +136,7 @@ impl<'l> Asked<'l> {
                 self.machine_coordinates = Some(word);
                 continue;
             }
-            if code == Code::NoMotion && self.rules.dialect != Dialect::Grbl {
+            if code == Code::NoMotion && self.rules.dialect.table().g80_beside_motion {
                 self.cancels = Some(word);
                 continue;
             }
@@ -195,7 +195,7 @@ impl Unfollowed {
             "a G word that moves the machine or changes coordinates, and is not followed";
         let tenths = word.tenths()?;
         // How far Fanuc's controllers look ahead; splines and lathes elsewhere.
-        if dialect == Dialect::Fanuc && matches!(tenths, 50 | 51 | 80) {
+        if dialect.table().looks_ahead && matches!(tenths, 50 | 51 | 80) {
             return None;
         }
         let cause = match tenths {

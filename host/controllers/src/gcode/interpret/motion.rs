@@ -156,7 +156,8 @@ impl State {
     /// Fanuc's controllers cancel the tool offset of an axis that goes home or in machine coordinates, for that motion
     /// or for good.
     pub(super) fn doubt_offset(&mut self, axes: u16) {
-        self.offset_in_doubt |= axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.fanuc;
+        self.offset_in_doubt |=
+            axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.doubts_tool_offset;
     }
 
     /// The motion that words of axes go on with.

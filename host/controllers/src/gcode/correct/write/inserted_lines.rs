@@ -4,7 +4,6 @@ use crate::gcode::axes;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::given::Given;
 use crate::gcode::correct::piece::{Piece, Timing};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::number;
@@ -24,7 +23,7 @@ impl Corrector<'_> {
         if !words.moves && wording.centre.is_none() {
             return Ok(());
         }
-        let point = self.rules.dialect == Dialect::Fanuc;
+        let point = self.point();
         let mut text = std::mem::take(&mut self.text);
         text.clear();
         if given.block.deleted {

@@ -7,7 +7,6 @@ use crate::gcode::codes::{self, Code};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::Given;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
@@ -117,7 +116,7 @@ impl Corrector<'_> {
                     said.feed = true;
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
-                        let point = rules.dialect == Dialect::Fanuc;
+                        let point = self.point();
                         edits.replace(word.number..word.end, |to| {
                             number::write_feed(to, feed, point)
                         });
@@ -149,7 +148,7 @@ impl Corrector<'_> {
         edits: &mut Edits,
     ) {
         let (block, words) = (given.block, &wording.words);
-        let point = self.rules.dialect == Dialect::Fanuc;
+        let point = self.point();
         let mut before = given.line[..block.end].iter();
         let spaced = block.words.len() < 2 || before.any(|b| matches!(b, b' ' | b'\t'));
         let separator: &[u8] = if spaced { b" " } else { b"" };

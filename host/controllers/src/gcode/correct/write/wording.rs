@@ -7,7 +7,6 @@ use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::span_of;
 use crate::gcode::correct::piece::{Piece, Shape, Timing};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::{bits, offset_in_doubt, word_of_wrapped};
@@ -111,7 +110,7 @@ impl Corrector<'_> {
 
     /// True if every number has a point.
     pub(in crate::gcode::correct) fn point(&self) -> bool {
-        self.rules.dialect == Dialect::Fanuc
+        self.rules.dialect.table().needs_points
     }
 
     /// Decimals of an axis in this line.
@@ -262,7 +261,7 @@ pub(in crate::gcode::correct) fn replace_number(
     value: f64,
     decimals: usize,
 ) {
-    let point = rules.dialect == Dialect::Fanuc;
+    let point = rules.dialect.table().needs_points;
     let counts = rules.least_increments && !word.point;
     if counts || number::rounded(word.value, 9) != value {
         edits.replace(word.number..word.end, |to| {
