@@ -181,8 +181,9 @@ impl Dialect {
         if self.table().feed_counts_all {
             return norm(0, axes::COUNT);
         }
-        let lengths = [norm(0, 3), norm(6, 9), norm(3, 6)];
-        lengths.into_iter().find(|l| *l > 0.0).unwrap_or(0.0)
+        let mut lengths = [(0, 3), (6, 9), (3, 6)].into_iter();
+        let length = lengths.find_map(|(from, to)| Some(norm(from, to)).filter(|l| *l > 0.0));
+        length.unwrap_or(0.0)
     }
 
     /// The same of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.

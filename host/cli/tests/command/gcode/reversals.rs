@@ -379,3 +379,58 @@ fn thousands_of_incremental_lines_end_where_absolute_ones_do() {
         assert!((at[axis] - expected).abs() < 1.1e-4, "{at:?} {last}");
     }
 }
+
+#[test]
+fn the_step_of_a_reversal_stands_before_the_move_that_reverses() {
+    let folder = Folder::new();
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Mill with 21 errors\"\n[parameters]\nEYYb = 5e-3\n",
+    );
+    let setup = folder.file(
+        "setup.toml",
+        "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -200\ntravel = { Y = \"+\" }\n\
+         [offset.G54]\nX = 200\nY = 150\nZ = -200\n",
+    );
+    let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
+    let machine = example("mill-21/machine.toml");
+    answer(0, &["compile", &machine, &errors, "-o", &trax]);
+    // Y goes back by 5 µm on the second move, of which the hysteresis takes a part.
+    let part = folder.file(
+        "part.ngc",
+        "G21 G90 G17\nG0 X0 Y10 Z0\nG1 X50 Y9.9 F300\nX100 Y9.905\nM30\n",
+    );
+    let lines = |backlash: &str| -> Vec<String> {
+        let arguments = ["gcode", &part, "-o", &out, "--compensation", &trax];
+        let options = ["--setup", &setup, "--check", "--backlash", backlash];
+        answer(0, &[&arguments[..], &options].concat());
+        let text = std::fs::read_to_string(&out).unwrap();
+        text.lines().skip(3).map(str::to_owned).collect()
+    };
+    let value = |line: &str, letter: char| -> Option<f64> {
+        let mut words = line.split(' ');
+        words.find_map(|word| word.strip_prefix(letter)?.parse().ok())
+    };
+    // A move of its own, of 10 µm, at X50.
+    let moved = lines("move");
+    let [.., end, step, last, _] = &moved[..] else {
+        panic!("{moved:?}");
+    };
+    let by = value(step, 'Y').unwrap() - value(end, 'Y').unwrap();
+    assert!((by.abs() - 0.01).abs() < 2e-4, "{moved:?}");
+    let x = value(step, 'X').or(value(end, 'X')).unwrap();
+    assert!(
+        (x - 50.0).abs() < 1e-3 && value(last, 'X') == Some(100.0),
+        "{moved:?}"
+    );
+    // Taken up over the first millimetre.
+    let blended = lines("blend");
+    let [.., first, last, _] = &blended[..] else {
+        panic!("{blended:?}");
+    };
+    assert!(
+        (value(first, 'X').unwrap() - 51.0).abs() < 1e-3,
+        "{blended:?}"
+    );
+    assert_eq!(value(last, 'X'), Some(100.0));
+}

@@ -19,6 +19,9 @@ impl Corrector<'_> {
     /// A difference of positions in units of the program.
     fn in_program(&self, by: &PerLetter) -> PerLetter {
         let unit = self.unit();
+        if unit == 1.0 {
+            return *by;
+        }
         std::array::from_fn(|i| if is_rotary(i) { by[i] } else { by[i] / unit })
     }
 

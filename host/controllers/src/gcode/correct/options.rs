@@ -83,7 +83,7 @@ impl Options {
     #[must_use]
     pub fn resolution(&self, axis: usize, units: Units) -> f64 {
         let unit = if is_rotary(axis) { 1.0 } else { units.mm() };
-        unit * 10_f64.powi(-(self.decimals(axis, units) as i32))
+        unit * number::last_digit(self.decimals(axis, units))
     }
 
     /// The same of every axis, in the units where it is coarser.

@@ -153,6 +153,7 @@ impl Corrector<'_> {
             moves: false,
         };
         let mut program = here;
+        let (units, is_turned) = (self.units(), self.written.offsets.is_turned());
         for axis in bits(self.tables.axes) {
             let unit = if is_rotary(axis) { 1.0 } else { unit };
             let decimals = self.decimals(block, axis);
@@ -162,12 +163,14 @@ impl Corrector<'_> {
             let finest = number::finest(decimals);
             let known = at.knows(axis);
             // An axis that the motion does not name appears only where its correction changes by more than the last digit.
-            let last = match self.written.offsets.is_turned() {
-                true => finest,
-                false => self.options.resolution(axis, self.units()) / unit,
-            };
-            if wanted & (1 << axis) == 0 && known && by.abs() <= last {
-                continue;
+            if wanted & (1 << axis) == 0 && known {
+                let last = match is_turned {
+                    true => finest,
+                    false => number::last_digit(self.options.decimals(axis, units)),
+                };
+                if by.abs() <= last {
+                    continue;
+                }
             }
             if axis == 2 && !machine && self.written.offset_in_doubt {
                 return Err(offset_in_doubt(span_of(block)));
