@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use trueaxis::{
     AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
 };
-use trueaxis_controllers::gcode::check::check;
+use trueaxis_controllers::gcode::check::{Corrected, check};
 use trueaxis_controllers::gcode::modal::{Retract, Units};
 use trueaxis_controllers::gcode::offsets::System;
 use trueaxis_controllers::gcode::{
@@ -188,8 +188,8 @@ fuzz_target!(|data: &[u8]| {
     let Ok(mut corrector) = Corrector::new(rules, tables, Some(tip), options, None) else {
         return;
     };
-    let mut written = Vec::new();
-    if stream::correct(program, &mut written, &mut corrector, |_| {}).is_err() {
+    let (mut written, mut map) = (Vec::new(), Vec::new());
+    if stream::correct(program, &mut written, &mut map, &mut corrector, |_| {}).is_err() {
         return;
     }
     if written.len() > LONGEST {
@@ -197,7 +197,10 @@ fuzz_target!(|data: &[u8]| {
     }
     let found = check(
         program,
-        written.as_slice(),
+        Corrected {
+            text: written.as_slice(),
+            map: map.as_slice(),
+        },
         rules,
         tables,
         Some(tip),

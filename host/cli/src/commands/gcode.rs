@@ -2,6 +2,8 @@
 
 mod ahead;
 mod arguments;
+mod expand;
+mod scratch;
 mod screen;
 
 use super::Outcome;
@@ -11,10 +13,12 @@ use super::progress::Bar;
 use super::replace;
 use ahead::ahead;
 pub use arguments::Arguments;
+use scratch::Scratch;
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use trueaxis_controllers::gcode::check::{self, Exact};
+use trueaxis_controllers::gcode::check::{self, Corrected, Exact};
 use trueaxis_controllers::gcode::stream::{self, StreamError};
 use trueaxis_controllers::gcode::{Corrector, Report, Tables, Tip};
 use trueaxis_model::machine::Machine;
@@ -81,10 +85,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
-    let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
+    let expanded = match arguments.expand {
+        true => {
+            let tools = arguments.tools.as_deref();
+            Some(expand::expand(
+                &absolute(&arguments.program)?,
+                tools,
+                &rules.setup,
+            )?)
+        }
+        false => None,
+    };
+    let program = match &expanded {
+        Some(expanded) => expanded.path(),
+        None => &arguments.program,
+    };
+    let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
     let computes = || -> Result<(), BadInput> {
-        let done = stream::look_for_computing(open(&arguments.program)?, rules.dialect);
+        let done = stream::look_for_computing(open(program)?, rules.dialect);
         done.map_err(|error| bad_program(&arguments.program, &error))
     };
     let mark = arguments.mark(&blob, compensation, &tables)?;
@@ -105,19 +124,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let exact = machine.as_ref().zip(errors.as_ref());
     let exact = exact.map(|(machine, errors)| Exact { machine, errors });
     bar.stage("MB corrected", (bytes >> 20) as usize);
-    let reader = open(&arguments.program)?;
+    let reader = open(program)?;
+    let map = match arguments.check {
+        true => Some(Scratch::new().map_err(|error| {
+            BadInput::new(
+                format!("a temporary file cannot be made: {error}"),
+                "check the folder of temporary files, or leave out --check",
+            )
+        })?),
+        false => None,
+    };
+    let map = RefCell::new(map);
     let mut failed = None;
     let mut bad = None;
     let mut found = None;
     let mut seen = 0_u64;
     let write = |file: &mut replace::Sink<'_>| {
         let (done, written) = ahead(file, |file| {
-            stream::correct(reader, file, &mut corrector, |read| {
+            let seen = |read| {
                 if (seen + read) >> 20 != seen >> 20 {
                     bar.step();
                 }
                 seen += read;
-            })
+            };
+            match &mut *map.borrow_mut() {
+                Some(map) => stream::correct(reader, file, map, &mut corrector, seen),
+                None => stream::correct(reader, file, &mut std::io::sink(), &mut corrector, seen),
+            }
         });
         let done = written.map_err(StreamError::Write).and(done);
         done.map_err(|error| {
@@ -127,13 +160,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     // What the check cannot make sense of never gets its name.
     let accept = |corrected: &File| {
-        if !arguments.check {
+        let mut map = map.borrow_mut();
+        let Some(map) = &mut *map else {
             return Ok(());
-        }
-        let checked = open(&arguments.program).and_then(|program| {
-            let corrected = BufReader::with_capacity(1 << 18, corrected);
+        };
+        let map = map.read()?;
+        let checked = open(program).and_then(|original| {
+            let corrected = Corrected {
+                text: BufReader::with_capacity(1 << 18, corrected),
+                map,
+            };
             let tip = tip.as_ref();
-            check::check(program, corrected, &rules, &tables, tip, exact.as_ref(), options)
+            check::check(original, corrected, &rules, &tables, tip, exact.as_ref(), options)
                 .map_err(|error| {
                     BadInput::new(
                         format!("{}: {error}", arguments.output.display()),
@@ -192,7 +230,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         );
         files::print_json(&answer)?;
     } else {
-        files::print(&screen::report(&arguments.output, report))?;
+        files::print(&screen::report(&arguments.output, report, &options))?;
+        if arguments.expand {
+            files::print(
+                "the program was run by LinuxCNC's interpreter, and its motions are corrected: lines are those of its \
+                 canonical commands, with four decimals\n",
+            )?;
+        }
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;
@@ -202,6 +246,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     })
+}
+
+/// A path that holds in any folder.
+fn absolute(path: &Path) -> Result<std::path::PathBuf, BadInput> {
+    std::path::absolute(path)
+        .map_err(|error| BadInput::new(format!("{}: {error}", path.display()), "check the path"))
 }
 
 /// The machine must be the one of the compensation.

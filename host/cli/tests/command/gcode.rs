@@ -1,9 +1,11 @@
 //! `trueaxis gcode`: programs corrected.
 
+mod accepted;
 mod cycles;
 mod dialects;
 mod five_axes;
 mod hemisphere;
+mod mutations;
 mod programs;
 mod random;
 mod random_cycles;
@@ -11,7 +13,6 @@ mod random_tips;
 mod refused;
 mod reversals;
 mod tool_length;
-mod undone;
 mod wrapped;
 
 use crate::program::{Folder, answer, blob, example, refused};
@@ -65,7 +66,7 @@ fn everything_that_is_not_changed_is_passed_byte_for_byte() {
     let out = corrected(&folder, program, &["--tolerance", "1000"]);
     let lines: Vec<&str> = out.split_inclusive("\r\n").collect();
     assert!(
-        lines[1].starts_with("(trueaxis corrected: mill-21 "),
+        lines[1].starts_with("(trueaxis corrected: part.ngc "),
         "{out}"
     );
     assert!(lines[1].contains("machine Mill with 21 errors, setup setup.toml"));
@@ -130,33 +131,18 @@ fn modes_and_offsets_of_a_line_hold_for_its_own_motion() {
 }
 
 #[test]
-fn a_corrected_program_is_not_corrected_twice_and_can_be_undone() {
+fn a_corrected_program_names_its_original_and_is_not_corrected_twice() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 X0 Y0 Z50\nG1 X20 Y5 F600\nG2 X30 Y15 I0 J10\nM30\n";
     let out = corrected(&folder, program, &[]);
-    refuses(&out, &[], &["line 1", "corrected already", "--undo"]);
-    let back = corrected(&folder, &out, &["--undo"]);
-    assert!(!back.contains("trueaxis"), "{back}");
-    // Every original end point is there again, to the resolution of the words.
-    let ends = [[0.0, 0.0, 50.0], [20.0, 5.0, 50.0], [30.0, 15.0, 50.0]];
-    let mut at = [100.0, 100.0, -100.0];
-    let mut next = 0;
-    for line in back.lines() {
-        for word in line.split_whitespace() {
-            if let Some(axis) = "XYZ".find(&word[..1]) {
-                at[axis] = word[1..].parse().unwrap();
-            }
-        }
-        let near = |end: &[f64; 3]| end.iter().zip(at).all(|(e, a)| (e - a).abs() < 1.1e-4);
-        if next < 3 && near(&ends[next]) {
-            next += 1;
-        }
-    }
-    assert_eq!(next, 3, "{back}");
+    refuses(&out, &[], &["line 1", "corrected already", "first comment"]);
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(program.as_bytes());
+    let names = format!("(trueaxis corrected: part.ngc {sum:08x}, compensation mill-21");
+    assert!(out.starts_with(&names), "{out}");
 }
 
 #[test]
-fn arcs_stay_arcs_where_they_can_and_nothing_of_them_is_left_where_not() {
+fn arcs_stay_arcs() {
     let folder = Folder::new();
     let program =
         "G21 G90 G17\nG0 X50 Y50 Z50\nG2 X52 Y50 R1 F300 (small)\nG3 X150 Y50 R49\nX60 I-45\nM30\n";
@@ -166,9 +152,56 @@ fn arcs_stay_arcs_where_they_can_and_nothing_of_them_is_left_where_not() {
         small.starts_with("G2 X52.") && small.contains(" I") && !small.contains('R'),
         "{small}"
     );
-    // The second one becomes chords: no radius, no centre, until the third.
+    // With another centre, and no radius.
     assert_eq!(out.matches(" R").count(), 0, "{out}");
-    assert!(said.contains("arcs: 1 stay, 2 are chords"), "{said}");
+    assert!(said.contains("arcs: 3 stay, 0 are chords"), "{said}");
+}
+
+#[test]
+fn a_full_circle_becomes_at_most_sixteen_arcs() {
+    let folder = Folder::new();
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Mill with 21 errors\"\n[parameters]\nEC0X = 50e-6\nEXX1 = 40e-6\nEYY1 = -30e-6\nEZZ1 = 20e-6\n\
+         EXXb = 4e-3\nEYYb = 3e-3\nEZZb = 5e-3\n",
+    );
+    let setup = folder.file(
+        "setup.toml",
+        "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -200\ntravel = { X = \"+\", Y = \"+\", Z = \"-\" }\n\
+         [offset.G54]\nX = 200\nY = 150\nZ = -200\n",
+    );
+    let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
+    let machine = example("mill-21/machine.toml");
+    answer(0, &["compile", &machine, &errors, "-o", &trax]);
+    for radius in [10, 50, 100] {
+        for circle in ["G17 G2 I", "G17 G3 Z-5 I", "G18 G2 I", "G19 G3 J"] {
+            // Where it fits into the travel of Y.
+            let radius = if circle.starts_with("G19") {
+                radius.min(70)
+            } else {
+                radius
+            };
+            let start = if circle.starts_with("G19") {
+                "X0 Y-"
+            } else {
+                "Y0 X-"
+            };
+            let program =
+                format!("G21 G90\nG0 {start}{radius} Z0\nG1 F600\n{circle}{radius}\nM30\n");
+            let part = folder.file("part.ngc", &program);
+            let arguments = ["gcode", &part, "-o", &out, "--compensation", &trax];
+            let said = answer(
+                0,
+                &[&arguments[..], &["--setup", &setup, "--check"]].concat(),
+            );
+            assert!(said.contains("arcs: 1 stay, 0 are chords"), "{said}");
+            let text = std::fs::read_to_string(&out).unwrap();
+            let arcs = text
+                .lines()
+                .filter(|l| l.contains(" I") || l.contains(" J"));
+            assert!(arcs.count() <= 16, "{text}");
+        }
+    }
 }
 
 #[test]
@@ -211,12 +244,15 @@ fn g92_says_the_same_of_a_corrected_position() {
 fn cycles_stay_cycles_or_are_written_out() {
     let folder = Folder::new();
     let program = "G21 G90 G98\nG0 X20 Y10 Z50\nG81 X30 Y30 Z45 R47 F100\nX40\nG80\nG83 X50 Z1 R47 Q20\nG80\nM30\n";
+    let (out, said) = run(&folder, program, &["--check", "--hole-tolerance", "9"]);
+    assert!(said.contains("cycles: 3 stay"), "{said}\n{out}");
+    assert!(out.contains("G81 X") && out.contains("G83 X"), "{out}");
     let (out, said) = run(&folder, program, &["--check"]);
     assert!(
         said.contains("cycles: 2 stay, 1 are written out"),
         "{said}\n{out}"
     );
-    assert!(out.contains("G81 X"), "{out}");
+    assert!(said.contains("line 6 is written out: G83: the correction changes by 8.8 µm"));
     assert!(!out.contains("G83") && !out.contains('Q'), "{out}");
 }
 

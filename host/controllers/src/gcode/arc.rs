@@ -79,6 +79,20 @@ impl Arc {
         at
     }
 
+    /// The way per part of it, at a part t.
+    #[must_use]
+    pub fn slope(&self, t: f64) -> PerLetter {
+        let mut slope: PerLetter = std::array::from_fn(|i| self.to[i] - self.from[i]);
+        let [i, j, _] = self.axes;
+        let begin = (self.from[j] - self.centre[1]).atan2(self.from[i] - self.centre[0]);
+        let [r0, r1] = self.radii();
+        let radius = r0 + t * (r1 - r0);
+        let (sine, cosine) = (begin + t * self.sweep).sin_cos();
+        slope[i] = (r1 - r0) * cosine - radius * self.sweep * sine;
+        slope[j] = (r1 - r0) * sine + radius * self.sweep * cosine;
+        slope
+    }
+
     /// Parts of the way at which an axis of the plane turns round, in order.
     #[must_use]
     pub fn turns_round(&self) -> Vec<f64> {

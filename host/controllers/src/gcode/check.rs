@@ -1,32 +1,30 @@
-//! What a corrected program does, read anew and beside the program that it was made from.
+//! What a corrected program does, read anew beside the program that it was made from.
 //!
-//! Nothing that writes is used: both programs are interpreted line by line. What words mean (`interpret`) and what the
-//! tables say at a place (`trace`) is the same for both. Motions of the corrected one belong to the motion of the
-//! program at whose corrected end they arrive.
+//! The writer says which of its lines came from which line of the program ([`super::line_map`]). Here both are interpreted
+//! again, line by line, and each motion is held against the corrected path that follows from the program and the tables:
+//! where it ends, how far it is off on the way, how long it takes, and what holds after it. A line that the map does not
+//! explain is an error.
 
-mod arriving;
-mod part;
+mod along;
+mod hole;
 mod result;
-mod samples;
 mod spread;
 mod tool;
-mod travel;
 
-use super::axes::{COUNT, PerLetter, name};
+use super::axes::{COUNT, PerLetter, Position, name};
 use super::correct::{Backlash, Options};
-use super::interpret::bits;
-use super::moves::Rate;
-use super::program::{Event, Program, Segment};
+use super::interpret::{Step, bits};
+use super::line_map::{LineMap, Role};
+use super::moves::Move;
+use super::program::Reading;
 use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
-use super::trace::{Field, Path};
 use super::travel_directions::TravelDirections;
-use arriving::{ROUNDED, arrives, is_needless, is_tiny, near_in, off, over_hole, stands};
+use along::Along;
 pub use result::{CheckError, CheckResult, ToolPath};
 pub use spread::{Spread, Statistics};
-use std::f64::consts::TAU;
-use std::io::BufRead;
+use std::io::{BufRead, Read};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
@@ -39,54 +37,33 @@ pub struct Exact<'a> {
     pub errors: &'a ErrorModel,
 }
 
-/// Both programs beside each other.
+/// A corrected program, and what its lines are.
+pub struct Corrected<T, M> {
+    /// Its text.
+    pub text: T,
+    /// The map that its writer made.
+    pub map: M,
+}
+
+/// How far from its place an axis may end, in last digits of its words: an axis without a word is one of them off, and a
+/// half goes with each rounding.
+const NEAR: f64 = 1.6;
+
 struct Check<'a> {
     rules: &'a Rules,
     tables: &'a Tables<'a>,
     tip: Option<&'a Tip<'a>>,
     exact: Option<(&'a Exact<'a>, Kinematics<'a>)>,
     options: Options,
+    /// The last digits of words.
+    last_digits: PerLetter,
     ways: TravelDirections,
-    /// The same of all axes, whether tables tell directions apart or not.
+    /// The directions of all axes, whether tables tell them apart or not.
     all: [trueaxis::Travel; COUNT],
+    /// Where the program was before the line.
+    position: Position,
     found: CheckResult,
     spreads: [Spread; 4],
-    /// Where the corrected program is.
-    at: PerLetter,
-    /// The line of its last motion, if that was one of a cycle.
-    cycle: Option<u64>,
-    /// What the cycle of a line of the program takes.
-    hole: Hole,
-    /// False until it has arrived at a corrected position.
-    joined: bool,
-}
-
-/// What the motions of a line of the program take that belong together if it is a cycle (minutes or revolutions):
-/// before, after.
-#[derive(Clone, Copy, Default)]
-struct Hole {
-    line: u64,
-    /// True if some of them have no time of their own: over the hole both of their ends are corrected apart.
-    is_one: bool,
-    takes: [f64; 2],
-}
-
-/// A motion of the program, while what was written for it is looked at.
-struct Along<'s> {
-    field: Field<'s>,
-    segment: &'s Segment,
-    /// Directions of travel, as far as it has come.
-    travel: TravelDirections,
-    /// True if steps at reversals are blended into it.
-    blends: bool,
-    /// True if they may change.
-    turns: bool,
-    /// The part of the way that it has come.
-    last_t: f64,
-    /// The parts of the way at which an axis of an arc turns round.
-    quarters: Vec<f64>,
-    /// The part of the way up to which directions are known from a step at a reversal.
-    turned_until: f64,
 }
 
 /// Compares a program with its correction.
@@ -95,68 +72,42 @@ struct Along<'s> {
 /// See [`CheckError`].
 pub fn check(
     program: impl BufRead,
-    corrected: impl BufRead,
+    corrected: Corrected<impl BufRead, impl Read>,
     rules: &Rules,
     tables: &Tables<'_>,
     tip: Option<&Tip<'_>>,
     exact: Option<&Exact<'_>>,
     options: Options,
 ) -> Result<CheckResult, CheckError> {
-    let mut before = Program::new(program, rules, tables, tip);
-    let mut after = Program::new(corrected, rules, tables, tip);
+    let mut before = Reading::new(program, rules, tables, tip);
+    let mut after = Reading::new(corrected.text, rules, tables, tip);
+    let mut map = LineMap::new(corrected.map).map_err(CheckError::Map)?;
     let start = State::new(rules).position;
-    let kinematics = exact.map(|exact| {
-        let kinematics = Kinematics::new(exact.machine, exact.errors);
-        (exact, kinematics)
-    });
     let mut check = Check {
         rules,
         tables,
         tip,
-        exact: kinematics,
+        exact: exact.map(|exact| (exact, Kinematics::new(exact.machine, exact.errors))),
         options,
+        last_digits: options.resolutions(),
         ways: TravelDirections::new(tables, &start, &rules.setup.travel),
         all: rules.setup.travel,
+        position: before.state.position,
         found: CheckResult::default(),
         spreads: std::array::from_fn(|_| Spread::default()),
-        at: start.at,
-        cycle: None,
-        hole: Hole::default(),
-        joined: false,
     };
-    while let Some(event) = before.next_event().map_err(CheckError::Program)? {
-        match event {
-            Event::Jumped(to) => {
-                for axis in bits(tables.axes) {
-                    if !to.knows(axis) {
-                        check.ways.forget(axis);
-                    }
-                }
-                if let Some(q) = before.axes()
-                    && check.axes_turn()
-                {
-                    check.ways.come_to(tables, &q);
-                }
-                check.leave_hole(&mut after)?;
-                check.pass(&mut after, is_tiny)?;
-                match after.next_event().map_err(CheckError::Corrected)? {
-                    Some(Event::Jumped(at)) => {
-                        check.at = at.at;
-                        check.joined = false;
-                    }
-                    _ => return Err(CheckError::Missing(before.lines())),
-                }
-            }
-            Event::Moved(segment) => check.segment(&segment, &mut after)?,
-        }
+    let mut roles = Vec::new();
+    while let Some(step) = before.next_step().map_err(CheckError::Program)? {
+        map.group(&mut roles).map_err(CheckError::Map)?;
+        check.line(&before, &step, &roles, &mut after)?;
+        check.position = before.state.position;
     }
-    check.leave_hole(&mut after)?;
-    check.pass(&mut after, |more| is_tiny(more) || over_hole(more))?;
-    if let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
-        return Err(CheckError::More(more.line));
+    let more = after.next_step().map_err(CheckError::Corrected)?;
+    if more.is_some() || !map.is_at_end() {
+        return Err(CheckError::More(after.number()));
     }
     let mut found = check.found;
-    found.lines = [before.lines(), after.lines()];
+    found.lines = [before.number(), after.number()];
     if let (Some(path), true) = (&mut found.tool_path, check.exact.is_some()) {
         let [a, b, c, d] = &check.spreads;
         path.before_um = a.statistics();
@@ -168,170 +119,196 @@ pub fn check(
 }
 
 impl Check<'_> {
-    fn segment<R: BufRead>(
+    /// A line of the program, and the lines that were written for it.
+    fn line<R: BufRead, S: BufRead>(
         &mut self,
-        segment: &Segment,
-        after: &mut Program<'_, R>,
+        before: &Reading<'_, R>,
+        step: &Step,
+        roles: &[Role],
+        after: &mut Reading<'_, S>,
     ) -> Result<(), CheckError> {
+        if roles.is_empty() {
+            return Err(CheckError::Missing(before.number()));
+        }
+        match &step.motion {
+            Some(motion) => self.motion(before, motion, roles, after)?,
+            None => {
+                let mut passed = None;
+                for role in roles {
+                    let written = read(before.number(), after)?;
+                    if *role != Role::Plain || written.motion.is_some() {
+                        return Err(CheckError::Unexplained(after.number()));
+                    }
+                    passed = passed.or(written.passed);
+                }
+                if passed != step.passed {
+                    return Err(CheckError::Unexplained(after.number()));
+                }
+                self.passes(step, &before.state);
+            }
+        }
+        let differs = differs(&before.state, &after.state);
+        let differs = differs.or_else(|| self.reference(step, &before.state, &after.state));
+        match differs {
+            None => Ok(()),
+            Some(what) => Err(CheckError::Modes {
+                line: after.number(),
+                what,
+            }),
+        }
+    }
+
+    /// What passes without correction takes directions along, where it is known where it leads.
+    fn passes(&mut self, step: &Step, state: &State) {
+        if step.passed.is_none() {
+            return;
+        }
+        for axis in bits(self.tables.axes).filter(|axis| !state.position.knows(*axis)) {
+            self.ways.forget(axis);
+        }
+        let moved = state.position != self.position;
+        if moved && state.position.missing(self.tables.axes).is_none() && self.axes_turn() {
+            self.ways.come_to(self.tables, &state.position.at);
+        }
+    }
+
+    /// G92 and G10 L20: words mean the same places in both programs.
+    fn reference(&self, step: &Step, before: &State, after: &State) -> Option<&'static str> {
+        step.reference?;
+        let [a, b] = [before, after].map(|state| state.offsets.program(&before.position.at));
+        let last = self.last_digits;
+        let known = bits(self.tables.axes & before.position.known);
+        let mut off = known.map(|i| (a[i] - b[i]).abs() / last[i]);
+        off.any(|off| off > NEAR).then_some("offsets")
+    }
+
+    /// A motion of the program, and the lines that were written for it.
+    fn motion<R: BufRead, S: BufRead>(
+        &mut self,
+        before: &Reading<'_, R>,
+        motion: &Move,
+        roles: &[Role],
+        after: &mut Reading<'_, S>,
+    ) -> Result<(), CheckError> {
+        let segments = before.segments(motion);
         self.found.motions[0] += 1;
-        if !segment.in_cycle || segment.line != self.hole.line {
-            self.leave_hole(after)?;
-            self.hole.line = segment.line;
-        }
-        let field = Field {
-            tables: self.tables,
-            tip: self.tip.filter(|_| segment.tip),
-            length: segment.field_length,
-            undo: false,
-            keeps_directions: false,
-        };
-        let lost = |_| CheckError::Outside(segment.line);
-        // Directions before the motion, and at its end.
-        let ways = self.ways.clone();
-        let turns = self.axes_turn();
-        let ((first, mut end), others) = self.ends(&field, segment).map_err(lost)?;
-        self.ways = first;
-        let stands = stands(segment);
-        let mut minutes = 0.0;
-        let mut along = Along {
-            field,
-            segment,
-            blends: self.options.backlash == Backlash::Blend
-                && self.tables.directional != 0
-                // Axes of an arc, and those that follow the tip, turn round and back.
-                && (matches!(segment.path, Path::Arc(_))
-                    || segment.tip
-                    || ways.travel != self.ways.travel),
-            travel: ways,
-            turns,
-            last_t: 0.0,
-            quarters: travel::quarters(&segment.path),
-            turned_until: -1.0,
-        };
-        let all = self.joined || self.tables.axes & !segment.due == 0;
-        // Over a hole, and behind one, the correction may make up for all of a short way.
-        let may_be_left_out = stands
-            || segment.rate == Rate::Rapid
-                && (segment.in_cycle || !self.has_own(segment, after, &end)?);
-        let is_near = may_be_left_out && near_in(segment.due, &self.at, &end).is_none();
-        // Behind a cycle it has the correction of its bottom.
-        let mut joined = all && (is_near || self.cycle.is_none());
-        let stand = (&self.at, self.cycle.is_some());
-        let mut is_there = is_near || is_needless(segment, after, stand, &end, &self.options)?;
-        // Where it ends an arc has been before, a turn ago, or nearly.
-        let last_turn = match &segment.path {
-            Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.95 * TAU => {
-                1.0 - 0.5 * TAU / arc.sweep.abs()
-            }
-            _ => 0.0,
-        };
-        while !is_there {
-            let event = after.next_event().map_err(CheckError::Corrected)?;
-            let Some(Event::Moved(written)) = event else {
-                let line = segment.line;
-                return Err(match near_in(segment.due, &self.at, &end) {
-                    Some((axis, off)) => CheckError::Lost {
-                        line,
-                        axis: name(axis),
-                        off,
-                    },
-                    None => CheckError::Missing(line),
-                });
+        let mut along: Option<Along<'_>> = None;
+        let mut holes = 0;
+        for role in roles {
+            let from = after.state.position.at;
+            let written = read(before.number(), after)?;
+            let Some(written) = &written.motion else {
+                match role {
+                    Role::Plain => continue,
+                    // Its words would have led nowhere.
+                    Role::Step | Role::Until(_) => continue,
+                }
             };
             self.found.motions[1] += 1;
-            let due = segment.due | written.due;
-            if self.tables.axes & !due != 0 {
-                // A rapid on which axes stay uncorrected that nobody has commanded.
-                self.joined = false;
-            }
-            let is_take_up = self.samples(&mut along, &written).map_err(lost)?;
-            let took = written.minutes(self.rules.dialect);
-            self.found.takes(1, written.rate, took);
-            self.hole.takes[1] += took;
-            self.hole.is_one |= written.above && over_hole(&written);
-            self.at = written.to();
-            self.cycle = Some(written.line).filter(|_| written.in_cycle);
-            joined = !written.in_cycle && self.tables.axes & !due == 0;
-            let reached = |end: &PerLetter| {
-                arrives(segment, &written, &self.at, end, &self.options)
-                    && along.last_t >= last_turn
-            };
-            is_there = reached(&end);
-            if let (false, Some((ways, other))) =
-                (is_there, others.iter().find(|(_, end)| reached(end)))
+            if let (Move::Cycle(cycle), Role::Step, Move::Straight(straight, _)) =
+                (motion, role, written)
+                && along.is_none()
+                && straight.is_outside(&cycle.axes)
             {
-                (self.ways, end, is_there) = (ways.clone(), *other, true);
+                // Axes that the cycle does not move, before it.
+                continue;
             }
-            if is_there || !is_take_up {
-                minutes += took;
+            if let Move::Cycle(written) = written {
+                let (Move::Cycle(cycle), Role::Until(until)) = (motion, role) else {
+                    return Err(CheckError::Unexplained(after.number()));
+                };
+                let until = *until as usize;
+                self.holes(before, cycle, written, [holes, until])?;
+                holes = until;
+                let took = [
+                    &segments[..],
+                    &after.segments(&Move::Cycle(written.clone())),
+                ];
+                for (which, segments) in took.into_iter().enumerate() {
+                    let parts = segments.iter();
+                    let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
+                    self.found.takes(which, written.rate, minutes);
+                }
+                continue;
+            }
+            let along = match &mut along {
+                Some(along) => along,
+                None => along.insert(Along::new(self, &segments)?),
+            };
+            let segment = after.segments(written)[0];
+            match role {
+                Role::Plain => return Err(CheckError::Unexplained(after.number())),
+                Role::Step => self.step(along, &segment)?,
+                Role::Until(until) => self.piece(along, &from, &segment, *until)?,
             }
         }
-        // What leads away from there is a step at the next reversal, as short, or a motion of its own.
-        self.pass(after, |more| {
-            let [from, to] = [0.0, 1.0].map(|t| off(segment.due, &more.path.at(t), &end));
-            is_tiny(more) && (to <= from || to <= ROUNDED)
-        })?;
-        self.joined = joined;
-        if segment.rate != Rate::Rapid {
-            let planned = segment.minutes(self.rules.dialect);
-            self.found.takes(0, segment.rate, planned);
-            self.hole.takes[0] += planned;
-            // A motion that is shorter than the last digit that is written has no time of its own. One over a hole that
-            // is as short as corrections differ counts with the rest of its cycle.
-            if over_hole(segment) {
-                self.hole.is_one = true;
-            } else if !stands {
-                self.found.compare(segment.line, [planned, minutes]);
-            }
+        if holes > 0 {
+            return match motion {
+                Move::Cycle(cycle) if holes == cycle.repeat as usize => Ok(()),
+                _ => Err(CheckError::Missing(before.number())),
+            };
+        }
+        let mut along = match along {
+            Some(along) => along,
+            None => Along::new(self, &segments)?,
+        };
+        self.finish(&mut along, &after.state)?;
+        if matches!(motion, Move::Straight(straight, _) if straight.comes_back) && self.axes_turn()
+        {
+            let back = along.field.axes(&before.state.position.at);
+            let back = back.map_err(|_| CheckError::Outside(before.number()))?;
+            self.ways.come_to(self.tables, &back);
         }
         Ok(())
     }
 
-    /// Passes what the last cycle still does over its hole, where the program has no motion, and compares what all of it
-    /// takes.
-    fn leave_hole<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
-        let line = self.cycle;
-        self.pass(after, |next| over_hole(next) && line == Some(next.line))?;
-        let hole = std::mem::take(&mut self.hole);
-        if hole.is_one {
-            self.found.compare(hole.line, hole.takes);
-        }
-        Ok(())
+    /// False where directions stay what they are, whichever way axes go: reversals are left out.
+    fn axes_turn(&self) -> bool {
+        self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
+}
 
-    /// True if the next motion that is written arrives where one of the program does.
-    fn has_own<R: BufRead>(
-        &self,
-        segment: &Segment,
-        after: &mut Program<'_, R>,
-        end: &PerLetter,
-    ) -> Result<bool, CheckError> {
-        let next = after.peek().map_err(CheckError::Corrected)?;
-        Ok(match next {
-            Some(Event::Moved(next)) => arrives(segment, &next, &next.to(), end, &self.options),
-            _ => false,
-        })
-    }
+/// The next line of the corrected program, which must be there.
+fn read<R: BufRead>(line: u64, after: &mut Reading<'_, R>) -> Result<Step, CheckError> {
+    let step = after.next_step().map_err(CheckError::Corrected)?;
+    step.ok_or(CheckError::Missing(line))
+}
 
-    /// Passes what is written and belongs to no motion of the program.
-    fn pass<R: BufRead>(
-        &mut self,
-        after: &mut Program<'_, R>,
-        is_none: impl Fn(&Segment) -> bool,
-    ) -> Result<(), CheckError> {
-        while let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? {
-            if !is_none(&next) {
-                break;
-            }
-            after.next_event().map_err(CheckError::Corrected)?;
-            self.found.motions[1] += 1;
-            let took = next.minutes(self.rules.dialect);
-            self.found.takes(1, next.rate, took);
-            self.hole.takes[1] += took;
-            self.hole.is_one |= next.above && over_hole(&next);
-            self.at = next.to();
-            self.cycle = Some(next.line).filter(|_| next.in_cycle);
-        }
-        Ok(())
-    }
+/// What holds after a line of the program and not after what was written for it.
+fn differs(before: &State, after: &State) -> Option<&'static str> {
+    let pairs = [
+        (before.units == after.units, "units"),
+        (before.distance == after.distance, "G90 or G91"),
+        (before.arc_distance == after.arc_distance, "G90.1 or G91.1"),
+        (before.plane == after.plane, "the plane"),
+        (before.feed_mode == after.feed_mode, "the mode of the feed"),
+        (before.cutter == after.cutter, "cutter compensation"),
+        (before.retract == after.retract, "G98 or G99"),
+        (before.tip == after.tip, "tool-centre-point control"),
+        (before.spindle == after.spindle, "the spindle"),
+        (before.tool == after.tool, "the tool"),
+        (before.next_tool == after.next_tool, "the next tool"),
+        (before.length == after.length, "the length of the tool"),
+        (before.offsets.tool == after.offsets.tool, "the tool offset"),
+        (
+            before.offsets.selected() == after.offsets.selected(),
+            "the coordinate system",
+        ),
+        (
+            before.position.known == after.position.known,
+            "what positions are known",
+        ),
+        (before.ended == after.ended, "the end of the program"),
+    ];
+    pairs
+        .into_iter()
+        .find(|(same, _)| !same)
+        .map(|(_, what)| what)
+}
+
+/// The axis that is farthest from its place, and by how much (mm, degrees), if that is too far.
+fn lost(due: u16, at: &PerLetter, end: &PerLetter, last: &PerLetter) -> Option<(usize, f64)> {
+    let off = bits(due).map(|i| (i, (at[i] - end[i]).abs()));
+    off.filter(|(i, off)| *off > NEAR * last[*i])
+        .max_by(|a, b| a.1.total_cmp(&b.1))
 }

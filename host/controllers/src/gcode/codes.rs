@@ -165,7 +165,6 @@ pub fn ends(block: &Block, dialect: Dialect) -> bool {
 /// What a word G (in tenths) asks for; `None` if it is not known or not built.
 #[must_use]
 pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
-    use Dialect::{Fanuc, Grbl, LinuxCnc};
     let code = match tenths {
         0 => Code::Motion(Motion::Rapid),
         10 => Code::Motion(Motion::Feed),
@@ -180,47 +179,23 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         210 => Code::Units(Units::Millimetre),
         280 => Code::Home(0),
         300 => Code::Home(1),
-        281 if dialect != Fanuc => Code::StoreHome(0),
-        301 if dialect != Fanuc => Code::StoreHome(1),
-        330 | 331 if dialect == LinuxCnc => Code::Threading(tenths),
-        382..=385 if dialect != Fanuc => Code::Probe,
         400 => Code::Cutter(false),
-        410 | 420 if dialect != Grbl => Code::Cutter(true),
-        411 | 421 if dialect == LinuxCnc => Code::Cutter(true),
-        430 if dialect != Grbl => Code::ToolLength(Length::OfTool),
-        431 if dialect != Fanuc => Code::ToolLength(Length::OfWords),
-        434 if dialect == Fanuc => Code::TipOn,
         490 => Code::ToolLength(Length::Off),
-        520 if dialect != Grbl => Code::Local,
         530 => Code::MachineCoordinates,
-        // G154 is Haas's.
-        541 | 1540 if dialect == Fanuc => Code::System(100),
         540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),
-        591..=593 if dialect == LinuxCnc => Code::System(tenths - 584),
         610 | 640 => Code::Neutral(Group::Path),
-        611 if dialect == LinuxCnc => Code::Neutral(Group::Path),
-        // What ends scaling, mirrors, polar coordinates, modal macros and rotations, none of which may have begun.
-        150 | 500 | 501 | 670 | 690 if dialect != Grbl => Code::Neutral(Group::Turn),
-        90 if dialect == Fanuc => Code::Neutral(Group::Path),
-        730 | 810 | 820 | 830 | 840 | 850 | 860 | 890 if dialect != Grbl => {
-            Code::Motion(Motion::Cycle(tenths))
-        }
-        740 if dialect != Grbl => Code::Motion(Motion::Cycle(tenths)),
         800 => Code::NoMotion,
         900 => Code::Distance(Distance::Absolute),
         910 => Code::Distance(Distance::Incremental),
-        901 if dialect == LinuxCnc => Code::ArcDistance(Distance::Absolute),
         911 => Code::ArcDistance(Distance::Incremental),
         920 => Code::Shift(0),
         921 => Code::Shift(1),
-        922 | 923 if dialect == LinuxCnc => Code::Shift((tenths - 920) as u8),
         930 => Code::Feed(FeedMode::InverseTime),
         940 => Code::Feed(FeedMode::PerMinute),
-        950 if dialect != Grbl => Code::Feed(FeedMode::PerRevolution),
-        960 | 970 if dialect != Grbl => Code::Neutral(Group::Spindle),
-        980 if dialect != Grbl => Code::Retract(Retract::Initial),
-        990 if dialect != Grbl => Code::Retract(Retract::Plane),
-        _ => return None,
+        _ => {
+            let mut own = dialect.table().g.iter();
+            return own.find(|(own, _)| *own == tenths).map(|(_, code)| *code);
+        }
     };
     Some(code)
 }
@@ -261,23 +236,16 @@ pub fn spindle(tenths: u16) -> Option<Option<Spindle>> {
 /// What a word M (in tenths) asks for; `None` if it is not known.
 #[must_use]
 pub fn m(tenths: u16, dialect: Dialect) -> Option<Machine> {
-    use Dialect::{Fanuc, LinuxCnc};
     Some(match tenths {
         0 | 10 | 600 => Machine::Pause,
         20 | 300 => Machine::End,
         30 | 40 | 70 | 80 => Machine::Neutral,
-        50 | 90 if dialect == Fanuc => Machine::After,
-        50 | 90 => Machine::Neutral,
         60 => Machine::ToolChange,
-        190 | 480 | 490 | 500 | 510 | 520 | 530 if dialect == LinuxCnc => Machine::Neutral,
-        190 | 290 if dialect == Fanuc => Machine::Neutral,
-        610 if dialect == LinuxCnc => Machine::ToolNumber,
-        620..=680 if dialect == LinuxCnc && tenths.is_multiple_of(10) => Machine::Neutral,
-        4280 if dialect == LinuxCnc => Machine::Tip(true),
-        4290 if dialect == LinuxCnc => Machine::Tip(false),
-        // TRAORI and TRAFOOF.
-        4289 if dialect != Dialect::Grbl => Machine::Tip(true),
-        4299 if dialect != Dialect::Grbl => Machine::Tip(false),
-        _ => return None,
+        _ => {
+            let mut own = dialect.table().m.iter();
+            return own
+                .find(|(own, _)| *own == tenths)
+                .map(|(_, machine)| *machine);
+        }
     })
 }

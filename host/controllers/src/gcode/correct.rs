@@ -4,27 +4,26 @@ mod arc;
 mod cycles;
 mod feed;
 mod given;
-mod mark;
 mod motion;
 mod options;
 mod pass;
 mod piece;
 mod runs;
 mod straight;
-mod undo;
 mod write;
 
 use super::axes::{self, COUNT, PerLetter};
-use super::dialect::Dialect;
+use super::dialect::{AfterEnd, Wrapping};
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
-use super::interpret::Step;
+use super::interpret::{Step, bits};
+use super::line_map::{Entry, Role};
 use super::offsets::system_name;
 use super::report::Report;
 use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
-use super::trace::Traced;
+use super::trace::{Traced, Travels};
 use super::travel_directions::TravelDirections;
 use super::words::Block;
 use given::Given;
@@ -41,8 +40,8 @@ pub struct Corrector<'a> {
     /// What the corrected program says.
     written: State,
     ways: TravelDirections,
-    /// The same before the move that is looked at.
-    start_ways: TravelDirections,
+    /// Directions before the motion that is looked at.
+    start_travel: Travels,
     /// What was done so far.
     pub report: Report,
     line: u64,
@@ -57,8 +56,10 @@ pub struct Corrector<'a> {
     eol: &'static [u8],
     /// What the corrected program says before this line, while the modes of the line itself are in `written`.
     before_modes: Option<State>,
-    /// The cycle (tenths) of a series that is being written out.
-    written_out: Option<u16>,
+    /// What the written lines are, until they are taken.
+    lines: Vec<Entry>,
+    /// True until the first line is written that comes from the line that is read.
+    begins: bool,
     /// True if the last line has no end.
     in_line: bool,
     /// How many lines `%` there are.
@@ -68,15 +69,12 @@ pub struct Corrector<'a> {
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
-    /// The first comment, until it is written; of a program whose correction is taken away what it must say.
+    /// The first comment, until it is written.
     mark: Option<String>,
-    /// True if the program has said what it was corrected with.
-    is_marked: bool,
 }
 
 impl<'a> Corrector<'a> {
-    /// `mark` is the first comment, without brackets. Where corrections are taken away the program must have it, with the
-    /// same checksum and the same reversals; `None`: whatever it says.
+    /// `mark` is the first comment, without brackets.
     pub fn new(
         rules: &'a Rules,
         tables: &'a Tables<'a>,
@@ -85,8 +83,9 @@ impl<'a> Corrector<'a> {
         mark: Option<String>,
     ) -> Result<Self, String> {
         let mut nominal = State::new(rules);
+        let table = rules.dialect.table();
         let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
-        if let (Some(axis), Dialect::Grbl) = (wrapped, rules.dialect) {
+        if let (Some(axis), Wrapping::None) = (wrapped, table.wrapping) {
             return Err(format!(
                 "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
                 axes::name(axis)
@@ -95,18 +94,14 @@ impl<'a> Corrector<'a> {
         let mut systems = rules.setup.systems.iter();
         if let (Some((number, _)), true) = (
             systems.find(|(_, system)| system.rotation != 0.0),
-            rules.dialect != Dialect::LinuxCnc,
+            !table.systems_turn,
         ) {
             return Err(format!(
                 "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
                 system_name(*number)
             ));
         }
-        let mut ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
-        if options.undo && options.backlash == Backlash::Move {
-            // Where an axis turns round there is a step, which tells it.
-            ways = ways.rounded_by(undo::STANDS);
-        }
+        let ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
                 return Err(format!(
@@ -133,7 +128,7 @@ impl<'a> Corrector<'a> {
             options,
             written: nominal.clone(),
             nominal,
-            start_ways: ways.clone(),
+            start_travel: ways.travel,
             ways,
             report: Report::default(),
             line: 0,
@@ -146,13 +141,13 @@ impl<'a> Corrector<'a> {
             check: Block::default(),
             eol: b"\n",
             before_modes: None,
-            written_out: None,
+            lines: Vec::new(),
+            begins: true,
             in_line: false,
             percent: 0,
             closed: false,
             joined: false,
             mark,
-            is_marked: false,
         })
     }
 
@@ -166,14 +161,36 @@ impl<'a> Corrector<'a> {
         done.map_err(|fault| Refusal::at(fault, self.line, line))
     }
 
+    /// Writes what the lines are that were written since the last time.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn take_map(&mut self, to: &mut impl std::io::Write) -> std::io::Result<()> {
+        self.lines.drain(..).try_for_each(|entry| entry.write(to))
+    }
+
+    /// A line is written.
+    fn note(&mut self, role: Role) {
+        self.report.lines[1] += 1;
+        let begins = std::mem::take(&mut self.begins);
+        self.lines.push(Entry { begins, role });
+    }
+
+    /// How far the lines that are written have come along the motion.
+    fn progress(&self) -> f64 {
+        let mut own = self.lines.iter().rev();
+        let last = own.find_map(|entry| match entry.role {
+            Role::Until(part) => Some(part),
+            _ => None,
+        });
+        last.unwrap_or(0.0)
+    }
+
     /// The end of the program.
     ///
     /// # Errors
     /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
-        if let (Err(fault), true) = (self.no_mark(0..0), self.line > 0) {
-            return Err(Refusal::at(fault, self.line, b""));
-        }
         let (cause, remedy) = if self.line == self.percent {
             (
                 "the program is empty",
@@ -203,7 +220,7 @@ impl<'a> Corrector<'a> {
 
     fn do_line(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
         self.report.lines[0] += 1;
-        self.report.lines[1] += 1;
+        self.begins = true;
         if eol == b"\r\n" {
             self.eol = b"\r\n";
         }
@@ -212,29 +229,21 @@ impl<'a> Corrector<'a> {
             self.behind_the_end(line)?;
             out.extend_from_slice(line);
             out.extend_from_slice(eol);
+            self.note(Role::Plain);
             return Ok(());
         }
         let mut block = std::mem::take(&mut self.block);
         block.scan(line, self.rules.dialect)?;
         if block.marked {
-            if self.options.undo {
-                // The line is nothing but the mark.
-                self.block = block;
-                self.report.lines[1] -= 1;
-                return self.take_mark(line);
-            }
             return Err(Fault::new(
                 0..line.len(),
                 "the program is corrected already",
-                "correct the program that it was made from, or take the correction away first with --undo",
+                "correct the program that its first comment names",
             ));
         }
         self.percent += u64::from(block.percent);
         self.closed |= block.percent && self.nominal.begun;
-        match self.options.undo {
-            true => self.needs_mark(&block)?,
-            false => self.begin(&block, out),
-        }
+        self.begin(&block, out);
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done
@@ -243,14 +252,14 @@ impl<'a> Corrector<'a> {
     /// Lines after the end are not part of the program, but Grbl runs whatever it is sent, and a file for Fanuc's
     /// controllers may have several programs, up to its last `%`.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
-        let (cause, remedy) = match self.rules.dialect {
-            Dialect::LinuxCnc => return Ok(()),
-            Dialect::Fanuc if self.closed => return Ok(()),
-            Dialect::Fanuc => (
+        let (cause, remedy) = match self.rules.dialect.table().after_end {
+            AfterEnd::Nothing => return Ok(()),
+            AfterEnd::Another if self.closed => return Ok(()),
+            AfterEnd::Another => (
                 "a line after the end of the program: another program, which would not be corrected",
                 "give each program in a file of its own",
             ),
-            Dialect::Grbl => (
+            AfterEnd::Run => (
                 "a line after the end of the program: Grbl runs it like any other",
                 "take out M2, M30 or % before it, or the line",
             ),
@@ -273,14 +282,13 @@ impl<'a> Corrector<'a> {
             out.extend_from_slice(mark.as_bytes());
             out.push(b')');
             out.extend_from_slice(self.eol);
-            self.report.lines[1] += 1;
+            self.note(Role::Plain);
         }
     }
 
     /// True for `%`, and for the number of a program.
     fn may_precede_mark(&self, block: &Block) -> bool {
-        let is_number = self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some();
-        block.percent || is_number
+        block.percent || block.word(b'O').is_some()
     }
 
     fn correct_block(
@@ -293,9 +301,8 @@ impl<'a> Corrector<'a> {
         let before = self.nominal.position;
         let mut step = Step::default();
         self.nominal.step_into(block, self.rules, &mut step)?;
-        if self.nominal.cycle.is_none() {
-            self.written_out = None;
-        }
+        let others = bits(step.others).map(axes::name);
+        self.report.other_axes.extend(others);
         let given = Given {
             line,
             eol,

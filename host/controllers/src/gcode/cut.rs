@@ -1,7 +1,7 @@
-//! Where a corrected path is cut so that straight lines, or arcs, keep it.
+//! Where a corrected path is divided so that straight lines, or arcs, keep it.
 
 use super::arc::Arc;
-use super::axes::{COUNT, PerLetter};
+use super::axes::{COUNT, PerLetter, is_rotary};
 use super::limits::Limits;
 use super::trace::Node;
 use std::f64::consts::TAU;
@@ -17,29 +17,27 @@ fn off_line(first: &Node, last: &Node, node: &Node) -> PerLetter {
     std::array::from_fn(|i| node.to[i] - first.to[i] - part * (last.to[i] - first.to[i]))
 }
 
-/// Numbers of the nodes at which straight lines end, the last one among them.
+/// Numbers of the nodes at which straight lines end, the last one among them: each line as long as the limits allow.
 pub fn straight(nodes: &[Node], limits: &Limits, ends: &mut Vec<usize>) {
-    // Those still to be looked at, the next one last.
-    let mut later = vec![nodes.len().saturating_sub(1)];
+    let last = nodes.len().saturating_sub(1);
     let mut from = 0;
-    while let Some(&to) = later.last() {
-        let mut worst = (1.0, None);
-        if to > from + 1 {
-            for k in from + 1..to {
-                let off = limits.of(&off_line(&nodes[from], &nodes[to], &nodes[k]));
-                if off > worst.0 {
-                    worst = (off, Some(k));
-                }
+    while from < last {
+        let keeps = |to: usize| is_straight(&nodes[from..=to], limits);
+        let (mut good, mut step) = (from + 1, 1);
+        // In strides that double while they hold, then in ones that halve.
+        let mut grows = true;
+        while step > 0 && good < last {
+            let to = (good + step).min(last);
+            if keeps(to) {
+                good = to;
+                step = if grows { 2 * step } else { step / 2 };
+            } else {
+                grows = false;
+                step /= 2;
             }
         }
-        match worst.1 {
-            Some(k) => later.push(k),
-            None => {
-                ends.push(to);
-                from = to;
-                later.pop();
-            }
-        }
+        ends.push(good);
+        from = good;
     }
 }
 
@@ -56,79 +54,126 @@ pub fn is_straight(nodes: &[Node], limits: &Limits) -> bool {
 
 /// Ends of an arc that are no farther apart are one place (mm): what words are rounded by, in two axes.
 const MEETS: f64 = 2e-4;
+/// A radius that is fitted is another one by less, in parts of it.
+const ANOTHER: f64 = 0.1;
+/// Steps towards the best centre: each is as exact as the deviations are small beside the radius.
+const STEPS: usize = 4;
 
-/// An arc from one place to another that keeps the corrected nodes of an arc, if there is one.
-#[must_use]
-pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Option<Arc> {
-    let shifted = fitted(arc, from, nodes)?;
-    (off_arc(arc, &shifted, nodes, limits) <= 1.0).then_some(shifted)
-}
-
-/// The arc from one place to another that is nearest to the corrected nodes of an arc, if there is one.
+/// The arc from one place to the last node that is nearest to the corrected nodes of an arc, if there is one: its centre
+/// and its radius are fitted, by least squares of the distances from it.
 #[must_use]
 pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     let (first, last) = (nodes.first()?, nodes.last()?);
     let [i, j, _] = arc.axes;
     let mut to = last.to;
-    // The centre goes along with the mean of the nodes.
-    let mut moved = [0.0; 2];
-    for node in nodes {
-        let at = arc.at(node.t);
-        moved[0] += (node.to[i] - at[i]) / nodes.len() as f64;
-        moved[1] += (node.to[j] - at[j]) / nodes.len() as f64;
-    }
-    let mut centre = [arc.centre[0] + moved[0], arc.centre[1] + moved[1]];
     let chord = [to[i] - from[i], to[j] - from[j]];
     let length = chord[0].hypot(chord[1]);
     let part = (last.t - first.t) * arc.sweep;
     let whole = (part.abs() / TAU).round();
     let closes = (part.abs() - whole * TAU).abs() < 1e-9 && whole > 0.0;
-    if closes {
+    // Ways on which the centre keeps the distances of both ends alike: any, or along the line that halves the chord.
+    let mut centre = arc.centre;
+    let ways: &[[f64; 2]] = if closes {
         // It ends where it begins, but for the last digits of words.
-        if length > MEETS {
+        if length > 0.75 * MEETS {
             return None;
         }
         (to[i], to[j]) = (from[i], from[j]);
+        &[[1.0, 0.0], [0.0, 1.0]]
     } else {
         // The last digits of words could make a full turn of it, or nothing.
         if length < 10.0 * MEETS {
             return None;
         }
-        // As far from one end as from the other: on the line that halves the chord.
         let way = [chord[0] / length, chord[1] / length];
         let middle = [0.5 * (from[i] + to[i]), 0.5 * (from[j] + to[j])];
         let along = (centre[0] - middle[0]) * way[0] + (centre[1] - middle[1]) * way[1];
-        centre[0] -= along * way[0];
-        centre[1] -= along * way[1];
+        centre = [centre[0] - along * way[0], centre[1] - along * way[1]];
+        &[[-way[1], way[0]]]
+    };
+    let begun = centre;
+    for _ in 0..STEPS {
+        let out = |at: [f64; 2]| {
+            let by = [at[0] - centre[0], at[1] - centre[1]];
+            let radius = by[0].hypot(by[1]);
+            (radius, [by[0] / radius, by[1] / radius])
+        };
+        let (radius, begin) = out([from[i], from[j]]);
+        // Normal equations of the distance from the circle, by how far the centre goes along each way.
+        let (mut a, mut b) = ([[0.0; 2]; 2], [0.0; 2]);
+        for node in nodes {
+            let (distance, normal) = out([node.to[i], node.to[j]]);
+            let mut slope = [0.0; 2];
+            for (slope, way) in slope.iter_mut().zip(ways) {
+                *slope = (begin[0] - normal[0]) * way[0] + (begin[1] - normal[1]) * way[1];
+            }
+            for row in 0..2 {
+                b[row] -= slope[row] * (distance - radius);
+                for column in 0..2 {
+                    a[row][column] += slope[row] * slope[column];
+                }
+            }
+        }
+        let (by, determinant) = match ways.len() {
+            1 => ([b[0], 0.0], a[0][0]),
+            _ => (
+                [
+                    b[0] * a[1][1] - b[1] * a[0][1],
+                    b[1] * a[0][0] - b[0] * a[1][0],
+                ],
+                a[0][0] * a[1][1] - a[0][1] * a[1][0],
+            ),
+        };
+        let by = by.map(|by| by / determinant);
+        for (by, way) in by.iter().zip(ways) {
+            centre = [centre[0] + by * way[0], centre[1] + by * way[1]];
+        }
     }
+    // So short an arc says little of its radius: it keeps that of the program.
+    let radius = (from[i] - centre[0]).hypot(from[j] - centre[1]);
+    let nominal = arc.radii()[0];
+    let is_like = (radius - nominal).abs() <= ANOTHER * nominal;
+    let centre = if is_like { centre } else { begun };
     let turns = (part.abs() / TAU - 1e-9).ceil().max(1.0) as u32;
-    let shifted = Arc::new(*from, to, arc.axes, centre, arc.sweep < 0.0, turns);
-    ((shifted.sweep - part).abs() <= 0.1).then_some(shifted)
+    let fitted = Arc::new(*from, to, arc.axes, centre, arc.sweep < 0.0, turns);
+    ((fitted.sweep - part).abs() <= 0.1).then_some(fitted)
 }
 
-/// How far the corrected nodes of an arc are from a shifted one at most, in parts of what is allowed.
+/// How far the corrected nodes of an arc are from a fitted one at most, in parts of what is allowed.
 #[must_use]
-pub(crate) fn off_arc(arc: &Arc, shifted: &Arc, nodes: &[Node], limits: &Limits) -> f64 {
+pub(crate) fn off_arc(fitted: &Arc, nodes: &[Node], limits: &Limits) -> f64 {
     let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
         return 0.0;
     };
-    let [i, j, _] = arc.axes;
     let span = last.t - first.t;
+    let radius = fitted.radii()[0];
+    let turns = (0..COUNT).any(|k| is_rotary(k) && fitted.from[k] != fitted.to[k]);
     let off = nodes.iter().map(|node| {
-        let at = shifted.at((node.t - first.t) / span);
-        let mut off: PerLetter = std::array::from_fn::<f64, COUNT, _>(|k| node.to[k] - at[k]);
-        let flat = (0..COUNT).all(|k| k == i || k == j || arc.from[k] == arc.to[k]);
-        if flat {
-            // Where along the arc it is does not matter, but how far from it.
-            let way = [at[i] - shifted.centre[0], at[j] - shifted.centre[1]];
-            let radius = way[0].hypot(way[1]);
-            let out = (off[i] * way[0] + off[j] * way[1]) / radius;
-            let square = off[i].powi(2) + off[j].powi(2) - out.powi(2);
-            // Along the circle by s is off it by s²/2r.
-            off[i] = out.abs() + 0.5 * square.max(0.0) / radius;
-            off[j] = 0.0;
+        let t = (node.t - first.t) / span;
+        let at = fitted.at(t);
+        let off: PerLetter = std::array::from_fn(|k| node.to[k] - at[k]);
+        match turns {
+            true => limits.of(&off),
+            false => limits.of(&across(&off, &fitted.slope(t), radius)),
         }
-        limits.of(&off)
     });
     off.fold(0.0, f64::max)
+}
+
+/// What of a difference is across a path of this slope, whose radius is given: where along the path something is does not
+/// matter, but for how far the path curves away by there.
+#[must_use]
+pub(crate) fn across(off: &PerLetter, slope: &PerLetter, radius: f64) -> PerLetter {
+    let square: f64 = slope.iter().map(|d| d * d).sum();
+    if square == 0.0 {
+        return *off;
+    }
+    let along = off.iter().zip(slope).map(|(o, s)| o * s).sum::<f64>() / square;
+    let curved = 0.5 * along * along * square / radius;
+    let rest: PerLetter = std::array::from_fn(|k| off[k] - along * slope[k]);
+    let length = rest.iter().map(|d| d * d).sum::<f64>().sqrt();
+    match length > 0.0 {
+        true => rest.map(|d| d * (1.0 + curved / length)),
+        false => rest,
+    }
 }

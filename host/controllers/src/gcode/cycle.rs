@@ -115,6 +115,21 @@ impl Cycle {
         self.code == 890 && self.feeds_to_clear && self.retract == Retract::Initial
     }
 
+    /// How many pecks a hole takes.
+    #[must_use]
+    pub fn pecks(&self) -> f64 {
+        match (self.code, self.q) {
+            (730 | 830, Some(q)) => ((self.r - self.bottom - NO_PECK) / q).ceil(),
+            _ => 1.0,
+        }
+    }
+
+    /// True if the tool cuts, or holds a thread, on its way out too.
+    #[must_use]
+    pub fn feeds_out(&self) -> bool {
+        matches!(self.code, 740 | 840 | 850 | 890)
+    }
+
     /// Where the holes are, at the height of `from`.
     pub fn holes(&self) -> impl Iterator<Item = PerLetter> + '_ {
         (0..self.repeat).map(|n| std::array::from_fn(|i| self.first[i] + f64::from(n) * self.by[i]))
@@ -127,19 +142,6 @@ impl Cycle {
         let mut to = self.holes().last().unwrap_or(self.from);
         to[self.axes[2]] = self.clear();
         to
-    }
-
-    /// Q of a cycle of pecks (mm) for a hole of another depth (mm), with as many pecks, and the tolerance (mm) within
-    /// which each of them ends where its correction leads; how many pecks there are.
-    #[must_use]
-    pub(crate) fn peck_for(&self, depth: f64, tolerance: f64) -> Option<(f64, f64)> {
-        let q = self.q.filter(|_| matches!(self.code, 730 | 830))?;
-        let planned = self.r - self.bottom;
-        let pecks = ((planned - NO_PECK) / q).ceil().max(1.0);
-        let scaled = q * depth / planned;
-        // A hole that is a little deeper would have one peck more, of a micrometre.
-        let is_within = q * pecks >= depth && (scaled - q).abs() * (pecks - 1.0) <= tolerance;
-        Some((if is_within { q } else { scaled }, pecks))
     }
 
     /// The cycle as single moves, in LinuxCNC's order; `None` for those that move with the spindle.
@@ -226,49 +228,5 @@ impl Cycle {
             }
         }
         Some(parts)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hole_that_becomes_a_little_deeper_has_no_peck_more() {
-        let cycle = |bottom: f64, q: f64| Cycle {
-            code: 830,
-            axes: [0, 1, 2],
-            from: [0.0; COUNT],
-            first: [0.0; COUNT],
-            by: [0.0; COUNT],
-            repeat: 1,
-            r: 4.0,
-            bottom,
-            initial: 9.0,
-            retract: Retract::Initial,
-            q: Some(q),
-            p: None,
-            rate: Rate::PerMinute(100.0),
-            feeds_to_clear: true,
-        };
-        let pecks = |cycle: &Cycle| {
-            let parts = cycle.parts().unwrap();
-            let feeds = parts.iter().filter(|part| matches!(part, Part::Feed(_)));
-            feeds.count()
-        };
-        let peck_for = |cycle: &Cycle, depth: f64| cycle.peck_for(depth, 1e-3).unwrap();
-        let deeper = cycle(-0.0003, 1.0);
-        assert_eq!(pecks(&cycle(0.0, 1.0)), 4);
-        assert_eq!(pecks(&deeper), 5);
-        let (q, _) = peck_for(&cycle(0.0, 1.0), 4.0003);
-        assert!(q > 1.0 && q < 1.0001);
-        assert_eq!(pecks(&cycle(-0.0003, q)), 4);
-        // Less deep, or with room in the last peck: the same Q.
-        assert_eq!(peck_for(&cycle(0.0, 1.0), 3.9997), (1.0, 4.0));
-        assert_eq!(peck_for(&cycle(0.0, 1.5), 4.0003), (1.5, 3.0));
-        // Far less deep: all pecks shorter.
-        assert_eq!(peck_for(&cycle(0.0, 1.0), 3.992), (0.998, 4.0));
-        // Rounding gets no peck of its own.
-        assert_eq!(pecks(&cycle(4.0 - 0.3 * 3.0, 0.3)), 3);
     }
 }

@@ -1,6 +1,12 @@
-//! What differs between controllers.
+//! What differs between controllers: a table for each of them.
+
+mod fanuc;
+mod grbl;
+mod grblhal;
+mod linuxcnc;
 
 use super::axes::{self, NOTHING, PerLetter};
+use super::codes::{Code, Machine};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,19 +16,161 @@ pub enum Dialect {
     #[default]
     #[cfg_attr(feature = "clap", value(name = "linuxcnc", help = None))]
     LinuxCnc,
-    /// Grbl and grblHAL.
+    /// Grbl.
     #[cfg_attr(feature = "clap", value(help = None))]
     Grbl,
+    /// grblHAL: Grbl with canned cycles, tool lengths and feeds per revolution.
+    #[cfg_attr(feature = "clap", value(name = "grblhal", help = None))]
+    GrblHal,
     /// Fanuc, Haas and their kin.
     #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
 }
 
+/// How words of a wrapped rotary axis turn it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrapping {
+    /// There are no such axes.
+    None,
+    /// In the direction of the word's sign.
+    Sign,
+    /// The shorter way.
+    Shorter,
+}
+
+/// What lines behind the end of a program are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AfterEnd {
+    /// Not read.
+    Nothing,
+    /// Run like any other.
+    Run,
+    /// Another program, up to the last `%`.
+    Another,
+}
+
+/// What a dialect means, beside what all of them mean.
+#[derive(Debug)]
+pub struct Table {
+    /// Words G, in tenths.
+    pub g: &'static [(u16, Code)],
+    /// Words M, in tenths.
+    pub m: &'static [(u16, Machine)],
+    /// Most bytes of a line.
+    pub longest_line: usize,
+    /// True if comments and spaces do not count towards them.
+    pub counts_words_alone: bool,
+    /// True if a length needs a point.
+    pub needs_points: bool,
+    /// True if `;` may end a block.
+    pub semicolon_ends_block: bool,
+    /// Lines behind the end.
+    pub after_end: AfterEnd,
+    /// True if F counts all axes that move, degrees as if they were mm; otherwise X, Y and Z if any of them moves,
+    /// otherwise U, V and W, otherwise A, B and C.
+    pub feed_counts_all: bool,
+    /// How far the radii at both ends of an arc may differ (mm), in programs in mm and in inches.
+    pub spiral: [f64; 2],
+    /// True if P of an arc is how many turns it begins.
+    pub arcs_have_turns: bool,
+    /// Wrapped rotary axes.
+    pub wrapping: Wrapping,
+    /// True if an endless axis may be wrapped by a parameter.
+    pub may_wrap: bool,
+    /// True if coordinate systems have a rotation.
+    pub systems_turn: bool,
+    /// True if there are G54 P, G10 L20 P for further systems, and G10 is absolute or incremental with G90 and G91.
+    pub further_systems: bool,
+    /// True if G10 L1 sets a tool.
+    pub sets_tools: bool,
+    /// True if G52 is kept apart from G92.
+    pub local_apart: bool,
+    /// True if X or U may be the time of G4.
+    pub dwells_by_axis: bool,
+    /// True if G28 and G30 stand beside G0 and G1, and G30 has a P.
+    pub homes_beside_motion: bool,
+    /// True if G80 may stand beside a motion.
+    pub g80_beside_motion: bool,
+    /// True if cycles are a group of their own, after which the motion before them holds.
+    pub cycles_apart: bool,
+    /// True if R and the depth of a series are levels, under G91 too.
+    pub keeps_levels: bool,
+    /// True if K is how often a cycle is done.
+    pub repeats_by_k: bool,
+    /// True if G86 needs P.
+    pub g86_waits: bool,
+    /// True if G89 feeds out to the level where it ends, not to R.
+    pub g89_feeds_to_level: bool,
+    /// True if there are no cycles under G41 and G42.
+    pub cycles_need_g40: bool,
+    /// True if G41.1 and G42.1 have an L.
+    pub cutter_has_l: bool,
+    /// True if D stands alone, too.
+    pub chooses_d: bool,
+    /// True if G43 alone takes the tool in the spindle.
+    pub g43_takes_spindle: bool,
+    /// True if H0 is no offset.
+    pub h0_is_none: bool,
+    /// True if homing, G53 and M6 may cancel the tool offset, and another one may move the axis; G49 ends
+    /// tool-centre-point control.
+    pub doubts_tool_offset: bool,
+    /// True if M6 moves axes where the setup does not say it.
+    pub tool_change_moves: bool,
+    /// True if G5, G5.1 and G8 are only about looking ahead.
+    pub looks_ahead: bool,
+}
+
+impl Table {
+    /// What no dialect but some have, switched off.
+    const PLAIN: Self = Self {
+        g: &[],
+        m: &[],
+        longest_line: 255,
+        counts_words_alone: false,
+        needs_points: false,
+        semicolon_ends_block: false,
+        after_end: AfterEnd::Nothing,
+        feed_counts_all: true,
+        spiral: [0.005; 2],
+        arcs_have_turns: true,
+        wrapping: Wrapping::None,
+        may_wrap: false,
+        systems_turn: false,
+        further_systems: false,
+        sets_tools: false,
+        local_apart: false,
+        dwells_by_axis: false,
+        homes_beside_motion: false,
+        g80_beside_motion: true,
+        cycles_apart: false,
+        keeps_levels: false,
+        repeats_by_k: false,
+        g86_waits: false,
+        g89_feeds_to_level: false,
+        cycles_need_g40: false,
+        cutter_has_l: false,
+        chooses_d: false,
+        g43_takes_spindle: false,
+        h0_is_none: false,
+        doubts_tool_offset: false,
+        tool_change_moves: false,
+        looks_ahead: false,
+    };
+}
+
 impl Dialect {
+    /// What it means.
+    #[must_use]
+    pub fn table(self) -> &'static Table {
+        match self {
+            Self::LinuxCnc => &linuxcnc::TABLE,
+            Self::Grbl => &grbl::TABLE,
+            Self::GrblHal => &grblhal::TABLE,
+            Self::Fanuc => &fanuc::TABLE,
+        }
+    }
+
     /// The length (mm, degrees) that a feed per minute counts, of a straight move by so much on each axis.
-    ///
-    /// LinuxCNC counts X, Y and Z if any of them moves, otherwise U, V and W, otherwise A, B and C; the others
-    /// count every axis that moves, degrees as if they were mm.
     #[must_use]
     pub fn length(self, by: &PerLetter) -> f64 {
         let moves = |d: &&f64| d.abs() >= NOTHING;
@@ -30,39 +178,46 @@ impl Dialect {
             let squares = by[from..to].iter().filter(moves).map(|d| d * d);
             squares.sum::<f64>().sqrt()
         };
-        match self {
-            Self::LinuxCnc => {
-                let linear = norm(0, 3);
-                let others = norm(6, 9);
-                if linear > 0.0 {
-                    linear
-                } else if others > 0.0 {
-                    others
-                } else {
-                    norm(3, 6)
-                }
-            }
-            Self::Grbl | Self::Fanuc => norm(0, axes::COUNT),
+        if self.table().feed_counts_all {
+            return norm(0, axes::COUNT);
         }
+        let mut lengths = [(0, 3), (6, 9), (3, 6)].into_iter();
+        let length = lengths.find_map(|(from, to)| Some(norm(from, to)).filter(|l| *l > 0.0));
+        length.unwrap_or(0.0)
     }
 
     /// The same of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.
     #[must_use]
     pub(crate) fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
-        match self {
-            Self::LinuxCnc => linear,
-            Self::Grbl | Self::Fanuc => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
+        match self.table().feed_counts_all {
+            true => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
+            false => linear,
         }
     }
+}
 
-    /// Most bytes of a line that is written.
-    #[must_use]
-    pub(crate) fn longest_line(self) -> usize {
-        match self {
-            Self::LinuxCnc => 255,
-            // Of Grbl 1.1; grblHAL takes 256.
-            Self::Grbl => 79,
-            Self::Fanuc => 200,
+#[cfg(test)]
+mod tests {
+    use super::super::codes;
+    use super::*;
+
+    #[test]
+    fn no_table_has_a_word_twice_or_one_that_all_dialects_have() {
+        for dialect in [
+            Dialect::LinuxCnc,
+            Dialect::Grbl,
+            Dialect::GrblHal,
+            Dialect::Fanuc,
+        ] {
+            let table = dialect.table();
+            for (k, (tenths, code)) in table.g.iter().enumerate() {
+                assert!(table.g[..k].iter().all(|(other, _)| other != tenths));
+                assert_eq!(codes::g(*tenths, dialect), Some(*code));
+            }
+            for (k, (tenths, machine)) in table.m.iter().enumerate() {
+                assert!(table.m[..k].iter().all(|(other, _)| other != tenths));
+                assert_eq!(codes::m(*tenths, dialect), Some(*machine));
+            }
         }
     }
 }

@@ -14,7 +14,6 @@ mod tool;
 
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
-use super::dialect::Dialect;
 use super::fault::{Fault, Kind};
 use super::modal::Cutter;
 use super::moves::Move;
@@ -38,6 +37,8 @@ pub struct Step {
     pub tip: Option<bool>,
     /// Words that belong behind the motion: M0, M1, M60, M2, M30 …
     pub after: bool,
+    /// Words of axes (bits) that the machine does not have, which stay where they are.
+    pub others: u16,
     /// It is the last line.
     pub ends: bool,
 }
@@ -81,15 +82,18 @@ impl State {
                 }
             }
         }
-        let asked = Asked::read(block, rules)?;
+        let mut asked = Asked::read(block, rules)?;
         self.feed_and_tool(&asked, step)?;
         self.set_modes(&asked, step)?;
         self.letters(&asked)?;
+        let named = asked.free;
+        self.pass_others(&mut asked)?;
+        step.others = named & !asked.free;
         self.do_once(&asked, step)?;
         let goes_home = matches!(asked.once, Some((Code::Home(_), _)));
-        let fanuc = rules.dialect == Dialect::Fanuc;
-        let is_mode = fanuc && goes_home && asked.cuts_or_positions();
-        if asked.free != asked.axes
+        let beside = rules.dialect.table().homes_beside_motion;
+        let is_mode = beside && goes_home && asked.cuts_or_positions();
+        if asked.free | step.others != asked.axes
             && !is_mode
             && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) = asked.motion
         {

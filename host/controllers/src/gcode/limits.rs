@@ -14,7 +14,18 @@ pub struct Limits {
 /// What is left for the rounding of words, and for what happens between nodes.
 const RESERVE: f64 = 0.7;
 /// How far from a rotary axis the tip is thought to be, at most, where axes are commanded (mm).
-const LEVER: f64 = 500.0;
+pub(crate) const LEVER: f64 = 500.0;
+
+/// What a difference of axis positions makes at the tool at most (mm).
+#[must_use]
+pub(crate) fn displacement(by: &PerLetter) -> f64 {
+    let parts = by.iter().enumerate();
+    let squares = parts.map(|(i, by)| match is_rotary(i) {
+        true => (by.to_radians() * LEVER).powi(2),
+        false => by * by,
+    });
+    squares.sum::<f64>().sqrt()
+}
 
 impl Limits {
     /// From a tolerance (mm) and one of the tool's direction (rad). `lever`: words are axis positions, so that a

@@ -18,6 +18,7 @@ mod edit;
 pub mod fault;
 pub mod interpret;
 mod limits;
+pub mod line_map;
 pub mod modal;
 pub mod moves;
 mod number;

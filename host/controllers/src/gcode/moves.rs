@@ -23,6 +23,15 @@ pub struct Straight {
     pub comes_back: bool,
 }
 
+impl Straight {
+    /// True if only axes other than these move.
+    #[must_use]
+    pub fn is_outside(&self, axes: &[usize; 3]) -> bool {
+        axes.iter()
+            .all(|axis| self.from.at[*axis] == self.to[*axis])
+    }
+}
+
 /// A motion that is corrected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Move {

@@ -28,6 +28,19 @@ pub fn rounded(value: f64, decimals: usize) -> f64 {
     nearest(value * power) / power
 }
 
+/// The last of so many decimals.
+#[must_use]
+pub fn last_digit(decimals: usize) -> f64 {
+    1.0 / POWERS[decimals.min(15)]
+}
+
+/// The least number with so many decimals that is not below, but for what f64 loses.
+#[must_use]
+pub fn up(value: f64, decimals: usize) -> f64 {
+    let power = POWERS[decimals.min(15)];
+    (value * power - 1e-5).ceil() / power
+}
+
 /// Half of the last digit, and a little more: what rounding can be off.
 #[must_use]
 pub fn finest(decimals: usize) -> f64 {

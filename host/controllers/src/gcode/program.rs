@@ -1,9 +1,10 @@
-//! What a program moves, motion by motion: for whoever checks it.
+//! What a program moves, line by line and motion by motion: for whoever checks it.
 
-use super::axes::{PerLetter, Position};
+use super::axes::{PerLetter, Position, is_rotary};
 use super::cycle::Part;
 use super::fault::{Fault, Refusal};
-use super::modal::Cutter;
+use super::interpret::Step;
+use super::modal::{Cutter, Units};
 use super::moves::{Move, Rate};
 use super::state::{Rules, State};
 use super::stream::{Lines, StreamError};
@@ -35,10 +36,6 @@ pub struct Segment {
     pub field_length: Option<f64>,
     /// True under G41 or G42.
     pub cutter: bool,
-    /// True if it is a part of a cycle.
-    pub in_cycle: bool,
-    /// True if it goes above R with the feed of a cycle: the way out of a tapped hole.
-    pub above: bool,
     /// Axes (bits) that are to arrive at their corrected places.
     pub due: u16,
 }
@@ -52,18 +49,18 @@ pub enum Event {
     Jumped(Position),
 }
 
-/// Motions of a program, one after the other.
-pub struct Program<'a, R> {
+/// A program while it is read.
+pub struct Reading<'a, R> {
     lines: Lines<R>,
     rules: &'a Rules,
     tables: &'a Tables<'a>,
     tip: Option<&'a Tip<'a>>,
-    state: State,
+    /// What holds after the last line that was read.
+    pub state: State,
     block: Block,
-    waiting: VecDeque<Event>,
 }
 
-impl<'a, R: BufRead> Program<'a, R> {
+impl<'a, R: BufRead> Reading<'a, R> {
     /// From its beginning.
     pub fn new(
         reader: R,
@@ -83,39 +80,124 @@ impl<'a, R: BufRead> Program<'a, R> {
             tip,
             state,
             block: Block::default(),
-            waiting: VecDeque::new(),
         }
     }
 
-    /// Lines read.
-    pub fn lines(&self) -> u64 {
+    /// Number of the last line that was read.
+    pub fn number(&self) -> u64 {
         self.lines.number()
     }
 
-    /// Axis positions behind the last line that was read, if all are known.
-    pub fn axes(&self) -> Option<PerLetter> {
-        let state = &self.state;
-        let at = state.position.at;
-        match (state.position.missing(self.tables.axes), self.tip) {
-            (Some(_), _) => None,
-            (None, Some(tip)) if state.tip => tip.axes(
-                &at,
-                state.field_length(self.rules, self.tables.takes_length),
-            ),
-            (None, _) => Some(at),
-        }
-    }
-
-    /// The next motion, which stays the next one.
+    /// Does the next line, also behind the end of the program, where lines do nothing.
     ///
     /// # Errors
     /// What is refused in the program.
-    pub fn peek(&mut self) -> Result<Option<Event>, StreamError> {
-        let next = self.next_event()?;
-        if let Some(event) = next {
-            self.waiting.push_front(event);
+    pub fn next_step(&mut self) -> Result<Option<Step>, StreamError> {
+        let number = self.lines.number() + 1;
+        let Some((line, _)) = self.lines.next_line()? else {
+            return Ok(None);
+        };
+        if self.state.ended {
+            return Ok(Some(Step::default()));
         }
-        Ok(next)
+        let scanned = self.block.scan(line, self.rules.dialect);
+        let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
+        let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
+        if let (Some(on), Some(tip)) = (step.tip, self.tip) {
+            let takes = self.tables.takes_length;
+            let length = self.state.field_length(self.rules, takes);
+            let at = self.state.position.at;
+            let there = match on {
+                true => Some(tip.world(&at, length)),
+                false => tip.axes(&at, length),
+            };
+            self.state.position.at =
+                there.ok_or_else(|| Refusal::at(Fault::no_pose(0..line.len()), number, line))?;
+            self.state.tip = on;
+        }
+        Ok(Some(step))
+    }
+
+    /// The single motions of the line that was read last: those of a cycle as LinuxCNC does them.
+    pub fn segments(&self, motion: &Move) -> Vec<Segment> {
+        let state = &self.state;
+        let segment = |path: Path, rate: Rate| Segment {
+            line: self.number(),
+            path,
+            whole: true,
+            rate,
+            // Not known only where nothing but angles is moved.
+            unit: state.units.map_or(1.0, Units::mm),
+            tip: state.tip,
+            length: state.tool_length(&self.rules.setup),
+            field_length: state.field_length(self.rules, self.tables.takes_length),
+            cutter: state.under != Cutter::Off,
+            due: u16::MAX,
+        };
+        let cycle = match motion {
+            Move::Straight(straight, rate) => {
+                let path = Path::Line(straight.from.at, straight.to);
+                return vec![Segment {
+                    whole: straight.from.missing(self.tables.axes).is_none(),
+                    due: straight.due,
+                    ..segment(path, *rate)
+                }];
+            }
+            Move::Arc(arc, rate) => return vec![segment(Path::Arc(*arc), *rate)],
+            Move::Cycle(cycle) => cycle,
+        };
+        let mut segments = Vec::new();
+        let mut at = cycle.from;
+        let mut go = |to: PerLetter, rate: Rate| {
+            segments.push(segment(Path::Line(at, to), rate));
+            at = to;
+        };
+        match cycle.parts() {
+            Some(parts) => {
+                for part in parts {
+                    match part {
+                        Part::Rapid(to) => go(to, Rate::Rapid),
+                        Part::Feed(to) => go(to, cycle.rate),
+                        Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
+                    }
+                }
+            }
+            // With the spindle: down, and out again.
+            None => {
+                for hole in cycle.holes() {
+                    let with = |height: f64| {
+                        let mut to = hole;
+                        to[cycle.axes[2]] = height;
+                        to
+                    };
+                    go(with(cycle.r), Rate::Rapid);
+                    go(with(cycle.bottom), cycle.rate);
+                    go(with(cycle.clear()), cycle.rate);
+                }
+            }
+        }
+        segments
+    }
+}
+
+/// Motions of a program, one after the other.
+pub struct Program<'a, R> {
+    reading: Reading<'a, R>,
+    waiting: VecDeque<Event>,
+}
+
+impl<'a, R: BufRead> Program<'a, R> {
+    /// From its beginning.
+    pub fn new(
+        reader: R,
+        rules: &'a Rules,
+        tables: &'a Tables<'a>,
+        tip: Option<&'a Tip<'a>>,
+    ) -> Self {
+        Self {
+            reading: Reading::new(reader, rules, tables, tip),
+            waiting: VecDeque::new(),
+        }
     }
 
     /// The next motion.
@@ -124,119 +206,22 @@ impl<'a, R: BufRead> Program<'a, R> {
     /// What is refused in the program.
     pub fn next_event(&mut self) -> Result<Option<Event>, StreamError> {
         while self.waiting.is_empty() {
-            let number = self.lines.number() + 1;
-            let Some((line, _)) = self.lines.next_line()? else {
+            let Some(step) = self.reading.next_step()? else {
                 return Ok(None);
             };
-            if self.state.ended {
-                continue;
+            let jumped = Event::Jumped(self.reading.state.position);
+            if step.tip.is_some() || step.passed.is_some() {
+                self.waiting.push_back(jumped);
             }
-            let scanned = self.block.scan(line, self.rules.dialect);
-            let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
-            let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
-            if let (Some(on), Some(tip)) = (step.tip, self.tip) {
-                let takes = self.tables.takes_length;
-                let length = self.state.field_length(self.rules, takes);
-                let at = self.state.position.at;
-                let there = match on {
-                    true => Some(tip.world(&at, length)),
-                    false => tip.axes(&at, length),
-                };
-                self.state.position.at = there
-                    .ok_or_else(|| Refusal::at(Fault::no_pose(0..line.len()), number, line))?;
-                self.state.tip = on;
-                self.waiting.push_back(Event::Jumped(self.state.position));
+            if let Some(motion) = &step.motion {
+                let segments = self.reading.segments(motion);
+                self.waiting.extend(segments.into_iter().map(Event::Moved));
+                if matches!(motion, Move::Straight(straight, _) if straight.comes_back) {
+                    self.waiting.push_back(jumped);
+                }
             }
-            if step.passed.is_some() {
-                self.waiting.push_back(Event::Jumped(self.state.position));
-            }
-            self.split(number, step.motion);
         }
         Ok(self.waiting.pop_front())
-    }
-
-    fn split(&mut self, line: u64, motion: Option<Move>) {
-        let state = &self.state;
-        let segment = |path: Path, rate: Rate, whole: bool| {
-            Event::Moved(Segment {
-                line,
-                path,
-                whole,
-                rate,
-                // Not known only where nothing but angles is moved.
-                unit: state.units.map_or(1.0, super::modal::Units::mm),
-                tip: state.tip,
-                length: state.tool_length(&self.rules.setup),
-                field_length: state.field_length(self.rules, self.tables.takes_length),
-                cutter: state.under != Cutter::Off,
-                in_cycle: matches!(motion, Some(Move::Cycle(_))),
-                above: false,
-                due: match &motion {
-                    Some(Move::Straight(straight, _)) => straight.due,
-                    _ => u16::MAX,
-                },
-            })
-        };
-        match &motion {
-            None => {}
-            Some(Move::Straight(straight, rate)) => {
-                let (straight, rate) = (*straight, *rate);
-                let whole = straight.from.missing(self.tables.axes).is_none();
-                let path = Path::Line(straight.from.at, straight.to);
-                self.waiting.push_back(segment(path, rate, whole));
-                if straight.comes_back {
-                    self.waiting.push_back(Event::Jumped(state.position));
-                }
-            }
-            Some(Move::Arc(arc, rate)) => {
-                self.waiting
-                    .push_back(segment(Path::Arc(*arc), *rate, true));
-            }
-            Some(Move::Cycle(cycle)) => {
-                let rate = cycle.rate;
-                let mut at = cycle.from;
-                let mut go = |to: PerLetter, rate: Rate| {
-                    let event = segment(Path::Line(at, to), rate, true);
-                    at = to;
-                    event
-                };
-                match cycle.parts() {
-                    // A hole without any depth, where the axes stand.
-                    Some(parts) if parts.iter().all(|p| matches!(p, Part::Dwell(_))) => {
-                        self.waiting.push_back(go(cycle.from, Rate::Rapid));
-                    }
-                    Some(parts) => {
-                        for part in parts {
-                            match part {
-                                Part::Rapid(to) => self.waiting.push_back(go(to, Rate::Rapid)),
-                                Part::Feed(to) => self.waiting.push_back(go(to, rate)),
-                                Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
-                            }
-                        }
-                    }
-                    // With the spindle: down, and out again.
-                    None => {
-                        let n = cycle.axes[2];
-                        for hole in cycle.holes() {
-                            let mut to = hole;
-                            let mut along = |height: f64, rate: Rate| {
-                                to[n] = height;
-                                go(to, rate)
-                            };
-                            let r = along(cycle.r, Rate::Rapid);
-                            let ways = [r, along(cycle.bottom, rate), along(cycle.r, rate)];
-                            self.waiting.extend(ways);
-                            if let (true, Event::Moved(out)) =
-                                (cycle.clear() > cycle.r, along(cycle.clear(), rate))
-                            {
-                                self.waiting
-                                    .push_back(Event::Moved(Segment { above: true, ..out }));
-                            }
-                        }
-                    }
-                }
-            }
-        }
     }
 }
 
@@ -246,7 +231,7 @@ impl Segment {
     pub fn minutes(&self, dialect: super::Dialect) -> f64 {
         let by = self.path.by();
         let by: PerLetter = std::array::from_fn(|i| {
-            if super::axes::is_rotary(i) {
+            if is_rotary(i) {
                 by[i]
             } else {
                 by[i] / self.unit

@@ -7,6 +7,9 @@ use std::collections::BTreeMap;
 /// Lengths of tools that are remembered.
 const MOST_LENGTHS: usize = 100;
 
+/// Cycles that are written out and named.
+const MOST_REASONS: usize = 20;
+
 /// Counts of what was read, written, and left as it was.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
@@ -20,8 +23,16 @@ pub struct Report {
     pub arcs: [u64; 2],
     /// Cycles that stay cycles, and cycles that are written out.
     pub cycles: [u64; 2],
-    /// Steps at reversals that have become moves.
+    /// The farthest that a place in a hole of a cycle that stays one is from its corrected place (mm).
+    pub holes_off: f64,
+    /// The first cycles that are written out, with their lines, and why.
+    pub written_out: Vec<(u64, String)>,
+    /// Steps at reversals.
     pub take_ups: u64,
+    /// Words I, J and K along the normal of the plane, all 0, that were left out.
+    pub zeros_of_centres: u64,
+    /// Words of axes that the machine does not have, which stay where they are.
+    pub other_axes: std::collections::BTreeSet<char>,
     /// Lines whose F was changed or added, so that the time stays.
     pub feeds: u64,
     /// End points under G41, G42, whose moves are not cut.
@@ -45,6 +56,14 @@ impl Report {
     pub fn used(&mut self, length: f64) {
         if self.lengths.len() < MOST_LENGTHS {
             self.lengths.insert((length * 1e3).round() as i64);
+        }
+    }
+
+    /// Takes in a cycle that is written out, of a line, and why.
+    pub fn write_out(&mut self, line: u64, why: String) {
+        self.cycles[1] += 1;
+        if self.written_out.len() < MOST_REASONS {
+            self.written_out.push((line, why));
         }
     }
 

@@ -3,7 +3,7 @@
 mod linuxcnc;
 
 use super::axes::{self, COUNT, PerLetter, Position};
-use super::modal::{Retract, Units};
+use super::modal::{Distance, FeedMode, Plane, Retract, Units};
 use super::offsets::{Number, System};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -20,6 +20,12 @@ pub struct Setup {
     pub start: Position,
     /// Which way each axis has moved last, before the first line.
     pub travel: [Travel; COUNT],
+    /// G17, G18 or G19 before the first line, where it is not that of the dialect.
+    pub plane: Option<Plane>,
+    /// G90 or G91 before the first line.
+    pub distance: Option<Distance>,
+    /// G93, G94 or G95 before the first line.
+    pub feed_mode: Option<FeedMode>,
     /// G98 or G99, where it is known which of them holds before the first line.
     pub retract: Option<Retract>,
     /// The tool in the spindle before the first line.
@@ -66,6 +72,9 @@ struct File {
 struct Start {
     tool: Option<u32>,
     retract: Option<Spanned<String>>,
+    plane: Option<Spanned<String>>,
+    distance: Option<Spanned<String>>,
+    feed: Option<Spanned<String>>,
     travel: Option<BTreeMap<String, Spanned<String>>>,
     #[serde(flatten)]
     at: BTreeMap<String, f64>,
@@ -109,12 +118,25 @@ impl Setup {
         };
         if let Some(start) = file.start {
             setup.tool = start.tool;
-            setup.retract = start.retract.map(|word| retract(&word)).transpose()?;
+            setup.retract = mode(
+                start.retract,
+                &[("G98", Retract::Initial), ("G99", Retract::Plane)],
+            )?;
+            let planes = [("G17", Plane::Xy), ("G18", Plane::Zx), ("G19", Plane::Yz)];
+            setup.plane = mode(start.plane, &planes)?;
+            let distances = [("G90", Distance::Absolute), ("G91", Distance::Incremental)];
+            setup.distance = mode(start.distance, &distances)?;
+            let feeds = [
+                ("G93", FeedMode::InverseTime),
+                ("G94", FeedMode::PerMinute),
+                ("G95", FeedMode::PerRevolution),
+            ];
+            setup.feed_mode = mode(start.feed, &feeds)?;
             for (letter, value) in &start.at {
                 let axis = axis_of(letter).ok_or_else(|| {
                     FileError::whole(
                         format!("[start] {letter}: no axis"),
-                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel` or `retract`",
+                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel`, `retract`, `plane`, `distance` or `feed`",
                     )
                 })?;
                 if !axes::can_be(*value) {
@@ -224,15 +246,26 @@ fn position(letters: &Letters, units: Units) -> Result<Position, FileError> {
     Ok(position)
 }
 
-fn retract(word: &Spanned<String>) -> Result<Retract, FileError> {
-    match word.get_ref().as_str() {
-        "G98" => Ok(Retract::Initial),
-        "G99" => Ok(Retract::Plane),
-        _ => Err(FileError::at(
+/// A mode by its word.
+fn mode<T: Copy>(
+    word: Option<Spanned<String>>,
+    modes: &[(&str, T)],
+) -> Result<Option<T>, FileError> {
+    let Some(word) = word else {
+        return Ok(None);
+    };
+    let found = modes.iter().find(|(name, _)| name == word.get_ref());
+    let names: Vec<String> = modes
+        .iter()
+        .map(|(name, _)| format!("\"{name}\""))
+        .collect();
+    match found {
+        Some((_, mode)) => Ok(Some(*mode)),
+        None => Err(FileError::at(
             word.span(),
-            "neither G98 nor G99",
+            "no mode of this kind",
             "here",
-            "write \"G98\" (to the level before the cycle) or \"G99\" (to R)",
+            format!("write {}", names.join(" or ")),
         )),
     }
 }
@@ -334,7 +367,7 @@ mod tests {
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
             (
                 "units = \"mm\"\n[start]\nretract = \"R\"",
-                "neither G98 nor G99",
+                "no mode of this kind",
             ),
             (
                 "units = \"mm\"\n[start]\ntravel = { X = \"up\" }",

@@ -79,10 +79,12 @@ pub struct State {
     /// Axes (bits) that absolute words of the program have brought where they are, since it began, or since something else
     /// moved them: the others stand where someone left them, and a word for them would drag them along.
     pub commanded: u16,
+    /// The words of axes that the machine does not have: they may be there, as long as they are always the same.
+    pub others: [Option<f64>; COUNT],
     /// True where Fanuc's controllers may have cancelled the tool offset, or not: behind G28, G30, G53 and M6.
     pub offset_in_doubt: bool,
-    /// True in that dialect.
-    pub fanuc: bool,
+    /// True where homing and the like may do so.
+    pub doubts_tool_offset: bool,
     /// What has moved an axis to a place that is not known.
     pub lost: [Option<Lost>; COUNT],
     /// Offsets of tools that the program has set.
@@ -120,8 +122,6 @@ impl State {
     #[must_use]
     pub fn new(rules: &Rules) -> Self {
         let setup = &rules.setup;
-        // Fanuc's depend on parameters of the machine.
-        let usual = rules.dialect != Dialect::Fanuc;
         // All begin with G54, unless LinuxCNC's parameters say otherwise.
         let mut offsets = Offsets::new(setup.systems.clone(), setup.selected.unwrap_or(1));
         offsets.g92 = setup.g92;
@@ -132,18 +132,19 @@ impl State {
         }
         Self {
             units: setup.units,
-            distance: usual.then_some(Distance::Absolute),
+            distance: Some(setup.distance.unwrap_or(Distance::Absolute)),
             arc_distance: Distance::Incremental,
-            plane: usual.then_some(Plane::Xy),
-            feed_mode: FeedMode::PerMinute,
+            plane: Some(setup.plane.unwrap_or(Plane::Xy)),
+            feed_mode: setup.feed_mode.unwrap_or(FeedMode::PerMinute),
             motion: None,
             before_cycles: None,
             offsets,
             feed: None,
             position,
             commanded: 0,
+            others: [None; COUNT],
             offset_in_doubt: false,
-            fanuc: rules.dialect == Dialect::Fanuc,
+            doubts_tool_offset: rules.dialect.table().doubts_tool_offset,
             lost: [None; COUNT],
             tools: BTreeMap::new(),
             tool: setup.tool,

@@ -113,13 +113,14 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
     Ok(())
 }
 
-/// Corrects a program; `seen` is told how many bytes were read.
+/// Corrects a program; `map` gets what the lines are (see [`super::line_map`]), and `seen` is told how many bytes were read.
 ///
 /// # Errors
 /// See [`StreamError`]; what was written by then is of no use.
 pub fn correct(
     reader: impl BufRead,
     writer: &mut impl Write,
+    map: &mut impl Write,
     corrector: &mut Corrector<'_>,
     mut seen: impl FnMut(u64),
 ) -> Result<(), StreamError> {
@@ -130,10 +131,12 @@ pub fn correct(
         corrector.next(line, eol, &mut out)?;
         if out.len() > 1 << 16 {
             writer.write_all(&out).map_err(StreamError::Write)?;
+            corrector.take_map(map).map_err(StreamError::Write)?;
             out.clear();
         }
         seen(read);
     }
     corrector.finish()?;
+    corrector.take_map(map).map_err(StreamError::Write)?;
     writer.write_all(&out).map_err(StreamError::Write)
 }

@@ -144,23 +144,6 @@ impl<'a> Tables<'a> {
         dq
     }
 
-    /// The position whose corrected one is `corrected`.
-    #[must_use]
-    pub fn undone(
-        &self,
-        corrected: &PerLetter,
-        travel: &[Travel; COUNT],
-        length: f64,
-    ) -> PerLetter {
-        let mut q = *corrected;
-        // Each step gains the slope of the corrections, 1e-3 on a bad machine.
-        for _ in 0..6 {
-            let dq = self.at(&q, travel, length);
-            q = std::array::from_fn(|i| corrected[i] - dq[i]);
-        }
-        q
-    }
-
     /// The first axis that is out of its travel, or too far away for the tables, with its limits.
     #[must_use]
     pub fn outside(&self, q: &PerLetter) -> Option<(usize, [f64; 2])> {

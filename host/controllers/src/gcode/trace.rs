@@ -1,14 +1,19 @@
 //! The corrected path of a move, at points close enough to see how it bends.
 
+mod directions;
 mod nodes;
 
 use super::arc::Arc;
 use super::axes::PerLetter;
 use super::tables::Tables;
 use super::tip::Tip;
-use super::travel_directions::TravelDirections;
+pub use directions::Stretch;
 pub(crate) use nodes::MOST_PARTS;
 pub use nodes::Traced;
+use trueaxis::Travel;
+
+/// A direction of travel per letter.
+pub type Travels = [Travel; super::axes::COUNT];
 
 /// The path that a move commands, in words' coordinates (mm, degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +48,24 @@ impl Path {
         };
         std::array::from_fn(|i| to[i] - from[i])
     }
+
+    /// The way per part of it at t: its derivative.
+    #[must_use]
+    pub fn slope(&self, t: f64) -> PerLetter {
+        match self {
+            Self::Line(..) => self.by(),
+            Self::Arc(arc) => arc.slope(t),
+        }
+    }
+
+    /// How long it is: mm, and degrees as if they were mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Line(..) => self.by().iter().map(|d| d * d).sum::<f64>().sqrt(),
+            Self::Arc(arc) => arc.length(),
+        }
+    }
 }
 
 /// What turns commanded positions into corrected ones.
@@ -53,10 +76,8 @@ pub struct Field<'a> {
     pub tip: Option<&'a Tip<'a>>,
     /// Length of the tool (mm): an input of the compensation, or of the poses; `None`: that of the machine.
     pub length: Option<f64>,
-    /// True if corrections are taken away instead.
-    pub undo: bool,
-    /// True if directions stay what they are along a path, whichever way axes go.
-    pub keeps_directions: bool,
+    /// True if directions of travel follow the axes; otherwise they stay what they are, whichever way axes go.
+    pub turns: bool,
 }
 
 /// Why a position cannot be corrected.
@@ -89,6 +110,9 @@ pub struct Node {
 
 impl Field<'_> {
     /// Axis positions of a command.
+    ///
+    /// # Errors
+    /// A tip position that no axis positions reach.
     pub fn axes(&self, command: &PerLetter) -> Result<PerLetter, Lost> {
         match self.tip {
             None => Ok(*command),
@@ -97,11 +121,12 @@ impl Field<'_> {
     }
 
     /// The corrected command at a commanded position.
-    pub fn node(&self, t: f64, command: &PerLetter, ways: &TravelDirections) -> Result<Node, Lost> {
+    ///
+    /// # Errors
+    /// A position outside the travel, or without a pose.
+    pub fn node(&self, t: f64, command: &PerLetter, travel: &Travels) -> Result<Node, Lost> {
         let q = self.axes(command)?;
-        if let Some((axis, limits)) = self.tables.outside(&q)
-            && !self.undo
-        {
+        if let Some((axis, limits)) = self.tables.outside(&q) {
             return Err(Lost::Outside(axis, q[axis], limits));
         }
         let length = match self.length {
@@ -110,25 +135,19 @@ impl Field<'_> {
             // No input, so that no value matters.
             None => 0.0,
         };
-        let corrected = if self.undo {
-            self.tables.undone(&q, &ways.travel, length)
-        } else {
-            let dq = self.tables.at(&q, &ways.travel, length);
-            std::array::from_fn(|i| q[i] + dq[i])
-        };
+        let dq = self.tables.at(&q, travel, length);
+        let moved = std::array::from_fn(|i| q[i] + dq[i]);
         let to = match self.tip {
-            None => corrected,
-            Some(tip) => tip.world(&corrected, self.length),
+            None => moved,
+            Some(tip) => tip.world(&moved, self.length),
         };
-        Ok(Node {
-            t,
-            q,
-            to,
-            moved: corrected,
-        })
+        Ok(Node { t, q, to, moved })
     }
 
     /// Whether the axes can go to a node that is written.
+    ///
+    /// # Errors
+    /// A corrected position outside the travel.
     pub fn reaches(&self, node: &Node) -> Result<(), Lost> {
         match self.tables.outside(&node.moved) {
             Some((axis, limits)) => Err(Lost::Beyond(axis, node.moved[axis], limits)),

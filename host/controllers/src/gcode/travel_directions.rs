@@ -1,6 +1,6 @@
 //! The direction in which each axis last moved.
 
-use super::axes::{COUNT, PerLetter, Position, is_rotary};
+use super::axes::{COUNT, PerLetter, Position};
 use super::interpret::bits;
 use super::tables::Tables;
 use trueaxis::{Reversal, Travel};
@@ -13,8 +13,6 @@ pub struct TravelDirections {
     pub travel: [Travel; COUNT],
     /// Where they have come to; NaN where that is not known.
     last: PerLetter,
-    /// What an axis may come back by beyond its hysteresis, for the last digits of words (mm, degrees).
-    slack: [f64; 2],
 }
 
 impl TravelDirections {
@@ -25,7 +23,6 @@ impl TravelDirections {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],
             last: start.at,
-            slack: [0.0; 2],
         };
         for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
@@ -35,13 +32,6 @@ impl TravelDirections {
             ways.arrives(tables, axis, start.at[axis], *way);
         }
         ways
-    }
-
-    /// Positions are rounded by so much (mm, degrees): an axis that comes back by no more than that beyond its hysteresis
-    /// has not turned round.
-    #[must_use]
-    pub(crate) fn rounded_by(self, slack: [f64; 2]) -> Self {
-        Self { slack, ..self }
     }
 
     /// An axis goes straight to a position, by quarters of a turn if it is endless: more than half a turn at once would
@@ -66,8 +56,7 @@ impl TravelDirections {
 
     /// An axis has come to a position, less than half a turn from where it was.
     fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let slack = self.slack[usize::from(is_rotary(axis))];
-        let hysteresis = (tables.hysteresis[axis] + slack).max(0.0) as f32;
+        let hysteresis = tables.hysteresis[axis] as f32;
         let period = tables.period[axis] as f32;
         self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
     }
@@ -80,100 +69,6 @@ impl TravelDirections {
             self.axis_at(tables, axis, q - sign(way) * far);
         }
         self.axis_at(tables, axis, q);
-    }
-
-    /// The axes have come to a position that depends on the directions in which they came, as those of a corrected
-    /// program do: `at` says where they are by such directions. As few axes have turned round as it takes; one that has
-    /// may have gone nowhere yet, but not on.
-    ///
-    /// # Errors
-    /// Those of `at`.
-    pub(crate) fn come_by<E>(
-        &mut self,
-        tables: &Tables<'_>,
-        at: impl Fn(&Self) -> Result<PerLetter, E>,
-    ) -> Result<(), E> {
-        let axes: Vec<usize> = bits(tables.directional).collect();
-        let mut choices: Vec<u32> = (0..1 << axes.len()).collect();
-        choices.sort_by_key(|choice| choice.count_ones());
-        for choice in choices {
-            let has_turned = |place: usize| choice >> place & 1 != 0;
-            let mut trial = self.clone();
-            for (place, axis) in axes.iter().enumerate() {
-                if has_turned(place) {
-                    trial.travel[*axis] = opposite(self.travel[*axis]);
-                }
-            }
-            let q = at(&trial)?;
-            let mut fits = true;
-            for (place, axis) in axes.iter().copied().enumerate() {
-                let (before, way) = (self.travel[axis], trial.travel[axis]);
-                if has_turned(place) {
-                    let on = sign(before) * (q[axis] - self.last[axis]);
-                    fits &= before != Travel::Unknown && on <= tables.hysteresis[axis];
-                    trial.arrives(tables, axis, q[axis], way);
-                } else {
-                    trial.axis_to(tables, axis, q[axis]);
-                    fits &= before == Travel::Unknown || trial.travel[axis] == before;
-                }
-            }
-            if fits {
-                trial.last = q;
-                *self = trial;
-                return Ok(());
-            }
-        }
-        let q = at(self)?;
-        self.come_to(tables, &q);
-        Ok(())
-    }
-
-    /// The axes stand while some have turned round: the step of a reversal, as a corrected program has it. `stands` says
-    /// where they are by such directions, if that is where they were. False, and nothing done, if it takes no axis that
-    /// has turned, or if none helps.
-    ///
-    /// # Errors
-    /// Those of `stands`.
-    pub(crate) fn turn_by<E>(
-        &mut self,
-        tables: &Tables<'_>,
-        stands: impl Fn(&Self) -> Result<Option<PerLetter>, E>,
-    ) -> Result<bool, E> {
-        let mut choices = vec![(0_u32, self.travel)];
-        for axis in bits(tables.directional) {
-            let others = match self.travel[axis] {
-                Travel::Unknown => &[Travel::Positive, Travel::Negative][..],
-                Travel::Positive => &[Travel::Negative],
-                Travel::Negative => &[Travel::Positive],
-            };
-            for k in 0..choices.len() {
-                let (turned, travel) = choices[k];
-                choices.extend(others.iter().map(|way| {
-                    let mut travel = travel;
-                    travel[axis] = *way;
-                    (turned + 1, travel)
-                }));
-            }
-        }
-        choices.sort_by_key(|(turned, _)| *turned);
-        for (turned, travel) in choices {
-            let mut trial = self.clone();
-            trial.travel = travel;
-            let Some(q) = stands(&trial)? else {
-                continue;
-            };
-            for axis in bits(tables.directional) {
-                if travel[axis] != self.travel[axis] {
-                    trial.arrives(tables, axis, q[axis], travel[axis]);
-                }
-            }
-            if turned > 0 {
-                trial.last = q;
-                *self = trial;
-            }
-            return Ok(turned > 0);
-        }
-        Ok(false)
     }
 
     /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.
@@ -219,19 +114,20 @@ impl TravelDirections {
     }
 }
 
-/// +1 and −1.
-fn sign(way: Travel) -> f64 {
-    match way {
-        Travel::Positive => 1.0,
-        Travel::Negative => -1.0,
-        Travel::Unknown => 0.0,
-    }
-}
-
-fn opposite(way: Travel) -> Travel {
+/// The other direction.
+pub(crate) fn opposite(way: Travel) -> Travel {
     match way {
         Travel::Positive => Travel::Negative,
         Travel::Negative => Travel::Positive,
         Travel::Unknown => Travel::Unknown,
+    }
+}
+
+/// +1 and −1.
+pub(crate) fn sign(way: Travel) -> f64 {
+    match way {
+        Travel::Positive => 1.0,
+        Travel::Negative => -1.0,
+        Travel::Unknown => 0.0,
     }
 }

@@ -81,6 +81,39 @@ fn transformation(line: &[u8]) -> Option<(&'static str, f64)> {
     })
 }
 
+/// Words after an O-word that computes.
+const FLOW: [&str; 14] = [
+    "sub",
+    "endsub",
+    "call",
+    "return",
+    "if",
+    "elseif",
+    "else",
+    "endif",
+    "while",
+    "endwhile",
+    "do",
+    "repeat",
+    "endrepeat",
+    "break",
+];
+
+/// True if what stands behind an O makes it a word of LinuxCNC's flow control, and not the number of a program.
+fn is_flow(rest: &[u8]) -> bool {
+    let begins = rest.first().copied();
+    let after: Vec<u8> = rest
+        .iter()
+        .skip_while(|b| b.is_ascii_digit() || b.is_ascii_whitespace())
+        .take_while(|b| b.is_ascii_alphabetic())
+        .map(u8::to_ascii_lowercase)
+        .collect();
+    let is_keyword = |word: &str| after == word.as_bytes();
+    matches!(begins, Some(b'<' | b'[' | b'#'))
+        || after == b"continue"
+        || FLOW.iter().any(|word| is_keyword(word))
+}
+
 /// Behind `;` Fanuc's controllers begin another block, others of their kin a comment.
 fn another_block(line: &[u8], at: usize) -> Result<(), Fault> {
     let blank = |b: &&u8| matches!(b, b' ' | b'\t' | b'/');
@@ -148,7 +181,7 @@ impl Block {
                 b' ' | b'\t' => at += 1,
                 b';' => {
                     self.has_text = true;
-                    if dialect == Dialect::Fanuc {
+                    if dialect.table().semicolon_ends_block {
                         another_block(line, at + 1)?;
                     }
                     self.look_for_mark(&line[at..]);
@@ -176,7 +209,9 @@ impl Block {
                     (self.percent, self.has_text) = (true, true);
                     break;
                 }
-                _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at, dialect)?,
+                // Another way to write the number of a program.
+                b':' if self.words.is_empty() => at = self.word_at(line, at)?,
+                _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at)?,
                 _ => return Err(strange(line, at)),
             }
         }
@@ -189,20 +224,20 @@ impl Block {
         self.marked |= begins.is_some_and(|b| b.eq_ignore_ascii_case(&MARK[1..]));
     }
 
-    fn word_at(&mut self, line: &[u8], start: usize, dialect: Dialect) -> Result<usize, Fault> {
-        let letter = line[start].to_ascii_uppercase();
+    fn word_at(&mut self, line: &[u8], start: usize) -> Result<usize, Fault> {
+        let letter = match line[start] {
+            b':' => b'O',
+            letter => letter.to_ascii_uppercase(),
+        };
         let mut number = start + 1;
         while let Some(b' ' | b'\t') = line.get(number) {
             number += 1;
         }
-        let is_flow = letter == b'O' && dialect != Dialect::Fanuc;
-        if is_flow || (letter == b'O' && line.get(number) == Some(&b'<')) {
-            return Err(Fault::new(
-                start..line.len(),
-                "an O-word: the program computes, or it has a number, as Fanuc's have",
-                format!("{FLAT}; if it is a number, say --dialect fanuc, or take it out"),
-            )
-            .kind(Kind::Flow));
+        if letter == b'O' && is_flow(&line[number..]) {
+            return Err(
+                Fault::new(start..line.len(), "an O-word: the program computes", FLAT)
+                    .kind(Kind::Flow),
+            );
         }
         if letter == b'T'
             && self.words.len() < MOST

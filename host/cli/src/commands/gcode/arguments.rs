@@ -3,6 +3,7 @@
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::Text;
 use clap::{Args, ValueEnum};
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_controllers::gcode::modal::Units;
@@ -38,7 +39,7 @@ pub struct Arguments {
     var: Option<PathBuf>,
     /// Tools as LinuxCNC stores them, in the units of --setup or --units
     #[arg(long, value_name = "FILE.tbl")]
-    tools: Option<PathBuf>,
+    pub tools: Option<PathBuf>,
     /// Units of the machine, where no setup gives them
     #[arg(long, value_enum, conflicts_with = "setup")]
     units: Option<Units>,
@@ -54,7 +55,7 @@ pub struct Arguments {
     )]
     pub errors: Option<PathBuf>,
     /// Read both programs anew and compare: distance from the corrected path, times, errors of the tool
-    #[arg(long, conflicts_with = "undo")]
+    #[arg(long)]
     pub check: bool,
     /// Whose language the program is in
     #[arg(long, value_enum, default_value_t)]
@@ -62,15 +63,28 @@ pub struct Arguments {
     /// How far straight moves may be from the corrected path (µm, 0.3 at least)
     #[arg(long, value_name = "UM", default_value_t = 0.5)]
     tolerance: f64,
-    /// Sagitta of the chords that arcs become which cannot stay arcs (µm)
+    /// How far a hole of a canned cycle may be from its corrected place, anywhere along it (µm)
+    #[arg(long, value_name = "UM", default_value_t = 5.0)]
+    hole_tolerance: f64,
+    /// Decimals of words in mm and degrees; words in inches get one more (4, 5 and 6 if this is not given)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=6))]
+    decimals: Option<u8>,
+    /// Give inserted lines a sub-number of their line: N10.1
+    #[arg(long)]
+    sub_numbers: bool,
+    /// Sagitta of the chords that replace what no arc can follow (µm)
     #[arg(long, value_name = "UM", default_value_t = 1.0)]
     chord: f64,
-    /// What becomes of the step where an axis turns round, of direction-dependent tables
+    /// What becomes of the step where an axis reverses, of direction-dependent tables
     #[arg(long, value_enum, default_value_t)]
     backlash: gcode::Backlash,
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
     #[arg(long)]
     cut_under_g41: bool,
+    /// Run LinuxCNC's interpreter (rs274, which must be installed) and correct the motions that it computes: for programs
+    /// with parameters, O-words and subprograms
+    #[arg(long)]
+    pub expand: bool,
     /// Words are workpiece coordinates from the first line on (tool-centre-point control)
     #[arg(long, requires = "machine")]
     pub tcp: bool,
@@ -83,9 +97,6 @@ pub struct Arguments {
     /// Pass a G or M word that is not known: it must move nothing and change no coordinates
     #[arg(long, value_name = "WORD")]
     pass: Vec<String>,
-    /// Take the correction of a corrected program away again
-    #[arg(long)]
-    undo: bool,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -104,6 +115,7 @@ impl Arguments {
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
         for (name, value, least) in [
             ("--tolerance", self.tolerance, LEAST_TOLERANCE),
+            ("--hole-tolerance", self.hole_tolerance, LEAST_TOLERANCE),
             ("--chord", self.chord, 0.01),
         ] {
             if !(least..=1000.0).contains(&value) {
@@ -112,6 +124,12 @@ impl Arguments {
                     format!("write for example {name} 0.5"),
                 ));
             }
+        }
+        if self.expand && self.dialect != Dialect::LinuxCnc {
+            return Err(BadInput::new(
+                "--expand: the interpreter is that of LinuxCNC",
+                "leave out --dialect, or --expand",
+            ));
         }
         if self.least_increment && self.dialect != Dialect::Fanuc {
             return Err(BadInput::new(
@@ -140,9 +158,11 @@ impl Arguments {
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
+            hole_tolerance: self.hole_tolerance * 1e-3,
+            decimals: self.decimals.map(usize::from),
+            sub_numbers: self.sub_numbers,
             backlash: self.backlash,
             cut_under_cutter: self.cut_under_g41,
-            undo: self.undo,
             ..gcode::Options::default()
         })
     }
@@ -223,8 +243,9 @@ impl Arguments {
             (gcode::Backlash::Move, _) | (_, 0) => String::new(),
             (backlash, _) => format!(", backlash {}", backlash.name()),
         };
+        let (original, sum) = (name_of(&self.program), checksum(&self.program)?);
         Ok(format!(
-            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}{backlash}",
+            "trueaxis corrected: {original} {sum:08x}, compensation {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc
         ))
     }
@@ -237,6 +258,27 @@ fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
             "give --units mm or --units inch, as [TRAJ] LINEAR_UNITS of the machine's INI file",
         )
     })
+}
+
+/// Of a whole file, as `crc32` and ZIP archives have it.
+fn checksum(path: &Path) -> Result<u32, BadInput> {
+    static CRC: crc::Crc<u32, crc::Table<16>> =
+        crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
+    let (mut digest, mut reader) = (CRC.digest(), super::open(path)?);
+    loop {
+        let read = reader.fill_buf().map_err(|error| {
+            BadInput::new(
+                format!("{}: cannot be read: {error}", path.display()),
+                "give the path of a readable file",
+            )
+        })?;
+        if read.is_empty() {
+            return Ok(digest.finalize());
+        }
+        digest.update(read);
+        let length = read.len();
+        reader.consume(length);
+    }
 }
 
 /// A name that may stand in a comment of any controller.

@@ -4,7 +4,8 @@ use serde::Serialize;
 use std::path::Path;
 use trueaxis_controllers::gcode::axes;
 use trueaxis_controllers::gcode::check::{CheckResult, Statistics};
-use trueaxis_controllers::gcode::{Options, Report, Tables};
+use trueaxis_controllers::gcode::modal::Units;
+use trueaxis_controllers::gcode::{Backlash, Options, Report, Tables};
 use trueaxis_model::machine::Machine;
 
 /// The largest correction of an axis.
@@ -131,13 +132,17 @@ impl<'a> Answer<'a> {
 }
 
 /// For people.
-pub fn report(file: &Path, report: &Report) -> String {
+pub fn report(file: &Path, report: &Report, options: &Options) -> String {
     let Report {
         lines: [read, written],
         moves,
         cut,
         arcs,
         cycles,
+        holes_off,
+        written_out,
+        zeros_of_centres,
+        other_axes,
         take_ups,
         feeds,
         under_cutter,
@@ -152,8 +157,31 @@ pub fn report(file: &Path, report: &Report) -> String {
         "{moves} motions corrected, {cut} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out\n",
         arcs[0], arcs[1], cycles[0], cycles[1]
     );
+    if cycles[0] > 0 {
+        text += &format!(
+            "holes of cycles: at most {:.2} µm from their corrected places, {:.1} µm are allowed\n",
+            holes_off * 1e3,
+            options.hole_tolerance * 1e3
+        );
+    }
+    for (line, why) in written_out {
+        text += &format!("line {line} is written out: {why}\n");
+    }
+    if cycles[1] > written_out.len() as u64 {
+        text += &format!("and {} others\n", cycles[1] - written_out.len() as u64);
+    }
     if *take_ups > 0 {
-        text += &format!("{take_ups} steps at reversals are moves of their own\n");
+        let how = match options.backlash {
+            Backlash::Blend => "are blended into the moves that reverse",
+            _ => "are moves of their own",
+        };
+        text += &format!("{take_ups} steps at reversals {how}\n");
+    }
+    if let Some(decimals) = options.decimals {
+        text += &format!(
+            "words have {decimals} decimals: rounding costs up to {:.2} µm in X, Y and Z together\n",
+            options.rounding(Units::Millimetre) * 1e3
+        );
     }
     if *feeds > 0 {
         text += &format!(
@@ -175,10 +203,22 @@ pub fn report(file: &Path, report: &Report) -> String {
         } = largest;
         text += &format!("{axis}   largest correction {correction:>10.5} {unit} in line {line}\n");
     }
-    if decimals[1] > decimals[0] {
+    if options.decimals.is_none() && decimals[1] > decimals[0] {
         text += &format!(
             "words have up to {} decimals, in the program up to {}: the tolerance needs them\n",
             decimals[1], decimals[0]
+        );
+    }
+    if *zeros_of_centres > 0 {
+        text += &format!(
+            "warning: {zeros_of_centres} words I, J or K across the plane of an arc, all 0, are left out: LinuxCNC refuses them\n"
+        );
+    }
+    if !other_axes.is_empty() {
+        let axes: Vec<String> = other_axes.iter().map(char::to_string).collect();
+        text += &format!(
+            "words of {} are passed: the machine does not have the axis, and they never change\n",
+            axes.join(", ")
         );
     }
     for (what, times) in passed {
@@ -201,9 +241,16 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
             off => format!(", {off:.2} µrad of a rotary axis"),
         }
     );
+    if found.hole_um > 0.0 {
+        text += &format!(
+            "  holes at most {:.2} µm from their corrected places{}\n",
+            found.hole_um,
+            place(found.hole_line)
+        );
+    }
     if found.blended_um > 0.0 {
         text += &format!(
-            "  where an axis turns round, and the step is blended into the move: {:.2} µm\n",
+            "  where an axis reverses, and the step is blended into the move: {:.2} µm\n",
             found.blended_um
         );
     }

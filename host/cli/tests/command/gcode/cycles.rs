@@ -25,7 +25,7 @@ fn pecks_end_where_their_corrections_lead() {
     for cycle in ["G83", "G73"] {
         for q in ["Q1.3", "Q5", "Q0.7", "Q150"] {
             let program = format!(
-                "G21 G90 G98 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z120.5 R240 {q}\nX150\nG80\nM30\n"
+                "G21 G90 G98 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z228.5 R240 {q}\nX150\nG80\nM30\n"
             );
             let (part, out) = (folder.file("part.ngc", program), folder.at("out.ngc"));
             let said = answer(
@@ -52,24 +52,41 @@ fn incremental_cycles_count_r_from_the_level_before_their_series() {
     let folder = Folder::new();
     let program = "G21 G90 G17 F300\nG0 X100 Y100 Z250\nG99 G81 X110 Y110 Z225 R230\nG91 G81 X5 Z-7 R0 L2\nG80\nM30\n";
     let out = corrected(&folder, program, &["--check"]);
-    let behind = out
-        .lines()
-        .skip_while(|line| !line.starts_with("G99"))
-        .skip(1);
+    let kept: Vec<&str> = out.lines().skip_while(|l| !l.starts_with("G91")).collect();
+    assert!(
+        kept[0].starts_with("G91 G81 X5") && !kept[0].contains('L'),
+        "{out}"
+    );
+    assert!(
+        kept[1].starts_with("X5") || kept[1].starts_with("X4.99"),
+        "{out}"
+    );
+    // Written out, where a hole may hardly be off.
+    let out = corrected(&folder, program, &["--check", "--hole-tolerance", "0.3"]);
+    let behind = out.lines().skip_while(|line| !line.starts_with("G0 X100"));
     let height = |line: &str| -> f64 {
         let word = line.split_whitespace().find(|word| word.starts_with('Z'));
         word.map_or(0.0, |word| word[1..].parse().unwrap())
     };
-    // From R 230 to 250, 7 mm down and up again, twice: LinuxCNC's interpreter goes the same way.
-    let (mut at, mut bottoms) = (230.0, Vec::new());
+    // Down to 225 and up to 230, then to 250, 7 mm down and up again, twice: LinuxCNC's interpreter goes the same way.
+    let (mut at, mut bottoms, mut relative) = (0.0, Vec::new(), false);
     for line in behind {
-        at += height(line);
+        relative |= line.contains("G91");
+        at = match height(line) {
+            by if relative => at + by,
+            0.0 => at,
+            to => to,
+        };
         if line.starts_with("G1") {
             bottoms.push(at);
         }
     }
-    assert_eq!(bottoms.len(), 2, "{out}");
-    for height in bottoms.into_iter().zip([243.0; 2]).chain([(at, 250.0)]) {
+    assert_eq!(bottoms.len(), 3, "{out}");
+    for height in bottoms
+        .into_iter()
+        .zip([225.0, 243.0, 243.0])
+        .chain([(at, 250.0)])
+    {
         assert!((height.0 - height.1).abs() < 0.01, "{height:?}: {out}");
     }
 }
@@ -168,13 +185,45 @@ fn holes_and_levels_that_are_hardly_apart_are_accepted() {
 }
 
 #[test]
-fn shallow_holes_keep_their_times_or_are_refused() {
+fn a_cycle_with_backlash_of_its_axis_stays_one_whatever_becomes_of_reversals() {
+    let folder = Folder::new();
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Mill with 21 errors\"\n[parameters]\nEXXb = 4e-3\nEYYb = 3e-3\nEZZb = 5e-3\n",
+    );
+    let setup = folder.file(
+        "setup.toml",
+        format!("{SETUP}[home.G28]\n").replace(
+            "Z = -100\n[",
+            "Z = -100\ntravel = { X = \"+\", Y = \"+\", Z = \"-\" }\n[",
+        ),
+    );
+    let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
+    let machine = example("mill-21/machine.toml");
+    answer(0, &["compile", &machine, &errors, "-o", &trax]);
+    for backlash in ["move", "blend", "leave"] {
+        for cycle in ["G81", "G83 Q3", "G73 Q3", "G85", "G84", "G74", "G89 P1"] {
+            let program = format!(
+                "G21 G90 G98 G17 F300\nM3 S100\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z230 R240\nX150\nX130\nG80\nM30\n"
+            );
+            let part = folder.file("part.ngc", &program);
+            let arguments = ["gcode", &part, "-o", &out, "--compensation", &trax];
+            let options = ["--setup", &setup, "--check", "--backlash", backlash];
+            let said = answer(0, &[&arguments[..], &options].concat());
+            assert!(said.contains("cycles: 3 stay, 0 are written out"), "{said}");
+            let lines = std::fs::read_to_string(&out).unwrap().lines().count();
+            assert_eq!(lines, program.lines().count() + 1, "{cycle} {backlash}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_written_out_is_refused_with_a_remedy_that_helps() {
     let begin = "G21 G90 G98 G17 F300\nM3 S100\nG0 X100 Y100 Z250\n";
-    // The level before them has another correction: some per cent of the way out.
-    let program = format!("{begin}G89 X-50 Y50 Z249.8 R250 P0.1\nX90 Y-10\nG80\nM30\n");
-    let options = ["--tolerance", "50", "--check"];
-    corrected(&Folder::new(), &program, &options);
-    let program = format!("{begin}G84 X-50 Y50 Z249.9 R249.95\nG80\nM30\n");
-    let parts = ["line 4", "G84 would feed", "1 % of its time", "G99"];
-    refuses(program, &options[..2], &parts);
+    let program = format!("{begin}G84 X120 Y110 Z120 R240\nG80\nM30\n");
+    let parts = ["line 4", "G84 cannot be written out", "--hole-tolerance"];
+    refuses(&program, &[], &parts);
+    let options = ["--hole-tolerance", "20", "--check"];
+    let out = corrected(&Folder::new(), &program, &options);
+    assert!(out.contains("\nG84 X120."), "{out}");
 }

@@ -70,6 +70,7 @@ fn random_programs_of_the_tip_are_corrected_within_the_tolerance_and_keep_their_
     let tried = try_thousand(&REFUSALS, |random| {
         let options = Options {
             tolerance: one(random, &[0.5e-3, 0.5e-3, 2e-3]),
+            decimals: one(random, &[None, None, Some(4)]),
             backlash: backlash(random),
             ..Options::default()
         };

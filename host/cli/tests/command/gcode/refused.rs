@@ -30,7 +30,7 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G0 Z99999999", &["line 3", "Z9999", "outside its travel"]),
         ("G0 Z9999999999", &["line 3", "Z9999", "beyond 1e8"]),
         ("G10 L2 P1 A9999999999", &["line 3", "A9999", "beyond 1e8"]),
-        ("G0 A5", &["line 3", "A5", "no axis A"]),
+        ("G0 A5\nA6", &["line 4", "A6", "no axis A"]),
         ("G55 G0 X5", &["line 3", "X5", "G55", "[offset.\"G55\"]"]),
         ("G43 H7", &["line 3", "G43", "tool 7", "[tool.7]"]),
         (

@@ -2,6 +2,7 @@
 
 use super::spread::Statistics;
 use crate::gcode::correct::Options;
+use crate::gcode::limits::LEVER;
 use crate::gcode::rate::Rate;
 use crate::gcode::stream::StreamError;
 use serde::Serialize;
@@ -39,6 +40,10 @@ pub struct CheckResult {
     pub excess_line: u64,
     /// The largest angle of a rotary axis from the corrected path (µrad).
     pub off_urad: f64,
+    /// The largest distance (µm) of a place in a hole of a cycle that stays one from its corrected place; and its line.
+    pub hole_um: f64,
+    /// Its line in the program.
+    pub hole_line: u64,
     /// The largest distance (µm) on moves into which the step at a reversal is blended.
     pub blended_um: f64,
     /// Minutes of all feed moves, before and after, but for those per revolution.
@@ -80,7 +85,13 @@ impl CheckResult {
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {
-        self.excess_um == 0.0 && self.off_urad <= options.direction * 1e6 && self.times_differ == 0
+        let angles = options.angle_rounding();
+        let rounding = options.coarsest_rounding() + LEVER * angles;
+        let holes = options.hole_tolerance + options.tolerance + rounding;
+        self.excess_um == 0.0
+            && self.off_urad <= (options.direction + angles) * 1e6
+            && self.times_differ == 0
+            && self.hole_um <= holes * 1e3
     }
 }
 
@@ -108,9 +119,28 @@ pub enum CheckError {
     /// The corrected program ends, or jumps, too early.
     #[error("line {0} of the program: the corrected program has nothing for it")]
     Missing(u64),
-    /// More motions than belong to the program.
-    #[error("the corrected program goes on in line {0} where the program has ended")]
+    /// More lines than belong to the program.
+    #[error(
+        "the corrected program goes on in line {0} where the program has ended, or its map does"
+    )]
     More(u64),
+    /// The map cannot be read.
+    #[error("what the corrected lines are cannot be read: {0}")]
+    Map(std::io::Error),
+    /// A line of the corrected program that does something else than the map says.
+    #[error("line {0} of the corrected program does not do what it was written for")]
+    Unexplained(u64),
+    /// A mode that is another one.
+    #[error("line {line} of the corrected program: {what} differs from the program")]
+    Modes {
+        /// Line of the corrected program.
+        line: u64,
+        /// What differs.
+        what: &'static str,
+    },
+    /// A cycle that is not the one of the program, shifted.
+    #[error("line {0} of the program: the hole is not where its correction leads")]
+    Hole(u64),
     /// A position that cannot be evaluated.
     #[error("line {0} of the program leads where the compensation cannot follow")]
     Outside(u64),

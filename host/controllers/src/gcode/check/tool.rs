@@ -1,8 +1,10 @@
 //! What the exact machine does with the tool, before and after.
 
-use super::{Along, Check};
+use super::along::Along;
+use super::{Check, CheckError};
 use crate::gcode::axes::{self, COUNT, PerLetter};
-use crate::gcode::trace::Lost;
+use crate::gcode::program::Segment;
+use crate::gcode::trace::{Field, Travels};
 use trueaxis::Travel;
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::Htm;
@@ -15,15 +17,18 @@ impl Check<'_> {
     /// Errors of the tool where it should be at `q`, uncorrected and at what is written.
     pub(super) fn tool(
         &mut self,
-        along: &Along<'_>,
+        field: &Field<'_>,
+        segment: &Segment,
+        travel: &Travels,
         q: &PerLetter,
         at: &PerLetter,
-    ) -> Result<(), Lost> {
+    ) -> Result<(), CheckError> {
         let Some((exact, kinematics)) = &self.exact else {
             return Ok(());
         };
         let machine = exact.machine;
-        let moved = along.field.axes(at)?;
+        let moved = field.axes(at);
+        let moved = moved.map_err(|_| CheckError::Outside(segment.line))?;
         let position = |q: &PerLetter| -> PerAxis {
             let mut position = [0.0; COUNT];
             for (place, axis) in machine.axes.iter().enumerate() {
@@ -38,7 +43,7 @@ impl Check<'_> {
             // Where tables tell directions apart, both have turned when the hysteresis is passed.
             let way = match self.tables.directional & (1 << letter) {
                 0 => self.all[letter],
-                _ => along.travel.travel[letter],
+                _ => travel[letter],
             };
             situation.sign[place] = match way {
                 Travel::Positive => 1.0,
@@ -46,7 +51,7 @@ impl Check<'_> {
                 Travel::Unknown => 0.0,
             };
         }
-        situation.length = along.segment.length;
+        situation.length = segment.length;
         let nominal = kinematics.nominal(&position(q), situation.length);
         let actual = |q: &PerLetter| kinematics.actual(&position(q), &situation, &Switches::ALL);
         let own = machine.tool_length();
@@ -61,7 +66,7 @@ impl Check<'_> {
             let um = (other - (own.t - nominal_own.t)).norm() * 1e3;
             if um > self.found.length_um {
                 self.found.length_um = um;
-                self.found.length_line = along.segment.line;
+                self.found.length_line = segment.line;
             }
         }
         let error = |pose: &Htm| {
@@ -73,7 +78,7 @@ impl Check<'_> {
         let (before, after) = (error(&actual(q)), error(&actual(&moved)));
         let path = self.found.tool_path.get_or_insert_default();
         if after.0 > self.spreads[1].largest() {
-            path.worst_line = along.segment.line;
+            path.worst_line = segment.line;
         }
         for (spread, value) in self
             .spreads
@@ -81,6 +86,37 @@ impl Check<'_> {
             .zip([before.0, after.0, before.1, after.1])
         {
             spread.add(value);
+        }
+        Ok(())
+    }
+
+    /// Which way every axis goes at a part of the way.
+    pub(super) fn head(
+        &mut self,
+        along: &Along<'_>,
+        segment: &Segment,
+        t: f64,
+    ) -> Result<(), CheckError> {
+        if self.exact.is_none() {
+            return Ok(());
+        }
+        let (from, to) = if t < 0.999 {
+            (t, t + 0.001)
+        } else {
+            (t - 0.001, t)
+        };
+        let at = |t: f64| {
+            let q = along.field.axes(&segment.path.at(t));
+            q.map_err(|_| CheckError::Outside(segment.line))
+        };
+        let (from, to) = (at(from)?, at(to)?);
+        for i in 0..COUNT {
+            let by = to[i] - from[i];
+            if by > 1e-9 {
+                self.all[i] = Travel::Positive;
+            } else if by < -1e-9 {
+                self.all[i] = Travel::Negative;
+            }
         }
         Ok(())
     }

@@ -1,176 +1,157 @@
-//! Arcs: shifted where an arc keeps the corrected path, otherwise chords.
+//! Arcs: one that is fitted to the corrected path where it keeps the tolerance, otherwise several.
 
 use super::Corrector;
 use super::given::Moving;
-use super::piece::{Piece, Shape, Timing};
+use super::piece::{Piece, Shape};
 use crate::gcode::arc::Arc;
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut;
 use crate::gcode::fault::Fault;
 use crate::gcode::limits::Limits;
-use crate::gcode::moves::Rate;
-use crate::gcode::trace::{Node, Path};
+use crate::gcode::trace::{Lost, Node, Path};
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
-
-/// So much of a sagitta is seen at nodes, of which a chord has four, if it is largest between two of them: 1 - 1/16.
-const SEEN: f64 = 0.9375;
-
-/// An arc that turns by so much more or less (rad) is another one.
-const ANOTHER_TURN: f64 = 1.0;
-
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
+/// An arc is fitted to so many places within it, at least.
+const PLACES: usize = 8;
+
+/// A stretch of an arc while it is divided.
+struct Dividing<'d> {
+    arc: &'d Arc,
+    /// The corrected place at a part of the way.
+    place: &'d dyn Fn(f64) -> Result<Node, Lost>,
+    /// The nodes of the stretch.
+    nodes: &'d [Node],
+    limits: &'d Limits,
+    /// How many chords it would become.
+    chords: usize,
+    /// Their sagitta (mm).
+    sagitta: f64,
+}
 
 impl Corrector<'_> {
     /// G2, G3.
-    pub(super) fn arc(
-        &mut self,
-        arc: &Arc,
-        rate: Rate,
-        moving: &Moving,
-    ) -> Result<Vec<Piece>, Fault> {
+    pub(super) fn arc(&mut self, arc: &Arc, moving: &Moving) -> Result<Vec<Piece>, Fault> {
         let path = Path::Arc(*arc);
-        let last = self.trace(&path, 0, moving)?;
-        self.corrected(&last);
+        self.trace(&path, moving)?;
         let field = self.field();
-        let mut nodes = self.traced.nodes[1..].iter();
-        let reaches = nodes.try_for_each(|node| field.reaches(node));
-        reaches.map_err(|lost| moving.lost(lost))?;
-        let timing = self.timing(rate, &path);
         let [r0, r1] = arc.radii();
-        let farthest = LARGEST * r0.min(r1);
-        let limits = self.limits().within(farthest);
-        if self.is_offset() || self.options.undo {
-            return self.in_one(arc, &limits, timing, moving);
+        // Where words have fewer decimals an arc begins so far beside its place.
+        let begins = 0.5 * self.options.rounding(self.units());
+        let limits = self.limits().plus(begins).within(LARGEST * r0.min(r1));
+        if self.is_offset() {
+            return self.in_one(arc, &limits, moving);
         }
-        let join = self.join(&self.traced.nodes[0], &limits, timing);
-        let joined = |mut pieces: Vec<Piece>| {
-            join.into_iter().for_each(|join| pieces.insert(0, join));
-            pieces
-        };
-        if !self.nominal.tip {
-            let from = join.map_or(self.written.position.at, |join| join.to);
-            if let Some(pieces) = self.arc_runs(arc, from, &limits, timing) {
-                self.report.arcs[0] += 1;
-                return Ok(joined(pieces));
-            }
-        }
-        // Chords: nodes as close as a quarter of one.
-        let sagitta = self.options.chord.min(farthest);
-        let seen = SEEN * sagitta;
-        let chord = 2.0 * (1.0 - seen / r0.max(r1)).acos();
-        let finer = (4.0 * arc.sweep.abs() / chord).ceil() as usize;
-        // From the directions at its start again.
-        self.ways = self.start_ways.clone();
-        self.trace(&path, finer, moving)?;
-        let limits = limits.plus(seen);
-        let pieces = self.runs(&field, Shape::Feed, &limits, timing);
+        let pieces = self.runs(&field, &path, &limits);
         let pieces = pieces.map_err(|lost| moving.lost(lost))?;
-        self.report.arcs[1] += 1;
-        Ok(joined(pieces))
+        let is_chord = |piece: &Piece| piece.share.is_some() && piece.shape == Shape::Feed;
+        self.report.arcs[usize::from(pieces.iter().any(is_chord))] += 1;
+        Ok(pieces)
     }
 
-    /// An arc that must stay one: under cutter compensation, whatever that costs, and where a correction is taken away.
-    fn in_one(
-        &mut self,
-        arc: &Arc,
-        limits: &Limits,
-        timing: Timing,
-        moving: &Moving,
-    ) -> Result<Vec<Piece>, Fault> {
+    /// An arc that must stay one: under cutter compensation, whatever that costs.
+    fn in_one(&mut self, arc: &Arc, limits: &Limits, moving: &Moving) -> Result<Vec<Piece>, Fault> {
         let from = self.written.position.at;
         let nodes = &self.traced.nodes;
-        let whole = match self.traced.breaks.last() {
-            Some(last) if self.options.undo => &nodes[*last..],
-            _ => &nodes[..],
-        };
-        let shifted = match self.nominal.tip {
+        let fitted = match self.nominal.tip {
             true => None,
-            false => cut::fitted(arc, &from, whole),
+            false => cut::fitted(arc, &from, nodes),
         };
-        let cannot = || {
-            let [cause, remedy] = match self.options.undo {
-                true => [
-                    "an arc from which the correction cannot be taken away: its ends are too near",
-                    "keep the program as it was before it was corrected",
-                ],
-                false => [
-                    "an arc under cutter compensation that cannot stay one",
-                    "write the path out without G41 and G42",
-                ],
-            };
-            Fault::new(moving.span.clone(), cause, remedy)
+        let off = fitted.map(|fitted| cut::off_arc(&fitted, nodes, limits) * limits.linear);
+        // Ends of nearly a full turn say little of its centre.
+        let most = OTHER[0] * arc.radii()[0] + OTHER[1];
+        let (Some(fitted), Some(off)) = (fitted, off.filter(|off| *off <= most)) else {
+            return Err(Fault::new(
+                moving.span.clone(),
+                "an arc under cutter compensation that cannot stay one",
+                "write the path out without G41 and G42",
+            ));
         };
-        let as_read = || self.as_read(arc, &from, whole.last()?);
-        let shifted = shifted.or_else(as_read).ok_or_else(cannot)?;
-        if self.is_offset() && !self.options.undo {
-            let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
-            // Ends of nearly a full turn say little of its centre.
-            if off > OTHER[0] * arc.radii()[0] + OTHER[1] {
-                return Err(cannot());
-            }
-            self.report.under_cutter += 1;
-            self.report.under_cutter_off = self.report.under_cutter_off.max(off);
-        }
+        self.report.under_cutter += 1;
+        self.report.under_cutter_off = self.report.under_cutter_off.max(off);
         self.report.arcs[0] += 1;
-        Ok(vec![Piece::of(Shape::Arc(shifted), shifted.to, timing)])
+        Ok(vec![Piece::whole(Shape::Arc(fitted), fitted.to)])
     }
 
-    /// The arc about its centre, shifted as its end is, for one that is so short that its ends tell little of the centre;
-    /// only where a correction is taken away, and if it turns by as much or nearly.
-    fn as_read(&self, arc: &Arc, from: &PerLetter, last: &Node) -> Option<Arc> {
-        if !self.options.undo || self.nominal.tip {
-            return None;
-        }
-        let [i, j, _] = arc.axes;
-        let [x, y] = arc.centre;
-        let centre = [x + last.to[i] - last.q[i], y + last.to[j] - last.q[j]];
-        let read = Arc::new(
-            *from,
-            last.to,
-            arc.axes,
-            centre,
-            arc.sweep < 0.0,
-            arc.turns(),
-        );
-        ((read.sweep - arc.sweep).abs() < ANOTHER_TURN).then_some(read)
-    }
-
-    /// Arcs along the nodes; `None` if the path is not kept by arcs.
-    fn arc_runs(
+    /// Arcs along the nodes of a stretch, and chords where no arc keeps it; returns where they end.
+    pub(super) fn arcs(
         &mut self,
         arc: &Arc,
-        mut from: PerLetter,
+        place: &dyn Fn(f64) -> Result<Node, Lost>,
+        nodes: &[Node],
+        from: PerLetter,
         limits: &Limits,
-        timing: Timing,
-    ) -> Option<Vec<Piece>> {
-        let mut pieces = Vec::new();
-        let before = self.report.take_ups;
-        let mut last_t = 0.0;
-        for (number, run) in self.runs_of().into_iter().enumerate() {
-            if number > 0 {
-                let to = self.traced.nodes[run.start].to;
-                self.take_up(to, Shape::Feed, timing, &mut pieces);
-                if self.options.backlash.is_apart() {
-                    from = to;
-                }
-            }
-            if run.len() < 2 {
-                continue;
-            }
-            let nodes = &self.traced.nodes[run];
-            let Some(shifted) = cut::arc(arc, &from, nodes, limits) else {
-                self.report.take_ups = before;
-                return None;
-            };
-            from = shifted.to;
-            let t = nodes[nodes.len() - 1].t;
-            let timing = timing.shared(t - last_t);
-            pieces.push(Piece::of(Shape::Arc(shifted), shifted.to, timing));
-            last_t = t;
+        pieces: &mut Vec<Piece>,
+    ) -> Result<PerLetter, Lost> {
+        let [r0, r1] = arc.radii();
+        let sagitta = self.options.chord.min(LARGEST * r0.min(r1));
+        let chord = 2.0 * (1.0 - sagitta / r0.max(r1)).acos();
+        let part = nodes[nodes.len() - 1].t - nodes[0].t;
+        let dividing = Dividing {
+            arc,
+            place,
+            nodes,
+            limits,
+            chords: (part * arc.sweep.abs() / chord).ceil().max(1.0) as usize,
+            sagitta,
+        };
+        self.divide(&dividing, [0, dividing.chords], from, pieces)
+    }
+
+    /// The part of a stretch from one chord to another: an arc if it is one, or halves of it.
+    fn divide(
+        &mut self,
+        dividing: &Dividing<'_>,
+        [a, b]: [usize; 2],
+        from: PerLetter,
+        pieces: &mut Vec<Piece>,
+    ) -> Result<PerLetter, Lost> {
+        let nodes = dividing.nodes([a, b])?;
+        if let Some(fitted) = cut::fitted(dividing.arc, &from, &nodes)
+            && cut::off_arc(&fitted, &nodes, dividing.limits) <= 1.0
+        {
+            let [first, last] = [&nodes[0], &nodes[nodes.len() - 1]];
+            pieces.push(Piece {
+                shape: Shape::Arc(fitted),
+                to: fitted.to,
+                until: last.t,
+                share: Some(last.t - first.t),
+            });
+            return Ok(fitted.to);
         }
-        Some(pieces)
+        if b - a == 1 {
+            let limits = dividing.limits.plus(dividing.sagitta);
+            self.lines(&nodes, &limits, pieces);
+            return Ok(nodes[nodes.len() - 1].to);
+        }
+        let middle = (a + b) / 2;
+        let from = self.divide(dividing, [a, middle], from, pieces)?;
+        self.divide(dividing, [middle, b], from, pieces)
+    }
+}
+
+impl Dividing<'_> {
+    /// Corrected places from one chord to another.
+    fn nodes(&self, [a, b]: [usize; 2]) -> Result<Vec<Node>, Lost> {
+        let [first, last] = [&self.nodes[0], &self.nodes[self.nodes.len() - 1]];
+        let end = |chord: usize| match chord {
+            0 => Ok(*first),
+            chord if chord == self.chords => Ok(*last),
+            chord => (self.place)(first.t + (last.t - first.t) * chord as f64 / self.chords as f64),
+        };
+        let (begin, end) = (end(a)?, end(b)?);
+        let within = self.nodes.iter().copied();
+        let mut nodes: Vec<Node> = within.filter(|n| n.t > begin.t && n.t < end.t).collect();
+        if nodes.len() < PLACES {
+            for k in 1..=PLACES {
+                let part = k as f64 / (PLACES + 1) as f64;
+                nodes.push((self.place)(begin.t + part * (end.t - begin.t))?);
+            }
+        }
+        nodes.extend([begin, end]);
+        nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
+        Ok(nodes)
     }
 }

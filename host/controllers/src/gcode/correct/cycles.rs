@@ -1,24 +1,29 @@
-//! Canned cycles: corrected words where that is right, single moves where it is not.
+//! Canned cycles: shifted as a whole by the correction at the bottom of the hole, single moves where that does not hold.
 
 mod shifted;
 mod written_out;
 
 use super::Corrector;
-use super::feed::TIMES;
 use super::given::{Given, Moving};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cycle::{Cycle, Part};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
-use crate::gcode::modal::{Distance, Retract, Spindle, Units};
-use crate::gcode::number;
+use crate::gcode::limits::displacement;
+use crate::gcode::modal::{Retract, Spindle};
 use crate::gcode::trace::{Field, Lost, Node};
+use crate::gcode::travel_directions::TravelDirections;
 
-/// Heights at which a hole is looked at.
-const HEIGHTS: usize = 9;
+/// Heights at which a hole is looked at, besides its bottom.
+const HEIGHTS: usize = 8;
 
-/// Half of the last digit of two words (mm).
-const DIGIT: f64 = 1e-4;
+/// A hole of a cycle.
+struct Hole {
+    /// Its corrected bottom.
+    bottom: Node,
+    /// How far any place in it is off, if the hole is shifted by the correction of its bottom (mm).
+    off: f64,
+}
 
 impl Corrector<'_> {
     pub(super) fn cycle(
@@ -28,186 +33,140 @@ impl Corrector<'_> {
         moving: &Moving,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let single = cycle.repeat == 1 && self.written_out != Some(cycle.code);
-        let straight = self.tables.directional & (1 << cycle.axes[2]) == 0
-            && !self.nominal.offsets.is_turned()
-            && self.nominal.distance == Some(Distance::Absolute);
-        if self.options.undo && single && straight {
-            let mut hole = cycle.first;
-            hole[cycle.axes[2]] = cycle.bottom;
-            self.go_back(&hole, 0, moving)?;
-        }
         let field = self.field();
-        // A correction is taken away from cycles that stayed ones, whatever the tolerance was.
-        let undo = self.options.undo;
-        let (mut stays, mut takes) = (single && straight, None);
-        if stays && !undo {
-            let keeps = || Ok(self.feeds_to_r(&field, cycle)? && self.is_constant(&field, cycle)?);
-            stays = keeps().map_err(|lost| moving.lost(lost))?;
-            if stays {
-                takes = self
-                    .takes_otherwise(&field, cycle)
-                    .map_err(|lost| moving.lost(lost))?;
-                stays = takes.is_none();
-            }
-        }
-        let in_series = self.written.cycle.is_some() || self.written_out.is_none();
-        if stays && in_series && self.keeps_level(&field, cycle, moving)? {
-            self.written_out = None;
+        let before = self.ways.clone();
+        let holes = self
+            .holes(&field, cycle)
+            .map_err(|lost| moving.lost(lost))?;
+        self.knows_directions(moving)?;
+        let off = holes.iter().map(|hole| hole.off).fold(0.0, f64::max);
+        let keeps_place = off <= self.options.hole_tolerance;
+        if keeps_place && self.keeps_level(cycle, &holes) {
             self.report.cycles[0] += 1;
+            self.report.holes_off = self.report.holes_off.max(off);
             // Above the hole it has the correction of the bottom.
             self.joined = false;
-            return self.shifted(given, cycle, moving, out);
+            return self.shifted(given, cycle, &holes, out);
         }
+        let why = match keeps_place {
+            true => "the level to which it returns is another one than that before it".to_owned(),
+            false => format!(
+                "the correction changes by {:.1} µm along it, more than the {:.1} µm of --hole-tolerance",
+                off * 1e3,
+                self.options.hole_tolerance * 1e3
+            ),
+        };
+        let code = cycle.code / 10;
         let Some(parts) = cycle.parts() else {
-            let code = cycle.code / 10;
-            let (cause, remedy) = match takes {
-                Some([planned, now]) => (
-                    format!(
-                        "G{code} would feed {now:.4} mm in the place of {planned:.4} mm, more than {} % of its time, and \
-                         cannot be written out",
-                        TIMES * 100.0
-                    ),
-                    "write G99, or use the compensation in the controller",
-                ),
-                None => (
-                    format!(
-                        "the correction changes over this hole, and G{code} cannot be written out"
-                    ),
-                    "give a larger --tolerance, or use the compensation in the controller",
-                ),
-            };
-            return Err(Fault::new(moving.span.clone(), cause, remedy));
+            return Err(Fault::new(
+                moving.span.clone(),
+                format!("G{code} cannot be written out, and {why}"),
+                "give a larger --hole-tolerance, or use the compensation in the controller",
+            ));
         };
         if parts.contains(&Part::SpindleStops) {
-            self.needs_spindle(cycle, moving)?;
+            self.needs_spindle(cycle, &why, moving)?;
         }
-        self.written_out = Some(cycle.code);
-        self.report.cycles[1] += 1;
+        self.report.write_out(self.line, format!("G{code}: {why}"));
+        self.ways = before;
         self.write_out(given, cycle, &parts, moving, out)
     }
 
     /// What stops the spindle starts it again: it must be known how.
-    fn needs_spindle(&self, cycle: &Cycle, moving: &Moving) -> Result<(), Fault> {
+    fn needs_spindle(&self, cycle: &Cycle, why: &str, moving: &Moving) -> Result<(), Fault> {
         match self.nominal.spindle {
             Some(Spindle::Clockwise | Spindle::Counterclockwise) => Ok(()),
             Some(Spindle::Stands) | None => Err(Fault::new(
                 moving.span.clone(),
                 format!(
-                    "the correction changes over this hole, and G{} is written out only where the spindle is known \
-                     to turn",
+                    "{why}, and G{} is written out only where the spindle is known to turn",
                     cycle.code / 10
                 ),
-                "write M3 or M4 before it, after the last tool change",
+                "write M3 or M4 before it, after the last tool change, or give a larger --hole-tolerance",
             )),
         }
     }
 
-    /// False if the cycle needs a line before it, which ends its series, and would not return to the level any more that
-    /// was before that.
-    fn keeps_level(
-        &self,
-        field: &Field<'_>,
-        cycle: &Cycle,
-        moving: &Moving,
-    ) -> Result<bool, Fault> {
-        let level = |initial: f64| initial.max(cycle.r);
-        let from = cycle.from[cycle.axes[2]];
-        if cycle.retract == Retract::Plane || level(from) == level(cycle.initial) {
-            return Ok(true);
+    /// The holes of a cycle, each with the directions of the way down to it; directions are those behind it then.
+    fn holes(&mut self, field: &Field<'_>, cycle: &Cycle) -> Result<Vec<Hole>, Lost> {
+        let mut holes = Vec::new();
+        let mut ways = self.ways.clone();
+        for at in cycle.holes() {
+            let hole = hole(field, cycle, &at, &mut ways)?;
+            field.reaches(&hole.bottom)?;
+            self.corrected(&hole.bottom);
+            holes.push(hole);
         }
-        let bottom = self.in_hole(field, cycle, cycle.bottom);
-        let bottom = bottom.map_err(|lost| moving.lost(lost))?;
-        Ok(self.outside(cycle, &bottom.to).is_none())
+        self.ways = ways;
+        Ok(holes)
+    }
+
+    /// False if the cycle cannot go on with its series, and would not return to the level any more that was before that.
+    fn keeps_level(&self, cycle: &Cycle, holes: &[Hole]) -> bool {
+        let level = |initial: f64| initial.max(cycle.r);
+        let goes_on = self.written.cycle.is_some()
+            && holes.iter().all(|hole| self.outside(cycle, hole).is_none());
+        let begins = self.written.cycle.is_none() && cycle.from[cycle.axes[2]] == cycle.initial;
+        let same = level(cycle.from[cycle.axes[2]]) == level(cycle.initial);
+        goes_on || begins || cycle.retract == Retract::Plane || same
     }
 
     /// Where rotary axes and others outside the plane have to go before the hole, if they do not stand there.
-    fn outside(&self, cycle: &Cycle, to: &PerLetter) -> Option<PerLetter> {
-        let mut before = self.written.position.at;
-        let mut moves = false;
+    fn outside(&self, cycle: &Cycle, hole: &Hole) -> Option<PerLetter> {
+        let here = self.written.position.at;
+        let mut off = [0.0; crate::gcode::axes::COUNT];
         for axis in bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis)) {
-            let finest = number::finest(number::decimals(axis, Units::Millimetre));
-            if (to[axis] - before[axis]).abs() >= finest {
-                before[axis] = to[axis];
-                moves = true;
-            }
+            off[axis] = hole.bottom.to[axis] - here[axis];
         }
-        moves.then_some(before)
+        self.is_beside(&off, &self.limits())
+            .then(|| std::array::from_fn(|i| here[i] + off[i]))
     }
+}
 
-    /// False for G89 that feeds out beyond R, to the level before its series: what is corrected there is not the hole. Two
-    /// that are the same become two that are not, where the correction of the level is that of another place.
-    fn feeds_to_r(&self, field: &Field<'_>, cycle: &Cycle) -> Result<bool, Lost> {
-        if !cycle.feeds_to_level() {
-            return Ok(true);
+/// The hole at a place; directions go down into it and out again.
+fn hole(
+    field: &Field<'_>,
+    cycle: &Cycle,
+    at: &PerLetter,
+    ways: &mut TravelDirections,
+) -> Result<Hole, Lost> {
+    let place = |height: f64| {
+        let mut place = *at;
+        place[cycle.axes[2]] = height;
+        place
+    };
+    let come = |ways: &mut TravelDirections, height: f64| {
+        if field.turns {
+            ways.come_to(field.tables, &place(height));
         }
-        let bottom = self.in_hole(field, cycle, cycle.bottom)?;
-        let level = self.level(cycle, &bottom.to);
-        let top = self.in_hole(field, cycle, cycle.r)?.to[cycle.axes[2]];
-        Ok(cycle.clear() <= cycle.r && level - top + DIGIT <= self.options.tolerance)
-    }
-
-    /// Where the corrected program is before the series of a cycle with this bottom.
-    fn level(&self, cycle: &Cycle, bottom: &PerLetter) -> f64 {
-        let series = self.written.cycle.map(|written| written.initial);
-        let stays = series.filter(|_| self.outside(cycle, bottom).is_none());
-        stays.unwrap_or(self.written.position.at[cycle.axes[2]])
-    }
-
-    /// `None` if its feeds take as long as those of the program; otherwise how far (mm) one of them goes there, and
-    /// corrected. Down and out of a thread are one.
-    fn takes_otherwise(&self, field: &Field<'_>, cycle: &Cycle) -> Result<Option<[f64; 2]>, Lost> {
-        let bottom = self.in_hole(field, cycle, cycle.bottom)?.to;
-        let top = self.in_hole(field, cycle, cycle.r)?.to[cycle.axes[2]];
-        let level = match cycle.retract {
-            Retract::Initial => self.level(cycle, &bottom).max(top),
-            Retract::Plane => top,
-        };
-        let [planned, now] = [
-            [cycle.r - cycle.bottom, cycle.clear() - cycle.r],
-            [top - bottom[cycle.axes[2]], level - top],
-        ];
-        let feeds = |[depth, out]: [f64; 2]| match cycle.code {
-            890 if cycle.feeds_to_level() => [depth, depth + out],
-            _ if cycle.parts().is_none() => [2.0 * depth + out; 2],
-            _ => [depth; 2],
-        };
-        let mut pairs = feeds(planned).into_iter().zip(feeds(now));
-        let differs = |[planned, now]: &[f64; 2]| {
-            *planned > 0.0 && (now - planned).abs() + 2.0 * DIGIT > TIMES * planned
-        };
-        Ok(pairs.find_map(|(planned, now)| Some([planned, now]).filter(differs)))
-    }
-
-    /// True if one correction across the hole, and one straight line along it, hold over its depth.
-    fn is_constant(&self, field: &Field<'_>, cycle: &Cycle) -> Result<bool, Lost> {
-        let limits = self.limits();
-        let n = cycle.axes[2];
-        let bottom = self.in_hole(field, cycle, cycle.bottom)?;
-        let top = self.in_hole(field, cycle, cycle.r)?;
-        for k in 0..HEIGHTS {
+    };
+    let normal = cycle.axes[2];
+    come(ways, at[normal].max(cycle.r));
+    come(ways, cycle.bottom);
+    let bottom = field.node(1.0, &place(cycle.bottom), &ways.travel)?;
+    let mut off = 0.0_f64;
+    let mut look = |ways: &TravelDirections, is_out: bool| -> Result<(), Lost> {
+        for k in 0..=HEIGHTS {
             let part = k as f64 / HEIGHTS as f64;
-            let node = self.in_hole(field, cycle, cycle.r + (cycle.bottom - cycle.r) * part)?;
-            let mut off: PerLetter =
+            let node = field.node(
+                1.0,
+                &place(cycle.r + (cycle.bottom - cycle.r) * part),
+                &ways.travel,
+            )?;
+            let mut by: PerLetter =
                 std::array::from_fn(|i| (node.to[i] - node.q[i]) - (bottom.to[i] - bottom.q[i]));
-            off[n] = node.to[n] - top.to[n] - part * (bottom.to[n] - top.to[n]);
-            if limits.of(&off) > 1.0 {
-                return Ok(false);
+            if is_out {
+                // Out again it is at the same place, but for where along its axis it has come.
+                by[normal] = 0.0;
             }
+            off = off.max(displacement(&by));
         }
-        Ok(true)
+        Ok(())
+    };
+    look(ways, false)?;
+    come(ways, cycle.clear());
+    if cycle.feeds_out() {
+        look(ways, true)?;
     }
-
-    /// The corrected position in the first hole of a cycle.
-    fn in_hole(&self, field: &Field<'_>, cycle: &Cycle, height: f64) -> Result<Node, Lost> {
-        let mut hole = cycle.first;
-        hole[cycle.axes[2]] = height;
-        let mut ways = self.ways.clone();
-        if self.axes_turn() && !self.options.undo {
-            ways.come_to(self.tables, &hole);
-        }
-        let node = field.node(1.0, &hole, &ways)?;
-        field.reaches(&node)?;
-        Ok(node)
-    }
+    Ok(Hole { bottom, off })
 }

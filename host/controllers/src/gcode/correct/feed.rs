@@ -19,6 +19,9 @@ impl Corrector<'_> {
     /// A difference of positions in units of the program.
     fn in_program(&self, by: &PerLetter) -> PerLetter {
         let unit = self.unit();
+        if unit == 1.0 {
+            return *by;
+        }
         std::array::from_fn(|i| if is_rotary(i) { by[i] } else { by[i] / unit })
     }
 
@@ -36,63 +39,55 @@ impl Corrector<'_> {
             }
         };
         let minutes = match rate {
-            Rate::Rapid => return Timing::None,
-            _ if length == 0.0 => return Timing::None,
             Rate::PerMinute(f) | Rate::PerRevolution(f) => length / f,
-            Rate::Inverse(f) => 1.0 / f,
+            Rate::Inverse(f) if length > 0.0 => 1.0 / f,
+            Rate::Inverse(_) | Rate::Rapid => 0.0,
         };
-        Timing::Part {
+        Timing {
             rate,
             minutes,
-            share: 1.0,
             turns: (0..COUNT).any(|i| is_rotary(i) && by[i] != 0.0),
         }
     }
 
     /// The F of a piece: what must hold while it moves.
-    pub(super) fn feed(&self, piece: &Piece, to: &PerLetter) -> Option<f64> {
+    pub(super) fn feed(&self, piece: &Piece, timing: &Timing, to: &PerLetter) -> Option<f64> {
+        let Some(share) = piece.share else {
+            return match timing.rate {
+                Rate::Rapid => None,
+                Rate::PerMinute(f) | Rate::PerRevolution(f) => Some(f),
+                // A twentieth of a second, for a few µm.
+                Rate::Inverse(_) => Some(1200.0),
+            };
+        };
+        let (f, minutes) = match timing.rate {
+            _ if timing.minutes == 0.0 => return None,
+            Rate::Rapid => return None,
+            Rate::Inverse(f) => return Some(if share >= 1.0 - 1e-9 { f } else { f / share }),
+            Rate::PerMinute(f) | Rate::PerRevolution(f) => (f, timing.minutes * share),
+        };
         let by: PerLetter = std::array::from_fn(|i| {
             let by = to[i] - self.written.position.at[i];
             // Rounding does not count as a motion.
             if by.abs() < NOTHING { 0.0 } else { by }
         });
         let by = self.in_program(&by);
-        match piece.timing {
-            Timing::None => None,
-            Timing::TakeUp => match piece.feed? {
-                Rate::Rapid => None,
-                Rate::PerMinute(f) | Rate::PerRevolution(f) => Some(f),
-                // A twentieth of a second, for a few µm.
-                Rate::Inverse(_) => Some(1200.0),
-            },
-            Timing::Part {
-                rate,
-                minutes,
-                share,
-                turns,
-            } => match rate {
-                Rate::Rapid => None,
-                Rate::Inverse(f) => Some(if share >= 1.0 - 1e-9 { f } else { f / share }),
-                Rate::PerMinute(f) | Rate::PerRevolution(f) => {
-                    let length = match piece.shape {
-                        Shape::Arc(arc) => {
-                            let linear = self.as_written(&arc, to).length() / self.unit();
-                            self.rules.dialect.arc_length(linear, &by)
-                        }
-                        _ => self.rules.dialect.length(&by),
-                    };
-                    let needed = length / (minutes * share);
-                    let turns = turns || (3..6).any(|i| by[i] != 0.0);
-                    let allowed = if turns { 1e-4 } else { TIMES };
-                    let same = (needed / f - 1.0).abs() <= allowed;
-                    Some(if same || !needed.is_finite() || needed <= 0.0 {
-                        f
-                    } else {
-                        needed
-                    })
-                }
-            },
-        }
+        let length = match piece.shape {
+            Shape::Arc(arc) => {
+                let linear = self.as_written(&arc, to).length() / self.unit();
+                self.rules.dialect.arc_length(linear, &by)
+            }
+            _ => self.rules.dialect.length(&by),
+        };
+        let needed = length / minutes;
+        let turns = timing.turns || (3..6).any(|i| by[i] != 0.0);
+        let allowed = if turns { 1e-4 } else { TIMES };
+        let same = (needed / f - 1.0).abs() <= allowed;
+        Some(if same || !needed.is_finite() || needed <= 0.0 {
+            f
+        } else {
+            needed
+        })
     }
 
     /// An arc between ends that are rounded, which is more than 1 % of a short one; as it is, if they would make another

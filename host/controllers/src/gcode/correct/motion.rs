@@ -1,20 +1,15 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
 use super::given::{Given, Moving, span_of};
-use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::{PerLetter, is_rotary};
+use crate::gcode::axes::is_rotary;
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
 use crate::gcode::moves::Move;
-use crate::gcode::trace::{Field, Node, Path};
-use crate::gcode::travel_directions::TravelDirections;
+use crate::gcode::trace::{Field, Node, Path, Stretch};
 use crate::gcode::words::{Block, Word};
-
-/// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: cuts take the rest.
-const BESIDE: f64 = 0.3;
 
 impl<'a> Corrector<'a> {
     /// A line with a motion.
@@ -44,18 +39,19 @@ impl<'a> Corrector<'a> {
             }
         }
         self.modes_first(given.block)?;
-        if let Move::Straight(straight, rate) = motion
-            && self.options.undo
-            && self.is_step_of_reversal(straight, *rate, &moving)?
-        {
-            return self.stands(given, straight, *rate, out);
-        }
-        let pieces = match motion {
-            Move::Straight(straight, rate) => self.straight(straight, *rate, &moving)?,
-            Move::Arc(arc, rate) => self.arc(arc, *rate, &moving)?,
+        let (pieces, timing) = match motion {
+            Move::Straight(straight, rate) => {
+                let path = Path::Line(straight.from.at, straight.to);
+                let timing = self.timing(*rate, &path);
+                (self.straight(straight, *rate, &moving)?, timing)
+            }
+            Move::Arc(arc, rate) => {
+                let timing = self.timing(*rate, &Path::Arc(*arc));
+                (self.arc(arc, &moving)?, timing)
+            }
             Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
         };
-        self.write_all(given, &pieces, out)?;
+        self.write_all(given, &pieces, &timing, out)?;
         let comes_back = matches!(motion, Move::Straight(straight, _) if straight.comes_back);
         let holds =
             matches!(motion, Move::Straight(straight, rate) if self.held(straight, *rate) != 0);
@@ -70,9 +66,6 @@ impl<'a> Corrector<'a> {
     /// G33.1 ends where it began.
     fn come_back(&mut self, moving: &Moving) -> Result<(), Fault> {
         let at = self.nominal.position.at;
-        if self.options.undo {
-            return self.go_back(&at, 0, moving);
-        }
         if self.axes_turn() {
             let q = self.field().axes(&at);
             let q = q.map_err(|lost| moving.lost(lost))?;
@@ -120,8 +113,7 @@ impl<'a> Corrector<'a> {
             length: self
                 .nominal
                 .field_length(self.rules, self.tables.takes_length),
-            undo: self.options.undo,
-            keeps_directions: false,
+            turns: self.axes_turn(),
         }
     }
 
@@ -136,77 +128,39 @@ impl<'a> Corrector<'a> {
         )
     }
 
-    /// The nodes of a path, and the direction of each axis at its end; returns the last node.
-    pub(super) fn trace(
+    /// The stretches of a path between reversals; directions are those at its end then.
+    pub(super) fn stretches(
         &mut self,
         path: &Path,
-        finer: usize,
         moving: &Moving,
-    ) -> Result<Node, Fault> {
-        let mut field = self.field();
-        let limits = self.limits();
-        self.start_ways = self.ways.clone();
-        if self.options.undo {
-            // Axes of a corrected program turn round between its moves.
-            self.go_back(&path.at(1.0), 0, moving)?;
-            field.keeps_directions = true;
-        } else if !self.axes_turn() {
-            field.keeps_directions = true;
-        }
-        let mut ways = self.ways.clone();
-        let last = field.trace(path, &limits, &mut ways, finer, &mut self.traced);
-        let last = last.map_err(|lost| moving.lost(lost))?;
-        self.ways = ways;
-        match self.ways.missing(self.tables) {
-            Some(axis) => Err(moving.direction_unknown(axis)),
-            None => Ok(last),
-        }
-    }
-
-    /// False where directions stay what they are, whichever way axes go: reversals are left out.
-    pub(super) fn axes_turn(&self) -> bool {
-        self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
-    }
-
-    /// The directions in which the axes of a corrected program have come to a position; those that are held (bits) have
-    /// not moved.
-    pub(super) fn go_back(
-        &mut self,
-        to: &PerLetter,
-        held: u16,
-        moving: &Moving,
-    ) -> Result<(), Fault> {
+    ) -> Result<Vec<Stretch>, Fault> {
         let field = self.field();
-        if self.axes_turn() {
-            let at = |ways: &TravelDirections| {
-                let mut node = field.node(1.0, to, ways)?;
-                self.hold(held, &mut node);
-                Ok(node.moved)
-            };
-            let mut ways = self.ways.clone();
-            let done = ways.come_by(self.tables, at);
-            self.ways = ways;
-            done.map_err(|lost| moving.lost(lost))?;
-        }
+        self.start_travel = self.ways.travel;
+        let stretches = field.stretches(path, &mut self.ways);
+        let stretches = stretches.map_err(|lost| moving.lost(lost))?;
+        self.knows_directions(moving)?;
+        Ok(stretches)
+    }
+
+    /// The nodes of a path.
+    pub(super) fn trace(&mut self, path: &Path, moving: &Moving) -> Result<(), Fault> {
+        let stretches = self.stretches(path, moving)?;
+        let (field, limits) = (self.field(), self.limits());
+        let traced = field.trace(path, &limits, &stretches, &mut self.traced);
+        traced.map_err(|lost| moving.lost(lost))
+    }
+
+    /// The directions of all axes whose tables need them must be known.
+    pub(super) fn knows_directions(&self, moving: &Moving) -> Result<(), Fault> {
         match self.ways.missing(self.tables) {
             Some(axis) => Err(moving.direction_unknown(axis)),
             None => Ok(()),
         }
     }
 
-    /// The step onto the corrected path, where a motion that feeds begins elsewhere.
-    pub(super) fn join(&self, first: &Node, limits: &Limits, timing: Timing) -> Option<Piece> {
-        let at = self.written.position.at;
-        let off = std::array::from_fn(|i| first.to[i] - at[i]);
-        let stays = self.joined || self.options.undo || self.is_offset();
-        if stays || limits.of(&off) <= BESIDE {
-            return None;
-        }
-        let piece = Piece::of(Shape::Feed, first.to, timing);
-        Some(Piece {
-            timing: Timing::TakeUp,
-            ..piece
-        })
+    /// False where directions stay what they are, whichever way axes go: reversals are left out.
+    pub(super) fn axes_turn(&self) -> bool {
+        self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
 
     /// Takes in how far a position was corrected.

@@ -6,6 +6,7 @@ use super::write::replace_number;
 use crate::gcode::axes::{self, Position, is_rotary};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
+use crate::gcode::line_map::Role;
 use crate::gcode::number;
 use crate::gcode::trace::Lost;
 
@@ -38,17 +39,13 @@ impl Corrector<'_> {
                 && self.nominal.position.missing(self.tables.axes).is_none()
                 && self.axes_turn()
             {
-                // Where a correction is taken away the other axes are where they are without it.
-                let state = match self.options.undo {
-                    true => &self.written,
-                    false => &self.nominal,
-                };
-                let at = state.position.at;
+                let at = self.nominal.position.at;
                 self.ways.come_to(self.tables, &at);
             }
         }
         out.extend_from_slice(given.line);
         out.extend_from_slice(given.eol);
+        self.note(Role::Plain);
         Ok(())
     }
 
@@ -114,8 +111,9 @@ impl Corrector<'_> {
             };
             let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
             // More decimals: what is lost here is lost everywhere behind it.
-            let decimals = word.decimals.min(9);
-            let decimals = decimals.max(number::decimals(axis, self.units()) + 1);
+            let decimals = self.kept(word.decimals);
+            let more = usize::from(self.options.decimals.is_none());
+            let decimals = decimals.max(self.options.decimals(axis, self.units()) + more);
             let value = number::rounded(meant[axis] / unit, decimals);
             replace_number(&mut edits, self.rules, word, value, decimals);
         }
@@ -124,6 +122,7 @@ impl Corrector<'_> {
         self.edits = edits;
         self.follow(&out[from..], None)?;
         out.extend_from_slice(given.eol);
+        self.note(Role::Plain);
         Ok(())
     }
 }

@@ -15,24 +15,15 @@ pub enum Shape {
     Arc(Arc),
 }
 
-/// How long a piece is to take.
+/// What a motion takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Timing {
-    /// As it comes.
-    None,
-    /// A part of the time of a motion.
-    Part {
-        /// What the program says.
-        rate: Rate,
-        /// What the whole motion takes (minutes, or revolutions).
-        minutes: f64,
-        /// The part of it.
-        share: f64,
-        /// True if rotary axes move.
-        turns: bool,
-    },
-    /// A step at a reversal, with this F.
-    TakeUp,
+pub struct Timing {
+    /// What the program says.
+    pub rate: Rate,
+    /// What the whole motion takes (minutes, or revolutions); 0 where that is not told: rapids, threads.
+    pub minutes: f64,
+    /// True if rotary axes move.
+    pub turns: bool,
 }
 
 /// A single move that is written.
@@ -42,44 +33,30 @@ pub struct Piece {
     pub shape: Shape,
     /// Where it ends, in words' coordinates.
     pub to: PerLetter,
-    /// How long it is to take.
-    pub timing: Timing,
-    /// The F of the motion, under which a take-up runs.
-    pub feed: Option<Rate>,
+    /// The part of the way at which it ends: 1 at the end of the motion.
+    pub until: f64,
+    /// Its part of the time of the motion; `None`: a step onto the corrected path, which takes what it takes.
+    pub share: Option<f64>,
 }
 
 impl Piece {
-    /// A motion, or a part of it.
-    pub fn of(shape: Shape, to: PerLetter, timing: Timing) -> Self {
-        let feed = match timing {
-            Timing::Part { rate, .. } => Some(rate),
-            _ => None,
-        };
+    /// All of a motion.
+    pub fn whole(shape: Shape, to: PerLetter) -> Self {
         Self {
             shape,
             to,
-            timing,
-            feed,
+            until: 1.0,
+            share: Some(1.0),
         }
     }
-}
 
-impl Timing {
-    /// A part of this time.
-    pub fn shared(self, part: f64) -> Self {
-        match self {
-            Self::Part {
-                rate,
-                minutes,
-                share,
-                turns,
-            } => Self::Part {
-                rate,
-                minutes,
-                share: share * part,
-                turns,
-            },
-            other => other,
+    /// A step onto the corrected path, at a part of the way.
+    pub fn step(to: PerLetter, until: f64) -> Self {
+        Self {
+            shape: Shape::Feed,
+            to,
+            until,
+            share: None,
         }
     }
 }

@@ -1,83 +1,115 @@
-//! Straight pieces along a corrected path, between the places where axes turn round.
+//! Pieces along a corrected path, stretch by stretch between reversals.
 
-use super::Corrector;
-use super::piece::{Piece, Shape, Timing};
+use super::piece::{Piece, Shape};
+use super::{Backlash, Corrector};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut;
 use crate::gcode::limits::Limits;
-use crate::gcode::trace::{Field, Lost};
-use std::ops::Range;
+use crate::gcode::trace::{Field, Lost, Node, Path};
+
+/// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: pieces take the rest.
+const BESIDE: f64 = 0.3;
+/// What rounding leaves of a place, in last digits of words: one of an axis that no word names, and a little more.
+const ROUNDED: f64 = 1.1;
+/// Over so much of a move the step at a reversal is blended (mm, or degrees).
+const BLEND: f64 = 1.0;
 
 impl Corrector<'_> {
-    /// The runs between reversals, as ranges of the nodes.
-    pub(super) fn runs_of(&self) -> Vec<Range<usize>> {
-        let (nodes, breaks) = (&self.traced.nodes, &self.traced.breaks);
-        let mut from = 0;
-        let mut runs = Vec::with_capacity(breaks.len() + 1);
-        for end in breaks.iter().copied().chain([nodes.len()]) {
-            runs.push(from..end);
-            from = end;
-        }
-        runs
+    /// True if a place is so far from another one that a step leads there.
+    pub(super) fn is_beside(&self, off: &PerLetter, limits: &Limits) -> bool {
+        let last = self.options.resolutions();
+        let mut pairs = off.iter().zip(last);
+        pairs.any(|(off, last)| off.abs() > ROUNDED * last) && limits.of(off) > BESIDE
     }
 
-    /// The step where a direction changes, if it is a move of its own.
-    pub(super) fn take_up(
-        &mut self,
-        to: PerLetter,
-        shape: Shape,
-        timing: Timing,
-        pieces: &mut Vec<Piece>,
-    ) {
-        if !self.options.backlash.is_apart() || self.is_offset() {
-            return;
-        }
-        let shape = match shape {
-            Shape::Rapid => Shape::Rapid,
-            _ => Shape::Feed,
-        };
-        let feed = Piece::of(shape, to, timing).feed;
-        pieces.push(Piece {
-            shape,
-            to,
-            timing: Timing::TakeUp,
-            feed,
-        });
-        self.report.take_ups += 1;
-    }
-
-    /// Straight pieces along the nodes.
+    /// Pieces along the path that was traced, each stretch of it after the step onto it.
     ///
     /// # Errors
-    /// An end where the axes cannot go.
+    /// A place where the axes cannot go.
     pub(super) fn runs(
         &mut self,
         field: &Field<'_>,
-        shape: Shape,
+        path: &Path,
         limits: &Limits,
-        timing: Timing,
     ) -> Result<Vec<Piece>, Lost> {
+        let traced = std::mem::take(&mut self.traced);
         let mut pieces = Vec::new();
-        let mut last_t = 0.0;
-        for (number, run) in self.runs_of().into_iter().enumerate() {
-            if number > 0 {
-                let to = self.traced.nodes[run.start].to;
-                self.take_up(to, shape, timing, &mut pieces);
-            }
-            if run.len() < 2 {
+        let mut at = self.written.position.at;
+        let mut before = self.start_travel;
+        for (number, (stretch, range)) in traced.runs.iter().enumerate() {
+            let nodes = &traced.nodes[range.clone()];
+            nodes.iter().try_for_each(|node| field.reaches(node))?;
+            let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
                 continue;
+            };
+            let mut nodes = nodes.to_vec();
+            let off = std::array::from_fn(|i| first.to[i] - at[i]);
+            if self.is_beside(&off, limits) {
+                let reverses = stretch.travel != before && (self.joined || number > 0);
+                self.report.take_ups += u64::from(reverses);
+                if reverses && self.options.backlash == Backlash::Blend {
+                    let t = stretch.from + BLEND / path.length();
+                    let end = match t < stretch.to {
+                        true => field.node(t, &path.at(t), &stretch.travel)?,
+                        false => *last,
+                    };
+                    nodes.retain(|node| node.t < end.t);
+                    nodes.push(end);
+                    let shape = match path {
+                        Path::Arc(arc) => cut::fitted(arc, &at, &nodes).map(Shape::Arc),
+                        Path::Line(..) => None,
+                    };
+                    let to = match shape {
+                        Some(Shape::Arc(arc)) => arc.to,
+                        _ => end.to,
+                    };
+                    pieces.push(Piece {
+                        shape: shape.unwrap_or(Shape::Feed),
+                        to,
+                        until: end.t,
+                        share: Some(end.t - first.t),
+                    });
+                    nodes = traced.nodes[range.clone()].to_vec();
+                    nodes.retain(|node| node.t > end.t);
+                    nodes.insert(0, end);
+                    at = to;
+                } else {
+                    pieces.push(Piece::step(first.to, first.t));
+                    at = first.to;
+                }
             }
-            let nodes = &self.traced.nodes[run];
-            self.ends.clear();
-            cut::straight(nodes, limits, &mut self.ends);
-            for end in &self.ends {
-                let node = &nodes[*end];
-                field.reaches(node)?;
-                let share = node.t - last_t;
-                last_t = node.t;
-                pieces.push(Piece::of(shape, node.to, timing.shared(share)));
+            if nodes.len() > 1 {
+                match path {
+                    Path::Arc(arc) => {
+                        let place = |t: f64| field.node(t, &arc.at(t), &stretch.travel);
+                        at = self.arcs(arc, &place, &nodes, at, limits, &mut pieces)?;
+                    }
+                    Path::Line(..) => {
+                        self.lines(&nodes, limits, &mut pieces);
+                        at = last.to;
+                    }
+                }
             }
+            before = stretch.travel;
         }
+        self.traced = traced;
         Ok(pieces)
+    }
+
+    /// Straight pieces along nodes.
+    pub(super) fn lines(&mut self, nodes: &[Node], limits: &Limits, pieces: &mut Vec<Piece>) {
+        self.ends.clear();
+        cut::straight(nodes, limits, &mut self.ends);
+        let mut from = nodes[0].t;
+        for end in &self.ends {
+            let node = &nodes[*end];
+            pieces.push(Piece {
+                shape: Shape::Feed,
+                to: node.to,
+                until: node.t,
+                share: Some(node.t - from),
+            });
+            from = node.t;
+        }
     }
 }

@@ -1,7 +1,7 @@
-//! Straight moves: their corrected ends, and cuts where the correction bends them.
+//! Straight moves: their corrected ends, and pieces where the correction bends them.
 
 use super::given::Moving;
-use super::piece::{Piece, Shape, Timing};
+use super::piece::{Piece, Shape};
 use super::{Backlash, Corrector};
 use crate::gcode::axes::{NOTHING, PerLetter};
 use crate::gcode::cut;
@@ -23,80 +23,67 @@ impl Corrector<'_> {
         rate: Rate,
         moving: &Moving,
     ) -> Result<Vec<Piece>, Fault> {
-        let shape = match rate {
-            Rate::Rapid if !straight.with_spindle => Shape::Rapid,
-            _ => Shape::Feed,
-        };
-        let to = straight.to;
+        let is_rapid = rate == Rate::Rapid && !straight.with_spindle;
+        let shape = if is_rapid { Shape::Rapid } else { Shape::Feed };
+        let (from, to) = (&straight.from, &straight.to);
         let held = self.held(straight, rate);
-        let path = Path::Line(straight.from.at, to);
-        if self.options.undo {
-            self.go_back(&to, held, moving)?;
-            let end = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
+        let path = Path::Line(from.at, *to);
+        let is_known = from.missing(self.tables.axes).is_none();
+        let stands = is_known && path.by().iter().all(|by| by.abs() < NOTHING);
+        if stands && self.joined {
+            return Ok(vec![Piece::whole(shape, self.written.position.at)]);
         }
-        if straight.from.missing(self.tables.axes).is_some() {
-            // Where it comes from is not known, only where it ends.
-            let q = self.field().axes(&to);
-            let q = q.map_err(|lost| moving.lost(lost))?;
-            if self.axes_turn() {
-                self.ways.come_to(self.tables, &q);
+        // Of a rapid only the end matters, and only that is known where it comes from an unknown place.
+        let is_end_alone = is_rapid || stands || !is_known;
+        if is_end_alone || self.goes_on_without_cut(straight) {
+            if !is_known {
+                self.arrive(to, moving)?;
+            } else if is_rapid && !stands {
+                self.stretches(&path, moving)?;
             }
-            if let Some(axis) = self.ways.missing(self.tables) {
-                return Err(moving.direction_unknown(axis));
-            }
-            let end = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
+            let end = self.end(to, held, moving)?;
+            // Where the program stands, a feed only leads onto the corrected path.
+            return Ok(vec![
+                match stands && shape == Shape::Feed && !straight.with_spindle {
+                    true => Piece::step(end, 0.0),
+                    false => Piece::whole(shape, end),
+                },
+            ]);
         }
-        let by: PerLetter = std::array::from_fn(|i| to[i] - straight.from.at[i]);
-        if by.iter().all(|by| by.abs() < NOTHING) {
-            // Nothing moves, and no axis turns.
-            if self.joined {
-                let stands = self.written.position.at;
-                return Ok(vec![Piece::of(shape, stands, Timing::None)]);
-            }
-            let end = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, end, Timing::None)]);
-        }
-        if self.goes_on_without_cut(straight) {
-            let end = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
-        }
-        let mut last = self.trace(&path, 0, moving)?;
-        let mut nodes = std::mem::take(&mut self.traced.nodes);
-        for node in nodes.iter_mut().chain([&mut last]) {
-            self.hold(held, node);
-        }
-        self.traced.nodes = nodes;
-        self.corrected(&last);
-        let field = self.field();
-        field.reaches(&last).map_err(|lost| moving.lost(lost))?;
-        let timing = self.timing(rate, &path);
+        self.trace(&path, moving)?;
         let limits = self.limits();
+        let field = self.field();
+        let end = self.end(to, held, moving)?;
         if straight.with_spindle {
-            if !self.traced.breaks.is_empty() || !cut::is_straight(&self.traced.nodes, &limits) {
+            let reverses = self.traced.runs.iter();
+            let reverses = reverses.filter(|(stretch, _)| stretch.travel != self.start_travel);
+            if reverses.count() > 0 || !cut::is_straight(&self.traced.nodes, &limits) {
                 return Err(Fault::new(
                     moving.span.clone(),
                     "a thread that would have to be cut into several moves",
                     "give a larger --tolerance, or use the compensation in the controller",
                 ));
             }
-            return Ok(vec![Piece::of(shape, last.to, Timing::None)]);
+            return Ok(vec![Piece::whole(shape, end)]);
         }
         if self.is_offset() && !self.may_be_cut() {
             self.note_cutter(&limits);
-            return Ok(vec![Piece::of(shape, last.to, timing)]);
+            return Ok(vec![Piece::whole(shape, end)]);
         }
-        let join = match shape {
-            Shape::Feed => self.join(&self.traced.nodes[0], &limits, timing),
-            _ => None,
-        };
-        let pieces = self.runs(&field, shape, &limits, timing);
-        let mut pieces = pieces.map_err(|lost| moving.lost(lost))?;
-        join.into_iter().for_each(|join| pieces.insert(0, join));
-        let cuts = pieces.iter().filter(|p| p.timing != Timing::TakeUp);
+        let pieces = self.runs(&field, &path, &limits);
+        let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        let cuts = pieces.iter().filter(|p| p.share.is_some());
         self.report.cut += u64::from(cuts.count() > 1);
         Ok(pieces)
+    }
+
+    /// The axes arrive at a place from an unknown one.
+    fn arrive(&mut self, to: &PerLetter, moving: &Moving) -> Result<(), Fault> {
+        let q = self.field().axes(to).map_err(|lost| moving.lost(lost))?;
+        if self.axes_turn() {
+            self.ways.come_to(self.tables, &q);
+        }
+        self.knows_directions(moving)
     }
 
     /// True for a motion under cutter compensation, and for the one along which the path gets its offset or loses it.
@@ -153,7 +140,7 @@ impl Corrector<'_> {
     }
 
     /// Axes that are held stay where they are.
-    pub(super) fn hold(&self, held: u16, node: &mut Node) {
+    fn hold(&self, held: u16, node: &mut Node) {
         for axis in bits(held) {
             node.to[axis] = self.written.position.at[axis];
             if !self.nominal.tip {
@@ -163,9 +150,14 @@ impl Corrector<'_> {
     }
 
     /// The corrected end of a motion, by the directions that hold.
-    fn end(&mut self, to: &PerLetter, held: u16, moving: &Moving) -> Result<PerLetter, Fault> {
+    pub(super) fn end(
+        &mut self,
+        to: &PerLetter,
+        held: u16,
+        moving: &Moving,
+    ) -> Result<PerLetter, Fault> {
         let field = self.field();
-        let mut node = match field.node(1.0, to, &self.ways) {
+        let mut node = match field.node(1.0, to, &self.ways.travel) {
             Ok(node) => node,
             Err(lost) => return Err(moving.lost(lost)),
         };

@@ -6,12 +6,13 @@ mod wording;
 
 use super::Corrector;
 use super::given::Given;
-use super::piece::{Piece, Shape};
+use super::piece::{Piece, Shape, Timing};
 use crate::gcode::axes::{self, PerLetter};
 use crate::gcode::codes::{self, Code, Machine};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::{Step, bits};
+use crate::gcode::line_map::Role;
 use crate::gcode::modal::Motion;
 use crate::gcode::words::{Block, Word};
 pub(super) use wording::replace_number;
@@ -19,6 +20,7 @@ pub(super) use wording::replace_number;
 /// How a line is changed.
 pub(super) struct Change<'p> {
     pub piece: &'p Piece,
+    pub timing: &'p Timing,
     /// Axes that have to be written, whatever they are.
     pub wanted: u16,
     /// Axes whose words go, rather than staying with other values.
@@ -35,6 +37,7 @@ impl Corrector<'_> {
         &mut self,
         given: &Given<'_>,
         pieces: &[Piece],
+        timing: &Timing,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let several = pieces.len() > 1;
@@ -52,6 +55,7 @@ impl Corrector<'_> {
         };
         let change = Change {
             piece: &pieces[0],
+            timing,
             wanted: wanted & !gone,
             gone,
             without: match pieces[0].shape {
@@ -69,12 +73,20 @@ impl Corrector<'_> {
         };
         out.extend_from_slice(given.eol);
         for piece in &pieces[1..] {
-            self.write_next(&given, piece, out)?;
+            self.write_next(&given, piece, timing, out)?;
         }
         if several && given.step.after {
             self.write_after(&given, out)?;
         }
         Ok(())
+    }
+
+    /// What the line of a piece is.
+    fn role(piece: &Piece) -> Role {
+        match piece.share {
+            None => Role::Step,
+            Some(_) => Role::Until(piece.until),
+        }
     }
 
     /// A line with an end, so that another one can stand beside it: the last one of a program may have none.
@@ -103,19 +115,20 @@ impl Corrector<'_> {
             }
             text.extend_from_slice(&given.line[word.span()]);
         }
-        self.report.lines[1] += 1;
-        let done = self.follow(&text, None);
+        self.follow(&text, None)?;
         out.extend_from_slice(&text);
         out.extend_from_slice(given.eol);
-        done
+        self.note(Role::Plain);
+        Ok(())
     }
 
     /// What the controller makes of a line that is written: it must lead where it was meant to.
-    pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<(), Fault> {
-        let longest = self.rules.dialect.longest_line();
-        let length = match self.rules.dialect {
-            Dialect::Grbl => stored(text),
-            _ => text.len(),
+    pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<Step, Fault> {
+        let table = self.rules.dialect.table();
+        let longest = table.longest_line;
+        let length = match table.counts_words_alone {
+            true => stored(text),
+            false => text.len(),
         };
         if length > longest {
             return Err(Fault::new(
@@ -140,7 +153,7 @@ impl Corrector<'_> {
             bits(self.tables.axes).all(|i| (self.written.position.at[i] - to[i]).abs() < 1e-6)
         });
         if leads {
-            return Ok(());
+            return Ok(step);
         }
         Err(Fault::new(
             0..0,

@@ -4,7 +4,6 @@ use super::preconditions::axis_span;
 use super::{Asked, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{COUNT, PerLetter};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, Plane, Units};
 use crate::gcode::state::State;
@@ -12,12 +11,8 @@ use crate::gcode::words::Word;
 
 /// Least radius (mm): of less, the last digits of words and the steps at reversals are a part that counts.
 const LEAST_RADIUS: f64 = 1e-2;
-/// What LinuxCNC allows the radius at the end of an arc to be another (mm), in programs in mm and in inches: words may
-/// have two decimals, or three.
-const SPIRAL: [f64; 2] = [
-    0.02 * std::f64::consts::SQRT_2,
-    0.0508 * std::f64::consts::SQRT_2,
-];
+/// How far the radii at both ends may differ for words that seem to be absolute (mm).
+const ABSOLUTE: f64 = 0.03;
 /// Most turns of a line.
 const MOST_TURNS: u32 = 1000;
 
@@ -60,9 +55,8 @@ impl State {
         let to = self.target(asked, asked.free, false)?.at;
         // The letters I, J, K belong to X, Y, Z.
         let letters = plane.map(|axis| b"IJK"[axis]);
-        let no_matter = asked.rules.dialect != Dialect::LinuxCnc;
         if let Some(word) = asked.word(letters[2])
-            && !(no_matter && word.value == 0.0)
+            && word.value != 0.0
         {
             return Err(Fault::new(
                 word.span(),
@@ -116,11 +110,8 @@ impl State {
         let arc = Arc::new(from, to, plane, centre, clockwise, turns);
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
-        let allowed = match (asked.rules.dialect, self.units) {
-            (Dialect::LinuxCnc, Some(Units::Inch)) => SPIRAL[1],
-            (Dialect::LinuxCnc, _) => SPIRAL[0],
-            (Dialect::Grbl | Dialect::Fanuc, _) => 0.005,
-        };
+        let spiral = asked.rules.dialect.table().spiral;
+        let allowed = spiral[usize::from(self.units == Some(Units::Inch))];
         let fits = off <= 0.5 && (off <= allowed || off <= 1e-3 * r0.max(r1));
         let span = given.or(radius).map_or(0..asked.block.end, Word::span);
         if fits && r0.min(r1) < LEAST_RADIUS {
@@ -134,15 +125,39 @@ impl State {
             ));
         }
         if !fits {
+            let remedy = match self.is_absolute(asked, offsets, &arc) {
+                true => {
+                    "the words of the centre fit if they are absolute: write G90.1 before it where the controller has it, \
+                     or post the program with I, J and K from the start of the arc"
+                }
+                false => "check the centre and the end",
+            };
             return Err(Fault::new(
                 span,
                 format!(
                     "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
                 ),
-                "check the centre and the end",
+                remedy,
             ));
         }
         Ok(arc)
+    }
+
+    /// True if the words of a centre would fit if they were coordinates of the program.
+    fn is_absolute(&self, asked: &Asked<'_>, words: [Option<&Word>; 2], arc: &Arc) -> bool {
+        let [i, j, _] = arc.axes;
+        let mut program: PerLetter = [0.0; COUNT];
+        for (axis, word) in [i, j].into_iter().zip(words) {
+            let value = word.map(|word| self.length_of(asked, word));
+            match value {
+                Some(Ok(value)) => program[axis] = value,
+                _ => return false,
+            }
+        }
+        let at = self.offsets.machine(&program);
+        let radius = |p: &PerLetter| (p[i] - at[i]).hypot(p[j] - at[j]);
+        self.arc_distance == Distance::Incremental
+            && (radius(&arc.from) - radius(&arc.to)).abs() < ABSOLUTE
     }
 
     /// The centre from I, J, K; `given` is the first of the words.

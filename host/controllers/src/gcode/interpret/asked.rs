@@ -51,7 +51,7 @@ impl<'l> Asked<'l> {
         };
         if block.has_codes {
             asked.look_at_g()?;
-            if rules.dialect == Dialect::LinuxCnc && asked.motion.is_none() {
+            if !rules.dialect.table().cycles_apart && asked.motion.is_none() {
                 // No other motion holds then.
                 asked.motion = asked.cancels.take().map(|word| (Code::NoMotion, word));
             }
@@ -61,7 +61,15 @@ impl<'l> Asked<'l> {
                     && is_passed(word, rules)
             });
         }
-        if !asked.takes_axes() {
+        let (once, lengths) = asked.takers();
+        if let (true, Some(word)) = (once, lengths) {
+            return Err(Fault::new(
+                word.span(),
+                "two words in the line that take the axes",
+                "write two lines",
+            ));
+        }
+        if !once && lengths.is_none() {
             asked.free = asked.axes;
         }
         Ok(asked)
@@ -93,16 +101,16 @@ impl<'l> Asked<'l> {
         )
     }
 
-    /// True if a word other than one of motion takes the axes.
-    fn takes_axes(&self) -> bool {
+    /// What takes the axes other than a word of motion: true for one that acts once, and the word of G43.1.
+    fn takers(&self) -> (bool, Option<&'l Word>) {
         let once = match self.once {
             Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _)) => true,
             // Its time may be X.
-            Some((Code::Dwell, _)) => self.rules.dialect == Dialect::Fanuc,
+            Some((Code::Dwell, _)) => self.rules.dialect.table().dwells_by_axis,
             _ => false,
         };
-        let of_words = |word: &Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
-        once || (self.block.has_codes && self.block.words.iter().any(of_words))
+        let of_words = |word: &&Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
+        (once, self.coded().iter().find(of_words))
     }
 
     fn look_at_g(&mut self) -> Result<(), Fault> {
@@ -128,7 +136,7 @@ impl<'l> Asked<'l> {
                 self.machine_coordinates = Some(word);
                 continue;
             }
-            if code == Code::NoMotion && self.rules.dialect != Dialect::Grbl {
+            if code == Code::NoMotion && self.rules.dialect.table().g80_beside_motion {
                 self.cancels = Some(word);
                 continue;
             }
@@ -187,7 +195,7 @@ impl Unfollowed {
             "a G word that moves the machine or changes coordinates, and is not followed";
         let tenths = word.tenths()?;
         // How far Fanuc's controllers look ahead; splines and lathes elsewhere.
-        if dialect == Dialect::Fanuc && matches!(tenths, 50 | 51 | 80) {
+        if dialect.table().looks_ahead && matches!(tenths, 50 | 51 | 80) {
             return None;
         }
         let cause = match tenths {

@@ -4,7 +4,6 @@ use super::preconditions::axis_span;
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::cycle::{Cycle, Frame, Sticky, Wait};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, FeedMode, Retract};
 use crate::gcode::rate::Rate;
@@ -29,7 +28,7 @@ impl State {
                 "write it out",
             ));
         }
-        if self.cutter && asked.rules.dialect == Dialect::LinuxCnc {
+        if self.cutter && asked.rules.dialect.table().cycles_need_g40 {
             return Err(Fault::new(
                 axis_span(block),
                 "a cycle under G41 or G42, which LinuxCNC refuses",
@@ -59,7 +58,7 @@ impl State {
         })?;
         let frame = self.frame_of_series(asked, n, relative, retract)?;
         let mut sticky = self.sticky(asked, code, frame, relative)?;
-        if asked.rules.dialect == Dialect::Fanuc {
+        if asked.rules.dialect.table().keeps_levels {
             self.keep_levels(asked, &mut sticky);
         }
         let rate = self.rate_of_cycle(asked)?;
@@ -115,7 +114,7 @@ impl State {
             q: sticky.q,
             p: sticky.p,
             rate,
-            feeds_to_clear: asked.rules.dialect == Dialect::LinuxCnc,
+            feeds_to_clear: asked.rules.dialect.table().g89_feeds_to_level,
         })
     }
 
@@ -229,7 +228,7 @@ impl State {
         }
         // Fanuc's G86 has no P.
         let waits =
-            matches!(code, 820 | 890) || code == 860 && asked.rules.dialect == Dialect::LinuxCnc;
+            matches!(code, 820 | 890) || code == 860 && asked.rules.dialect.table().g86_waits;
         if waits && p.is_none() {
             return Err(lacking("P, the time at the bottom"));
         }

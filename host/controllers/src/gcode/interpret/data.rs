@@ -2,7 +2,6 @@
 
 use super::{Asked, Step, bits, unknown, whole};
 use crate::gcode::axes::COUNT;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Distance;
 use crate::gcode::offsets::{Number, System, system_name};
@@ -19,13 +18,14 @@ impl State {
     ) -> Result<(), Fault> {
         let kind = asked.word(b'L').map(whole).transpose()?;
         let p = asked.word(b'P').map(whole).transpose()?;
-        let fanuc = asked.rules.dialect == Dialect::Fanuc;
+        let table = asked.rules.dialect.table();
+        let further = table.further_systems;
         let number = match (kind, p) {
-            (Some(2 | 20), Some(p @ 1..=9)) if !fanuc => p as Number,
-            (Some(2 | 20), Some(0)) if !fanuc => self.offsets.selected(),
-            (Some(2), Some(p @ 1..=6)) if fanuc => p as Number,
-            (Some(20), Some(p @ 1..=300)) if fanuc => 100 + p as Number,
-            (Some(1), Some(tool)) if asked.rules.dialect == Dialect::LinuxCnc => {
+            (Some(2 | 20), Some(p @ 1..=9)) if !further => p as Number,
+            (Some(2 | 20), Some(0)) if !further => self.offsets.selected(),
+            (Some(2), Some(p @ 1..=6)) if further => p as Number,
+            (Some(20), Some(p @ 1..=300)) if further => 100 + p as Number,
+            (Some(1), Some(tool)) if table.sets_tools => {
                 return self.set_tool(asked, word, tool);
             }
             (Some(10..=13), _) => {
@@ -43,7 +43,7 @@ impl State {
                 ));
             }
         };
-        if fanuc && self.needs_distance(asked.block)? != Distance::Absolute {
+        if further && self.needs_distance(asked.block)? != Distance::Absolute {
             return Err(unknown(word, "G10 under G91", "write G90 before it"));
         }
         let known = self.offsets.systems.get(&number).copied();
@@ -57,7 +57,7 @@ impl State {
                 format!("give the setup [offset.\"{name}\"], or write all axes here"),
             ));
         }
-        let turns = asked.rules.dialect == Dialect::LinuxCnc;
+        let turns = table.systems_turn;
         if known.is_none() && turns && asked.word(b'R').is_none() {
             let name = system_name(number);
             return Err(Fault::new(
@@ -81,7 +81,7 @@ impl State {
             }
             system.rotation = rotation.value;
         }
-        if kind == Some(20) && !fanuc {
+        if kind == Some(20) && !further {
             self.origin_here(asked, word, number, &mut system)?;
             step.reference = Some(Some(number));
         } else {

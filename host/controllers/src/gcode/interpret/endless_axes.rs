@@ -2,7 +2,7 @@
 
 use super::Asked;
 use crate::gcode::axes;
-use crate::gcode::dialect::Dialect;
+use crate::gcode::dialect::{Dialect, Wrapping};
 use crate::gcode::fault::Fault;
 use crate::gcode::state::State;
 
@@ -19,7 +19,7 @@ impl State {
         };
         let (rules, letter) = (asked.rules, axes::name(axis));
         if rules.setup.wrapped[axis] != Some(true) {
-            let matters = rules.dialect == Dialect::Fanuc
+            let matters = rules.dialect.table().may_wrap
                 && rules.setup.wrapped[axis].is_none()
                 && rules.endless & (1 << axis) != 0
                 && self.position.knows(axis)
@@ -55,8 +55,8 @@ impl State {
 /// LinuxCNC (`WRAPPED_ROTARY`): to the angle, in the direction of the word's sign. Fanuc (roll-over): the shorter way.
 /// Grbl has none.
 pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
-    match dialect {
-        Dialect::LinuxCnc => {
+    match dialect.table().wrapping {
+        Wrapping::Sign => {
             if word.abs() >= 360.0 {
                 return Err("a word of a wrapped axis that is a turn or more".to_owned());
             }
@@ -72,7 +72,7 @@ pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
                 there
             })
         }
-        Dialect::Fanuc => {
+        Wrapping::Shorter => {
             let by = (word - here).rem_euclid(360.0);
             if (by - 180.0).abs() < NOTHING {
                 return Err(
@@ -81,7 +81,7 @@ pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
             }
             Ok(here + if by > 180.0 { by - 360.0 } else { by })
         }
-        Dialect::Grbl => Ok(word),
+        Wrapping::None => Ok(word),
     }
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn word_of_wrapped(
     if angle >= 360.0 {
         angle = 0.0;
     }
-    if dialect == Dialect::LinuxCnc && there < here {
+    if dialect.table().wrapping == Wrapping::Sign && there < here {
         // There is no −0 in words: the next angle.
         angle = if angle == 0.0 { -last } else { -angle };
     }

@@ -64,26 +64,26 @@ impl State {
     /// How many words of the line use a letter; the motion that it goes on with is one of them.
     fn users(&self, asked: &Asked<'_>, letter: u8) -> usize {
         let dialect = asked.rules.dialect;
-        let fanuc = dialect == Dialect::Fanuc;
+        let table = dialect.table();
         let has_centre = b"IJKR".iter().any(|l| asked.word(*l).is_some());
         let turns = asked.free != 0 || has_centre && asked.once.is_none();
         let by_motion = match self.motion_of(asked) {
             Some(Motion::Clockwise | Motion::Counterclockwise) if turns => match letter {
                 b'I' | b'J' | b'K' | b'R' => true,
                 // Turns, which Fanuc's arcs have not.
-                b'P' => !fanuc,
+                b'P' => table.arcs_have_turns,
                 _ => false,
             },
             Some(Motion::Cycle(_)) if asked.free != 0 => match letter {
                 b'L' | b'P' | b'Q' | b'R' => true,
                 // How often.
-                b'K' => fanuc,
+                b'K' => table.repeats_by_k,
                 _ => false,
             },
             _ => false,
         };
         // An offset that is chosen before it is used.
-        let by_itself = fanuc && letter == b'D';
+        let by_itself = table.chooses_d && letter == b'D';
         if by_itself {
             return 1;
         }
@@ -101,19 +101,18 @@ impl State {
 
 /// True if a word G uses a letter, other than one of an arc or a cycle.
 fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
-    let fanuc = dialect == Dialect::Fanuc;
-    let linuxcnc = dialect == Dialect::LinuxCnc;
+    let table = dialect.table();
     match code {
         Code::Dwell => letter == b'P',
         // R: a rotation, which others do not have.
-        Code::Data => b"LP".contains(&letter) || linuxcnc && letter == b'R',
-        Code::Home(home) => fanuc && home == 1 && letter == b'P',
+        Code::Data => b"LP".contains(&letter) || table.systems_turn && letter == b'R',
+        Code::Home(home) => table.homes_beside_motion && home == 1 && letter == b'P',
         Code::Threading(_) => letter == b'K',
-        Code::Cutter(_) => letter == b'D' || linuxcnc && letter == b'L',
+        Code::Cutter(_) => letter == b'D' || table.cutter_has_l && letter == b'L',
         Code::ToolLength(Length::OfTool | Length::Off) | Code::TipOn => letter == b'H',
         Code::System(100) => letter == b'P',
         // G54 P is G54.1 P.
-        Code::System(1) => fanuc && letter == b'P',
+        Code::System(1) => table.further_systems && letter == b'P',
         Code::Neutral(Group::Path) => b"PQ".contains(&letter),
         Code::Neutral(Group::Spindle) => letter == b'D',
         _ => false,
@@ -138,7 +137,7 @@ fn is_time(asked: &Asked<'_>, word: &Word) -> bool {
 /// A length of Fanuc's must have a point, unless it counts least increments.
 fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fault> {
     let rules = asked.rules;
-    let lacks = rules.dialect == Dialect::Fanuc
+    let lacks = rules.dialect.table().needs_points
         && !rules.least_increments
         && !word.point
         && word.value != 0.0;

@@ -3,7 +3,6 @@
 use super::asked::is_passed;
 use super::{Asked, Step, unknown, whole};
 use crate::gcode::codes::{self, Code, Length, Machine};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::{FLAT, Fault, Kind};
 use crate::gcode::modal::{Distance, FeedMode, Motion};
 use crate::gcode::offsets::Number;
@@ -117,7 +116,7 @@ impl State {
         if let Some(word) = asked.cancels {
             self.cancel_cycles(asked, word)?;
         }
-        let fanuc = asked.rules.dialect == Dialect::Fanuc;
+        let table = asked.rules.dialect.table();
         // In doubt it may be cancelled already: then cancelling moves nothing.
         let tool_before = match self.offset_in_doubt {
             true => 0.0,
@@ -147,7 +146,7 @@ impl State {
                     self.offsets.select(further_system(asked, word)?);
                 }
                 // G54 P is G54.1 P.
-                Code::System(1) if fanuc && asked.word(b'P').is_some() => {
+                Code::System(1) if table.further_systems && asked.word(b'P').is_some() => {
                     self.offsets.select(further_system(asked, word)?);
                 }
                 Code::System(number) => self.offsets.select(number),
@@ -156,7 +155,7 @@ impl State {
                 Code::Retract(retract) => self.retract = Some(retract),
                 _ => {}
             }
-            if fanuc && code == Code::ToolLength(Length::Off) && self.tip {
+            if table.doubts_tool_offset && code == Code::ToolLength(Length::Off) && self.tip {
                 step.tip = Some(false);
             }
         }
@@ -183,7 +182,7 @@ impl State {
 
     /// Another tool offset in a line without an absolute Z moves some of Fanuc's kin by it, and others not.
     fn may_move(&mut self, asked: &Asked<'_>, before: f64, step: &mut Step) {
-        let moves = asked.rules.dialect == Dialect::Fanuc
+        let moves = asked.rules.dialect.table().doubts_tool_offset
             && self.offsets.tool[2] != before
             && (asked.word(b'Z').is_none() || self.distance != Some(Distance::Absolute));
         if moves && !self.tip {

@@ -11,18 +11,37 @@ use crate::gcode::state::{Lost, State};
 use crate::gcode::words::Word;
 
 impl State {
+    /// Words of axes that the machine does not have: they are passed if they never move.
+    ///
+    /// # Errors
+    /// One that moves.
+    pub(super) fn pass_others(&mut self, asked: &mut Asked<'_>) -> Result<(), Fault> {
+        let others = asked.free & !asked.rules.axes;
+        for axis in bits(others) {
+            let Some(word) = asked.word(axes::LETTERS[axis]) else {
+                continue;
+            };
+            let stays = match self.distance {
+                Some(Distance::Incremental) => word.value == 0.0,
+                _ => self.others[axis].is_none_or(|before| before == word.value),
+            };
+            if !stays {
+                let letter = axes::name(axis);
+                return Err(Fault::new(
+                    word.span(),
+                    format!("the compensation has no axis {letter}, and it moves here"),
+                    "give the compensation of the machine that the program is for",
+                ));
+            }
+            self.others[axis] = Some(word.value);
+        }
+        asked.free &= !others;
+        Ok(())
+    }
+
     /// Moves, with the axes that no other word of the line has taken.
     pub(super) fn do_motion(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
         let block = asked.block;
-        if let Some(other) = bits(asked.free).find(|axis| asked.rules.axes & (1 << axis) == 0) {
-            let letter = axes::name(other);
-            let word = asked.word(axes::LETTERS[other]);
-            return Err(Fault::new(
-                word.map_or(0..block.end, Word::span),
-                format!("the compensation has no axis {letter}"),
-                "give the compensation of the machine that the program is for",
-            ));
-        }
         match asked.motion {
             Some((Code::NoMotion, word)) => {
                 self.motion = None;
@@ -64,8 +83,17 @@ impl State {
         }
         let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
         let has_centre = is_arc && b"IJKR".iter().any(|l| asked.word(*l).is_some());
-        if asked.free == 0 && !(has_centre && asked.once.is_none()) {
+        let turns = has_centre && asked.once.is_none();
+        if asked.free == 0 && !turns {
             return Ok(());
+        }
+        // A full turn beside G43.1, whose words are not those of the arc.
+        if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
+            return Err(Fault::new(
+                axis_span(block),
+                "an arc in a line whose axes another word takes",
+                "write two lines",
+            ));
         }
         let Some(motion) = motion else {
             return Err(Fault::new(
@@ -128,7 +156,8 @@ impl State {
     /// Fanuc's controllers cancel the tool offset of an axis that goes home or in machine coordinates, for that motion
     /// or for good.
     pub(super) fn doubt_offset(&mut self, axes: u16) {
-        self.offset_in_doubt |= axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.fanuc;
+        self.offset_in_doubt |=
+            axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.doubts_tool_offset;
     }
 
     /// The motion that words of axes go on with.

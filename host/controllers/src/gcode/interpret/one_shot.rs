@@ -3,7 +3,6 @@
 use super::{Asked, Step, bits, unknown};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::codes::Code;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::state::{Lost, State};
 use crate::gcode::words::Word;
@@ -131,7 +130,7 @@ impl State {
     /// LinuxCNC keeps G52 and G92 in one place; of Fanuc's controllers parameters say what one does to the other.
     fn not_both_shifts(&self, asked: &Asked<'_>, word: &Word, local: bool) -> Result<(), Fault> {
         let holds = self.offsets.g92 != [0.0; COUNT];
-        if asked.rules.dialect != Dialect::Fanuc || !holds || self.offsets.local == local {
+        if !asked.rules.dialect.table().local_apart || !holds || self.offsets.local == local {
             return Ok(());
         }
         let (this, other) = if local {
@@ -151,7 +150,7 @@ impl State {
 
 /// G4: on Fanuc's controllers X or U is its time, no axis.
 fn dwell(asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
-    if asked.rules.dialect != Dialect::Fanuc {
+    if !asked.rules.dialect.table().dwells_by_axis {
         return Ok(());
     }
     let times = b"XUP".iter().filter(|l| asked.word(**l).is_some()).count();

@@ -3,7 +3,6 @@
 use super::{Asked, Step, bits, unknown, whole};
 use crate::gcode::axes::{self, COUNT, PerLetter};
 use crate::gcode::codes::Length;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Units;
 use crate::gcode::state::{Lost, Rules, State, length_of_tool};
@@ -32,7 +31,7 @@ impl State {
                 step.passed = Some("tool changes that move");
             }
             // The change of Fanuc controllers is a program of the maker, which moves the axes.
-            None if rules.dialect == Dialect::Fanuc => {
+            None if rules.dialect.table().tool_change_moves => {
                 bits(rules.axes).for_each(|axis| self.lose(axis, Lost::ToolChange));
                 step.passed = Some("tool changes that move");
             }
@@ -58,7 +57,7 @@ impl State {
     ) -> Result<(), Fault> {
         match length {
             // The end of tool-centre-point control too: words are axis positions from here on.
-            Length::Off if asked.rules.dialect == Dialect::Fanuc => {
+            Length::Off if asked.rules.dialect.table().doubts_tool_offset => {
                 self.offsets.tool = [0.0; COUNT];
                 self.offset_in_doubt = false;
             }
@@ -76,7 +75,7 @@ impl State {
             Length::OfTool => {
                 let number = match asked.word(b'H') {
                     Some(word) => Some(whole(word)?),
-                    None if asked.rules.dialect == Dialect::LinuxCnc => self.tool,
+                    None if asked.rules.dialect.table().g43_takes_spindle => self.tool,
                     None => None,
                 };
                 let Some(number) = number else {
@@ -87,8 +86,8 @@ impl State {
                     ));
                 };
                 // Fanuc's H0 is not an offset; LinuxCNC's the tool in the spindle, or none.
-                match (number, asked.rules.dialect) {
-                    (0, Dialect::Fanuc) => {
+                match (number, asked.rules.dialect.table().h0_is_none) {
+                    (0, true) => {
                         return self.set_tool_offset(word, [0.0; COUNT], self.length);
                     }
                     (0, _) => {

@@ -1,28 +1,17 @@
 //! Points of a corrected path, so close that corrections between them are straight.
 
-use super::{Field, Lost, Node, Path};
+use super::{Field, Lost, Node, Path, Stretch};
 use crate::gcode::axes::{COUNT, is_rotary};
-use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
-use crate::gcode::travel_directions::TravelDirections;
+use std::ops::Range;
 
 /// A path with its corrections.
 #[derive(Debug, Default)]
 pub struct Traced {
-    /// Points of it, from t = 0 to 1.
+    /// Points of it, from t = 0 to 1; where an axis reverses there are two at the same place.
     pub nodes: Vec<Node>,
-    /// Numbers of nodes at which an axis has turned round: the node there is at the same place as the one before it,
-    /// with other corrections.
-    pub breaks: Vec<usize>,
-}
-
-/// A path while it is traced.
-struct Tracing<'t> {
-    field: &'t Field<'t>,
-    path: &'t Path,
-    limits: &'t Limits,
-    ways: &'t mut TravelDirections,
-    traced: &'t mut Traced,
+    /// The stretches between reversals, with their nodes.
+    pub runs: Vec<(Stretch, Range<usize>)>,
 }
 
 /// How far corrections may be from the straight line in the middle between nodes, in parts of what is allowed: at a
@@ -35,9 +24,7 @@ pub(crate) const MOST_PARTS: usize = 100_000;
 
 impl Field<'_> {
     /// The nodes of a path, so close that corrections between them are straight to a part of `limits`; the vectors
-    /// are used again. `finer` is how many there are at least, and `ways` the directions at its start, then at its end.
-    ///
-    /// Returns the last node.
+    /// are used again.
     ///
     /// # Errors
     /// A position that cannot be corrected.
@@ -45,45 +32,33 @@ impl Field<'_> {
         &self,
         path: &Path,
         limits: &Limits,
-        ways: &mut TravelDirections,
-        finer: usize,
+        stretches: &[Stretch],
         traced: &mut Traced,
-    ) -> Result<Node, Lost> {
+    ) -> Result<(), Lost> {
         traced.nodes.clear();
-        traced.breaks.clear();
-        let parts = self.parts(path).max(finer).max(4);
+        traced.runs.clear();
+        let parts = self.parts(path).max(4);
         if parts > MOST_PARTS {
             // An end outside the travel is told first: it is why a move is so long.
-            self.node(1.0, &path.at(1.0), ways)?;
+            self.node(1.0, &path.at(1.0), &stretches[0].travel)?;
             return Err(Lost::TooLong);
         }
-        let turns = match path {
-            Path::Arc(arc) if self.looks_for_turns() => arc.turns_round(),
-            _ => Vec::new(),
-        };
-        let mut turns = turns.into_iter().peekable();
-        let mut last = self.node(0.0, &path.at(0.0), ways)?;
-        traced.nodes.push(last);
-        let mut tracing = Tracing {
-            field: self,
-            path,
-            limits,
-            ways,
-            traced,
-        };
-        for part in 1..=parts {
-            let t = part as f64 / parts as f64;
-            while let Some(turn) = turns.next_if(|turn| *turn < t) {
-                tracing.go_on(turn, HALVINGS)?;
+        for stretch in stretches {
+            let first = traced.nodes.len();
+            let mut last = self.node(stretch.from, &path.at(stretch.from), &stretch.travel)?;
+            traced.nodes.push(last);
+            let length = stretch.to - stretch.from;
+            let count = (parts as f64 * length).ceil().max(1.0) as usize;
+            for part in 1..=count {
+                let t = match part == count {
+                    true => stretch.to,
+                    false => stretch.from + length * part as f64 / count as f64,
+                };
+                last = self.go_on(path, limits, stretch, [last.t, t], HALVINGS, traced)?;
             }
-            last = tracing.go_on(t, HALVINGS)?;
+            traced.runs.push((*stretch, first..traced.nodes.len()));
         }
-        Ok(last)
-    }
-
-    /// True if corrections may step along a path, where an axis turns round.
-    fn looks_for_turns(&self) -> bool {
-        self.tables.directional != 0 && !self.keeps_directions
+        Ok(())
     }
 
     /// How many parts a path needs so that no interval of the tables is passed over.
@@ -112,74 +87,36 @@ impl Field<'_> {
         }
         parts.ceil() as usize
     }
-}
 
-impl Tracing<'_> {
     /// Nodes up to a part of the way: as many as it takes.
-    fn go_on(&mut self, t: f64, halvings: u32) -> Result<Node, Lost> {
-        if halvings > 0
-            && let Some(last) = self.traced.nodes.last()
-        {
-            let middle = 0.5 * (last.t + t);
-            // In the directions that axes have at the end: where one turns round is not for nodes to find.
-            let mut ahead = self.ways.clone();
-            if self.field.looks_for_turns() {
-                ahead.come_to(self.field.tables, &self.field.axes(&self.path.at(t))?);
-            }
-            let added = |t: f64| {
-                let command = self.path.at(t);
-                let node = self.field.node(t, &command, &ahead)?;
-                Ok(std::array::from_fn::<f64, COUNT, _>(|i| {
-                    node.to[i] - command[i]
-                }))
+    fn go_on(
+        &self,
+        path: &Path,
+        limits: &Limits,
+        stretch: &Stretch,
+        [from, t]: [f64; 2],
+        halvings: u32,
+        traced: &mut Traced,
+    ) -> Result<Node, Lost> {
+        let node = |t: f64| self.node(t, &path.at(t), &stretch.travel);
+        let end = node(t)?;
+        if halvings > 0 {
+            let middle = 0.5 * (from + t);
+            let added = |node: &Node| {
+                let command = path.at(node.t);
+                std::array::from_fn::<f64, COUNT, _>(|i| node.to[i] - command[i])
             };
-            let (start, between, end) = (added(last.t)?, added(middle)?, added(t)?);
+            let (start, between, end) = (added(&node(from)?), added(&node(middle)?), added(&end));
             let off = std::array::from_fn(|i| between[i] - 0.5 * (start[i] + end[i]));
-            if self.limits.of(&off) > BETWEEN || self.turns_between(last.t, t)? {
-                self.go_on(middle, halvings - 1)?;
-                return self.go_on(t, halvings - 1);
+            if limits.of(&off) > BETWEEN {
+                self.go_on(path, limits, stretch, [from, middle], halvings - 1, traced)?;
+                return self.go_on(path, limits, stretch, [middle, t], halvings - 1, traced);
             }
         }
-        self.add(t)
-    }
-
-    /// True if an axis that follows the tip may turn round between two places, and come back by more than is looked
-    /// past: a parabola turns round there if its ends differ by less than 4 times what its middle is off.
-    fn turns_between(&self, from: f64, to: f64) -> Result<bool, Lost> {
-        if self.field.tip.is_none() || !self.field.looks_for_turns() {
-            return Ok(false);
-        }
-        let axes = |t: f64| self.field.axes(&self.path.at(t));
-        let (from, middle, to) = (axes(from)?, axes(0.5 * (from + to))?, axes(to)?);
-        let tables = self.field.tables;
-        Ok(bits(tables.directional).any(|i| {
-            let off = (middle[i] - 0.5 * (from[i] + to[i])).abs();
-            let may_turn = (to[i] - from[i]).abs() < 6.0 * off;
-            may_turn && off > 0.1 * tables.hysteresis[i].max(1e-3)
-        }))
-    }
-
-    fn add(&mut self, t: f64) -> Result<Node, Lost> {
-        if self.traced.nodes.len() > MOST_PARTS {
+        if traced.nodes.len() > MOST_PARTS {
             return Err(Lost::TooLong);
         }
-        let (field, path) = (self.field, self.path);
-        let command = path.at(t);
-        if field.looks_for_turns() {
-            let before = self.ways.travel;
-            self.ways.come_to(field.tables, &field.axes(&command)?);
-            if before != self.ways.travel
-                && let Some(last) = self.traced.nodes.last().copied()
-            {
-                let turned = field.node(last.t, &path.at(last.t), self.ways)?;
-                if turned.to != last.to {
-                    self.traced.breaks.push(self.traced.nodes.len());
-                    self.traced.nodes.push(turned);
-                }
-            }
-        }
-        let node = field.node(t, &command, self.ways)?;
-        self.traced.nodes.push(node);
-        Ok(node)
+        traced.nodes.push(end);
+        Ok(end)
     }
 }

@@ -1,91 +1,107 @@
-//! A cycle that stays one, with corrected words.
+//! A cycle that stays one: its words shifted.
 
+use super::Hole;
 use crate::gcode::axes::{self, PerLetter};
 use crate::gcode::codes::{self, Code};
 use crate::gcode::correct::Corrector;
-use crate::gcode::correct::given::{Given, Moving};
+use crate::gcode::correct::given::Given;
 use crate::gcode::correct::piece::{Piece, Shape, Timing};
+use crate::gcode::correct::write::replace_number;
 use crate::gcode::cycle::Cycle;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::{Motion, Retract};
+use crate::gcode::line_map::Role;
+use crate::gcode::modal::{Distance, Motion};
+use crate::gcode::moves::{Move, Rate};
 use crate::gcode::number;
-use crate::gcode::words::Word;
+use crate::gcode::words::{Block, Word};
 
-/// A word that a cycle needs: letter, value in units of the program, decimals.
-type Needed = (u8, f64, usize);
-
-/// How far pecks may end from where their corrections lead, in parts of the tolerance.
-const PECKS: f64 = 0.25;
-/// What the last digits of words may make (mm).
-const WORDS: f64 = 1e-3;
-/// Most decimals of Q.
+/// Decimals of words that are as they were: F, P, Q.
 const MOST_DECIMALS: usize = 9;
 
-/// The words of a cycle.
-struct Words {
-    /// Of the hole, its depth and R.
-    place: [Needed; 4],
-    /// Q (units of the program), if it has to be another one.
-    q: Option<f64>,
-}
+/// A word of a hole: letter, value in units of the program, decimals.
+type Needed = (u8, f64, usize);
 
 impl Corrector<'_> {
-    /// The cycle with corrected words.
+    /// The cycle with corrected words, in a line for each hole whose correction is another.
     pub(super) fn shifted(
         &mut self,
         given: &Given<'_>,
         cycle: &Cycle,
-        moving: &Moving,
+        holes: &[Hole],
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let field = self.field();
-        let n = cycle.axes[2];
-        let mut hole = cycle.first;
-        hole[n] = cycle.bottom;
-        if self.axes_turn() && !self.options.undo {
-            self.ways.come_to(self.tables, &hole);
+        let limits = self.limits();
+        let added = |hole: &Hole| -> PerLetter {
+            std::array::from_fn(|i| hole.bottom.to[i] - hole.bottom.q[i])
+        };
+        let first = added(&holes[0]);
+        let is_same = |hole: &Hole| {
+            let by = added(hole);
+            limits.of(&std::array::from_fn(|i| by[i] - first[i])) <= 1.0
+        };
+        if holes.iter().all(is_same) {
+            return self.line_of_cycle(given, cycle, &holes[0], cycle.repeat, true, out);
         }
-        if let Some(axis) = self.ways.missing(self.tables) {
-            return Err(moving.direction_unknown(axis));
+        let with_end = self.with_end(given);
+        for (number, hole) in holes.iter().enumerate() {
+            self.line_of_cycle(&with_end, cycle, hole, 1, number == 0, out)?;
         }
-        let at = |height: f64| self.in_hole(&field, cycle, height);
-        let (node, top) = (at(cycle.bottom), at(cycle.r));
-        let node = node.map_err(|lost| moving.lost(lost))?;
-        let top = top.map_err(|lost| moving.lost(lost))?;
-        self.corrected(&node);
+        Ok(())
+    }
+
+    /// A line with a hole, or with the first one of so many.
+    fn line_of_cycle(
+        &mut self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        hole: &Hole,
+        repeat: u32,
+        is_first: bool,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         // A line before it ends the series for the controller: all words are written anew.
-        let moves = self.outside_first(given, cycle, &node.to, out)?;
-        let by = top.to[n] - top.q[n];
+        let moves = self.outside_first(given, cycle, hole, out)?;
+        let words = self.words_of_hole(given.block, cycle, hole);
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
-        let words = self.words_of_cycle(cycle, &node.to, by);
-        self.cycle_words(given, cycle, &words, moves, &mut edits);
         let from = out.len();
-        edits.apply(given.line, out);
-        self.edits = edits;
-        self.follow(&out[from..], None)?;
-        out.extend_from_slice(given.eol);
-        let mut end = node.to;
-        end[n] = match (self.written.cycle, cycle.retract) {
-            (Some(written), Retract::Initial) => written.initial.max(cycle.r + by),
-            _ => cycle.r + by,
-        };
-        let at = &self.written.position.at;
-        let is_there = cycle.axes.iter().all(|i| (at[*i] - end[*i]).abs() < WORDS);
-        let is_deep = self.written.cycle.is_some_and(|written| {
-            let [r, depth] = [written.r, written.depth].map(|word| written.frame.zero + word);
-            (r - (cycle.r + by)).abs() < WORDS && (depth - node.to[n]).abs() < WORDS
-        });
-        if is_there && is_deep {
-            return Ok(());
+        match is_first {
+            true => {
+                self.change_cycle(given, cycle, &words, repeat, moves, &mut edits);
+                edits.apply(given.line, out);
+            }
+            false => self.further_hole(given, cycle, &words, moves, out),
         }
-        Err(Fault::new(
-            moving.span.clone(),
-            "what would be written is wrong",
-            "this is a mistake of trueaxis: please report the line",
-        ))
+        self.edits = edits;
+        let step = self.follow(&out[from..], None)?;
+        out.extend_from_slice(given.eol);
+        let done = f64::from(cycle.repeat.min(repeat));
+        let until = match is_first {
+            true => done,
+            false => self.progress() + 1.0,
+        };
+        self.note(Role::Until(until));
+        // What the controller makes of it is the hole that was meant.
+        let last = self.options.resolutions();
+        let near = |axis: usize, a: f64, b: f64| (a - b).abs() <= 2.0 * last[axis];
+        let [i, j, n] = cycle.axes;
+        let by = hole.bottom.to[n] - hole.bottom.q[n];
+        let is_it = |written: &Cycle| {
+            [i, j]
+                .iter()
+                .all(|axis| near(*axis, written.first[*axis], hole.bottom.to[*axis]))
+                && near(n, written.bottom, hole.bottom.to[n])
+                && near(n, written.r, cycle.r + by)
+        };
+        match &step.motion {
+            Some(Move::Cycle(written)) if is_it(written) => Ok(()),
+            _ => Err(Fault::new(
+                0..given.block.end,
+                "what would be written is wrong",
+                "this is a mistake of trueaxis: please report the line",
+            )),
+        }
     }
 
     /// Rotary axes and others outside the plane go to the hole in a line before; true if there is one.
@@ -93,137 +109,176 @@ impl Corrector<'_> {
         &mut self,
         given: &Given<'_>,
         cycle: &Cycle,
-        to: &PerLetter,
+        hole: &Hole,
         out: &mut Vec<u8>,
     ) -> Result<bool, Fault> {
-        let Some(before) = self.outside(cycle, to) else {
+        let Some(before) = self.outside(cycle, hole) else {
             return Ok(false);
         };
         // Modes and offsets of the line do not hold before it.
-        if let Some(written) = self.before_modes.take() {
-            self.written = written;
-        }
-        let piece = Piece::of(Shape::Rapid, before, Timing::None);
+        let had_modes = self
+            .before_modes
+            .take()
+            .map(|written| self.written = written);
+        let piece = Piece {
+            share: None,
+            ..Piece::whole(Shape::Rapid, before)
+        };
+        let timing = Timing {
+            rate: Rate::Rapid,
+            minutes: 0.0,
+            turns: false,
+        };
         let motion = self.nominal.motion.replace(Motion::Rapid);
         let distance = std::mem::replace(&mut self.nominal.distance, self.written.distance);
-        let done = self.write_next(&self.with_end(given), &piece, out);
+        let done = self.write_next(&self.with_end(given), &piece, &timing, out);
         self.nominal.motion = motion;
         self.nominal.distance = distance;
         done?;
-        self.modes_first(given.block)?;
+        if had_modes.is_some() {
+            self.modes_first(given.block)?;
+        }
         Ok(true)
     }
 
-    /// The words of the hole, of R and of Q; `by` is the correction of the normal axis at R.
-    fn words_of_cycle(&self, cycle: &Cycle, hole: &PerLetter, by: f64) -> Words {
+    /// The words of a hole: its place in the plane, its bottom, and R.
+    fn words_of_hole(&self, block: &Block, cycle: &Cycle, hole: &Hole) -> [Needed; 4] {
         let (unit, units) = (self.unit(), self.units());
         let n = cycle.axes[2];
+        let at_r = cycle.r + hole.bottom.to[n] - hole.bottom.q[n];
         let offsets = &self.written.offsets;
-        let program = offsets.program(hole);
-        let mut at_r = *hole;
-        at_r[n] = cycle.r + by;
-        let word = |axis: usize| {
-            let decimals = number::decimals(axis, units);
-            (axes::LETTERS[axis], program[axis] / unit, decimals)
-        };
-        let [first, second, normal] = cycle.axes.map(word);
-        let r = offsets.program(&at_r)[n] / unit;
-        let decimals = number::decimals(n, units);
-        let depth = number::rounded(r, decimals) - number::rounded(normal.1, decimals);
-        let tolerance = PECKS * self.options.tolerance;
-        let q = cycle.peck_for(depth * unit, tolerance);
-        let q = q.filter(|(q, _)| cycle.q.is_none_or(|before| (q - before).abs() > 1e-9));
-        let q = q.map(|(q, pecks)| {
-            let fine = |decimals: &usize| pecks * number::finest(*decimals) * unit <= tolerance;
-            above(
-                q / unit,
-                (decimals..MOST_DECIMALS)
-                    .find(fine)
-                    .unwrap_or(MOST_DECIMALS),
-            )
+        let bottom = offsets.program(&hole.bottom.to);
+        let here = offsets.program(&self.written.position.at);
+        let initial = self.written.cycle.map(|series| series.initial);
+        let relative = self.nominal.distance == Some(Distance::Incremental);
+        let decimals = |axis: usize| self.options.decimals(axis, units);
+        let word = |axis: usize, value: f64| (axes::LETTERS[axis], value / unit, decimals(axis));
+        let [first, second] = [cycle.axes[0], cycle.axes[1]].map(|axis| {
+            let from = if relative { here[axis] } else { 0.0 };
+            word(axis, bottom[axis] - from)
         });
-        Words {
-            place: [first, second, normal, (b'R', r, decimals)],
-            q,
-        }
+        let said = [b'R', axes::LETTERS[n]].map(|letter| {
+            let said = block.word(letter);
+            said.map_or(0, |word| self.kept(word.decimals))
+        });
+        let digits = decimals(n).max(said[0]).max(said[1]);
+        // From the level before the series to R, and from there to the bottom, or both from zero.
+        let from = match (relative, initial) {
+            (false, _) => self.written.offsets.machine_axis(n, 0.0),
+            (true, Some(initial)) => initial,
+            (true, None) => self.written.position.at[n],
+        };
+        let r = number::rounded((at_r - from) / unit, digits);
+        // Not deeper than it was, or the last digit would be a peck of its own.
+        let top = if relative { 0.0 } else { r };
+        let depth = number::up(top - (cycle.r - cycle.bottom) / unit, digits);
+        [
+            first,
+            second,
+            (axes::LETTERS[n], depth, digits),
+            (b'R', r, digits),
+        ]
     }
 
     /// Changes the words of the line, and adds those that it lacks; `anew`: also those that stay from the cycle
     /// before.
-    fn cycle_words(
+    fn change_cycle(
         &self,
         given: &Given<'_>,
         cycle: &Cycle,
-        words: &Words,
+        needed: &[Needed; 4],
+        repeat: u32,
         anew: bool,
         edits: &mut Edits,
     ) {
         let block = given.block;
-        let needed = &words.place;
-        let point = self.rules.dialect == Dialect::Fanuc;
         let mut place = block.end;
         let mut done = [false; 4];
         for word in &block.words {
-            let same = |(letter, ..): &Needed| *letter == word.letter;
-            if let (b'Q', Some(q)) = (word.letter, words.q) {
-                edits.replace(word.number..word.end, |to| {
-                    number::write(to, q, MOST_DECIMALS, 0, point)
-                });
-            }
-            if let Some(k) = needed.iter().position(same) {
+            if let Some(k) = needed
+                .iter()
+                .position(|(letter, ..)| *letter == word.letter)
+            {
                 done[k] = true;
                 place = word.end;
                 let (_, value, decimals) = needed[k];
-                let decimals = decimals.max(word.decimals).min(9);
-                edits.replace(word.number..word.end, |to| {
-                    number::write(to, value, decimals, word.decimals.min(decimals), point)
-                });
+                let decimals = decimals.max(self.kept(word.decimals));
+                let value = number::rounded(value, decimals);
+                replace_number(edits, self.rules, word, value, decimals);
+            }
+            if matches!(word.letter, b'L' | b'K') && repeat != cycle.repeat {
+                edits.remove(given.line, word.span());
             }
         }
-        let mut add = |letter: u8, value: f64, decimals: usize, point: bool| {
-            edits.replace(place..place, |to| {
-                to.extend_from_slice(&[b' ', letter]);
-                number::write(to, value, decimals, 0, point);
-            });
+        let missing = needed.iter().zip(done).filter(|(_, done)| !done);
+        let missing: Vec<Needed> = missing.map(|(needed, _)| *needed).collect();
+        let mut text = Vec::new();
+        self.words_of_series(Some(block), cycle, &missing, anew, &mut text);
+        edits.replace(place..place, |to| to.extend_from_slice(&text));
+    }
+
+    /// A line of its own for another hole of the same line.
+    fn further_hole(
+        &self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        needed: &[Needed; 4],
+        anew: bool,
+        out: &mut Vec<u8>,
+    ) {
+        let mut text = Vec::new();
+        self.words_of_series(None, cycle, needed, anew, &mut text);
+        if given.block.deleted {
+            out.push(b'/');
+        }
+        out.extend_from_slice(text.trim_ascii_start());
+    }
+
+    /// Words of a hole, and those that neither its line nor its series says yet, each after a space.
+    fn words_of_series(
+        &self,
+        line: Option<&Block>,
+        cycle: &Cycle,
+        needed: &[Needed],
+        anew: bool,
+        text: &mut Vec<u8>,
+    ) {
+        let dialect = self.rules.dialect;
+        let point = self.point();
+        let is_cycle = |word: &Word| {
+            let code = codes::code(word, dialect);
+            matches!(code, Some(Code::Motion(Motion::Cycle(_))))
         };
-        for ((letter, value, decimals), done) in needed.iter().zip(done) {
-            if !done {
-                add(*letter, *value, *decimals, point);
-            }
-        }
-        let lacks = |letter: u8| block.word(letter).is_none();
+        let says = |letter: u8| line.is_some_and(|line| line.word(letter).is_some());
+        let mut add = |letter: u8, value: f64, decimals: usize, point: bool| {
+            text.extend_from_slice(&[b' ', letter]);
+            number::write(text, value, decimals, 0, point);
+        };
         let series = self.written.cycle.filter(|c| c.code == cycle.code && !anew);
-        let q = words.q.or(cycle.q.map(|q| q / self.unit()));
+        for (letter, value, decimals) in needed {
+            add(*letter, *value, *decimals, point);
+        }
+        let q = cycle.q.map(|q| q / self.unit());
         let before = series.and_then(|c| c.q).map(|q| q / self.unit());
-        if let (true, Some(q)) = (lacks(b'Q'), q)
+        if let (false, Some(q)) = (says(b'Q'), q)
             && before.is_none_or(|before| (q - before).abs() > 1e-9)
         {
             add(b'Q', q, MOST_DECIMALS, point);
         }
-        if let (true, Some(p), None) = (lacks(b'P'), cycle.p, series) {
+        if let (false, Some(p), None) = (says(b'P'), cycle.p, series) {
             add(b'P', p.value, 6, p.point);
         }
         if let Some(feed) = self.nominal.feed
-            && lacks(b'F')
+            && !says(b'F')
             && self.written.feed != Some(feed)
         {
             add(b'F', feed, 6, point);
         }
-        let is_cycle = |word: &Word| {
-            let code = codes::code(word, self.rules.dialect);
-            matches!(code, Some(Code::Motion(Motion::Cycle(_))))
-        };
         let motion = Motion::Cycle(cycle.code);
-        if !block.words.iter().any(is_cycle) && self.written.motion != Some(motion) {
-            edits.replace(place..place, |to| {
-                to.push(b' ');
-                to.extend_from_slice(motion.word().as_bytes());
-            });
+        let has_word = line.is_some_and(|line| line.words.iter().any(is_cycle));
+        if !has_word && self.written.motion != Some(motion) {
+            text.push(b' ');
+            text.extend_from_slice(motion.word().as_bytes());
         }
     }
-}
-
-/// A number with so many decimals that is not less.
-fn above(value: f64, decimals: usize) -> f64 {
-    number::rounded(value + 0.5 * 10_f64.powi(-(decimals as i32)), decimals)
 }

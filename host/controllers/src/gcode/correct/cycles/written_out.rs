@@ -1,12 +1,12 @@
 //! A cycle as single moves.
 
-use crate::gcode::axes::COUNT;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::given::{Given, Moving};
-use crate::gcode::correct::piece::{Piece, Shape};
+use crate::gcode::correct::piece::{Piece, Shape, Timing};
 use crate::gcode::correct::write::Change;
 use crate::gcode::cycle::{Cycle, Part};
 use crate::gcode::fault::Fault;
+use crate::gcode::line_map::Role;
 use crate::gcode::modal::{Motion, Spindle};
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
@@ -25,8 +25,9 @@ impl Corrector<'_> {
         let given = self.with_end(given);
         let mut at = cycle.from;
         let mut first = true;
+        let mut done = 0.0;
         for part in parts {
-            let (shape, rate, to) = match part {
+            let (rate, to) = match part {
                 Part::Dwell(p) => {
                     let mut wait = b"G4 P".to_vec();
                     number::write(&mut wait, p.value, 6, 0, p.point);
@@ -44,35 +45,42 @@ impl Corrector<'_> {
                     }
                     continue;
                 }
-                Part::Rapid(to) => (Shape::Rapid, Rate::Rapid, *to),
-                Part::Feed(to) => (Shape::Feed, cycle.rate, *to),
+                Part::Rapid(to) => (Rate::Rapid, *to),
+                Part::Feed(to) => (cycle.rate, *to),
             };
             let path = Path::Line(at, to);
-            let last = self.trace(&path, 0, moving)?;
-            self.corrected(&last);
             let timing = self.timing(rate, &path);
-            let (field, limits) = (self.field(), self.limits());
-            let join = match shape {
-                Shape::Feed => self.join(&self.traced.nodes[0], &limits, timing),
-                _ => None,
+            let pieces = match rate {
+                Rate::Rapid => {
+                    self.stretches(&path, moving)?;
+                    vec![Piece::whole(Shape::Rapid, self.end(&to, 0, moving)?)]
+                }
+                _ => {
+                    self.trace(&path, moving)?;
+                    let (field, limits) = (self.field(), self.limits());
+                    let pieces = self.runs(&field, &path, &limits);
+                    pieces.map_err(|lost| moving.lost(lost))?
+                }
             };
             self.joined = true;
-            let pieces = self.runs(&field, shape, &limits, timing);
-            let pieces = pieces.map_err(|lost| moving.lost(lost))?;
-            for piece in join.into_iter().chain(pieces) {
+            for piece in pieces {
+                let piece = Piece {
+                    until: done + piece.until,
+                    ..piece
+                };
                 // Motion words of the line become those of its first move.
                 let motion = self.nominal.motion.replace(Motion::Rapid);
-                let done = self.write_part(&given, &piece, first, out);
+                let done = self.write_part(&given, &piece, &timing, first, out);
                 self.nominal.motion = motion;
                 done?;
                 first = false;
             }
+            done += 1.0;
             at = to;
         }
         if given.step.after {
             self.write_after(&given, out)?;
         }
-        debug_assert!((0..COUNT).all(|i| (at[i] - cycle.to()[i]).abs() < 1e-9));
         Ok(())
     }
 
@@ -91,7 +99,7 @@ impl Corrector<'_> {
         self.follow(&text, None)?;
         out.extend_from_slice(&text);
         out.extend_from_slice(given.eol);
-        self.report.lines[1] += 1;
+        self.note(Role::Plain);
         Ok(())
     }
 
@@ -100,14 +108,16 @@ impl Corrector<'_> {
         &mut self,
         given: &Given<'_>,
         piece: &Piece,
+        timing: &Timing,
         first: bool,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         if !first {
-            return self.write_next(given, piece, out);
+            return self.write_next(given, piece, timing, out);
         }
         let change = Change {
             piece,
+            timing,
             wanted: 0,
             gone: u16::MAX,
             without: b"RQPLK",

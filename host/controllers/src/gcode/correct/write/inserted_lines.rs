@@ -3,11 +3,11 @@
 use crate::gcode::axes;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::given::Given;
-use crate::gcode::correct::piece::Piece;
-use crate::gcode::dialect::Dialect;
+use crate::gcode::correct::piece::{Piece, Timing};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::number;
+use crate::gcode::words::Block;
 
 impl Corrector<'_> {
     /// Writes a further line, unless it would move nothing.
@@ -15,19 +15,21 @@ impl Corrector<'_> {
         &mut self,
         given: &Given<'_>,
         piece: &Piece,
+        timing: &Timing,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, piece, 0)?;
+        let wording = self.wording(given.block, piece, timing, 0)?;
         let words = &wording.words;
         if !words.moves && wording.centre.is_none() {
             return Ok(());
         }
-        let point = self.rules.dialect == Dialect::Fanuc;
+        let point = self.point();
         let mut text = std::mem::take(&mut self.text);
         text.clear();
         if given.block.deleted {
             text.push(b'/');
         }
+        self.sub_number(given.block, &mut text);
         if wording.machine {
             text.extend_from_slice(b"G53 ");
         }
@@ -44,7 +46,7 @@ impl Corrector<'_> {
             text.push(b' ');
         }
         for (letter, value) in wording.centre.iter().flatten() {
-            let decimals = number::decimals(0, self.units());
+            let decimals = self.options.decimals(0, self.units());
             text.push(*letter);
             number::write(&mut text, *value, decimals, 0, point);
             text.push(b' ');
@@ -67,7 +69,17 @@ impl Corrector<'_> {
         out.extend_from_slice(&text);
         out.extend_from_slice(given.eol);
         self.text = text;
-        self.report.lines[1] += 1;
-        done
+        self.note(Self::role(piece));
+        done.map(|_| ())
+    }
+
+    /// The number of an inserted line, if it gets one.
+    fn sub_number(&mut self, block: &Block, text: &mut Vec<u8>) {
+        let Some(word) = block.word(b'N').filter(|_| self.options.sub_numbers) else {
+            return;
+        };
+        let inserted = self.lines.iter().rev().position(|entry| entry.begins);
+        let number = inserted.map_or(1, |before| before + 1);
+        text.extend_from_slice(format!("N{}.{number} ", word.value).as_bytes());
     }
 }

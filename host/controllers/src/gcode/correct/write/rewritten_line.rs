@@ -7,7 +7,6 @@ use crate::gcode::codes::{self, Code};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::Given;
-use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
@@ -36,7 +35,7 @@ impl Corrector<'_> {
         change: &Change<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, change.piece, change.wanted)?;
+        let wording = self.wording(given.block, change.piece, change.timing, change.wanted)?;
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
         let said = self.change_words(given, change, &wording, &mut edits);
@@ -50,7 +49,9 @@ impl Corrector<'_> {
             true => self.written.position.at,
             false => wording.words.to,
         };
-        self.follow(&out[from..], Some(&ends))
+        self.follow(&out[from..], Some(&ends))?;
+        self.note(Self::role(change.piece));
+        Ok(())
     }
 
     /// Changes or removes the words of the line.
@@ -92,7 +93,8 @@ impl Corrector<'_> {
             {
                 said.centre[place] = true;
                 said.last_axis = Some(word.end);
-                let decimals = word.decimals.max(number::decimals(0, self.units())).min(9);
+                let needed = self.options.decimals(0, self.units());
+                let decimals = self.kept(word.decimals).max(needed);
                 let value = number::rounded(centre[place].1, decimals);
                 replace_number(edits, rules, word, value, decimals);
                 continue;
@@ -114,7 +116,7 @@ impl Corrector<'_> {
                     said.feed = true;
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
-                        let point = rules.dialect == Dialect::Fanuc;
+                        let point = self.point();
                         edits.replace(word.number..word.end, |to| {
                             number::write_feed(to, feed, point)
                         });
@@ -122,7 +124,13 @@ impl Corrector<'_> {
                 }
                 continue;
             }
-            let goes = change.without.contains(&word.letter)
+            let is_normal = wording.normal == Some(word.letter);
+            if is_normal {
+                // A zero along the normal of the plane, which LinuxCNC refuses.
+                self.report.zeros_of_centres += 1;
+            }
+            let goes = is_normal
+                || change.without.contains(&word.letter)
                 || (change.without_after && is_after(word, rules.dialect));
             if goes {
                 edits.remove(given.line, word.span());
@@ -140,7 +148,7 @@ impl Corrector<'_> {
         edits: &mut Edits,
     ) {
         let (block, words) = (given.block, &wording.words);
-        let point = self.rules.dialect == Dialect::Fanuc;
+        let point = self.point();
         let mut before = given.line[..block.end].iter();
         let spaced = block.words.len() < 2 || before.any(|b| matches!(b, b' ' | b'\t'));
         let separator: &[u8] = if spaced { b" " } else { b"" };
@@ -172,7 +180,7 @@ impl Corrector<'_> {
                 edits.replace(place..place, |to| {
                     to.extend_from_slice(separator);
                     to.push(*letter);
-                    number::write(to, *value, number::decimals(0, self.units()), 0, point);
+                    number::write(to, *value, self.options.decimals(0, self.units()), 0, point);
                 });
             }
         }

@@ -6,8 +6,7 @@ use crate::gcode::axes::{self, COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::span_of;
-use crate::gcode::correct::piece::{Piece, Shape};
-use crate::gcode::dialect::Dialect;
+use crate::gcode::correct::piece::{Piece, Shape, Timing};
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::{bits, offset_in_doubt, word_of_wrapped};
@@ -49,6 +48,8 @@ pub(super) struct Wording {
     pub motion: Option<Motion>,
     /// The letters of a centre, with their values in units of the program.
     pub centre: Option<[(u8, f64); 2]>,
+    /// The letter of a centre along the normal of its plane, which goes.
+    pub normal: Option<u8>,
     /// How many turns an arc begins: its P, which 1 needs not.
     pub turns: u32,
     /// True if words are machine coordinates: G53.
@@ -66,16 +67,21 @@ impl Corrector<'_> {
         &mut self,
         block: &Block,
         piece: &Piece,
+        timing: &Timing,
         wanted: u16,
     ) -> Result<Wording, Fault> {
         let machine = is_machine(block, self.rules.dialect);
         let words = self.words(block, &piece.to, wanted, machine)?;
         Ok(Wording {
-            feed: self.feed(piece, &words.to),
-            inverse: matches!(piece.feed, Some(Rate::Inverse(_))),
+            feed: self.feed(piece, timing, &words.to),
+            inverse: matches!(timing.rate, Rate::Inverse(_)),
             motion: self.motion_word(piece),
             centre: match piece.shape {
                 Shape::Arc(arc) => Some(self.centre_words(&arc)),
+                _ => None,
+            },
+            normal: match piece.shape {
+                Shape::Arc(arc) => b"IJK".get(arc.axes[2]).copied(),
                 _ => None,
             },
             turns: match piece.shape {
@@ -94,14 +100,27 @@ impl Corrector<'_> {
         wording.feed.filter(|f| wording.inverse || !holds(*f))
     }
 
+    /// How many of the decimals of a word stay.
+    pub(in crate::gcode::correct) fn kept(&self, decimals: usize) -> usize {
+        match self.options.decimals {
+            None => decimals.min(9),
+            Some(_) => 0,
+        }
+    }
+
+    /// True if every number has a point.
+    pub(in crate::gcode::correct) fn point(&self) -> bool {
+        self.rules.dialect.table().needs_points
+    }
+
     /// Decimals of an axis in this line.
     fn decimals(&mut self, block: &Block, axis: usize) -> usize {
-        let needed = number::decimals(axis, self.units());
+        let needed = self.options.decimals(axis, self.units());
         let word = block.word(axes::LETTERS[axis]);
         if let Some(word) = word {
             self.report.decimals[0] = self.report.decimals[0].max(word.decimals);
         }
-        let decimals = word.map_or(0, |w| w.decimals).max(needed).min(9);
+        let decimals = word.map_or(0, |w| self.kept(w.decimals)).max(needed);
         self.report.decimals[1] = self.report.decimals[1].max(decimals);
         decimals
     }
@@ -134,6 +153,7 @@ impl Corrector<'_> {
             moves: false,
         };
         let mut program = here;
+        let (units, is_turned) = (self.units(), self.written.offsets.is_turned());
         for axis in bits(self.tables.axes) {
             let unit = if is_rotary(axis) { 1.0 } else { unit };
             let decimals = self.decimals(block, axis);
@@ -142,8 +162,15 @@ impl Corrector<'_> {
             let rounded = number::rounded(value, decimals);
             let finest = number::finest(decimals);
             let known = at.knows(axis);
-            if wanted & (1 << axis) == 0 && known && by.abs() < finest {
-                continue;
+            // An axis that the motion does not name appears only where its correction changes by more than the last digit.
+            if wanted & (1 << axis) == 0 && known {
+                let last = match is_turned {
+                    true => finest,
+                    false => number::last_digit(self.options.decimals(axis, units)),
+                };
+                if by.abs() <= last {
+                    continue;
+                }
             }
             if axis == 2 && !machine && self.written.offset_in_doubt {
                 return Err(offset_in_doubt(span_of(block)));
@@ -237,7 +264,7 @@ pub(in crate::gcode::correct) fn replace_number(
     value: f64,
     decimals: usize,
 ) {
-    let point = rules.dialect == Dialect::Fanuc;
+    let point = rules.dialect.table().needs_points;
     let counts = rules.least_increments && !word.point;
     if counts || number::rounded(word.value, 9) != value {
         edits.replace(word.number..word.end, |to| {

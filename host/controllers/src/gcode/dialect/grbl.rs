@@ -1,0 +1,26 @@
+//! Grbl 1.1.
+
+use super::{AfterEnd, Table};
+use crate::gcode::codes::{Code, Length, Machine};
+
+const G: &[(u16, Code)] = &[
+    (281, Code::StoreHome(0)),
+    (301, Code::StoreHome(1)),
+    (382, Code::Probe),
+    (383, Code::Probe),
+    (384, Code::Probe),
+    (385, Code::Probe),
+    (431, Code::ToolLength(Length::OfWords)),
+];
+
+const M: &[(u16, Machine)] = &[(50, Machine::Neutral), (90, Machine::Neutral)];
+
+pub const TABLE: Table = Table {
+    g: G,
+    m: M,
+    longest_line: 79,
+    counts_words_alone: true,
+    after_end: AfterEnd::Run,
+    g80_beside_motion: false,
+    ..Table::PLAIN
+};
