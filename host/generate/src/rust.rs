@@ -247,7 +247,7 @@ fn show(program: &Program, value: &Value, inner: bool) -> String {
         Value::Line(steps, values) => format!(
             "line({}, {})",
             show(program, steps, false),
-            values.map(|value| number(value)).join(", ")
+            values.map(number).join(", ")
         ),
         Value::ByTravel(axis, positive, negative) => format!(
             "by_travel(travel[{axis}], {}, {})",

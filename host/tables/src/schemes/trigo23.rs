@@ -135,5 +135,5 @@ fn means(
         let sum = lattice.sum(PerAxis::default, add, join)?;
         Ok(sum.map(|sum| sum / lattice.nodes() as f64))
     };
-    parallel::try_map(&angles, mean)
+    parallel::try_map(angles, mean)
 }
