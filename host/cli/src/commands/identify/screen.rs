@@ -149,7 +149,7 @@ fn places(text: &mut String, found: &Found<'_>) {
                 "{:>11.3}{:>11.3}{:>11.3}{apart:>9.3}\n",
                 stated.x, stated.y, stated.z
             ),
-            _ => format!("          -\n"),
+            _ => "          -\n".to_owned(),
         };
     }
 }
