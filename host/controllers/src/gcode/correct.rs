@@ -28,6 +28,7 @@ use super::travel_directions::TravelDirections;
 use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
+use piece::Piece;
 
 /// Corrects a program.
 pub struct Corrector<'a> {
@@ -51,6 +52,7 @@ pub struct Corrector<'a> {
     /// A move by so much needs no cut, wherever it is (mm, degrees; commands of axes).
     uncut: PerLetter,
     ends: Vec<usize>,
+    pieces: Vec<Piece>,
     text: Vec<u8>,
     check: Block,
     eol: &'static [u8],
@@ -137,6 +139,7 @@ impl<'a> Corrector<'a> {
             traced: Traced::default(),
             uncut: [0.0; COUNT],
             ends: Vec::new(),
+            pieces: Vec::new(),
             text: Vec::new(),
             check: Block::default(),
             eol: b"\n",

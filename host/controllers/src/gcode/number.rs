@@ -18,6 +18,11 @@ const POWERS: [f64; 16] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
+/// Their last digits.
+const LAST: [f64; 16] = [
+    1e0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14,
+    1e-15,
+];
 /// Room for any number below 9e15.
 const PLACES: usize = 32;
 
@@ -31,7 +36,7 @@ pub fn rounded(value: f64, decimals: usize) -> f64 {
 /// The last of so many decimals.
 #[must_use]
 pub fn last_digit(decimals: usize) -> f64 {
-    1.0 / POWERS[decimals.min(15)]
+    LAST[decimals.min(15)]
 }
 
 /// The least number with so many decimals that is not below, but for what f64 loses.
@@ -44,7 +49,7 @@ pub fn up(value: f64, decimals: usize) -> f64 {
 /// Half of the last digit, and a little more: what rounding can be off.
 #[must_use]
 pub fn finest(decimals: usize) -> f64 {
-    0.6 * (1.0 / POWERS[decimals.min(15)])
+    0.6 * last_digit(decimals)
 }
 
 /// The same as [`f64::round`] but for the sign of 0, which is a call where the processor is not known to have it.

@@ -39,19 +39,22 @@ impl<'a> Corrector<'a> {
             }
         }
         self.modes_first(given.block)?;
-        let (pieces, timing) = match motion {
+        let mut pieces = std::mem::take(&mut self.pieces);
+        pieces.clear();
+        let timing = match motion {
             Move::Straight(straight, rate) => {
-                let path = Path::Line(straight.from.at, straight.to);
-                let timing = self.timing(*rate, &path);
-                (self.straight(straight, *rate, &moving)?, timing)
+                self.straight(straight, *rate, &moving, &mut pieces)?;
+                self.timing(*rate, &Path::Line(straight.from.at, straight.to))
             }
             Move::Arc(arc, rate) => {
-                let timing = self.timing(*rate, &Path::Arc(*arc));
-                (self.arc(arc, &moving)?, timing)
+                pieces.extend(self.arc(arc, &moving)?);
+                self.timing(*rate, &Path::Arc(*arc))
             }
             Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
         };
-        self.write_all(given, &pieces, &timing, out)?;
+        let done = self.write_all(given, &pieces, &timing, out);
+        self.pieces = pieces;
+        done?;
         let comes_back = matches!(motion, Move::Straight(straight, _) if straight.comes_back);
         let holds =
             matches!(motion, Move::Straight(straight, rate) if self.held(straight, *rate) != 0);

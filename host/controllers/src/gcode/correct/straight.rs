@@ -16,13 +16,14 @@ use crate::gcode::trace::{Node, Path};
 const SURELY: f64 = 0.9;
 
 impl Corrector<'_> {
-    /// G0, G1, G33.
+    /// G0, G1, G33: adds the pieces.
     pub(super) fn straight(
         &mut self,
         straight: &Straight,
         rate: Rate,
         moving: &Moving,
-    ) -> Result<Vec<Piece>, Fault> {
+        pieces: &mut Vec<Piece>,
+    ) -> Result<(), Fault> {
         let is_rapid = rate == Rate::Rapid && !straight.with_spindle;
         let shape = if is_rapid { Shape::Rapid } else { Shape::Feed };
         let (from, to) = (&straight.from, &straight.to);
@@ -31,7 +32,8 @@ impl Corrector<'_> {
         let is_known = from.missing(self.tables.axes).is_none();
         let stands = is_known && path.by().iter().all(|by| by.abs() < NOTHING);
         if stands && self.joined {
-            return Ok(vec![Piece::whole(shape, self.written.position.at)]);
+            pieces.push(Piece::whole(shape, self.written.position.at));
+            return Ok(());
         }
         // Of a rapid only the end matters, and only that is known where it comes from an unknown place.
         let is_end_alone = is_rapid || stands || !is_known;
@@ -43,12 +45,12 @@ impl Corrector<'_> {
             }
             let end = self.end(to, held, moving)?;
             // Where the program stands, a feed only leads onto the corrected path.
-            return Ok(vec![
-                match stands && shape == Shape::Feed && !straight.with_spindle {
-                    true => Piece::step(end, 0.0),
-                    false => Piece::whole(shape, end),
-                },
-            ]);
+            let leads_on = stands && shape == Shape::Feed && !straight.with_spindle;
+            pieces.push(match leads_on {
+                true => Piece::step(end, 0.0),
+                false => Piece::whole(shape, end),
+            });
+            return Ok(());
         }
         self.trace(&path, moving)?;
         let limits = self.limits();
@@ -64,17 +66,19 @@ impl Corrector<'_> {
                     "give a larger --tolerance, or use the compensation in the controller",
                 ));
             }
-            return Ok(vec![Piece::whole(shape, end)]);
+            pieces.push(Piece::whole(shape, end));
+            return Ok(());
         }
         if self.is_offset() && !self.may_be_cut() {
             self.note_cutter(&limits);
-            return Ok(vec![Piece::whole(shape, end)]);
+            pieces.push(Piece::whole(shape, end));
+            return Ok(());
         }
-        let pieces = self.runs(&field, &path, &limits);
-        let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        let runs = self.runs(&field, &path, &limits);
+        pieces.extend(runs.map_err(|lost| moving.lost(lost))?);
         let cuts = pieces.iter().filter(|p| p.share.is_some());
         self.report.cut += u64::from(cuts.count() > 1);
-        Ok(pieces)
+        Ok(())
     }
 
     /// The axes arrive at a place from an unknown one.

@@ -157,8 +157,9 @@ impl Corrector<'_> {
         for axis in bits(self.tables.axes) {
             let unit = if is_rotary(axis) { 1.0 } else { unit };
             let decimals = self.decimals(block, axis);
-            let by = (target[axis] - here[axis]) / unit;
-            let value = if relative { by } else { target[axis] / unit };
+            let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
+            let by = in_units(target[axis] - here[axis]);
+            let value = if relative { by } else { in_units(target[axis]) };
             let rounded = number::rounded(value, decimals);
             let finest = number::finest(decimals);
             let known = at.knows(axis);
