@@ -19,37 +19,37 @@ pub const CHECKSUM: u32 = 0x253724E0;
 pub fn evaluate(inputs: &[f32; 5]) -> [f32; 5] {
     // T0 of Y: 2 points from -350 to 350, linear
     let f0 = (inputs[0] - (-350.0)) * 0.0014285714;
-    let t0 = line(f0, -1.0, 2.0, 1.0);
     // T1 to T13 of A: 92 points from -120 to 120, linear
     let (i1, f1) = held((inputs[1] - (-120.0)) * 0.37916666, 91);
-    let t1 = BANK_1[i1][0] + (BANK_1[i1 + 1][0] - BANK_1[i1][0]) * f1;
-    let t2 = BANK_1[i1][1] + (BANK_1[i1 + 1][1] - BANK_1[i1][1]) * f1;
-    let t3 = BANK_1[i1][2] + (BANK_1[i1 + 1][2] - BANK_1[i1][2]) * f1;
-    let t4 = BANK_1[i1][3] + (BANK_1[i1 + 1][3] - BANK_1[i1][3]) * f1;
-    let t5 = BANK_1[i1][4] + (BANK_1[i1 + 1][4] - BANK_1[i1][4]) * f1;
-    let t6 = BANK_1[i1][5] + (BANK_1[i1 + 1][5] - BANK_1[i1][5]) * f1;
-    let t7 = BANK_1[i1][6] + (BANK_1[i1 + 1][6] - BANK_1[i1][6]) * f1;
-    let t8 = BANK_1[i1][7] + (BANK_1[i1 + 1][7] - BANK_1[i1][7]) * f1;
-    let t9 = BANK_1[i1][8] + (BANK_1[i1 + 1][8] - BANK_1[i1][8]) * f1;
-    let t10 = BANK_1[i1][9] + (BANK_1[i1 + 1][9] - BANK_1[i1][9]) * f1;
-    let t11 = BANK_1[i1][10] + (BANK_1[i1 + 1][10] - BANK_1[i1][10]) * f1;
-    let t12 = BANK_1[i1][11] + (BANK_1[i1 + 1][11] - BANK_1[i1][11]) * f1;
-    let t13 = BANK_1[i1][12] + (BANK_1[i1 + 1][12] - BANK_1[i1][12]) * f1;
     // T14 of X: 2 points from -350 to 350, linear
     let f2 = (inputs[3] - (-350.0)) * 0.0014285714;
-    let t14 = line(f2, 0.009064898, -0.018129796, -0.009064898);
     // T15 of Z: 2 points from -350 to 350, linear
     let f3 = (inputs[4] - (-350.0)) * 0.0014285714;
-    let t15 = line(f3, -1.0, 2.0, 1.0);
     // dY
+    let t1 = BANK_1[i1][0] + (BANK_1[i1 + 1][0] - BANK_1[i1][0]) * f1;
+    let t0 = line(f0, -1.0, 2.0, 1.0);
+    let t12 = BANK_1[i1][11] + (BANK_1[i1 + 1][11] - BANK_1[i1][11]) * f1;
+    let t4 = BANK_1[i1][3] + (BANK_1[i1 + 1][3] - BANK_1[i1][3]) * f1;
+    let t15 = line(f3, -1.0, 2.0, 1.0);
+    let t7 = BANK_1[i1][6] + (BANK_1[i1 + 1][6] - BANK_1[i1][6]) * f1;
+    let t14 = line(f2, 0.009064898, -0.018129796, -0.009064898);
     let dy = t1 + t0 * t12 + t4 * t15 + t7 * t14;
     // dA
+    let t2 = BANK_1[i1][1] + (BANK_1[i1 + 1][1] - BANK_1[i1][1]) * f1;
     let da = t2;
     // dC
+    let t10 = BANK_1[i1][9] + (BANK_1[i1 + 1][9] - BANK_1[i1][9]) * f1;
     let dc = t10;
     // dX
+    let t3 = BANK_1[i1][2] + (BANK_1[i1 + 1][2] - BANK_1[i1][2]) * f1;
+    let t5 = BANK_1[i1][4] + (BANK_1[i1 + 1][4] - BANK_1[i1][4]) * f1;
+    let t9 = BANK_1[i1][8] + (BANK_1[i1 + 1][8] - BANK_1[i1][8]) * f1;
     let dx = t3 + t14 + t0 * t5 + t9 * t15;
     // dZ
+    let t11 = BANK_1[i1][10] + (BANK_1[i1 + 1][10] - BANK_1[i1][10]) * f1;
+    let t8 = BANK_1[i1][7] + (BANK_1[i1 + 1][7] - BANK_1[i1][7]) * f1;
+    let t6 = BANK_1[i1][5] + (BANK_1[i1 + 1][5] - BANK_1[i1][5]) * f1;
+    let t13 = BANK_1[i1][12] + (BANK_1[i1 + 1][12] - BANK_1[i1][12]) * f1;
     let dz = t11 + t0 * t8 + t6 * t14 + t13 * t15;
     [dy, da, dc, dx, dz]
 }
@@ -89,13 +89,7 @@ pub fn corrections<const N: usize>(
 ) {
     const { assert!(N >= 5, "capacities for fewer axes than the machine has") };
     let _ = (travel, weights);
-    let values = evaluate(&[
-        inputs.axes[0],
-        inputs.axes[1],
-        inputs.axes[2],
-        inputs.axes[3],
-        inputs.axes[4],
-    ]);
+    let values = evaluate(&[inputs.axes[0], inputs.axes[1], inputs.axes[2], inputs.axes[3], inputs.axes[4]]);
     corrections[..5].copy_from_slice(&values);
 }
 
