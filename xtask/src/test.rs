@@ -56,7 +56,10 @@ fn usual() -> Vec<Step> {
             "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
         ),
         // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
-        step("all tests", "test -q --workspace --no-fail-fast"),
+        step(
+            "all tests",
+            "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast",
+        ),
         step("runtime without features", "test -q -p trueaxis"),
         step(
             "runtime that checks every index",
@@ -97,6 +100,10 @@ fn rest() -> Vec<Step> {
         step(
             "runtime that encodes",
             "test -q -p trueaxis --features encode",
+        ),
+        step(
+            "the figures of the source document",
+            "test -q -p trueaxis-reproduce --no-fail-fast",
         ),
         step("30 random machines", "xtask random-machines 30 --quick"),
         with(native, "RUSTFLAGS", "-C target-cpu=native"),
