@@ -1,9 +1,7 @@
 //! The words G and M that are known, and what each does.
 
-use super::dialect::Dialect;
 use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Spindle, Units};
 use super::offsets::Number;
-use super::words::{Block, Word};
 
 /// What a word G asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,36 +133,9 @@ pub fn system(tenths: u16) -> Option<Number> {
     }
 }
 
-/// What a word asks for; `None` for a G word that is not known.
+/// What a word G (in tenths) asks for in every dialect; `None` if that depends on the dialect.
 #[must_use]
-#[inline]
-pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
-    match word.letter {
-        b'G' => g(word.tenths()?, dialect),
-        _ => None,
-    }
-}
-
-/// What a word asks for; `None` for an M word that is not known.
-#[must_use]
-#[inline]
-pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
-    match word.letter {
-        b'M' => m(word.tenths()?, dialect),
-        _ => None,
-    }
-}
-
-/// True if a line ends the program: M2, M30.
-#[must_use]
-pub fn ends(block: &Block, dialect: Dialect) -> bool {
-    let ends = |word: &Word| machine(word, dialect) == Some(Machine::End);
-    block.has_codes && block.words.iter().any(ends)
-}
-
-/// What a word G (in tenths) asks for; `None` if it is not known or not built.
-#[must_use]
-pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
+pub fn g(tenths: u16) -> Option<Code> {
     let code = match tenths {
         0 => Code::Motion(Motion::Rapid),
         10 => Code::Motion(Motion::Feed),
@@ -192,10 +163,7 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         921 => Code::Shift(1),
         930 => Code::Feed(FeedMode::InverseTime),
         940 => Code::Feed(FeedMode::PerMinute),
-        _ => {
-            let mut own = dialect.table().g.iter();
-            return own.find(|(own, _)| *own == tenths).map(|(_, code)| *code);
-        }
+        _ => return None,
     };
     Some(code)
 }
@@ -233,19 +201,14 @@ pub fn spindle(tenths: u16) -> Option<Option<Spindle>> {
     })
 }
 
-/// What a word M (in tenths) asks for; `None` if it is not known.
+/// What a word M (in tenths) asks for in every dialect; `None` if that depends on the dialect.
 #[must_use]
-pub fn m(tenths: u16, dialect: Dialect) -> Option<Machine> {
+pub fn m(tenths: u16) -> Option<Machine> {
     Some(match tenths {
         0 | 10 | 600 => Machine::Pause,
         20 | 300 => Machine::End,
         30 | 40 | 70 | 80 => Machine::Neutral,
         60 => Machine::ToolChange,
-        _ => {
-            let mut own = dialect.table().m.iter();
-            return own
-                .find(|(own, _)| *own == tenths)
-                .map(|(_, machine)| *machine);
-        }
+        _ => return None,
     })
 }

@@ -6,7 +6,8 @@ mod grblhal;
 mod linuxcnc;
 
 use super::axes::{self, NOTHING, PerLetter};
-use super::codes::{Code, Machine};
+use super::codes::{self, Code, Machine};
+use super::words::{Block, Word};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,6 +159,12 @@ impl Table {
     };
 }
 
+/// What a word (in tenths) means by the table of a dialect.
+fn own<T: Copy>(table: &[(u16, T)], tenths: u16) -> Option<T> {
+    let found = table.iter().find(|(own, _)| *own == tenths);
+    found.map(|(_, meaning)| *meaning)
+}
+
 impl Dialect {
     /// What it means.
     #[must_use]
@@ -168,6 +175,43 @@ impl Dialect {
             Self::GrblHal => &grblhal::TABLE,
             Self::Fanuc => &fanuc::TABLE,
         }
+    }
+
+    /// What a word asks for; `None` for a G word that is not known or not built.
+    #[must_use]
+    #[inline]
+    pub fn code(self, word: &Word) -> Option<Code> {
+        match word.letter {
+            b'G' => self.g(word.tenths()?),
+            _ => None,
+        }
+    }
+
+    /// What a word asks for; `None` for an M word that is not known.
+    #[must_use]
+    #[inline]
+    pub fn machine(self, word: &Word) -> Option<Machine> {
+        match word.letter {
+            b'M' => self.m(word.tenths()?),
+            _ => None,
+        }
+    }
+
+    /// True if a line ends the program: M2, M30.
+    #[must_use]
+    pub fn ends(self, block: &Block) -> bool {
+        let ends = |word: &Word| self.machine(word) == Some(Machine::End);
+        block.has_codes && block.words.iter().any(ends)
+    }
+
+    fn g(self, tenths: u16) -> Option<Code> {
+        let own = || own(self.table().g, tenths);
+        codes::g(tenths).or_else(own)
+    }
+
+    fn m(self, tenths: u16) -> Option<Machine> {
+        let own = || own(self.table().m, tenths);
+        codes::m(tenths).or_else(own)
     }
 
     /// The length (mm, degrees) that a feed per minute counts, of a straight move by so much on each axis.
@@ -198,7 +242,6 @@ impl Dialect {
 
 #[cfg(test)]
 mod tests {
-    use super::super::codes;
     use super::*;
 
     #[test]
@@ -212,11 +255,11 @@ mod tests {
             let table = dialect.table();
             for (k, (tenths, code)) in table.g.iter().enumerate() {
                 assert!(table.g[..k].iter().all(|(other, _)| other != tenths));
-                assert_eq!(codes::g(*tenths, dialect), Some(*code));
+                assert_eq!(dialect.g(*tenths), Some(*code));
             }
             for (k, (tenths, machine)) in table.m.iter().enumerate() {
                 assert!(table.m[..k].iter().all(|(other, _)| other != tenths));
-                assert_eq!(codes::m(*tenths, dialect), Some(*machine));
+                assert_eq!(dialect.m(*tenths), Some(*machine));
             }
         }
     }

@@ -13,7 +13,7 @@ mod preconditions;
 mod tool;
 
 use super::axes::COUNT;
-use super::codes::{self, Code, Machine};
+use super::codes::{Code, Machine};
 use super::fault::{Fault, Kind};
 use super::modal::Cutter;
 use super::moves::Move;
@@ -112,7 +112,7 @@ impl State {
             };
             self.cutter_changes = false;
         }
-        step.ends = codes::ends(block, rules.dialect);
+        step.ends = rules.dialect.ends(block);
         self.ended |= step.ends;
         Ok(())
     }
@@ -163,6 +163,6 @@ fn whole(word: &Word) -> Result<u32, Fault> {
 fn is_neutral(block: &Block, rules: &Rules) -> bool {
     block.words.iter().all(|word| match word.letter {
         b'N' | b'S' => true,
-        _ => codes::machine(word, rules.dialect) == Some(Machine::Neutral),
+        _ => rules.dialect.machine(word) == Some(Machine::Neutral),
     })
 }

@@ -102,7 +102,7 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
         match block.scan(line, dialect) {
             // Lines after the end are not part of the program.
             Ok(()) if block.percent && number > 1 => break,
-            Ok(()) if !block.deleted && codes::ends(&block, dialect) => break,
+            Ok(()) if !block.deleted && dialect.ends(&block) => break,
             Err(fault) if matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow) => {
                 return Err(Refusal::at(fault, number, line).into());
             }

@@ -3,7 +3,7 @@
 use super::given::{Given, Moving, span_of};
 use super::{Backlash, Corrector};
 use crate::gcode::axes::is_rotary;
-use crate::gcode::codes::{self, Code, Group};
+use crate::gcode::codes::{Code, Group};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
@@ -92,7 +92,7 @@ impl<'a> Corrector<'a> {
         }
         let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
-            let code = codes::code(word, dialect);
+            let code = dialect.code(word);
             code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
         };
         let changes = |word: &&Word| match word.letter {

@@ -8,7 +8,7 @@ use super::Corrector;
 use super::given::Given;
 use super::piece::{Piece, Shape, Timing};
 use crate::gcode::axes::{self, PerLetter};
-use crate::gcode::codes::{self, Code, Machine};
+use crate::gcode::codes::{Code, Machine};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::{Step, bits};
@@ -168,7 +168,7 @@ impl Corrector<'_> {
 
 /// True if a word G53 is in the line.
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
-    let is_g53 = |word: &Word| codes::code(word, dialect) == Some(Code::MachineCoordinates);
+    let is_g53 = |word: &Word| dialect.code(word) == Some(Code::MachineCoordinates);
     block.has_codes && block.words.iter().any(is_g53)
 }
 
@@ -186,7 +186,7 @@ fn stored(text: &[u8]) -> usize {
 
 fn is_after(word: &Word, dialect: Dialect) -> bool {
     matches!(
-        codes::machine(word, dialect),
+        dialect.machine(word),
         Some(Machine::Pause | Machine::End | Machine::After)
     )
 }

@@ -2,7 +2,7 @@
 
 use super::unknown;
 use crate::gcode::axes;
-use crate::gcode::codes::{self, Code, Group, Length};
+use crate::gcode::codes::{Code, Group, Length};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Motion, Units};
@@ -57,7 +57,7 @@ impl<'l> Asked<'l> {
             }
             asked.passes |= block.words.iter().any(|word| {
                 word.letter == b'M'
-                    && codes::machine(word, rules.dialect).is_none()
+                    && rules.dialect.machine(word).is_none()
                     && is_passed(word, rules)
             });
         }
@@ -90,7 +90,7 @@ impl<'l> Asked<'l> {
 
     /// What a word G asks for.
     pub fn code(&self, word: &Word) -> Option<Code> {
-        codes::code(word, self.rules.dialect)
+        self.rules.dialect.code(word)
     }
 
     /// True with G0 or G1.

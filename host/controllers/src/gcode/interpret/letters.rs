@@ -2,7 +2,7 @@
 
 use super::{Asked, unknown};
 use crate::gcode::axes;
-use crate::gcode::codes::{self, Code, Group, Length, Machine};
+use crate::gcode::codes::{Code, Group, Length, Machine};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Motion;
@@ -121,7 +121,7 @@ fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
 
 /// True if a word M uses a letter.
 fn machine_uses(word: &Word, letter: u8, dialect: Dialect) -> bool {
-    match codes::machine(word, dialect) {
+    match dialect.machine(word) {
         Some(Machine::ToolNumber) => letter == b'Q',
         // Outputs, overrides, the angle at which the spindle stops.
         Some(Machine::Neutral) => b"ELPQR".contains(&letter),

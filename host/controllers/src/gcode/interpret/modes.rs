@@ -43,7 +43,7 @@ impl State {
         }
         let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
         for (place, word) in machine_words.enumerate() {
-            let Some(machine) = codes::machine(word, asked.rules.dialect) else {
+            let Some(machine) = asked.rules.dialect.machine(word) else {
                 if is_passed(word, asked.rules) {
                     continue;
                 }

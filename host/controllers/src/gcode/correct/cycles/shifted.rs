@@ -2,7 +2,7 @@
 
 use super::Hole;
 use crate::gcode::axes::{self, PerLetter};
-use crate::gcode::codes::{self, Code};
+use crate::gcode::codes::Code;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::given::Given;
 use crate::gcode::correct::piece::{Piece, Shape, Timing};
@@ -246,7 +246,7 @@ impl Corrector<'_> {
         let dialect = self.rules.dialect;
         let point = self.point();
         let is_cycle = |word: &Word| {
-            let code = codes::code(word, dialect);
+            let code = dialect.code(word);
             matches!(code, Some(Code::Motion(Motion::Cycle(_))))
         };
         let says = |letter: u8| line.is_some_and(|line| line.word(letter).is_some());

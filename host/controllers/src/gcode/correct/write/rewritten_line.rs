@@ -3,7 +3,7 @@
 use super::wording::{Wording, replace_number};
 use super::{Change, is_after};
 use crate::gcode::axes;
-use crate::gcode::codes::{self, Code};
+use crate::gcode::codes::Code;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::given::Given;
@@ -43,8 +43,7 @@ impl Corrector<'_> {
         let from = out.len();
         edits.apply(given.line, out);
         self.edits = edits;
-        let comes_back =
-            |word: &Word| codes::code(word, self.rules.dialect) == Some(Code::Threading(331));
+        let comes_back = |word: &Word| self.rules.dialect.code(word) == Some(Code::Threading(331));
         let ends = match given.block.has_codes && given.block.words.iter().any(comes_back) {
             true => self.written.position.at,
             false => wording.words.to,
@@ -65,7 +64,7 @@ impl Corrector<'_> {
         let (rules, words) = (self.rules, &wording.words);
         let mut said = WordsPresent::default();
         for word in &given.block.words {
-            if let Some(Code::Motion(was)) = codes::code(word, rules.dialect) {
+            if let Some(Code::Motion(was)) = rules.dialect.code(word) {
                 if let Some(motion) = wording.motion {
                     said.motion = true;
                     if was != motion {
