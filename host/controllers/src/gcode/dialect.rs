@@ -7,7 +7,6 @@ mod linuxcnc;
 
 use super::axes::{self, NOTHING, PerLetter};
 use super::codes::{self, Code, Machine};
-use super::words::{Block, Word};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -177,39 +176,16 @@ impl Dialect {
         }
     }
 
-    /// What a word asks for; `None` for a G word that is not known or not built.
+    /// What a word G (in tenths) asks for; `None` if it is not known or not built.
     #[must_use]
-    #[inline]
-    pub fn code(self, word: &Word) -> Option<Code> {
-        match word.letter {
-            b'G' => self.g(word.tenths()?),
-            _ => None,
-        }
-    }
-
-    /// What a word asks for; `None` for an M word that is not known.
-    #[must_use]
-    #[inline]
-    pub fn machine(self, word: &Word) -> Option<Machine> {
-        match word.letter {
-            b'M' => self.m(word.tenths()?),
-            _ => None,
-        }
-    }
-
-    /// True if a line ends the program: M2, M30.
-    #[must_use]
-    pub fn ends(self, block: &Block) -> bool {
-        let ends = |word: &Word| self.machine(word) == Some(Machine::End);
-        block.has_codes && block.words.iter().any(ends)
-    }
-
-    fn g(self, tenths: u16) -> Option<Code> {
+    pub fn g(self, tenths: u16) -> Option<Code> {
         let own = || own(self.table().g, tenths);
         codes::g(tenths).or_else(own)
     }
 
-    fn m(self, tenths: u16) -> Option<Machine> {
+    /// What a word M (in tenths) asks for; `None` if it is not known.
+    #[must_use]
+    pub fn m(self, tenths: u16) -> Option<Machine> {
         let own = || own(self.table().m, tenths);
         codes::m(tenths).or_else(own)
     }

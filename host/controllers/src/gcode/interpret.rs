@@ -112,7 +112,7 @@ impl State {
             };
             self.cutter_changes = false;
         }
-        step.ends = rules.dialect.ends(block);
+        step.ends = block.ends(rules.dialect);
         self.ended |= step.ends;
         Ok(())
     }
@@ -163,6 +163,6 @@ fn whole(word: &Word) -> Result<u32, Fault> {
 fn is_neutral(block: &Block, rules: &Rules) -> bool {
     block.words.iter().all(|word| match word.letter {
         b'N' | b'S' => true,
-        _ => rules.dialect.machine(word) == Some(Machine::Neutral),
+        _ => word.machine(rules.dialect) == Some(Machine::Neutral),
     })
 }

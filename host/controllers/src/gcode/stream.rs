@@ -1,6 +1,5 @@
 //! Programs from a file and into one, a line at a time.
 
-use super::codes;
 use super::fault::{Fault, Kind, Refusal};
 use super::words::Block;
 use super::{Corrector, Dialect};
@@ -102,7 +101,7 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
         match block.scan(line, dialect) {
             // Lines after the end are not part of the program.
             Ok(()) if block.percent && number > 1 => break,
-            Ok(()) if !block.deleted && dialect.ends(&block) => break,
+            Ok(()) if !block.deleted && block.ends(dialect) => break,
             Err(fault) if matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow) => {
                 return Err(Refusal::at(fault, number, line).into());
             }

@@ -4,6 +4,7 @@ mod digits;
 mod unknown_bytes;
 
 use super::axes;
+use super::codes::{Code, Machine};
 use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
 use digits::{Number, number_at};
@@ -33,6 +34,26 @@ impl Word {
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         self.start..self.end
+    }
+
+    /// What it asks for; `None` unless it is a G word that is known and built.
+    #[must_use]
+    #[inline]
+    pub fn code(&self, dialect: Dialect) -> Option<Code> {
+        match self.letter {
+            b'G' => dialect.g(self.tenths()?),
+            _ => None,
+        }
+    }
+
+    /// What it asks for; `None` unless it is an M word that is known.
+    #[must_use]
+    #[inline]
+    pub fn machine(&self, dialect: Dialect) -> Option<Machine> {
+        match self.letter {
+            b'M' => dialect.m(self.tenths()?),
+            _ => None,
+        }
     }
 
     /// The number of a G or M word in tenths: G54.1 is 541.
@@ -134,6 +155,13 @@ fn another_block(line: &[u8], at: usize) -> Result<(), Fault> {
 const MOST: usize = 100;
 
 impl Block {
+    /// True if it ends the program: M2, M30.
+    #[must_use]
+    pub fn ends(&self, dialect: Dialect) -> bool {
+        let ends = |word: &Word| word.machine(dialect) == Some(Machine::End);
+        self.has_codes && self.words.iter().any(ends)
+    }
+
     /// The word of a letter other than G and M.
     #[must_use]
     pub fn word(&self, letter: u8) -> Option<&Word> {

@@ -92,7 +92,7 @@ impl<'a> Corrector<'a> {
         }
         let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
-            let code = dialect.code(word);
+            let code = word.code(dialect);
             code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
         };
         let changes = |word: &&Word| match word.letter {

@@ -168,7 +168,7 @@ impl Corrector<'_> {
 
 /// True if a word G53 is in the line.
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
-    let is_g53 = |word: &Word| dialect.code(word) == Some(Code::MachineCoordinates);
+    let is_g53 = |word: &Word| word.code(dialect) == Some(Code::MachineCoordinates);
     block.has_codes && block.words.iter().any(is_g53)
 }
 
@@ -186,7 +186,7 @@ fn stored(text: &[u8]) -> usize {
 
 fn is_after(word: &Word, dialect: Dialect) -> bool {
     matches!(
-        dialect.machine(word),
+        word.machine(dialect),
         Some(Machine::Pause | Machine::End | Machine::After)
     )
 }

@@ -57,7 +57,7 @@ impl<'l> Asked<'l> {
             }
             asked.passes |= block.words.iter().any(|word| {
                 word.letter == b'M'
-                    && rules.dialect.machine(word).is_none()
+                    && word.machine(rules.dialect).is_none()
                     && is_passed(word, rules)
             });
         }
@@ -90,7 +90,7 @@ impl<'l> Asked<'l> {
 
     /// What a word G asks for.
     pub fn code(&self, word: &Word) -> Option<Code> {
-        self.rules.dialect.code(word)
+        word.code(self.rules.dialect)
     }
 
     /// True with G0 or G1.

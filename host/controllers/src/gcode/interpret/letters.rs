@@ -121,7 +121,7 @@ fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
 
 /// True if a word M uses a letter.
 fn machine_uses(word: &Word, letter: u8, dialect: Dialect) -> bool {
-    match dialect.machine(word) {
+    match word.machine(dialect) {
         Some(Machine::ToolNumber) => letter == b'Q',
         // Outputs, overrides, the angle at which the spindle stops.
         Some(Machine::Neutral) => b"ELPQR".contains(&letter),

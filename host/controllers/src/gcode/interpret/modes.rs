@@ -43,7 +43,7 @@ impl State {
         }
         let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
         for (place, word) in machine_words.enumerate() {
-            let Some(machine) = asked.rules.dialect.machine(word) else {
+            let Some(machine) = word.machine(asked.rules.dialect) else {
                 if is_passed(word, asked.rules) {
                     continue;
                 }

@@ -246,7 +246,7 @@ impl Corrector<'_> {
         let dialect = self.rules.dialect;
         let point = self.point();
         let is_cycle = |word: &Word| {
-            let code = dialect.code(word);
+            let code = word.code(dialect);
             matches!(code, Some(Code::Motion(Motion::Cycle(_))))
         };
         let says = |letter: u8| line.is_some_and(|line| line.word(letter).is_some());

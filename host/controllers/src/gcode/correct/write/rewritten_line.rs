@@ -43,7 +43,7 @@ impl Corrector<'_> {
         let from = out.len();
         edits.apply(given.line, out);
         self.edits = edits;
-        let comes_back = |word: &Word| self.rules.dialect.code(word) == Some(Code::Threading(331));
+        let comes_back = |word: &Word| word.code(self.rules.dialect) == Some(Code::Threading(331));
         let ends = match given.block.has_codes && given.block.words.iter().any(comes_back) {
             true => self.written.position.at,
             false => wording.words.to,
@@ -64,7 +64,7 @@ impl Corrector<'_> {
         let (rules, words) = (self.rules, &wording.words);
         let mut said = WordsPresent::default();
         for word in &given.block.words {
-            if let Some(Code::Motion(was)) = rules.dialect.code(word) {
+            if let Some(Code::Motion(was)) = word.code(rules.dialect) {
                 if let Some(motion) = wording.motion {
                     said.motion = true;
                     if was != motion {
