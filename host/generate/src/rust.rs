@@ -80,6 +80,7 @@ pub static FACTS: trueaxis::Aligned<[u8; {}]> = trueaxis::Aligned([
 
 /// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
+#[rustfmt::skip]
 #[allow(dead_code)]
 pub fn corrections<const N: usize>(
     inputs: &trueaxis::Inputs<[f32; N]>,
@@ -131,7 +132,7 @@ fn body(program: &Program, head: &Head<'_>) -> String {
     }
     let arguments = arguments.join(", ");
     text += &format!(
-        "#[inline]\n#[must_use]\n#[allow(clippy::all, clippy::pedantic)]\npub fn evaluate({arguments}) -> [f32; {}] {{\n",
+        "#[inline]\n#[must_use]\n#[rustfmt::skip]\n#[allow(clippy::all, clippy::pedantic)]\npub fn evaluate({arguments}) -> [f32; {}] {{\n",
         program.axes
     );
     let mut corrections = Vec::new();

@@ -15,6 +15,7 @@ pub const CHECKSUM: u32 = 0x253724E0;
 /// `inputs`: the uncorrected commands in machine coordinates, Y, A, C, X, Z (mm, degrees).
 #[inline]
 #[must_use]
+#[rustfmt::skip]
 #[allow(clippy::all, clippy::pedantic)]
 pub fn evaluate(inputs: &[f32; 5]) -> [f32; 5] {
     // T0 of Y: 2 points from -350 to 350, linear
@@ -80,6 +81,7 @@ pub static FACTS: trueaxis::Aligned<[u8; 416]> = trueaxis::Aligned([
 
 /// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
+#[rustfmt::skip]
 #[allow(dead_code)]
 pub fn corrections<const N: usize>(
     inputs: &trueaxis::Inputs<[f32; N]>,
