@@ -2,7 +2,6 @@
 
 mod ahead;
 mod arguments;
-mod expand;
 mod scratch;
 mod screen;
 
@@ -85,26 +84,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
-    let expanded = match arguments.expand {
-        true => {
-            let tools = arguments.tools.as_deref();
-            Some(expand::expand(
-                &absolute(&arguments.program)?,
-                tools,
-                &rules.setup,
-            )?)
-        }
-        false => None,
-    };
-    let program = match &expanded {
-        Some(expanded) => expanded.path(),
-        None => &arguments.program,
-    };
+    let program = &arguments.program;
     let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
     let computes = || -> Result<(), BadInput> {
         let done = stream::look_for_computing(open(program)?, rules.dialect);
-        done.map_err(|error| bad_program(&arguments.program, &error))
+        done.map_err(|error| bad_program(program, &error))
     };
     let mark = arguments.mark(&blob, compensation, &tables)?;
     let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, Some(mark)) {
@@ -197,7 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         if matches!(error, StreamError::Refused(_)) {
             computes()?;
         }
-        return Err(bad_program(&arguments.program, &error));
+        return Err(bad_program(program, &error));
     }
     done.map_err(|error| {
         BadInput::new(
@@ -231,12 +216,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&answer)?;
     } else {
         files::print(&screen::report(&arguments.output, report, &options))?;
-        if arguments.expand {
-            files::print(
-                "the program was run by LinuxCNC's interpreter, and its motions are corrected: lines are those of its \
-                 canonical commands, with four decimals\n",
-            )?;
-        }
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;
@@ -246,12 +225,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     })
-}
-
-/// A path that holds in any folder.
-fn absolute(path: &Path) -> Result<std::path::PathBuf, BadInput> {
-    std::path::absolute(path)
-        .map_err(|error| BadInput::new(format!("{}: {error}", path.display()), "check the path"))
 }
 
 /// The machine must be the one of the compensation.

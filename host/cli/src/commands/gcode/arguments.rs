@@ -81,10 +81,6 @@ pub struct Arguments {
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
     #[arg(long)]
     cut_under_g41: bool,
-    /// Run LinuxCNC's interpreter (rs274, which must be installed) and correct the motions that it computes: for programs
-    /// with parameters, O-words and subprograms
-    #[arg(long)]
-    pub expand: bool,
     /// Words are workpiece coordinates from the first line on (tool-centre-point control)
     #[arg(long, requires = "machine")]
     pub tcp: bool,
@@ -124,12 +120,6 @@ impl Arguments {
                     format!("write for example {name} 0.5"),
                 ));
             }
-        }
-        if self.expand && self.dialect != Dialect::LinuxCnc {
-            return Err(BadInput::new(
-                "--expand: the interpreter is that of LinuxCNC",
-                "leave out --dialect, or --expand",
-            ));
         }
         if self.least_increment && self.dialect != Dialect::Fanuc {
             return Err(BadInput::new(
