@@ -24,7 +24,7 @@ use crate::slots::Slots;
 /// The servo side with the default capacities.
 pub type Side = ServoSide<Usual>;
 
-/// The servo side behind a lock, which replaces masking the interrupt.
+/// The servo side, protected by a lock instead of by masking the interrupt.
 #[derive(Clone)]
 pub struct Shared(Arc<Mutex<Side>>);
 

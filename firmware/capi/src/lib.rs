@@ -4,8 +4,8 @@
 //! which holds one or two of them and computes corrections. No heap, no lock, no system call; every function returns,
 //! with a code.
 //!
-//! `unsafe` is used only in `border.rs` and `border/`, where pointers become references. Everything behind that is
-//! checked by the compiler: `tables.rs` (loading, and information about loaded tables), `servo.rs` (the loop),
+//! `unsafe` is used only in `border.rs` and `border/`, where pointers become references. The compiler checks
+//! all other files: `tables.rs` (loading, and information about loaded tables), `servo.rs` (the loop),
 //! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (results of functions), `text.rs` (text in the
 //! caller's buffers), `facts.rs` (structures visible to C), `capacities.rs` (capacities of the library).
 #![no_std]

@@ -1,8 +1,8 @@
 //! The program as C99.
 
 use crate::Head;
-use crate::program::{Local, Operation, Program, Samples, Statement, Value};
-use crate::text::{number, rows};
+use crate::program::{Local, Program, Samples, Statement, Value};
+use crate::text::{Syntax, helpers, rows};
 
 /// The whole file.
 pub fn print(program: &Program, head: &Head<'_>) -> String {
@@ -35,10 +35,10 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
             "\n/* {} */\nstatic const {element} {}{points}[{}] = ",
             array.about, array.name, array.columns
         );
-        text += &rows(array, ['{', '}'], "f");
+        text += &rows(array, ['{', '}'], C.float);
         text += ";\n";
     }
-    text += &helpers(program);
+    text += &helpers(program, [HELD, CIRCULAR, LINE, BY_TRAVEL]);
     text += &body(program, head);
     text
 }
@@ -63,8 +63,8 @@ fn body(program: &Program, head: &Head<'_>) -> String {
             Statement::Let(local, value) => {
                 format!(
                     "const float {} = {};",
-                    name(program, *local),
-                    show(program, value, false)
+                    program.name(*local),
+                    C.show(program, value)
                 )
             }
             Statement::Held {
@@ -85,12 +85,12 @@ fn body(program: &Program, head: &Head<'_>) -> String {
                 last,
                 wraps,
             } => {
-                let (index, of) = (name(program, *index), name(program, *of));
+                let (index, of) = (program.name(*index), program.name(*of));
                 let beyond = if *wraps { 0 } else { *last };
                 format!("const uint32_t {index} = ({of} < {last}U) ? ({of} + 1U) : {beyond}U;")
             }
             Statement::Correction(axis, value) => {
-                format!("corrections[{axis}] = {};", show(program, value, false))
+                format!("corrections[{axis}] = {};", C.show(program, value))
             }
         };
         text += &format!("    {line}\n");
@@ -106,105 +106,19 @@ fn interval(
     steps: &Value,
     count: u32,
 ) -> String {
-    let (index, fraction) = (name(program, index), name(program, fraction));
+    let (index, fraction) = (program.name(index), program.name(fraction));
     format!(
         "uint32_t {index};\n    const float {fraction} = {function}({}, {count}U, &{index});",
-        show(program, steps, false)
+        C.show(program, steps)
     )
 }
 
-fn name(program: &Program, local: Local) -> &str {
-    &program.locals[local.0]
-}
-
-/// An expression; in brackets if it is `inner` and has an operation.
-fn show(program: &Program, value: &Value, inner: bool) -> String {
-    match value {
-        Value::Input(k) => format!("inputs[{k}]"),
-        Value::Weight(k) => format!("weights[{k}]"),
-        Value::Number(value) => match (inner, *value < 0.0) {
-            (true, true) => format!("({}f)", number(*value)),
-            _ => format!("{}f", number(*value)),
-        },
-        Value::Local(local) => name(program, *local).to_owned(),
-        Value::Sample(array, at, column) => {
-            let array = &program.arrays[*array];
-            let place: String = at
-                .iter()
-                .map(|(index, offset)| match offset {
-                    0 => format!("[{}]", name(program, *index)),
-                    _ => format!("[{} + {offset}U]", name(program, *index)),
-                })
-                .collect();
-            let sample = format!("{}{place}[{column}]", array.name);
-            match array.samples {
-                Samples::Floats(_) => sample,
-                Samples::Shorts(_) => format!("(float){sample}"),
-            }
-        }
-        Value::Binary(operation, a, b) => {
-            let sign = match operation {
-                Operation::Add => '+',
-                Operation::Subtract => '-',
-                Operation::Multiply => '*',
-            };
-            // From left to right; everything else has brackets.
-            let is_same = |value: &Value| match value {
-                Value::Binary(of, ..) => {
-                    (*of == Operation::Multiply) == (*operation == Operation::Multiply)
-                }
-                _ => false,
-            };
-            let text = format!(
-                "{} {sign} {}",
-                show(program, a, !is_same(a)),
-                show(program, b, true)
-            );
-            if inner { format!("({text})") } else { text }
-        }
-        Value::Negated(value) => format!("-{}", show(program, value, true)),
-        Value::Reduced(value, period, inverse) => format!(
-            "reduced({}, {}f, {}f)",
-            show(program, value, false),
-            number(*period),
-            number(*inverse)
-        ),
-        Value::Line(steps, values) => format!(
-            "line({}, {})",
-            show(program, steps, false),
-            values.map(|value| number(value) + "f").join(", ")
-        ),
-        Value::ByTravel(axis, positive, negative) => format!(
-            "by_travel(travel[{axis}], {}, {})",
-            show(program, positive, false),
-            show(program, negative, false)
-        ),
-    }
-}
-
-fn helpers(program: &Program) -> String {
-    let mut text = String::new();
-    let statements = &program.statements;
-    if statements
-        .iter()
-        .any(|s| matches!(s, Statement::Held { .. }))
-    {
-        text += HELD;
-    }
-    if statements
-        .iter()
-        .any(|s| matches!(s, Statement::Circular { .. }))
-    {
-        text += CIRCULAR;
-    }
-    if program.has_lines {
-        text += LINE;
-    }
-    if program.is_directional {
-        text += BY_TRAVEL;
-    }
-    text
-}
+const C: Syntax = Syntax {
+    float: "f",
+    integer: "U",
+    short: ["(float)", ""],
+    has_every_bracket: true,
+};
 
 const PREAMBLE: &str = "
 #include <float.h>

@@ -1,4 +1,4 @@
-//! What the code computes, by the tree from which it is printed.
+//! Computes the program from the same tree that is printed.
 
 use crate::program::{Local, Operation, Program, Statement, Value};
 use trueaxis::Travel;

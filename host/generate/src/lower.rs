@@ -1,6 +1,7 @@
 //! From a compensation to straight-line code, with the operations and their order as the format specifies them.
 
 use crate::program::{Array, Local, Program, Samples, Statement, Value};
+use crate::text::plain;
 use trueaxis::{Bank, Direction, Grid, GridAxis, Interpolation, Largest, SampleFormat};
 use trueaxis_tables::contents::Contents;
 
@@ -115,7 +116,7 @@ impl Lowering<'_, '_> {
             return all.for_each(|_| self.table(bank, Value::Number(0.0)));
         }
         let entry = &self.contents.bank_list[number];
-        let about = format!(
+        let about = plain(&format!(
             "{} of {}: {} points from {} to {}, {}",
             names(first, columns),
             entry.input,
@@ -123,7 +124,7 @@ impl Lowering<'_, '_> {
             entry.start,
             entry.end,
             entry.interpolation
-        );
+        ));
         self.say(about.clone());
         let reads = match bank.interpolation {
             Interpolation::Linear => 2,
@@ -327,11 +328,11 @@ impl Lowering<'_, '_> {
         let entry = &self.contents.grid_list[number];
         let outputs: Vec<String> = entry.outputs.iter().map(|o| format!("d{o}")).collect();
         let inputs: Vec<&str> = entry.inputs.iter().map(|i| i.input.as_str()).collect();
-        let about = format!(
+        let about = plain(&format!(
             "G{number} of {} to {}",
             inputs.join(", "),
             outputs.join(", ")
-        );
+        ));
         self.say(about.clone());
         // Of each input: both indices, and the fraction.
         let mut along = Vec::new();

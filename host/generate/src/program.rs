@@ -131,3 +131,10 @@ pub struct Program {
     /// True if a value depends on the direction of travel.
     pub is_directional: bool,
 }
+
+impl Program {
+    /// The name of a local.
+    pub fn name(&self, local: Local) -> &str {
+        &self.locals[local.0]
+    }
+}

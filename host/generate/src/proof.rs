@@ -1,4 +1,4 @@
-//! The code beside the general evaluation: every bit, but for the sign of a zero.
+//! Compares the program with the general evaluation: every bit, except for the sign of a zero.
 
 use crate::interpret::{Given, Machine};
 use crate::program::Program;
@@ -104,7 +104,7 @@ fn places(compensation: &Largest<'_>) -> Vec<Vec<[f32; 3]>> {
     places
 }
 
-/// A value of an input: mostly inside its tables; at points, beside them, at ends, and far outside.
+/// A random value of an input: mostly within its tables, sometimes at or next to a point, beyond an end, or far outside.
 fn input(random: &mut Pcg64Mcg, places: &[[f32; 3]]) -> f32 {
     if places.is_empty() {
         return random.random_range(-1000.0..1000.0);

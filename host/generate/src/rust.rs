@@ -1,7 +1,7 @@
 //! The program as Rust.
 
-use crate::program::{Local, Operation, Program, Samples, Statement, Value};
-use crate::text::{number, rows};
+use crate::program::{Program, Samples, Statement};
+use crate::text::{Syntax, helpers, rows};
 use crate::{ForServo, Head};
 
 /// The whole file.
@@ -34,10 +34,10 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
             "\n/// {}\n#[rustfmt::skip]\n#[allow(clippy::all, clippy::pedantic)]\nstatic {}: {of_row} = ",
             array.about, array.name
         );
-        text += &rows(array, ['[', ']'], "");
+        text += &rows(array, ['[', ']'], RUST.float);
         text += ";\n";
     }
-    text += &helpers(program);
+    text += &helpers(program, [HELD, CIRCULAR, LINE, BY_TRAVEL]);
     text
 }
 
@@ -142,8 +142,8 @@ fn body(program: &Program, head: &Head<'_>) -> String {
             Statement::Let(local, value) => {
                 format!(
                     "let {} = {};",
-                    name(program, *local),
-                    show(program, value, false)
+                    program.name(*local),
+                    RUST.show(program, value)
                 )
             }
             Statement::Held {
@@ -153,9 +153,9 @@ fn body(program: &Program, head: &Head<'_>) -> String {
                 intervals,
             } => format!(
                 "let ({}, {}) = held({}, {intervals});",
-                name(program, *index),
-                name(program, *fraction),
-                show(program, steps, false)
+                program.name(*index),
+                program.name(*fraction),
+                RUST.show(program, steps)
             ),
             Statement::Circular {
                 index,
@@ -164,9 +164,9 @@ fn body(program: &Program, head: &Head<'_>) -> String {
                 points,
             } => format!(
                 "let ({}, {}) = circular({}, {points});",
-                name(program, *index),
-                name(program, *fraction),
-                show(program, steps, false)
+                program.name(*index),
+                program.name(*fraction),
+                RUST.show(program, steps)
             ),
             Statement::Next {
                 index,
@@ -174,13 +174,13 @@ fn body(program: &Program, head: &Head<'_>) -> String {
                 last,
                 wraps,
             } => {
-                let (index, of) = (name(program, *index), name(program, *of));
+                let (index, of) = (program.name(*index), program.name(*of));
                 let beyond = if *wraps { 0 } else { *last };
                 format!("let {index} = if {of} < {last} {{ {of} + 1 }} else {{ {beyond} }};")
             }
             Statement::Correction(axis, value) => {
-                let local = format!("d{}", head.axes[*axis].to_ascii_lowercase());
-                let line = format!("let {local} = {};", show(program, value, false));
+                let local = format!("d{axis}");
+                let line = format!("let {local} = {};", RUST.show(program, value));
                 corrections.push(local);
                 line
             }
@@ -191,104 +191,12 @@ fn body(program: &Program, head: &Head<'_>) -> String {
     text
 }
 
-fn name(program: &Program, local: Local) -> &str {
-    &program.locals[local.0]
-}
-
-/// An expression; in brackets if it is `inner` and has an operation.
-fn show(program: &Program, value: &Value, inner: bool) -> String {
-    match value {
-        Value::Input(k) => format!("inputs[{k}]"),
-        Value::Weight(k) => format!("weights[{k}]"),
-        Value::Number(value) => match (inner, *value < 0.0) {
-            (true, true) => format!("({})", number(*value)),
-            _ => number(*value),
-        },
-        Value::Local(local) => name(program, *local).to_owned(),
-        Value::Sample(array, at, column) => {
-            let array = &program.arrays[*array];
-            let place: String = at
-                .iter()
-                .map(|(index, offset)| match offset {
-                    0 => format!("[{}]", name(program, *index)),
-                    _ => format!("[{} + {offset}]", name(program, *index)),
-                })
-                .collect();
-            let sample = format!("{}{place}[{column}]", array.name);
-            match array.samples {
-                Samples::Floats(_) => sample,
-                Samples::Shorts(_) => format!("f32::from({sample})"),
-            }
-        }
-        Value::Binary(operation, a, b) => {
-            let sign = sign(*operation);
-            // Operations of one rank are done from left to right; what is inside has brackets where it matters.
-            let left = match (&**a, operation) {
-                (Value::Binary(Operation::Add | Operation::Subtract, ..), Operation::Multiply) => {
-                    show(program, a, true)
-                }
-                _ => show(program, a, false),
-            };
-            let right = match (&**b, operation) {
-                (Value::Binary(Operation::Multiply, ..), Operation::Add | Operation::Subtract) => {
-                    show(program, b, false)
-                }
-                _ => show(program, b, true),
-            };
-            let text = format!("{left} {sign} {right}");
-            if inner { format!("({text})") } else { text }
-        }
-        Value::Negated(value) => format!("-{}", show(program, value, true)),
-        Value::Reduced(value, period, inverse) => format!(
-            "reduced({}, {}, {})",
-            show(program, value, false),
-            number(*period),
-            number(*inverse)
-        ),
-        Value::Line(steps, values) => format!(
-            "line({}, {})",
-            show(program, steps, false),
-            values.map(number).join(", ")
-        ),
-        Value::ByTravel(axis, positive, negative) => format!(
-            "by_travel(travel[{axis}], {}, {})",
-            show(program, positive, false),
-            show(program, negative, false)
-        ),
-    }
-}
-
-fn sign(operation: Operation) -> char {
-    match operation {
-        Operation::Add => '+',
-        Operation::Subtract => '-',
-        Operation::Multiply => '*',
-    }
-}
-
-fn helpers(program: &Program) -> String {
-    let mut text = String::new();
-    let statements = &program.statements;
-    if statements
-        .iter()
-        .any(|s| matches!(s, Statement::Held { .. }))
-    {
-        text += HELD;
-    }
-    if statements
-        .iter()
-        .any(|s| matches!(s, Statement::Circular { .. }))
-    {
-        text += CIRCULAR;
-    }
-    if program.has_lines {
-        text += LINE;
-    }
-    if program.is_directional {
-        text += BY_TRAVEL;
-    }
-    text
-}
+const RUST: Syntax = Syntax {
+    float: "",
+    integer: "",
+    short: ["f32::from(", ")"],
+    has_every_bracket: false,
+};
 
 const HELD: &str = "
 /// The interval that lies so many steps from the first point, at most `intervals`, and the fraction in it.

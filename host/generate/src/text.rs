@@ -1,6 +1,118 @@
-//! What both languages write alike.
+//! What Rust and C write alike: numbers, samples, expressions.
 
-use crate::program::{Array, Samples};
+use crate::program::{Array, Operation, Program, Samples, Statement, Value};
+
+/// How a language writes expressions.
+pub struct Syntax {
+    /// What follows an f32.
+    pub float: &'static str,
+    /// What follows the integer that is added to an index.
+    pub integer: &'static str,
+    /// What stands around a 16-bit integer that becomes an f32.
+    pub short: [&'static str; 2],
+    /// Brackets around products in a sum, too.
+    pub has_every_bracket: bool,
+}
+
+impl Syntax {
+    /// An expression.
+    pub fn show(&self, program: &Program, value: &Value) -> String {
+        self.nested(program, value, false)
+    }
+
+    /// An expression; in brackets if it is an operation, or negative, within another operation.
+    fn nested(&self, program: &Program, value: &Value, is_inner: bool) -> String {
+        let show = |value: &Value| self.show(program, value);
+        let number = |value: f32| number(value) + self.float;
+        match value {
+            Value::Input(k) => format!("inputs[{k}]"),
+            Value::Weight(k) => format!("weights[{k}]"),
+            Value::Number(value) => match is_inner && value.is_sign_negative() {
+                true => format!("({})", number(*value)),
+                false => number(*value),
+            },
+            Value::Local(local) => program.name(*local).to_owned(),
+            Value::Sample(array, at, column) => {
+                let array = &program.arrays[*array];
+                let mut sample = array.name.clone();
+                for (index, offset) in at {
+                    let index = program.name(*index);
+                    sample += &match offset {
+                        0 => format!("[{index}]"),
+                        _ => format!("[{index} + {offset}{}]", self.integer),
+                    };
+                }
+                sample += &format!("[{column}]");
+                match array.samples {
+                    Samples::Floats(_) => sample,
+                    Samples::Shorts(_) => self.short[0].to_owned() + &sample + self.short[1],
+                }
+            }
+            Value::Binary(operation, a, b) => {
+                let sign = match operation {
+                    Operation::Add => '+',
+                    Operation::Subtract => '-',
+                    Operation::Multiply => '*',
+                };
+                let is_product = *operation == Operation::Multiply;
+                // Operations of one rank are done from left to right, and products before sums.
+                let has_brackets = |value: &Value, is_right: bool| match value {
+                    Value::Binary(inner, ..) => {
+                        let is_same = (*inner == Operation::Multiply) == is_product;
+                        match is_same {
+                            true => is_right,
+                            false => is_product || self.has_every_bracket,
+                        }
+                    }
+                    _ => true,
+                };
+                let left = self.nested(program, a, has_brackets(a, false));
+                let right = self.nested(program, b, has_brackets(b, true));
+                match is_inner {
+                    true => format!("({left} {sign} {right})"),
+                    false => format!("{left} {sign} {right}"),
+                }
+            }
+            Value::Negated(value) => format!("-{}", self.nested(program, value, true)),
+            Value::Reduced(value, period, inverse) => format!(
+                "reduced({}, {}, {})",
+                show(value),
+                number(*period),
+                number(*inverse)
+            ),
+            Value::Line(steps, values) => {
+                format!("line({}, {})", show(steps), values.map(number).join(", "))
+            }
+            Value::ByTravel(axis, positive, negative) => format!(
+                "by_travel(travel[{axis}], {}, {})",
+                show(positive),
+                show(negative)
+            ),
+        }
+    }
+}
+
+/// Those functions that a program calls: for intervals that are held, circular ones, lines, and directions of travel.
+pub fn helpers(program: &Program, [held, circular, line, by_travel]: [&str; 4]) -> String {
+    let any = |is: fn(&Statement) -> bool| program.statements.iter().any(is);
+    let used = [
+        (any(|s| matches!(s, Statement::Held { .. })), held),
+        (any(|s| matches!(s, Statement::Circular { .. })), circular),
+        (program.has_lines, line),
+        (program.is_directional, by_travel),
+    ];
+    used.iter()
+        .filter(|(is, _)| *is)
+        .map(|(_, text)| *text)
+        .collect()
+}
+
+/// A text from a blob or a path as part of a comment: one line that ends no comment.
+pub fn plain(text: &str) -> String {
+    let printable = |c: char| if c.is_control() || c == '\\' { ' ' } else { c };
+    let text: String = text.chars().map(printable).collect();
+    text.replace("*/", "* /").replace("/*", "/ *")
+}
 
 /// The shortest decimal number that is read as this f32, with a point or an exponent.
 pub fn number(value: f32) -> String {

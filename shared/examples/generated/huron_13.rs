@@ -34,25 +34,25 @@ pub fn evaluate(inputs: &[f32; 5]) -> [f32; 5] {
     let t15 = line(f3, -1.0, 2.0, 1.0);
     let t7 = BANK_1[i1][6] + (BANK_1[i1 + 1][6] - BANK_1[i1][6]) * f1;
     let t14 = line(f2, 0.009064898, -0.018129796, -0.009064898);
-    let dy = t1 + t0 * t12 + t4 * t15 + t7 * t14;
+    let d0 = t1 + t0 * t12 + t4 * t15 + t7 * t14;
     // dA
     let t2 = BANK_1[i1][1] + (BANK_1[i1 + 1][1] - BANK_1[i1][1]) * f1;
-    let da = t2;
+    let d1 = t2;
     // dC
     let t10 = BANK_1[i1][9] + (BANK_1[i1 + 1][9] - BANK_1[i1][9]) * f1;
-    let dc = t10;
+    let d2 = t10;
     // dX
     let t3 = BANK_1[i1][2] + (BANK_1[i1 + 1][2] - BANK_1[i1][2]) * f1;
     let t5 = BANK_1[i1][4] + (BANK_1[i1 + 1][4] - BANK_1[i1][4]) * f1;
     let t9 = BANK_1[i1][8] + (BANK_1[i1 + 1][8] - BANK_1[i1][8]) * f1;
-    let dx = t3 + t14 + t0 * t5 + t9 * t15;
+    let d3 = t3 + t14 + t0 * t5 + t9 * t15;
     // dZ
     let t11 = BANK_1[i1][10] + (BANK_1[i1 + 1][10] - BANK_1[i1][10]) * f1;
     let t8 = BANK_1[i1][7] + (BANK_1[i1 + 1][7] - BANK_1[i1][7]) * f1;
     let t6 = BANK_1[i1][5] + (BANK_1[i1 + 1][5] - BANK_1[i1][5]) * f1;
     let t13 = BANK_1[i1][12] + (BANK_1[i1 + 1][12] - BANK_1[i1][12]) * f1;
-    let dz = t11 + t0 * t8 + t6 * t14 + t13 * t15;
-    [dy, da, dc, dx, dz]
+    let d4 = t11 + t0 * t8 + t6 * t14 + t13 * t15;
+    [d0, d1, d2, d3, d4]
 }
 
 /// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.

@@ -1,4 +1,5 @@
-//! Number of starts of this board, kept in a file beside that of the flash. QEMU has no random numbers.
+//! Counts the starts of the emulated board in a file next to the one for its flash, because QEMU has no source of
+//! random numbers.
 
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};

@@ -35,8 +35,8 @@ pub struct Arguments {
     #[arg(long)]
     servo: bool,
     /// Compare at N random inputs
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
-    compared: usize,
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
+    compared: u32,
 }
 
 /// A name that C accepts.
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         file: &file,
         function: &arguments.function,
         servo: arguments.servo,
-        compared: arguments.compared,
+        compared: arguments.compared as usize,
     };
     let code = generate(&runtime, header.crc, language, options).map_err(|error| {
         BadInput::new(

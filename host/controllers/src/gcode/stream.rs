@@ -112,7 +112,8 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
     Ok(())
 }
 
-/// Corrects a program; `map` gets what the lines are (see [`super::line_map`]), and `seen` is told how many bytes were read.
+/// Corrects a program. Writes the map of its lines to `map` (see [`super::line_map`]), and calls `seen` with the number
+/// of bytes of each line read.
 ///
 /// # Errors
 /// See [`StreamError`]; what was written by then is of no use.

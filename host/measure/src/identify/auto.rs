@@ -50,7 +50,7 @@ impl Level {
 /// but not by that much.
 const PLAUSIBLE: f64 = 5.0;
 
-/// Threshold: effect of a combination at the probings, as a fraction of the effects of its parts, for it to be worth
+/// The smallest effect of a combination at the probings, as a fraction of the effects of its parts, at which it is worth
 /// identifying.
 fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
     let size = root_mean_square(identified.rows.iter().map(|row| row.before.norm()));

@@ -2,7 +2,6 @@
 
 macro_rules! generated {
     ($name:ident $file:literal) => {
-        #[allow(dead_code)]
         pub mod $name {
             include!(concat!(env!("TRUEAXIS_BENCH_BLOBS"), "/", $file));
         }

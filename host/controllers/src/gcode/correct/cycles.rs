@@ -87,7 +87,8 @@ impl Corrector<'_> {
         }
     }
 
-    /// The holes of a cycle, each with the directions of the way down to it; directions are those behind it then.
+    /// The holes of a cycle, each with the directions of travel on its way down. Afterwards the directions are those at the
+    /// end of the cycle.
     fn holes(&mut self, field: &Field<'_>, cycle: &Cycle) -> Result<Vec<Hole>, Lost> {
         let mut holes = Vec::new();
         let mut ways = self.ways.clone();

@@ -23,7 +23,7 @@ pub struct Stretch {
 const PARTS: usize = 64;
 /// A part is halved so often at most.
 const HALVINGS: u32 = 8;
-/// A hysteresis that is told from none (mm, degrees).
+/// The smallest hysteresis that differs from none (mm, degrees).
 const FINEST: f64 = 1e-3;
 
 /// A place on the path: the part of the way, and the axes.
