@@ -2,6 +2,7 @@
 //! controller, with simulated machines, with a probing program, and as a package.
 
 mod bench;
+mod calibrate;
 mod events;
 mod faults;
 mod halrun;
@@ -21,13 +22,14 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// The parts, by name.
-const PARTS: [(&str, Check); 8] = [
+const PARTS: [(&str, Check); 9] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
     ("events", events::check),
     ("simulated", simulated::check),
     ("touches", touches::check),
+    ("calibrate", calibrate::check),
     ("times", times::check),
     ("package", package::check),
 ];

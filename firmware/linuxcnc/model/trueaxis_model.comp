@@ -11,6 +11,8 @@ trueaxis linuxcnc model machine.toml errors.toml \\-o FILE
 .RE
 It is computed with exact kinematics, not with the tables of the compensation.
 
+With \fBballs=\fR it also plays a touch probe: \fBtouching\fR goes to motion.probe\-input.
+
 Add its function to the thread after all functions that write commands for the drives.
 """;
 
@@ -27,6 +29,9 @@ net N\\-offset  joint.N.motor\\-offset  => trueaxis\\-model.joint.N.motor\\-offs
 """;
 
 notes """
+Each line of the file of \fBballs=\fR is a ball on the workpiece side: x, y and z of its centre in the workpiece frame of
+the machine file, and its diameter, mm, separated by spaces. The centre of the stylus tip is the tip of the tool.
+
 Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the hysteresis of the machine file, as the
 compensation does it. Temperatures are at their references.
 """;
@@ -38,6 +43,11 @@ license "Dual MIT/GPL";
 pin in  float joint.#.pos_in[16 : personality] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd";
 pin in  float joint.#.motor_in[16 : personality] = NAN "Command to the drive of the joint, including the correction";
 pin in  float joint.#.motor_offset[16 : personality] "From joint.N.motor\\-offset: the offset between the two due to homing";
+pin in  float stylus = 6 "Diameter of the stylus tip, mm";
+pin in  float pretravel "Distance that the stylus moves on from the surface before the probe trips, µm";
+pin in  float lobing "Amplitude of its change around the tool axis, with three lobes, µm";
+pin in  float noise "Standard deviation of a touch, µm";
+pin out bit   touching "The stylus has contact with a ball";
 pin in  float tool_length = NAN "Tool length along its axis from the spindle frame, machine units; until set, that of the machine file";
 
 pin out float error "Distance of the tool tip from its nominal position, µm";
@@ -57,12 +67,16 @@ modparam dummy file "Path of the model";
 modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with the same letter the first counts; \\- is a joint that is not an axis of the model";
 modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 
+modparam dummy balls "Path of a file with balls for the stylus, one in each line";
+
 function _;
 
 option singleton yes;
 option extra_setup yes;
 option extra_cleanup yes;
 include <math.h>;
+include <stdint.h>;
+include <stdio.h>;
 include "file.h";
 include "joints.h";
 include "trueaxis.h";
@@ -76,6 +90,20 @@ static char *axes = "";
 RTAPI_MP_STRING(axes, "letter of the axis of each joint");
 static char *units = "";
 RTAPI_MP_STRING(units, "linear units of the machine");
+
+static char *balls = "";
+RTAPI_MP_STRING(balls, "path of the balls");
+
+/* A ball: its centre in the workpiece frame and its diameter, mm. */
+struct ball {
+    double centre[3], diameter;
+};
+#define MOST_BALLS 64
+static struct ball ball[MOST_BALLS];
+static int ball_count;
+/* How far this touch is off, µm; another one once the stylus is free. */
+static double off_by;
+static bool drawn;
 
 static trueaxis_model_memory memory;
 static trueaxis_model *model;
@@ -115,6 +143,74 @@ static int load(void)
     return found;
 }
 
+/* Reads the balls; says why not. */
+static bool load_balls(void)
+{
+    FILE *from = fopen(balls, "r");
+    char line[256];
+    if (from == NULL) {
+        SAY("balls=%s: it cannot be read\n", balls);
+        return false;
+    }
+    while (fgets(line, sizeof line, from) != NULL) {
+        struct ball *b = &ball[ball_count];
+        double *at = b->centre;
+        if (line[strspn(line, " \t\r\n")] == '\0')
+            continue;
+        if (ball_count == MOST_BALLS ||
+            sscanf(line, "%lf %lf %lf %lf", &at[0], &at[1], &at[2], &b->diameter) != 4 || !(b->diameter > 0)) {
+            SAY("balls=%s: `%s` is not x, y, z and diameter of one of at most %d balls\n", balls, line, MOST_BALLS);
+            fclose(from);
+            return false;
+        }
+        ball_count++;
+    }
+    fclose(from);
+    return true;
+}
+
+/* A random number, near enough to a normal distribution for noise: the sum of twelve uniform ones. */
+static double drawn_at_random(void)
+{
+    static uint64_t last = 1;
+    double sum = -6;
+    for (int i = 0; i < 12; i++) {
+        last = last * 6364136223846793005u + 1442695040888963407u;
+        sum += (double)(last >> 11) / 9007199254740992.0;
+    }
+    return sum;
+}
+
+/* How far the centre of the stylus is inside the sphere on which it touches the nearest ball, mm, and how far the probe
+ * trips inside it. */
+static double inside(const double tip[3], const double direction[3], double tip_diameter, double trips, double lobes)
+{
+    double deepest = -INFINITY;
+    for (int b = 0; b < ball_count; b++) {
+        double way[3], square = 0, along = 0, apart, least;
+        for (int i = 0; i < 3; i++) {
+            way[i] = tip[i] - ball[b].centre[i];
+            square += way[i] * way[i];
+            along += way[i] * direction[i];
+        }
+        apart = sqrt(square);
+        /* The angle around the tool axis, from the x axis of the workpiece or, along it, from y. */
+        double across[2][3], turn[2];
+        int first = fabs(direction[0]) < 0.9 ? 0 : 1;
+        for (int i = 0; i < 3; i++)
+            across[0][i] = (i == first) - direction[first] * direction[i];
+        for (int i = 0; i < 3; i++)
+            across[1][i] = direction[(i + 1) % 3] * across[0][(i + 2) % 3] - direction[(i + 2) % 3] * across[0][(i + 1) % 3];
+        for (int k = 0; k < 2; k++)
+            turn[k] = way[0] * across[k][0] + way[1] * across[k][1] + way[2] * across[k][2];
+        double sine = apart > 0 ? sqrt(fmax(0, 1 - along * along / square)) : 0;
+        double lobe = sine * cos(3 * atan2(turn[1], turn[0]));
+        least = (ball[b].diameter + tip_diameter) / 2 - (trips + lobes * lobe) * 1e-3;
+        deepest = fmax(deepest, least - apart);
+    }
+    return deepest;
+}
+
 EXTRA_SETUP()
 {
     int joints = joints_of(axes);
@@ -136,6 +232,8 @@ EXTRA_SETUP()
         return -EINVAL;
     }
     personality = joints;
+    if (*balls != '\0' && !load_balls())
+        return -EINVAL;
     /* Without a model LinuxCNC starts all the same, with `fault`. */
     count = load();
     return 0;
@@ -178,4 +276,14 @@ FUNCTION(_)
     direction_x = pose.direction[0];
     direction_y = pose.direction[1];
     direction_z = pose.direction[2];
+    if (ball_count > 0) {
+        double deep = inside(pose.tip, pose.direction, stylus, pretravel, lobing);
+        if (!drawn)
+            off_by = noise * drawn_at_random() * 1e-3;
+        drawn = true;
+        touching = right && deep > off_by;
+        /* The next touch begins when this one has left the surface. */
+        if (deep < -0.02)
+            drawn = false;
+    }
 }

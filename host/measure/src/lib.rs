@@ -10,5 +10,6 @@ pub mod direct;
 pub mod formats;
 pub mod identify;
 pub mod plan;
+pub mod probe;
 pub mod simulate;
 pub mod spheres;

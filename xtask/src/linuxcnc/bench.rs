@@ -101,6 +101,13 @@ impl Bench {
         files::copy(&root().join(from), &self.file(name))
     }
 
+    /// The command `trueaxis`, as the runs see it.
+    pub fn program(&self) -> Result<&'static str, String> {
+        files::copy(&self.trueaxis, &self.file("trueaxis"))?;
+        run(Command::new("chmod").arg("a+rx").arg(self.file("trueaxis")))?;
+        Ok("/tmp/trueaxis")
+    }
+
     /// Output of the command `trueaxis`.
     pub fn trueaxis(&self, words: &[&str]) -> Result<String, String> {
         let mut command = Command::new(&self.trueaxis);

@@ -3,13 +3,14 @@
 mod check;
 mod configuration;
 mod model;
+mod probe;
 mod setup;
 
 use super::Outcome;
 use super::bad_input::BadInput;
 use clap::{Args, Subcommand};
 
-/// Install a compensation in LinuxCNC, check its wiring, simulate the machine
+/// Install a compensation in LinuxCNC, check its wiring, probe, simulate the machine
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -21,6 +22,7 @@ enum What {
     Setup(setup::Arguments),
     Check(check::Arguments),
     Model(model::Arguments),
+    Probe(probe::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -28,5 +30,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Setup(arguments) => setup::run(arguments),
         What::Check(arguments) => check::run(arguments),
         What::Model(arguments) => model::run(arguments),
+        What::Probe(arguments) => probe::run(arguments),
     }
 }

@@ -10,11 +10,11 @@ use super::touch_options::Touching;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
 use trueaxis_measure::plan::{
     Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
-    Setup, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions, table,
+    Setup, Unreachable, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions, table,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
@@ -406,16 +406,7 @@ impl Arguments {
     fn write(&self, setup: &Setup<'_>, judgement: &Judgement) -> Result<(), BadInput> {
         let strategy = &judgement.strategy;
         // Do everything that can fail first, so that no file is written without the others.
-        let not_reached = |why: NotTouched| {
-            let (row, reason) = *why;
-            BadInput::new(
-                format!(
-                    "line {} of the strategy: ball {} cannot be touched: {reason}",
-                    row.line, strategy.balls[row.ball]
-                ),
-                "leave this row out, or allow it: --cone, --clearance, the balls' away_from_table, the range of the axis",
-            )
-        };
+        let not_reached = |why: NotTouched| not_reached(*why, strategy);
         let feeds = Feeds {
             touch: self.feed,
             near: self.approach,
@@ -435,6 +426,17 @@ impl Arguments {
         }
         Ok(())
     }
+}
+
+/// A row that cannot be touched.
+pub fn not_reached((row, reason): (Probing, Unreachable), strategy: &Probings) -> BadInput {
+    BadInput::new(
+        format!(
+            "line {} of the strategy: ball {} cannot be touched: {reason}",
+            row.line, strategy.balls[row.ball]
+        ),
+        "leave this row out, or allow it: --cone, --clearance, the balls' away_from_table, the range of the axis",
+    )
 }
 
 /// What turning the spindle would have identified.

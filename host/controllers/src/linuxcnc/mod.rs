@@ -3,8 +3,10 @@
 mod check;
 mod configuration;
 mod kinematics;
+mod session;
 mod setup;
 
 pub use check::{Against, Finding, Severity, check};
 pub use configuration::{Configuration, Joint};
+pub use session::{Contact, Positions, Session, SessionError, State};
 pub use setup::{Setup, setup};

@@ -1,8 +1,9 @@
 //! Writes a strategy as a program for a controller.
 
-use super::candidates::{RUN_UP, Setup};
-use super::touches::{PER_BALL, Touching, Unreachable};
-use crate::formats::probings::{Probing, Probings};
+use super::candidates::Setup;
+use super::steps::{NotTouched, Step, Target, steps, target, touchings};
+use super::touches::PER_BALL;
+use crate::formats::probings::Probings;
 use std::fmt::Write;
 use trueaxis_model::machine::{Machine, PerAxis};
 
@@ -15,31 +16,13 @@ pub struct Feeds {
     pub near: f64,
 }
 
-/// A row that cannot be touched, with the reason.
-pub type NotTouched = Box<(Probing, Unreachable)>;
-
-/// All touches of a strategy, row by row.
-fn touchings(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Touching>, NotTouched> {
-    let setup = Setup {
-        balls: strategy.balls.clone(),
-        ..setup.clone()
+/// Program words.
+fn words(machine: &Machine, target: &Target) -> String {
+    let word = |(i, position): &(usize, f64)| {
+        let letter = machine.axes[*i].letter;
+        format!(" {letter}{:.4}", unsigned(*position))
     };
-    let rows = strategy.rows.iter();
-    rows.map(|row| setup.touching(row).map_err(|e| Box::new((row.clone(), e))))
-        .collect()
-}
-
-/// Program words of some axes.
-fn words(machine: &Machine, position: &PerAxis, is_in: impl Fn(usize) -> bool) -> String {
-    // X Y Z A B C U V W, the usual order.
-    let in_order = "XYZABCUVW"
-        .chars()
-        .filter_map(|letter| machine.index(letter));
-    let words = in_order.filter(|i| is_in(*i)).map(|i| {
-        let letter = machine.axes[i].letter;
-        format!(" {letter}{:.4}", unsigned(position[i]))
-    });
-    words.collect()
+    target.iter().map(word).collect()
 }
 
 /// Zero without a sign.
@@ -62,10 +45,10 @@ pub fn linuxcnc(
     log: &str,
 ) -> Result<String, NotTouched> {
     let machine = setup.machine;
-    let touchings = touchings(setup, strategy)?;
-    let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
-    let is_linear = |i: usize| !is_rotary(i);
-    let zeros = words(machine, &PerAxis::default(), |_| true);
+    let steps = steps(setup, strategy)?;
+    let all = |position: &PerAxis| target(machine, position, |_| true);
+    let is_rotary = |(i, _): &(usize, f64)| machine.axes[*i].letter.is_rotary();
+    let zeros = words(machine, &all(&PerAxis::default()));
     let Feeds { touch, near } = feeds;
     let mut text = format!(
         "(trueaxis plan: {} probings of {} on {}, {PER_BALL} touches each)\n\
@@ -83,76 +66,20 @@ pub fn linuxcnc(
         plain(&machine.name),
         zeros.replace(".0000", ""),
     );
-    let mut last: Option<PerAxis> = None;
-    let mut came = PerAxis::default();
-    let mut turned = None;
-    for (row, touching) in strategy.rows.iter().zip(&touchings) {
-        let Touching { away, above, .. } = touching;
-        let _ = writeln!(
-            text,
-            "(row {}: ball {},{})",
-            row.line,
-            plain(&strategy.balls[row.ball]),
-            words(machine, away, is_rotary)
-        );
-        if last.is_none() {
-            // First move away from the table, wherever the program starts.
-            let up = |i: usize| is_linear(i) && (away[i] - above[i]).abs() > 1e-6;
-            let _ = writeln!(text, "G0{}", words(machine, away, up));
-        }
-        let start = |i: usize| away[i] - row.direction[i] * RUN_UP;
-        let needs = |i: usize| {
-            let stays = last.is_some_and(|last| (last[i] - away[i]).abs() < 1e-6);
-            let comes = match last {
-                Some(last) if !stays => (away[i] - last[i]).signum(),
-                _ => came[i],
-            };
-            is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
-        };
-        if (0..machine.axes.len()).any(needs) {
-            let first: PerAxis = std::array::from_fn(|i| {
-                if i < machine.axes.len() {
-                    start(i)
-                } else {
-                    0.0
-                }
-            });
-            let _ = writeln!(text, "G0{}", words(machine, &first, needs));
-        }
-        if (0..machine.axes.len()).any(is_rotary) {
-            let _ = writeln!(text, "G0{}", words(machine, away, is_rotary));
-        }
-        for i in (0..machine.axes.len()).filter(|i| row.direction[*i] != 0.0) {
-            came[i] = row.direction[i];
-        }
-        let spindle = row.spindle.rem_euclid(360.0);
-        if strategy.rows.iter().any(|r| r.spindle != 0.0) && turned != Some(spindle) {
-            let _ = writeln!(text, "M19 R{spindle} Q30");
-            turned = Some(spindle);
-        }
-        let _ = writeln!(text, "G0{}", words(machine, away, is_linear));
-        let mut to = |code: &str, position: &PerAxis, feed: &str| {
-            let _ = writeln!(
-                text,
-                "{code}{} F#<{feed}>",
-                words(machine, position, is_linear)
-            );
-        };
-        to("G1", above, "near");
-        for (number, touch) in touching.touches.iter().enumerate() {
-            if number > 0 {
-                to("G1", &touch.over, "near");
-                to("G1", &touch.begin, "near");
+    let words = |target: &Target| words(machine, target);
+    for step in &steps {
+        let _ = match step {
+            Step::Row(number) => {
+                let row = &strategy.rows[*number];
+                let ball = plain(&strategy.balls[row.ball]);
+                let rotary: Target = all(&row.position).into_iter().filter(is_rotary).collect();
+                writeln!(text, "(row {}: ball {ball},{})", row.line, words(&rotary))
             }
-            to("G38.2", &touch.end, "touch");
-            to("G1", &touch.begin, "near");
-            if number > 0 {
-                to("G1", &touch.over, "near");
-            }
-        }
-        to("G1", above, "near");
-        let _ = writeln!(text, "G0{}", words(machine, away, is_linear));
-        last = Some(*away);
+            Step::Orient(angle) => writeln!(text, "M19 R{angle} Q30"),
+            Step::Rapid(to) => writeln!(text, "G0{}", words(to)),
+            Step::Near(to) => writeln!(text, "G1{} F#<near>", words(to)),
+            Step::Touch { end, .. } => writeln!(text, "G38.2{} F#<touch>", words(end)),
+        };
     }
     text += "(PROBECLOSE)\nM2\n";
     Ok(text)

@@ -21,6 +21,10 @@ const VALUES: &str = "give the log as the controller wrote it, in mm and degrees
 pub struct Touched {
     /// Axis positions (mm, deg).
     pub position: PerAxis,
+    /// Time (s), if the log has a column `time_s`.
+    pub time: Option<f64>,
+    /// Temperature (°C), if the log has a column `temperature_C`.
+    pub temperature: Option<f64>,
     /// Its line, counted from 1.
     pub line: usize,
     /// Its location in the file.
@@ -54,12 +58,24 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
         let letter = axis.letter.char();
         columns.push(column(letter).ok_or_else(|| table.missing(letter))?);
     }
-    table.map(|row| touched(machine, &columns, &row?)).collect()
+    let [time, temperature] =
+        ["time_s", "temperature_C"].map(|name| names.iter().position(|n| *n == name));
+    let one = |row: &Row<'_>| {
+        let number = |column: Option<usize>| column.map(|c| row.number(c)).transpose();
+        Ok(Touched {
+            time: number(time)?,
+            temperature: number(temperature)?,
+            ..touched(machine, &columns, row)?
+        })
+    };
+    table.map(|row| one(&row?)).collect()
 }
 
 fn touched(machine: &Machine, columns: &[usize], row: &Row<'_>) -> Result<Touched, FileError> {
     let mut touched = Touched {
         position: [0.0; MAX_AXES],
+        time: None,
+        temperature: None,
         line: row.line,
         span: row.span.clone(),
         cells: Vec::new(),

@@ -109,9 +109,13 @@ pub fn to_probings(
     let mut probings = strategy.clone();
     for (number, row) in probings.rows.iter_mut().enumerate() {
         let touches = &log[PER_BALL * number..][..PER_BALL];
-        row.position = std::array::from_fn(|i| {
-            touches.iter().map(|t| t.position[i]).sum::<f64>() / PER_BALL as f64
-        });
+        let mean = |of: &dyn Fn(&Touched) -> Option<f64>| -> Option<f64> {
+            let sum: Option<f64> = touches.iter().map(of).sum();
+            sum.map(|sum| sum / PER_BALL as f64)
+        };
+        row.position = std::array::from_fn(|i| mean(&|t| Some(t.position[i])).unwrap_or(0.0));
+        row.time = mean(&|t| t.time).or(row.time);
+        row.temperature = mean(&|t| t.temperature).or(row.temperature);
         let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
         let q = reach(&kinematics, row, &tip, &fitted.centres[number]);
         row.position = machine.to_command(&q.ok_or_else(|| no_sphere(number))?);

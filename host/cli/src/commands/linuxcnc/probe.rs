@@ -1,0 +1,343 @@
+//! `trueaxis linuxcnc probe`
+
+use crate::commands::Outcome;
+use crate::commands::bad_input::BadInput;
+use crate::commands::files;
+use crate::commands::number::positive;
+use crate::commands::plan::not_reached;
+use crate::commands::progress::Bar;
+use crate::commands::touch_options::Touching;
+use clap::Args;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::linuxcnc::{Positions, Session, SessionError};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::Probings;
+use trueaxis_measure::plan::{Setup, Step, Target, steps};
+use trueaxis_measure::probe::{Contact, ProbeError, Prober, Speeds, header, probe, resume};
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::compile::Progress;
+
+/// Probe a strategy on the machine, touch by touch
+///
+/// Drives the LinuxCNC that runs on this computer line by line, and confirms and logs every touch before the next move.
+/// Each ball is touched twice, fast and slowly. Feed override, pause and stop work as for any program. A log that was
+/// stopped early is continued where it ends.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
+--ball-diameter 20 --stylus-diameter 6 -o touches.csv\n\n\
+The machine must be on, with the stylus in the spindle and clear of everything. It is homed with --home. Moves are in\n\
+machine coordinates and change no work offset. If LinuxCNC uses kinematics for the tool centre point, they are\n\
+switched to identity for the time. Next: trueaxis probings machine.toml touches.csv --strategy strategy.csv"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Positions of the balls (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// The rows to probe (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    #[command(flatten)]
+    touching: Touching,
+    #[command(flatten)]
+    speeds: SpeedOptions,
+    /// Home the joints if they are not
+    #[arg(long)]
+    home: bool,
+    /// Move without asking
+    #[arg(long)]
+    yes: bool,
+    /// The log: continued if it exists
+    #[arg(short, long, value_name = "TOUCHES.csv")]
+    output: PathBuf,
+}
+
+/// Feed rates and what is logged beside the positions.
+#[derive(Args)]
+pub struct SpeedOptions {
+    /// Feed rate of the touches that count
+    #[arg(long, value_name = "MM/MIN", default_value_t = 30.0, value_parser = positive)]
+    feed: f64,
+    /// Feed rate of the touches before them, which look for the surface
+    #[arg(long, value_name = "MM/MIN", default_value_t = 200.0, value_parser = positive)]
+    first: f64,
+    /// Distance from the surface at which the second touch begins
+    #[arg(long, value_name = "MM", default_value_t = 0.3, value_parser = positive)]
+    retreat: f64,
+    /// Feed rate near the balls
+    #[arg(long, value_name = "MM/MIN", default_value_t = 1000.0, value_parser = positive)]
+    approach: f64,
+    /// A HAL pin with the temperature of the machine (°C), for the log
+    #[arg(long, value_name = "PIN")]
+    temperature: Option<String>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        output, strategy, ..
+    } = arguments;
+    files::prepare(
+        output,
+        &[&arguments.machine, &arguments.artefact, strategy],
+    )?;
+    let machine = files::read_machine(&arguments.machine)?;
+    let artefact = files::read_artefact(&arguments.artefact, &machine)?;
+    let strategy = files::read_strategy(strategy, &machine)?;
+    let work = Work::new(
+        &machine,
+        &artefact,
+        strategy,
+        &arguments.touching,
+        &arguments.speeds,
+        output,
+    )?;
+    let mut session = started(arguments.home)?;
+    files::print(&work.announced())?;
+    if !arguments.yes && !asked("Is the stylus clear of everything, and may the machine move?")? {
+        return Ok(Outcome::CheckFailed);
+    }
+    let touches = work.probe(&mut session)?;
+    files::print(&format!("{}: {touches} touches\n", output.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// Connects to LinuxCNC, homed and able to move each joint as an axis.
+pub fn started(may_home: bool) -> Result<Session, BadInput> {
+    let (mut session, state) = Session::start().map_err(bad)?;
+    if !state.is_on {
+        return Err(BadInput::new(
+            "LinuxCNC: the machine is off",
+            "leave the emergency stop and switch it on",
+        ));
+    }
+    if !state.homed {
+        if !may_home {
+            return Err(BadInput::new(
+                "LinuxCNC: the joints are not homed",
+                "home them, or give --home",
+            ));
+        }
+        session.home(HOMING).map_err(bad)?;
+    }
+    Ok(session)
+}
+
+/// Longest time for homing (s).
+const HOMING: f64 = 300.0;
+
+/// Asks on the terminal; whoever cannot answer has not agreed.
+pub fn asked(question: &str) -> Result<bool, BadInput> {
+    files::print(&format!("{question} [y/N] "))?;
+    let mut answer = String::new();
+    let read = std::io::stdin().read_line(&mut answer);
+    Ok(read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes"))
+}
+
+/// An error of LinuxCNC.
+pub fn bad(error: SessionError) -> BadInput {
+    BadInput::new(format!("LinuxCNC: {}", error.error), error.remedy)
+}
+
+/// A strategy on its way into a log.
+pub struct Work<'a> {
+    machine: &'a Machine,
+    strategy: Probings,
+    /// Rows that are not in the log yet.
+    rest: Probings,
+    steps: Vec<Step>,
+    speeds: &'a SpeedOptions,
+    log: &'a Path,
+}
+
+impl<'a> Work<'a> {
+    /// What is left of a strategy; cuts a log that was stopped early after its last whole row.
+    pub fn new(
+        machine: &'a Machine,
+        artefact: &Artefact,
+        strategy: Probings,
+        touching: &Touching,
+        speeds: &'a SpeedOptions,
+        log: &'a Path,
+    ) -> Result<Self, BadInput> {
+        let head = header(machine, speeds.temperature.is_some());
+        let rest = if log.exists() {
+            let text = files::Text::read(log)?;
+            let (kept, rest) = resume(&text.text, &head, &strategy).ok_or_else(|| {
+                BadInput::new(
+                    format!("{} exists, and is no log of this strategy", log.display()),
+                    "give -o another name",
+                )
+            })?;
+            if kept != text.text {
+                files::write(log, kept.as_bytes())?;
+            }
+            rest
+        } else {
+            strategy.clone()
+        };
+        let setup = Setup {
+            machine,
+            artefact,
+            balls: strategy.balls.clone(),
+            probe: touching.probe()?,
+            sigma: 1e-3,
+        };
+        let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
+        if !log.exists() {
+            files::write(log, head.as_bytes())?;
+        }
+        Ok(Self {
+            machine,
+            strategy,
+            rest,
+            steps,
+            speeds,
+            log,
+        })
+    }
+
+    /// What will be done.
+    pub fn announced(&self) -> String {
+        let done = self.strategy.rows.len() - self.rest.rows.len();
+        let before = match done {
+            0 => String::new(),
+            rows => format!(", {rows} rows are in the log already"),
+        };
+        format!(
+            "{} touches of {} rows{before}\n",
+            self.touches(),
+            self.rest.rows.len()
+        )
+    }
+
+    fn touches(&self) -> usize {
+        let touches = |step: &&Step| matches!(step, Step::Touch { .. });
+        self.steps.iter().filter(touches).count()
+    }
+
+    /// Probes; returns the number of touches.
+    pub fn probe(&self, session: &mut Session) -> Result<usize, BadInput> {
+        session.begin().map_err(bad)?;
+        if let Some(line) = session.joints().map_err(bad)? {
+            files::print(&format!("kinematics: identity ({line}) until the end\n"))?;
+        }
+        let log = OpenOptions::new().append(true).open(self.log);
+        let mut log: File = log.map_err(|error| {
+            BadInput::new(
+                format!("{}: cannot be written: {error}", self.log.display()),
+                "make the file writable",
+            )
+        })?;
+        let bar = Bar::new();
+        bar.stage("touches", self.touches());
+        let speeds = Speeds {
+            near: self.speeds.approach,
+            first: self.speeds.first,
+            second: self.speeds.feed,
+            retreat: self.speeds.retreat,
+        };
+        let mut prober = Driven {
+            machine: self.machine,
+            session,
+            temperature: self.speeds.temperature.as_deref(),
+        };
+        let mut touches = 0;
+        let done = probe(&self.rest, &self.steps, speeds, &mut prober, &mut |record| {
+            touches += 1;
+            bar.step();
+            log.write_all(record.line(self.machine, &self.rest).as_bytes())?;
+            log.sync_data()
+        });
+        drop(bar);
+        done.map_err(|error| {
+            let so_far = format!("{touches} touches are in {}", self.log.display());
+            match error {
+                ProbeError::Machine(error) => {
+                    BadInput::new(format!("LinuxCNC: {}; {so_far}", error.error), error.remedy)
+                }
+                ProbeError::NoContact { .. } => BadInput::new(
+                    format!("{error}; {so_far}"),
+                    "check where the ball is (nominal_mm), the stylus, and the probe's input; then start again",
+                ),
+                ProbeError::Log(_) => {
+                    BadInput::new(format!("{error}; {so_far}"), "make room, then start again")
+                }
+            }
+        })?;
+        Ok(touches)
+    }
+}
+
+/// LinuxCNC as a machine with a probe.
+struct Driven<'a> {
+    machine: &'a Machine,
+    session: &'a mut Session,
+    temperature: Option<&'a str>,
+}
+
+impl Driven<'_> {
+    fn positions(&self, target: &Target) -> Positions {
+        let letter = |i: usize| self.machine.axes[i].letter.char();
+        target.iter().map(|(i, at)| (letter(*i), *at)).collect()
+    }
+}
+
+impl Prober for Driven<'_> {
+    type Error = SessionError;
+
+    fn rapid(&mut self, to: &Target) -> Result<(), SessionError> {
+        let to = self.positions(to);
+        self.session.move_to(&to, None).map(drop)
+    }
+
+    fn near(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
+        let to = self.positions(to);
+        self.session.move_to(&to, Some(feed)).map(drop)
+    }
+
+    fn retreat(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
+        let to = self.positions(to);
+        self.session.retreat(&to, feed).map(drop)
+    }
+
+    fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, SessionError> {
+        let end = self.positions(end);
+        let contact = self.session.touch(&end, feed)?;
+        if !contact.tripped {
+            return Ok(None);
+        }
+        let mut position = PerAxis::default();
+        for (at, axis) in position.iter_mut().zip(&self.machine.axes) {
+            let letter = axis.letter.char();
+            *at = *contact.position.get(&letter).ok_or_else(|| SessionError {
+                error: format!("LinuxCNC has no axis {letter}"),
+                remedy: "give the machine file of this machine".to_owned(),
+            })?;
+        }
+        let temperature = match self.temperature {
+            Some(pin) => {
+                let value = self.session.pins(&[pin])?[0];
+                Some(value.ok_or_else(|| SessionError {
+                    error: format!("{pin}: there is no such pin, or it has no number"),
+                    remedy: "give --temperature a pin that `halcmd show pin` lists".to_owned(),
+                })?)
+            }
+            None => None,
+        };
+        Ok(Some(Contact {
+            position,
+            time: contact.time,
+            temperature,
+        }))
+    }
+
+    fn orient(&mut self, angle: f64) -> Result<(), SessionError> {
+        self.session
+            .run(&format!("M19 R{angle} Q30"), None)
+            .map(drop)
+    }
+}

@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Drives the LinuxCNC that is running, as another program asks: a line of JSON for each command and each answer.
+
+`trueaxis linuxcnc probe` and `calibrate` start it. Only what needs LinuxCNC's own Python module is here. When the other
+program ends, for whatever reason, the machine stops, and what `at_end` names is put back.
+"""
+import json
+import math
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+
+LETTERS = "XYZABCUVW"
+# Pauses between two looks at LinuxCNC, s.
+LOOK = 0.002
+# An operator who presses stop is noticed by a move that ends elsewhere, mm or degrees.
+ELSEWHERE = 1e-4
+
+
+def answer(**values):
+    print(json.dumps(values), flush=True)
+
+
+def refuse(error, remedy):
+    answer(error=error, remedy=remedy)
+
+
+# Ctrl-C reaches the other program, whose end is the end of the input.
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+try:
+    import hal
+    import linuxcnc
+except ImportError as missing:
+    refuse("Python finds no LinuxCNC: %s" % missing, "install linuxcnc-uspace, and run this on the computer of the machine")
+    sys.exit(1)
+
+command, stat, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
+
+
+class Stopped(Exception):
+    """The other program has ended or changed its mind."""
+
+
+class Refused(Exception):
+    """A command that LinuxCNC did not do: why, and what to do about it."""
+
+
+def is_called():
+    return bool(select.select([sys.stdin], [], [], 0)[0])
+
+
+def messages():
+    """What LinuxCNC tells its operator."""
+    said = []
+    while True:
+        message = errors.poll()
+        if not message:
+            return said
+        if message[0] in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR):
+            said.append(message[1].strip())
+
+
+def is_held():
+    """True while the operator holds the machine: that may take as long as it wants."""
+    return stat.paused or stat.feedrate == 0 or stat.task_paused
+
+
+def wait(holds, what, seconds):
+    end = time.monotonic() + seconds
+    while True:
+        stat.poll()
+        if holds():
+            return
+        if is_called():
+            raise Stopped()
+        if time.monotonic() > end:
+            raise Refused("LinuxCNC does not get there: %s" % what, "look at its screen")
+        time.sleep(LOOK)
+
+
+def to_mode(mode):
+    stat.poll()
+    if stat.task_mode != mode:
+        command.mode(mode)
+        command.wait_complete()
+        wait(lambda: stat.task_mode == mode, "its mode", 10)
+
+
+def finish(line, seconds):
+    """Waits until a command is done, longer while the operator holds the machine."""
+    said = []
+    end = time.monotonic() + seconds
+    while True:
+        done = command.wait_complete(0.01)
+        stat.poll()
+        said += messages()
+        if done == linuxcnc.RCS_ERROR or said:
+            command.abort()
+            command.wait_complete()
+            raise Refused("%s: %s" % (line, "; ".join(said) or "refused"), "look at the machine, then start again")
+        still = stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos and stat.queue == 0
+        if done == linuxcnc.RCS_DONE and still:
+            return
+        if is_called():
+            raise Stopped()
+        if is_held():
+            end = time.monotonic() + seconds
+        elif time.monotonic() > end:
+            command.abort()
+            raise Refused("%s: not done after %d s" % (line, seconds), "look at the machine, then start again")
+
+
+def mdi(line, seconds=600):
+    stat.poll()
+    if stat.task_state != linuxcnc.STATE_ON:
+        raise Refused("the machine is off", "switch it on, and start again: what was probed stays")
+    if stat.task_mode != linuxcnc.MODE_MDI:
+        raise Refused("the operator has taken the machine over", "start again: what was probed stays")
+    messages()
+    command.mdi(line)
+    finish(line, seconds)
+
+
+def in_mm(position):
+    """A position of LinuxCNC, by axis letter, in mm and degrees."""
+    found = {}
+    for number, letter in enumerate(LETTERS):
+        if stat.axis_mask & 1 << number:
+            unit = stat.angular_units if letter in "ABC" else stat.linear_units
+            found[letter] = position[number] / unit
+    return found
+
+
+def words(target):
+    return "".join(" %s%.6f" % (letter, value) for letter, value in target.items())
+
+
+def check(target, at):
+    away = max(abs(at[letter] - value) for letter, value in target.items())
+    if away > ELSEWHERE:
+        raise Refused(
+            "a move ended %.4f from its end: somebody stopped it" % away, "start again: what was probed stays"
+        )
+
+
+def state(_):
+    """What LinuxCNC is doing."""
+    stat.poll()
+    return {
+        "version": linuxcnc.version,
+        "ini": stat.ini_filename,
+        "is_on": stat.task_state == linuxcnc.STATE_ON,
+        "homed": all(stat.homed[: stat.joints]),
+        "is_idle": stat.interp_state == linuxcnc.INTERP_IDLE,
+        "probe_tripped": bool(stat.probe_val),
+        "position": in_mm(stat.position),
+        "tool_offset": in_mm(stat.tool_offset),
+    }
+
+
+def home(asked):
+    """Homes all joints."""
+    stat.poll()
+    if stat.task_state != linuxcnc.STATE_ON:
+        raise Refused("the machine is off", "switch it on")
+    to_mode(linuxcnc.MODE_MANUAL)
+    command.teleop_enable(0)
+    command.wait_complete()
+    command.home(-1)
+    wait(lambda: all(stat.homed[: stat.joints]), "home", asked["seconds"])
+    return state(asked)
+
+
+def begin(_):
+    """MDI, with the words that the moves rely on; what the operator had is put back at the end."""
+    stat.poll()
+    if stat.task_state != linuxcnc.STATE_ON:
+        raise Refused("the machine is off", "switch it on")
+    if not all(stat.homed[: stat.joints]):
+        raise Refused("the machine is not homed", "home it")
+    if stat.interp_state != linuxcnc.INTERP_IDLE:
+        raise Refused("a program is running", "wait until it ends")
+    to_mode(linuxcnc.MODE_MDI)
+    mdi("M70")
+    modes.append("M72")
+    mdi("G21 G90 G94 G17 G40 G80")
+    return state(_)
+
+
+def halcmd(*asked):
+    return subprocess.run(("halcmd", "-s") + asked, capture_output=True, text=True).stdout
+
+
+def by_program():
+    """The line that switches kinematics by an analogue output: its number is that of the pin on the same signal."""
+    wired = halcmd("show", "pin", "motion.switchkins-type").split()
+    signal_name = wired[-1] if len(wired) > 5 else ""
+    output = re.search(r"motion\.analog-out-(\d+)", halcmd("show", "sig", signal_name)) if signal_name else None
+    return ["M68 E%d Q%%d" % int(output[1])] if output else []
+
+
+def joints(_):
+    """Kinematics in which every axis is a joint, until the end; what was in force comes back then."""
+    named = linuxcnc.ini(stat.ini_filename).find("KINS", "KINEMATICS") or ""
+    if named.split()[:1] == ["trivkins"]:
+        return {"changed": None}
+    kinds = {}
+    for kind in range(3):
+        try:
+            kinds[kind] = hal.get_value("kinstype.is-%d" % kind)
+        except RuntimeError:
+            pass
+    # LinuxCNC's own modules: their kinematics first and identity second, or as `identityfirst` says.
+    wanted = 0 if "identityfirst" in named else 1
+    if wanted not in kinds:
+        raise Refused(
+            "the kinematics %s cannot be switched to identity" % named, "probe with trivkins, or with a module that switches"
+        )
+    before = next((kind for kind, is_on in kinds.items() if is_on), None)
+    if before == wanted:
+        return {"changed": None}
+    remaps = linuxcnc.ini(stat.ini_filename).findall("RS274NGC", "REMAP")
+    codes = [remap.split()[0].upper() for remap in remaps]
+    lines = by_program() or [code for code in ("M429", "M428", "M430") if code in codes]
+    for line in lines:
+        mdi(line % wanted if "%" in line else line)
+        wait(lambda: True, "", 1)
+        if hal.get_value("kinstype.is-%d" % wanted):
+            if "%" in line:
+                modes.append(line % before)
+            return {"changed": line % wanted if "%" in line else line}
+    raise Refused(
+        "nothing switches the kinematics to identity",
+        "write `net kinematics motion.analog-out-03 => motion.switchkins-type` into a HAL file",
+    )
+
+
+def run(asked):
+    """A line of G-code."""
+    mdi(asked["line"])
+    if asked.get("back"):
+        modes.append(asked["back"])
+    return {"position": in_mm(stat.position)}
+
+
+def move(asked):
+    """To machine positions; the stylus must be clear."""
+    if asked.get("clear", True) and stat.probe_val:
+        stat.poll()
+        if stat.probe_val:
+            raise Refused("the probe is tripped before a move", "free the stylus, look at its battery and cable")
+    target = asked["target"]
+    feed = "G0%s" % words(target) if asked.get("feed") is None else "G1%s F%g" % (words(target), asked["feed"])
+    mdi("G53 " + feed)
+    at = in_mm(stat.position)
+    check(target, at)
+    return {"position": at}
+
+
+def touch(asked):
+    """From the end of the last move towards a machine position, until the probe trips."""
+    stat.poll()
+    if stat.probe_val:
+        raise Refused("the probe is tripped before a touch", "free the stylus, look at its battery and cable")
+    at = in_mm(stat.position)
+    way = {letter: value - at[letter] for letter, value in asked["target"].items()}
+    # Incremental words are turned by the rotation of the work offset.
+    turn = math.radians(-stat.rotation_xy)
+    x, y = way.get("X", 0.0), way.get("Y", 0.0)
+    if turn:
+        way["X"], way["Y"] = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+    mdi("G91 G38.3%s F%g" % (words(way), asked["feed"]))
+    tripped = bool(stat.probe_tripped)
+    probed = in_mm(stat.probed_position)
+    stopped = in_mm(stat.position)
+    mdi("G90")
+    if not tripped:
+        check(asked["target"], stopped)
+    return {"tripped": tripped, "position": probed, "stopped": stopped, "time": time.time()}
+
+
+def pins(asked):
+    """Values of pins; null for one that is not there."""
+    found = {}
+    for name in asked["names"]:
+        try:
+            value = hal.get_value(name)
+            found[name] = None if isinstance(value, float) and not math.isfinite(value) else value
+        except RuntimeError:
+            found[name] = None
+    return {"pins": found}
+
+
+def set_pins(asked):
+    """Sets pins that nothing else drives; with `back` they are put back at the end."""
+    for name, value in asked["pins"].items():
+        try:
+            before = hal.get_value(name)
+            hal.set_p(name, str(value))
+        except RuntimeError as error:
+            raise Refused("%s: %s" % (name, error), "take the line that connects this pin out of the HAL files")
+        if asked.get("back"):
+            pins_before.setdefault(name, before)
+    return {}
+
+
+def keep(_):
+    """The pins that were set stay as they are."""
+    pins_before.clear()
+    return {}
+
+
+def end():
+    """Stops, and puts back what was changed, last first."""
+    undone = [lambda n=n, v=v: hal.set_p(n, str(int(v) if isinstance(v, bool) else v)) for n, v in pins_before.items()]
+    if modes:
+        command.abort()
+        command.wait_complete()
+    for undo in undone + [lambda line=line: mdi(line) for line in reversed(modes)]:
+        try:
+            undo()
+        except (Refused, RuntimeError, linuxcnc.error) as error:
+            print("trueaxis: %s" % (error.args[0],), file=sys.stderr)
+
+
+# Lines that put modes back, and pins as they were.
+modes, pins_before = [], {}
+DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, keep)}
+
+
+def main():
+    try:
+        stat.poll()
+        component = hal.component("trueaxis-session-%d" % os.getpid())
+        component.ready()
+    except (linuxcnc.error, RuntimeError) as error:
+        refuse("LinuxCNC is not running: %s" % error, "start it, on this computer and as this user")
+        return
+    answer(**state(None))
+    for line in sys.stdin:
+        asked = json.loads(line)
+        try:
+            answer(**DO[asked["do"]](asked))
+        except Refused as refused:
+            refuse(*refused.args)
+        except linuxcnc.error as error:
+            refuse("LinuxCNC has ended: %s" % error, "start it again")
+
+
+try:
+    main()
+except (Stopped, BrokenPipeError):
+    pass
+finally:
+    # The end of the input has been seen; what follows is done to its end.
+    is_called = lambda: False
+    end()

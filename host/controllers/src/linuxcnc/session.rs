@@ -1,0 +1,263 @@
+//! A LinuxCNC that is running, driven through its Python module.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// Runs beside LinuxCNC; when the input of the script ends, it stops the machine and puts back what it changed.
+const SCRIPT: &str = include_str!("session.py");
+
+/// Positions (mm, deg) by axis letter.
+pub type Positions = BTreeMap<char, f64>;
+
+/// Why LinuxCNC did not do what was asked.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, thiserror::Error)]
+#[error("{error}")]
+pub struct SessionError {
+    /// What happened.
+    pub error: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// What LinuxCNC is doing.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct State {
+    /// Version of LinuxCNC.
+    pub version: String,
+    /// Path of the INI file that it was started with.
+    pub ini: String,
+    /// Out of emergency stop, and switched on.
+    pub is_on: bool,
+    /// All joints are homed.
+    pub homed: bool,
+    /// No program is running.
+    pub is_idle: bool,
+    /// The probe has contact.
+    pub probe_tripped: bool,
+    /// Machine position.
+    pub position: Positions,
+    /// Tool offset in use.
+    pub tool_offset: Positions,
+}
+
+/// The end of a touch.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Contact {
+    /// There was contact.
+    pub tripped: bool,
+    /// Where (machine position).
+    pub position: Positions,
+    /// Where the machine stopped after it.
+    pub stopped: Positions,
+    /// When (s since 1970).
+    pub time: f64,
+}
+
+/// A session; its end stops the machine and puts back modes and pins.
+#[derive(Debug)]
+pub struct Session {
+    script: Child,
+    to: Option<ChildStdin>,
+    from: BufReader<ChildStdout>,
+}
+
+#[derive(Deserialize)]
+struct At {
+    position: Positions,
+}
+
+#[derive(Deserialize)]
+struct Pins {
+    pins: BTreeMap<String, Value>,
+}
+
+#[derive(Deserialize)]
+struct Switched {
+    changed: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Nothing {}
+
+impl Session {
+    /// Connects to the LinuxCNC that is running on this computer.
+    ///
+    /// # Errors
+    /// There is no Python, no LinuxCNC, or it is not running.
+    pub fn start() -> Result<(Self, State), SessionError> {
+        Self::with("python3")
+    }
+
+    /// The same with another Python.
+    fn with(python: &str) -> Result<(Self, State), SessionError> {
+        let mut script = Command::new(python)
+            .args(["-u", "-c", SCRIPT])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| SessionError {
+                error: format!("{python}: {error}"),
+                remedy: "install Python 3, and LinuxCNC's module for it".to_owned(),
+            })?;
+        let (to, from) = (script.stdin.take(), script.stdout.take());
+        let Some(from) = from else {
+            return Err(ended());
+        };
+        let mut session = Self {
+            script,
+            to,
+            from: BufReader::new(from),
+        };
+        let state = session.answer()?;
+        Ok((session, state))
+    }
+
+    fn ask<A: DeserializeOwned>(&mut self, command: &Value) -> Result<A, SessionError> {
+        let to = self.to.as_mut().ok_or_else(ended)?;
+        let sent = to
+            .write_all(format!("{command}\n").as_bytes())
+            .and_then(|()| to.flush());
+        sent.map_err(|_| ended())?;
+        self.answer()
+    }
+
+    fn answer<A: DeserializeOwned>(&mut self) -> Result<A, SessionError> {
+        let mut line = String::new();
+        match self.from.read_line(&mut line) {
+            Ok(read) if read > 0 => {}
+            _ => return Err(ended()),
+        }
+        if let Ok(refused) = serde_json::from_str::<SessionError>(&line) {
+            return Err(refused);
+        }
+        serde_json::from_str(&line).map_err(|error| SessionError {
+            error: format!("LinuxCNC's Python module answers `{}`: {error}", line.trim()),
+            remedy: "please report this".to_owned(),
+        })
+    }
+
+    /// What LinuxCNC is doing.
+    ///
+    /// # Errors
+    /// It does not answer, as for all commands.
+    pub fn state(&mut self) -> Result<State, SessionError> {
+        self.ask(&json!({"do": "state"}))
+    }
+
+    /// Homes all joints, which may take `seconds`.
+    ///
+    /// # Errors
+    /// The machine is off or does not home.
+    pub fn home(&mut self, seconds: f64) -> Result<State, SessionError> {
+        self.ask(&json!({"do": "home", "seconds": seconds}))
+    }
+
+    /// Takes the machine over: MDI, mm, absolute, no offsets for radius or cycles.
+    ///
+    /// # Errors
+    /// The machine is off, not homed, or runs a program.
+    pub fn begin(&mut self) -> Result<State, SessionError> {
+        self.ask(&json!({"do": "begin"}))
+    }
+
+    /// Switches to kinematics in which each axis is a joint, until the end of the session; returns what did it, if
+    /// anything had to.
+    ///
+    /// # Errors
+    /// They cannot be switched.
+    pub fn joints(&mut self) -> Result<Option<String>, SessionError> {
+        let switched: Switched = self.ask(&json!({"do": "joints"}))?;
+        Ok(switched.changed)
+    }
+
+    /// Runs a line of G-code, and `back` at the end of the session.
+    ///
+    /// # Errors
+    /// LinuxCNC refuses or aborts it.
+    pub fn run(&mut self, line: &str, back: Option<&str>) -> Result<Positions, SessionError> {
+        let at: At = self.ask(&json!({"do": "run", "line": line, "back": back}))?;
+        Ok(at.position)
+    }
+
+    /// Moves axes to machine positions, as a rapid without a feed (mm/min). The probe must have no contact.
+    ///
+    /// # Errors
+    /// The move did not reach its end.
+    pub fn move_to(
+        &mut self,
+        target: &Positions,
+        feed: Option<f64>,
+    ) -> Result<Positions, SessionError> {
+        let at: At = self.ask(&json!({"do": "move", "target": target, "feed": feed}))?;
+        Ok(at.position)
+    }
+
+    /// Moves back from a contact, where the probe may still be tripped.
+    ///
+    /// # Errors
+    /// The move did not reach its end.
+    pub fn retreat(&mut self, target: &Positions, feed: f64) -> Result<Positions, SessionError> {
+        let command = json!({"do": "move", "target": target, "feed": feed, "clear": false});
+        let at: At = self.ask(&command)?;
+        Ok(at.position)
+    }
+
+    /// Moves towards a machine position until there is contact (`G38.3`).
+    ///
+    /// # Errors
+    /// There was contact before, or the touch was interrupted.
+    pub fn touch(&mut self, target: &Positions, feed: f64) -> Result<Contact, SessionError> {
+        self.ask(&json!({"do": "touch", "target": target, "feed": feed}))
+    }
+
+    /// Numbers on pins of HAL (1 for true); `None` for a pin that is not there or has no value.
+    ///
+    /// # Errors
+    /// LinuxCNC does not answer.
+    pub fn pins(&mut self, names: &[&str]) -> Result<Vec<Option<f64>>, SessionError> {
+        let pins: Pins = self.ask(&json!({"do": "pins", "names": names}))?;
+        let number = |value: &Value| value.as_f64().or(value.as_bool().map(f64::from));
+        Ok(names
+            .iter()
+            .map(|name| pins.pins.get(*name).and_then(number))
+            .collect())
+    }
+
+    /// Sets a pin that no signal drives, until the session ends, or for good after [`keep`](Self::keep).
+    ///
+    /// # Errors
+    /// There is no such pin, or it is connected.
+    pub fn set(&mut self, pin: &str, value: f64) -> Result<(), SessionError> {
+        let Nothing {} =
+            self.ask(&json!({"do": "set_pins", "pins": {pin: value}, "back": true}))?;
+        Ok(())
+    }
+
+    /// Pins stay as they were set.
+    ///
+    /// # Errors
+    /// LinuxCNC does not answer.
+    pub fn keep(&mut self) -> Result<(), SessionError> {
+        let Nothing {} = self.ask(&json!({"do": "keep"}))?;
+        Ok(())
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // The end of its input: the script stops the machine and puts back what it changed.
+        self.to = None;
+        let _ = self.script.wait();
+    }
+}
+
+fn ended() -> SessionError {
+    SessionError {
+        error: "the connection to LinuxCNC has ended".to_owned(),
+        remedy: "look at its screen and at what was printed above".to_owned(),
+    }
+}

@@ -1,0 +1,138 @@
+//! A strategy as the moves of a machine, for a program or for a controller that is driven move by move.
+
+use super::candidates::{RUN_UP, Setup};
+use super::touches::{Touching, Unreachable};
+use crate::formats::probings::{Probing, Probings};
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// A row that cannot be touched, with the reason.
+pub type NotTouched = Box<(Probing, Unreachable)>;
+
+/// Positions of some axes (mm, deg), in the order X Y Z A B C U V W, by their index in the machine.
+pub type Target = Vec<(usize, f64)>;
+
+/// A move, or what precedes one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// What follows belongs to this row of the strategy, counted from 0.
+    Row(usize),
+    /// Turn the spindle to this angle (deg).
+    Orient(f64),
+    /// A rapid move, clear of everything.
+    Rapid(Target),
+    /// A move near a ball.
+    Near(Target),
+    /// A move towards a ball, until there is contact.
+    Touch {
+        /// Number of the touch in its row, from 0.
+        number: usize,
+        /// Where it begins: where the last step ended.
+        begin: Target,
+        /// Where it ends if there is no contact.
+        end: Target,
+    },
+}
+
+/// All touches of a strategy, row by row.
+///
+/// # Errors
+/// The first row that cannot be touched.
+pub(super) fn touchings(
+    setup: &Setup<'_>,
+    strategy: &Probings,
+) -> Result<Vec<Touching>, NotTouched> {
+    let setup = Setup {
+        balls: strategy.balls.clone(),
+        ..setup.clone()
+    };
+    let rows = strategy.rows.iter();
+    rows.map(|row| setup.touching(row).map_err(|e| Box::new((row.clone(), e))))
+        .collect()
+}
+
+/// Some axes of a position.
+pub(super) fn target(
+    machine: &Machine,
+    position: &PerAxis,
+    is_in: impl Fn(usize) -> bool,
+) -> Target {
+    let in_order = "XYZABCUVW"
+        .chars()
+        .filter_map(|letter| machine.index(letter));
+    in_order
+        .filter(|i| is_in(*i))
+        .map(|i| (i, position[i]))
+        .collect()
+}
+
+/// The moves of a strategy: five touches for each row. Axes turn as far from the balls as the travel allows.
+///
+/// # Errors
+/// The first row that cannot be touched.
+pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTouched> {
+    let machine = setup.machine;
+    let touchings = touchings(setup, strategy)?;
+    let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
+    let is_linear = |i: usize| !is_rotary(i);
+    let has_rotary = (0..machine.axes.len()).any(is_rotary);
+    let indexes = strategy.rows.iter().any(|r| r.spindle != 0.0);
+    let linear = |position: &PerAxis| target(machine, position, is_linear);
+    let mut steps = Vec::new();
+    let mut last: Option<PerAxis> = None;
+    let mut came = PerAxis::default();
+    let mut turned = None;
+    for (number, (row, touching)) in strategy.rows.iter().zip(&touchings).enumerate() {
+        let Touching { away, above, .. } = touching;
+        steps.push(Step::Row(number));
+        if last.is_none() {
+            // First move away from the table, wherever the spindle starts.
+            let up = |i: usize| is_linear(i) && (away[i] - above[i]).abs() > 1e-6;
+            steps.push(Step::Rapid(target(machine, away, up)));
+        }
+        let needs = |i: usize| {
+            let stays = last.is_some_and(|last| (last[i] - away[i]).abs() < 1e-6);
+            let comes = match last {
+                Some(last) if !stays => (away[i] - last[i]).signum(),
+                _ => came[i],
+            };
+            is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
+        };
+        if (0..machine.axes.len()).any(needs) {
+            let first: PerAxis = std::array::from_fn(|i| away[i] - row.direction[i] * RUN_UP);
+            steps.push(Step::Rapid(target(machine, &first, needs)));
+        }
+        if has_rotary {
+            steps.push(Step::Rapid(target(machine, away, is_rotary)));
+        }
+        for i in (0..machine.axes.len()).filter(|i| row.direction[*i] != 0.0) {
+            came[i] = row.direction[i];
+        }
+        let spindle = row.spindle.rem_euclid(360.0);
+        if indexes && turned != Some(spindle) {
+            steps.push(Step::Orient(spindle));
+            turned = Some(spindle);
+        }
+        steps.push(Step::Rapid(linear(away)));
+        steps.push(Step::Near(linear(above)));
+        for (number, touch) in touching.touches.iter().enumerate() {
+            let [over, begin, end] = [&touch.over, &touch.begin, &touch.end].map(linear);
+            if number > 0 {
+                steps.push(Step::Near(over.clone()));
+                steps.push(Step::Near(begin.clone()));
+            }
+            steps.push(Step::Touch {
+                number,
+                begin: begin.clone(),
+                end,
+            });
+            steps.push(Step::Near(begin));
+            if number > 0 {
+                steps.push(Step::Near(over));
+            }
+        }
+        steps.push(Step::Near(linear(above)));
+        steps.push(Step::Rapid(linear(away)));
+        last = Some(*away);
+    }
+    Ok(steps)
+}

@@ -1,0 +1,278 @@
+//! Probes a strategy, move by move, on a machine that answers.
+//!
+//! A program in a controller cannot be relied on: LinuxCNC reads lines ahead, and a probing move in a program may end it
+//! early without a message when the computer is busy. Here every touch is confirmed and logged before the next move.
+
+use crate::formats::probings::{Probing, Probings};
+use crate::plan::{PER_BALL, Step, Target};
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// A machine with a probe.
+pub trait Prober {
+    /// Why it does not do what it is told.
+    type Error;
+
+    /// A rapid move with the stylus clear of everything.
+    ///
+    /// # Errors
+    /// The probe was tripped, or the move did not reach its end.
+    fn rapid(&mut self, to: &Target) -> Result<(), Self::Error>;
+
+    /// A move with the stylus near a ball, at a feed rate in mm/min.
+    ///
+    /// # Errors
+    /// As for [`rapid`](Self::rapid).
+    fn near(&mut self, to: &Target, feed: f64) -> Result<(), Self::Error>;
+
+    /// A move away from a contact; the probe may be tripped until it ends.
+    ///
+    /// # Errors
+    /// The move did not reach its end.
+    fn retreat(&mut self, to: &Target, feed: f64) -> Result<(), Self::Error>;
+
+    /// A move until there is contact; `None` if there was none.
+    ///
+    /// # Errors
+    /// The probe was tripped before it, or it was interrupted.
+    fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, Self::Error>;
+
+    /// Turns the spindle to an angle (deg).
+    ///
+    /// # Errors
+    /// It cannot.
+    fn orient(&mut self, angle: f64) -> Result<(), Self::Error>;
+}
+
+/// A contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Axis positions (mm, deg).
+    pub position: PerAxis,
+    /// Time (s).
+    pub time: f64,
+    /// Temperature of the machine (°C).
+    pub temperature: Option<f64>,
+}
+
+/// How a machine moves while it probes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speeds {
+    /// Near the balls (mm/min).
+    pub near: f64,
+    /// The first touch, which looks for the surface (mm/min).
+    pub first: f64,
+    /// The second one, which counts (mm/min).
+    pub second: f64,
+    /// Distance between them (mm).
+    pub retreat: f64,
+}
+
+/// A touch that counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record<'a> {
+    /// Its row of the strategy.
+    pub row: &'a Probing,
+    /// Number of the touch in its row, from 1.
+    pub touch: usize,
+    /// The contact.
+    pub contact: Contact,
+}
+
+/// Why a strategy was not probed to its end.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProbeError<E> {
+    /// The machine.
+    #[error("{0}")]
+    Machine(E),
+    /// Nothing was touched.
+    #[error("no contact: touch {touch} of ball {ball} (line {line} of the strategy)")]
+    NoContact {
+        /// Line of the strategy.
+        line: usize,
+        /// Name of the ball.
+        ball: String,
+        /// Number of the touch, from 1.
+        touch: usize,
+    },
+    /// The log cannot be written.
+    #[error("the log cannot be written: {0}")]
+    Log(String),
+}
+
+/// Probes all `steps` of a strategy and hands over each touch before the next move.
+///
+/// # Errors
+/// [`ProbeError`], at the first problem.
+pub fn probe<P: Prober>(
+    strategy: &Probings,
+    steps: &[Step],
+    speeds: Speeds,
+    prober: &mut P,
+    record: &mut dyn FnMut(&Record<'_>) -> std::io::Result<()>,
+) -> Result<(), ProbeError<P::Error>> {
+    let machine = ProbeError::Machine;
+    let mut current = 0;
+    for step in steps {
+        match step {
+            Step::Row(row) => current = *row,
+            Step::Orient(angle) => prober.orient(*angle).map_err(machine)?,
+            Step::Rapid(to) => prober.rapid(to).map_err(machine)?,
+            Step::Near(to) => prober.near(to, speeds.near).map_err(machine)?,
+            Step::Touch { number, begin, end } => {
+                let row = &strategy.rows[current];
+                let no_contact = || ProbeError::NoContact {
+                    line: row.line,
+                    ball: strategy.balls[row.ball].clone(),
+                    touch: number + 1,
+                };
+                let first = prober.touch(end, speeds.first).map_err(machine)?;
+                let first = first.ok_or_else(no_contact)?;
+                let back = between(&first.position, begin, speeds.retreat);
+                prober.retreat(&back, speeds.near).map_err(machine)?;
+                let second = prober.touch(end, speeds.second).map_err(machine)?;
+                let contact = second.ok_or_else(no_contact)?;
+                prober.retreat(begin, speeds.near).map_err(machine)?;
+                record(&Record {
+                    row,
+                    touch: number + 1,
+                    contact,
+                })
+                .map_err(|error| ProbeError::Log(error.to_string()))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A position at a distance (mm) from the contact on the way back to where the touch began; at most there.
+fn between(contact: &PerAxis, begin: &Target, distance: f64) -> Target {
+    let ways = begin.iter().map(|(i, begin)| begin - contact[*i]);
+    let length = ways.map(|way| way * way).sum::<f64>().sqrt();
+    let part = if length > distance {
+        distance / length
+    } else {
+        1.0
+    };
+    begin
+        .iter()
+        .map(|(i, begin)| (*i, contact[*i] + part * (begin - contact[*i])))
+        .collect()
+}
+
+/// Header of the log, with its line end.
+#[must_use]
+pub fn header(machine: &Machine, has_temperature: bool) -> String {
+    let mut text = "row,ball,touch".to_owned();
+    for axis in &machine.axes {
+        text += &format!(",{}", axis.letter);
+    }
+    text += ",time_s";
+    if has_temperature {
+        text += ",temperature_C";
+    }
+    text + "\n"
+}
+
+impl Record<'_> {
+    /// A line of the log: a touch with its labels (mm, deg, s, °C).
+    #[must_use]
+    pub fn line(&self, machine: &Machine, strategy: &Probings) -> String {
+        let Self {
+            row,
+            touch,
+            contact,
+        } = self;
+        let ball = &strategy.balls[row.ball];
+        let mut text = format!("{},{ball},{touch}", row.line);
+        for position in &contact.position[..machine.axes.len()] {
+            text += &format!(",{position:.6}");
+        }
+        text += &format!(",{:.2}", contact.time);
+        if let Some(celsius) = contact.temperature {
+            text += &format!(",{celsius:.3}");
+        }
+        text + "\n"
+    }
+}
+
+/// What a log that was stopped early has of a strategy: its lines for rows with all touches, with the header, and the
+/// rows that are missing. `None` if it is not a log of these rows.
+#[must_use]
+pub fn resume(log: &str, header: &str, strategy: &Probings) -> Option<(String, Probings)> {
+    let lines = log.strip_prefix(header)?;
+    let mut lines = lines.split_inclusive('\n').peekable();
+    let mut kept = header.to_owned();
+    let mut rows = strategy.rows.iter().peekable();
+    while let Some(row) = rows.peek() {
+        let own = format!("{},{},", row.line, strategy.balls[row.ball]);
+        let mut touches = String::new();
+        let mut count = 0;
+        while count < PER_BALL
+            && let Some(line) = lines.next_if(|line| line.starts_with(&own) && line.ends_with('\n'))
+        {
+            touches += line;
+            count += 1;
+        }
+        if count < PER_BALL {
+            break;
+        }
+        kept += &touches;
+        rows.next();
+    }
+    // Whatever follows may only be the touches of the row that was interrupted.
+    let own = rows
+        .peek()
+        .map(|row| format!("{},{},", row.line, strategy.balls[row.ball]));
+    let is_cut = |line: &str| !line.ends_with('\n') || own.as_ref().is_some_and(|own| line.starts_with(own));
+    lines.all(is_cut).then(|| {
+        let rest = Probings {
+            rows: rows.cloned().collect(),
+            ..strategy.clone()
+        };
+        (kept, rest)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strategy() -> Probings {
+        let row = |line| Probing {
+            line,
+            ..Probing::default()
+        };
+        Probings {
+            balls: vec!["1".to_owned()],
+            rows: vec![row(2), row(3)],
+            ..Probings::default()
+        }
+    }
+
+    #[test]
+    fn a_log_is_resumed_after_its_last_whole_row() {
+        let touches = |row: usize, count: usize| -> String {
+            (1..=count).map(|k| format!("{row},1,{k},0\n")).collect()
+        };
+        let (head, strategy) = ("row,ball,touch,X\n", strategy());
+        let log = format!("{head}{}{}3,1,4,0.", touches(2, 5), touches(3, 3));
+        let (kept, rest) = resume(&log, head, &strategy).unwrap();
+        assert_eq!(kept, format!("{head}{}", touches(2, 5)));
+        assert_eq!(rest.rows, strategy.rows[1..]);
+        let (kept, rest) = resume(&log[..head.len()], head, &strategy).unwrap();
+        assert_eq!((kept.as_str(), rest.rows.len()), (head, 2));
+        let whole = format!("{head}{}{}", touches(2, 5), touches(3, 5));
+        assert!(resume(&whole, head, &strategy).unwrap().1.rows.is_empty());
+        // Logs of others: another header, a row that is not there, and more than all rows.
+        assert!(resume(&whole, "row,ball,touch,Y\n", &strategy).is_none());
+        assert!(resume(&format!("{head}{}", touches(7, 5)), head, &strategy).is_none());
+        assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy).is_none());
+    }
+
+    #[test]
+    fn the_second_touch_begins_near_the_first() {
+        let contact = [3.0, 4.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let back = between(&contact[..].try_into().unwrap_or_default(), &vec![(0, 0.0), (1, 0.0)], 0.5);
+        assert_eq!(back, [(0, 2.7), (1, 3.6)]);
+    }
+}
