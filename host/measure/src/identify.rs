@@ -43,7 +43,7 @@ pub use compensability::{Compensability, Compensated, compensability};
 pub use error::IdentifyError;
 pub use error_file::error_file;
 pub use foresee::Foreseen;
-pub use held_out::{HeldOut, held_out};
+pub use held_out::{HeldOut, held_out, scatters};
 pub use identified::{Estimated, Identified};
 pub use locations::effect_over_travel;
 pub use missing::lacks;

@@ -16,6 +16,7 @@ mod sets;
 mod simulated;
 mod steps;
 mod touches;
+mod validation;
 
 pub use band::{Band, Spread};
 pub use candidates::{Allowed, AllowedError, Setup};
@@ -29,3 +30,4 @@ pub use simulated::{simulated_touches, touch_log};
 pub use steps::{NotTouched, Step, Target, steps};
 pub(crate) use touches::PER_BALL;
 pub use touches::{Probe, Touch, Touching, Unreachable, touching};
+pub use validation::validation;

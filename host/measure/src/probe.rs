@@ -159,6 +159,38 @@ fn between(contact: &PerAxis, begin: &Target, distance: f64) -> Target {
         .collect()
 }
 
+/// About how long the steps take (s), where rapid moves take this long each.
+#[must_use]
+pub fn duration(steps: &[Step], speeds: Speeds, rapid: f64) -> f64 {
+    let mut last: Target = Vec::new();
+    let mut seconds = 0.0;
+    for step in steps {
+        seconds += match step {
+            Step::Row(_) => 0.0,
+            Step::Orient(_) | Step::Rapid(_) => rapid,
+            Step::Near(to) => {
+                let way = distance(&last, to);
+                last.clone_from(to);
+                60.0 * way / speeds.near
+            }
+            Step::Touch { begin, end, .. } => {
+                let way = distance(begin, end);
+                60.0 * (way / speeds.first + 2.0 * speeds.retreat / speeds.second)
+            }
+        };
+    }
+    seconds
+}
+
+/// Distance between two positions of the same axes; 0 if they are of different ones.
+fn distance(from: &Target, to: &Target) -> f64 {
+    if from.len() != to.len() {
+        return 0.0;
+    }
+    let ways = from.iter().zip(to).map(|((_, a), (_, b))| a - b);
+    ways.map(|way| way * way).sum::<f64>().sqrt()
+}
+
 /// Header of the log, with its line end.
 #[must_use]
 pub fn header(machine: &Machine, has_temperature: bool) -> String {
@@ -223,7 +255,8 @@ pub fn resume(log: &str, header: &str, strategy: &Probings) -> Option<(String, P
     let own = rows
         .peek()
         .map(|row| format!("{},{},", row.line, strategy.balls[row.ball]));
-    let is_cut = |line: &str| !line.ends_with('\n') || own.as_ref().is_some_and(|own| line.starts_with(own));
+    let is_cut =
+        |line: &str| !line.ends_with('\n') || own.as_ref().is_some_and(|own| line.starts_with(own));
     lines.all(is_cut).then(|| {
         let rest = Probings {
             rows: rows.cloned().collect(),
@@ -239,13 +272,19 @@ mod tests {
 
     fn strategy() -> Probings {
         let row = |line| Probing {
+            ball: 0,
+            position: PerAxis::default(),
+            direction: PerAxis::default(),
+            spindle: 0.0,
+            run: None,
+            time: None,
+            sigma: None,
+            temperature: None,
             line,
-            ..Probing::default()
         };
         Probings {
             balls: vec!["1".to_owned()],
             rows: vec![row(2), row(3)],
-            ..Probings::default()
         }
     }
 
@@ -271,8 +310,8 @@ mod tests {
 
     #[test]
     fn the_second_touch_begins_near_the_first() {
-        let contact = [3.0, 4.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let back = between(&contact[..].try_into().unwrap_or_default(), &vec![(0, 0.0), (1, 0.0)], 0.5);
+        let contact: PerAxis = std::array::from_fn(|i| [3.0, 4.0, 9.0][i.min(2)]);
+        let back = between(&contact, &vec![(0, 0.0), (1, 0.0)], 0.5);
         assert_eq!(back, [(0, 2.7), (1, 3.6)]);
     }
 }

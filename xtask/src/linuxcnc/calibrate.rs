@@ -69,17 +69,16 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     let errors = files::read_text(example("errors-11.toml").as_ref())?;
     machine(bench, &errors)?;
     let trueaxis = bench.program()?;
-    let plan = format!(
-        "{trueaxis} plan machine.toml --artefact artefact.toml --model EA0C,EB0C,EY0C --probings 8 \
-         --indexings A=-40:40:20,C=-90:90:45 -o strategy.csv"
-    );
-    let probe = format!(
-        "{trueaxis} linuxcnc probe machine.toml --artefact artefact.toml --strategy strategy.csv --ball-diameter 20 \
-         --stylus-diameter 6 --clearance 2 --search 1.5 --first 600 --feed 120 --retreat 0.1 --approach 20000 \
-         --home --yes -o touches.csv"
+    let calibrate = format!(
+        "{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml --ball-diameter 20 --stylus-diameter 6 \
+         --clearance 2 --search 1.5 --first 1500 --feed 60 --retreat 0.05 --approach 20000 --probings 32 --validate 6 \
+         --indexings A=-60:60:20,C=-180:150:30 --folder run --home --yes"
     );
     let began = std::time::Instant::now();
-    let (printed, codes) = operate(bench, &[plan, probe])?;
-    println!("{printed}\n{codes:?} {:.1} s", began.elapsed().as_secs_f64());
+    let (printed, codes) = operate(bench, &[calibrate])?;
+    println!(
+        "{printed}\n{codes:?} {:.1} s",
+        began.elapsed().as_secs_f64()
+    );
     Ok(())
 }

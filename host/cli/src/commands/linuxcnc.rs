@@ -1,5 +1,6 @@
 //! `trueaxis linuxcnc …`
 
+mod calibrate;
 mod check;
 mod configuration;
 mod model;
@@ -23,6 +24,7 @@ enum What {
     Check(check::Arguments),
     Model(model::Arguments),
     Probe(probe::Arguments),
+    Calibrate(calibrate::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -31,5 +33,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Check(arguments) => check::run(arguments),
         What::Model(arguments) => model::run(arguments),
         What::Probe(arguments) => probe::run(arguments),
+        What::Calibrate(arguments) => calibrate::run(arguments),
     }
 }

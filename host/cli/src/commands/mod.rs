@@ -105,40 +105,53 @@ enum Outcome {
 
 /// Parses the arguments, runs the command and prints errors.
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Compile(arguments) => compile::run(&arguments),
-        Command::Verify(arguments) => verify::run(&arguments),
-        Command::Inspect(arguments) => inspect::run(&arguments),
-        Command::Report(arguments) => report::run(&arguments),
-        Command::Eval(arguments) => eval::run(&arguments),
-        Command::Schemes(arguments) => schemes::run(&arguments),
-        Command::Correct(arguments) => correct::run(&arguments),
-        Command::Pose(arguments) => pose::run(&arguments),
-        Command::Explain(arguments) => explain::run(&arguments),
-        Command::Identify(arguments) => identify::run(&arguments),
-        Command::Plan(arguments) => plan::run(&arguments),
-        Command::Probings(arguments) => probings::run(&arguments),
-        Command::Measured(arguments) => measured::run(&arguments),
-        Command::Iso2302(arguments) => iso230_2::run(&arguments),
-        Command::Ballbar(arguments) => ballbar::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Gcode(arguments) => gcode::run(&arguments),
-        Command::Generate(arguments) => generate::run(&arguments),
-        Command::Flash(arguments) => flash::run(&arguments),
-        Command::Monitor(arguments) => monitor::run(&arguments),
-        Command::Control(arguments) => control::run(&arguments),
-        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
-        Command::Export(arguments) => export::run(&arguments),
-        Command::Import(arguments) => import::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments),
-        Command::Man(arguments) => completions::man(&arguments),
-    };
-    match result {
+    match Cli::parse().command.run() {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(bad) => {
             bad.show();
             ExitCode::from(2)
+        }
+    }
+}
+
+/// Runs a command given as words, for commands that consist of others.
+fn run_words(words: &[String]) -> Result<Outcome, BadInput> {
+    let words = std::iter::once("trueaxis").chain(words.iter().map(String::as_str));
+    let cli = Cli::try_parse_from(words)
+        .map_err(|error| BadInput::new(error.to_string(), "see --help"))?;
+    cli.command.run()
+}
+
+impl Command {
+    fn run(self) -> Result<Outcome, BadInput> {
+        match self {
+            Self::Compile(arguments) => compile::run(&arguments),
+            Self::Verify(arguments) => verify::run(&arguments),
+            Self::Inspect(arguments) => inspect::run(&arguments),
+            Self::Report(arguments) => report::run(&arguments),
+            Self::Eval(arguments) => eval::run(&arguments),
+            Self::Schemes(arguments) => schemes::run(&arguments),
+            Self::Correct(arguments) => correct::run(&arguments),
+            Self::Pose(arguments) => pose::run(&arguments),
+            Self::Explain(arguments) => explain::run(&arguments),
+            Self::Identify(arguments) => identify::run(&arguments),
+            Self::Plan(arguments) => plan::run(&arguments),
+            Self::Probings(arguments) => probings::run(&arguments),
+            Self::Measured(arguments) => measured::run(&arguments),
+            Self::Iso2302(arguments) => iso230_2::run(&arguments),
+            Self::Ballbar(arguments) => ballbar::run(&arguments),
+            Self::Simulate(arguments) => simulate::run(&arguments),
+            Self::Gcode(arguments) => gcode::run(&arguments),
+            Self::Generate(arguments) => generate::run(&arguments),
+            Self::Flash(arguments) => flash::run(&arguments),
+            Self::Monitor(arguments) => monitor::run(&arguments),
+            Self::Control(arguments) => control::run(&arguments),
+            Self::Linuxcnc(arguments) => linuxcnc::run(&arguments),
+            Self::Export(arguments) => export::run(&arguments),
+            Self::Import(arguments) => import::run(&arguments),
+            Self::Completions(arguments) => completions::run(&arguments),
+            Self::Man(arguments) => completions::man(&arguments),
         }
     }
 }

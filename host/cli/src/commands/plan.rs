@@ -14,7 +14,8 @@ use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
 use trueaxis_measure::plan::{
     Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
-    Setup, Unreachable, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions, table,
+    Setup, Unreachable, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions,
+    table,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;

@@ -32,6 +32,21 @@ const STYLUS: f64 = 6.0;
 const CONE: f64 = 60.0;
 
 impl Touching {
+    /// The options that were given, for another command.
+    pub fn words(&self) -> Vec<(&'static str, String)> {
+        let given = [
+            ("--ball-diameter", self.ball_diameter),
+            ("--stylus-diameter", self.stylus_diameter),
+            ("--clearance", Some(self.clearance)),
+            ("--search", Some(self.search)),
+            ("--cone", self.cone),
+        ];
+        let words = given.into_iter();
+        words
+            .filter_map(|(name, value)| Some((name, value?.to_string())))
+            .collect()
+    }
+
     /// The probe for the library.
     pub fn probe(&self) -> Result<Probe, BadInput> {
         self.probe_within(CONE)

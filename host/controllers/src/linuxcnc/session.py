@@ -152,7 +152,8 @@ def state(_):
     stat.poll()
     return {
         "version": linuxcnc.version,
-        "ini": stat.ini_filename,
+        "ini": os.path.abspath(stat.ini_filename),
+        "date": time.strftime("%Y-%m-%d-%H%M%S"),
         "is_on": stat.task_state == linuxcnc.STATE_ON,
         "homed": all(stat.homed[: stat.joints]),
         "is_idle": stat.interp_state == linuxcnc.INTERP_IDLE,
@@ -300,7 +301,7 @@ def set_pins(asked):
     for name, value in asked["pins"].items():
         try:
             before = hal.get_value(name)
-            hal.set_p(name, str(value))
+            hal.set_p(name, "%.12g" % value)
         except RuntimeError as error:
             raise Refused("%s: %s" % (name, error), "take the line that connects this pin out of the HAL files")
         if asked.get("back"):
@@ -308,35 +309,84 @@ def set_pins(asked):
     return {}
 
 
+def reload(component, seconds=20):
+    """Lets the component read its file, while the corrections are out; says which fault it has then."""
+    hal.set_p(component + ".enable", "0")
+    wait(lambda: hal.get_value(component + ".factor") == 0, "the corrections do not fade out", seconds)
+    hal.set_p(component + ".reload", "0")
+    time.sleep(0.05)
+    hal.set_p(component + ".reload", "1")
+    time.sleep(0.05)
+    wait(lambda: not hal.get_value(component + ".loading"), "the file is not read", seconds)
+    time.sleep(0.05)
+    hal.set_p(component + ".reload", "0")
+    return hal.get_value(component + ".fault-code")
+
+
+def put(path, contents):
+    """Replaces a file at once; None removes it."""
+    if contents is None:
+        if os.path.exists(path):
+            os.remove(path)
+        return
+    with open(path + ".new", "wb") as new:
+        new.write(contents)
+        new.flush()
+        os.fsync(new.fileno())
+    os.replace(path + ".new", path)
+
+
+def load(asked):
+    """Puts a file in the place of the compensation, and lets the component read it; at the end the old one returns."""
+    path, component = asked["path"], asked["component"]
+    contents = open(asked["file"], "rb").read()
+    before = open(path, "rb").read() if os.path.exists(path) else None
+    set_pins({"pins": {component + ".enable": 0}, "back": True})
+    if path not in files_before:
+        files_before[path] = (component, before)
+    put(path, contents)
+    fault = reload(component)
+    if fault:
+        raise Refused("the component does not take the file: fault %d" % fault, "`man trueaxis` explains the number")
+    return {}
+
+
 def keep(_):
-    """The pins that were set stay as they are."""
+    """Pins and files stay as they are."""
     pins_before.clear()
+    files_before.clear()
     return {}
 
 
 def end():
     """Stops, and puts back what was changed, last first."""
-    undone = [lambda n=n, v=v: hal.set_p(n, str(int(v) if isinstance(v, bool) else v)) for n, v in pins_before.items()]
     if modes:
         command.abort()
         command.wait_complete()
+    undone = []
+    for path, (component, contents) in files_before.items():
+        undone += [lambda p=path, c=contents: put(p, c), lambda c=component: reload(c)]
+    for name, value in pins_before.items():
+        undone.append(lambda n=name, v=value: hal.set_p(n, str(int(v) if isinstance(v, bool) else v)))
     for undo in undone + [lambda line=line: mdi(line) for line in reversed(modes)]:
         try:
             undo()
-        except (Refused, RuntimeError, linuxcnc.error) as error:
+        except (Refused, RuntimeError, OSError, linuxcnc.error) as error:
             print("trueaxis: %s" % (error.args[0],), file=sys.stderr)
 
 
-# Lines that put modes back, and pins as they were.
-modes, pins_before = [], {}
-DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, keep)}
+# Lines that put modes back, and pins and files as they were.
+modes, pins_before, files_before = [], {}, {}
+components = []
+DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, load, keep)}
 
 
 def main():
     try:
         stat.poll()
-        component = hal.component("trueaxis-session-%d" % os.getpid())
-        component.ready()
+        # Pins can be read and set as long as it is there.
+        components.append(hal.component("trueaxis-session-%d" % os.getpid()))
+        components[0].ready()
     except (linuxcnc.error, RuntimeError) as error:
         refuse("LinuxCNC is not running: %s" % error, "start it, on this computer and as this user")
         return
@@ -349,6 +399,8 @@ def main():
             refuse(*refused.args)
         except linuxcnc.error as error:
             refuse("LinuxCNC has ended: %s" % error, "start it again")
+        except (OSError, RuntimeError) as error:
+            refuse(str(error), "look at the cause, then start again")
 
 
 try:

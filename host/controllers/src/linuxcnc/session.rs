@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// Runs beside LinuxCNC; when the input of the script ends, it stops the machine and puts back what it changed.
@@ -30,6 +31,8 @@ pub struct State {
     pub version: String,
     /// Path of the INI file that it was started with.
     pub ini: String,
+    /// Local date and time, as a name for a folder.
+    pub date: String,
     /// Out of emergency stop, and switched on.
     pub is_on: bool,
     /// All joints are homed.
@@ -135,7 +138,10 @@ impl Session {
             return Err(refused);
         }
         serde_json::from_str(&line).map_err(|error| SessionError {
-            error: format!("LinuxCNC's Python module answers `{}`: {error}", line.trim()),
+            error: format!(
+                "LinuxCNC's Python module answers `{}`: {error}",
+                line.trim()
+            ),
             remedy: "please report this".to_owned(),
         })
     }
@@ -237,7 +243,18 @@ impl Session {
         Ok(())
     }
 
-    /// Pins stay as they were set.
+    /// Puts the compensation of `file` in the place of the one at `path`, which `component` reads, with corrections
+    /// off; at the end the old one returns, unless [`keep`](Self::keep) says otherwise.
+    ///
+    /// # Errors
+    /// The component does not take it, or its pins are driven by something else.
+    pub fn load(&mut self, component: &str, path: &Path, file: &Path) -> Result<(), SessionError> {
+        let Nothing {} =
+            self.ask(&json!({"do": "load", "component": component, "path": path, "file": file}))?;
+        Ok(())
+    }
+
+    /// Pins and files stay as they were set.
     ///
     /// # Errors
     /// LinuxCNC does not answer.

@@ -94,6 +94,28 @@ pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Prob
     subset
 }
 
+/// Distance (mm) of the tip from its mean position at a ball, for each row, where the machine has these errors and the
+/// stylus is there: what is wrong with the machine beside them, and the noise.
+#[must_use]
+pub fn scatters(
+    machine: &Machine,
+    probings: &Probings,
+    artefact: &Artefact,
+    errors: &ErrorModel,
+    stylus: &Vector3<f64>,
+) -> Vec<f64> {
+    let problem = Problem::new(machine, probings, artefact, &[], errors);
+    let tips = problem.tips(errors, stylus);
+    let mean = |ball: usize| {
+        let own = || tips.iter().filter(|(b, _)| *b == ball).map(|(_, tip)| tip);
+        own().sum::<Vector3<f64>>() / own().count() as f64
+    };
+    let means: Vec<Vector3<f64>> = (0..probings.balls.len()).map(mean).collect();
+    tips.iter()
+        .map(|(ball, tip)| (tip - means[*ball]).norm())
+        .collect()
+}
+
 /// Sum of the squared distances from the mean tip position at a ball.
 fn scatter(tips: &[(usize, Vector3<f64>)], ball: usize) -> f64 {
     let tips = tips.iter().filter(|(b, _)| *b == ball).map(|(_, tip)| tip);

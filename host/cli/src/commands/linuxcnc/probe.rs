@@ -15,7 +15,9 @@ use trueaxis_controllers::linuxcnc::{Positions, Session, SessionError};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::plan::{Setup, Step, Target, steps};
-use trueaxis_measure::probe::{Contact, ProbeError, Prober, Speeds, header, probe, resume};
+use trueaxis_measure::probe::{
+    Contact, ProbeError, Prober, Speeds, duration, header, probe, resume,
+};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::compile::Progress;
 
@@ -80,10 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         output, strategy, ..
     } = arguments;
-    files::prepare(
-        output,
-        &[&arguments.machine, &arguments.artefact, strategy],
-    )?;
+    files::prepare(output, &[&arguments.machine, &arguments.artefact, strategy])?;
     let machine = files::read_machine(&arguments.machine)?;
     let artefact = files::read_artefact(&arguments.artefact, &machine)?;
     let strategy = files::read_strategy(strategy, &machine)?;
@@ -100,6 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if !arguments.yes && !asked("Is the stylus clear of everything, and may the machine move?")? {
         return Ok(Outcome::CheckFailed);
     }
+    take_over(&mut session)?;
     let touches = work.probe(&mut session)?;
     files::print(&format!("{}: {touches} touches\n", output.display()))?;
     Ok(Outcome::Done)
@@ -124,6 +124,15 @@ pub fn started(may_home: bool) -> Result<Session, BadInput> {
         session.home(HOMING).map_err(bad)?;
     }
     Ok(session)
+}
+
+/// Takes the machine over, with kinematics in which each joint is an axis.
+pub fn take_over(session: &mut Session) -> Result<(), BadInput> {
+    session.begin().map_err(bad)?;
+    if let Some(line) = session.joints().map_err(bad)? {
+        files::print(&format!("kinematics: identity ({line}) until the end\n"))?;
+    }
+    Ok(())
 }
 
 /// Longest time for homing (s).
@@ -219,12 +228,22 @@ impl<'a> Work<'a> {
         self.steps.iter().filter(touches).count()
     }
 
-    /// Probes; returns the number of touches.
-    pub fn probe(&self, session: &mut Session) -> Result<usize, BadInput> {
-        session.begin().map_err(bad)?;
-        if let Some(line) = session.joints().map_err(bad)? {
-            files::print(&format!("kinematics: identity ({line}) until the end\n"))?;
+    /// About how long it takes (s), where a rapid move takes this long.
+    pub fn seconds(&self, rapid: f64) -> f64 {
+        duration(&self.steps, self.speeds(), rapid)
+    }
+
+    fn speeds(&self) -> Speeds {
+        Speeds {
+            near: self.speeds.approach,
+            first: self.speeds.first,
+            second: self.speeds.feed,
+            retreat: self.speeds.retreat,
         }
+    }
+
+    /// Probes, with a session that has begun; returns the number of touches.
+    pub fn probe(&self, session: &mut Session) -> Result<usize, BadInput> {
         let log = OpenOptions::new().append(true).open(self.log);
         let mut log: File = log.map_err(|error| {
             BadInput::new(
@@ -234,24 +253,24 @@ impl<'a> Work<'a> {
         })?;
         let bar = Bar::new();
         bar.stage("touches", self.touches());
-        let speeds = Speeds {
-            near: self.speeds.approach,
-            first: self.speeds.first,
-            second: self.speeds.feed,
-            retreat: self.speeds.retreat,
-        };
         let mut prober = Driven {
             machine: self.machine,
             session,
             temperature: self.speeds.temperature.as_deref(),
         };
         let mut touches = 0;
-        let done = probe(&self.rest, &self.steps, speeds, &mut prober, &mut |record| {
-            touches += 1;
-            bar.step();
-            log.write_all(record.line(self.machine, &self.rest).as_bytes())?;
-            log.sync_data()
-        });
+        let done = probe(
+            &self.rest,
+            &self.steps,
+            self.speeds(),
+            &mut prober,
+            &mut |record| {
+                touches += 1;
+                bar.step();
+                log.write_all(record.line(self.machine, &self.rest).as_bytes())?;
+                log.sync_data()
+            },
+        );
         drop(bar);
         done.map_err(|error| {
             let so_far = format!("{touches} touches are in {}", self.log.display());

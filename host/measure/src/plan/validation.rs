@@ -1,0 +1,60 @@
+//! Probings that show what a compensation does where nothing was identified.
+
+use super::candidates::{Allowed, Setup};
+use crate::formats::probings::Probings;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Random positions of each rotary axis from which rows are taken.
+const POSITIONS: usize = 12;
+
+/// Up to `count` reachable rows at random positions of the rotary axes, between those of a strategy, evenly over its
+/// balls, ordered by position; none on a machine without rotary axes, where a ball is only ever at one place.
+#[must_use]
+pub fn validation(setup: &Setup<'_>, strategy: &Probings, count: usize, seed: u64) -> Probings {
+    let setup = &Setup {
+        balls: strategy.balls.clone(),
+        ..setup.clone()
+    };
+    let machine = setup.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let none = vec![false; machine.axes.len()];
+    let mut allowed = Allowed::of(machine, &none);
+    for (i, axis) in machine.axes.iter().enumerate() {
+        if axis.letter.is_rotary() {
+            let at = || strategy.rows.iter().map(|row| row.position[i]);
+            let (low, high) = (
+                at().fold(f64::INFINITY, f64::min),
+                at().fold(f64::NEG_INFINITY, f64::max),
+            );
+            // Tenths of a degree; nothing was planned beyond these ends, where fixtures may stand.
+            let mut drawn = || {
+                let part: f64 = random.random();
+                ((low + part * (high - low)) * 10.0).trunc() / 10.0
+            };
+            allowed.axes[i] = match low < high {
+                true => (0..POSITIONS).map(|_| drawn()).collect(),
+                false => vec![low],
+            };
+        }
+    }
+    allowed.spindle = vec![0.0];
+    let (mut found, _) = setup.candidates(&allowed);
+    if !machine.axes.iter().any(|axis| axis.letter.is_rotary()) {
+        found.rows.clear();
+    }
+    let mut taken = Vec::new();
+    let mut rows = found.rows;
+    for ball in (0..setup.balls.len()).cycle().take(count) {
+        if let Some(row) = rows.iter().position(|row| row.ball == ball) {
+            taken.push(rows.remove(row));
+        }
+    }
+    taken.sort_by(|a, b| {
+        a.position
+            .partial_cmp(&b.position)
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    found.rows = taken;
+    found
+}
