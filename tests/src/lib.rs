@@ -5,7 +5,7 @@
 pub mod best_effort;
 #[cfg(feature = "desktop")]
 mod examples;
-mod fixed;
+pub mod fixed;
 pub mod golden;
 pub mod measured;
 pub mod moves;

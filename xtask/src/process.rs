@@ -47,7 +47,12 @@ pub fn trueaxis() -> Result<PathBuf, String> {
 
 /// Examples built with it: they generate blobs for `bench-target`, move through programs for `gcode`, and compile for
 /// random machines.
-const EXAMPLES: [&str; 3] = ["bench-blobs", "gcode_moves", "random-machines"];
+const EXAMPLES: [&str; 4] = [
+    "bench-blobs",
+    "calibration-machine",
+    "gcode_moves",
+    "random-machines",
+];
 
 /// An example, built by [`trueaxis`].
 pub fn example(name: &str) -> Command {

@@ -47,6 +47,7 @@ pin in  float stylus = 6 "Diameter of the stylus tip, mm";
 pin in  float pretravel "Distance that the stylus moves on from the surface before the probe trips, µm";
 pin in  float lobing "Amplitude of its change around the tool axis, with three lobes, µm";
 pin in  float noise "Standard deviation of a touch, µm";
+pin in  float moved "How far the first ball has been pushed along x, mm";
 pin out bit   touching "The stylus has contact with a ball";
 pin in  float tool_length = NAN "Tool length along its axis from the spindle frame, machine units; until set, that of the machine file";
 
@@ -183,13 +184,14 @@ static double drawn_at_random(void)
 
 /* How far the centre of the stylus is inside the sphere on which it touches the nearest ball, mm, and how far the probe
  * trips inside it. */
-static double inside(const double tip[3], const double direction[3], double tip_diameter, double trips, double lobes)
+static double inside(const double tip[3], const double direction[3], double tip_diameter, double trips, double lobes,
+                     double pushed)
 {
     double deepest = -INFINITY;
     for (int b = 0; b < ball_count; b++) {
         double way[3], square = 0, along = 0, apart, least;
         for (int i = 0; i < 3; i++) {
-            way[i] = tip[i] - ball[b].centre[i];
+            way[i] = tip[i] - ball[b].centre[i] - (b == 0 && i == 0 ? pushed : 0);
             square += way[i] * way[i];
             along += way[i] * direction[i];
         }
@@ -277,7 +279,7 @@ FUNCTION(_)
     direction_y = pose.direction[1];
     direction_z = pose.direction[2];
     if (ball_count > 0) {
-        double deep = inside(pose.tip, pose.direction, stylus, pretravel, lobing);
+        double deep = inside(pose.tip, pose.direction, stylus, pretravel, lobing, moved);
         if (!drawn)
             off_by = noise * drawn_at_random() * 1e-3;
         drawn = true;

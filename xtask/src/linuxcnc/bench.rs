@@ -72,6 +72,19 @@ impl Bench {
         Ok(bench)
     }
 
+    /// The same with a `/tmp` of its own, to run beside this one.
+    pub fn apart(&self, name: &str) -> Result<Self, String> {
+        let work = target("linuxcnc").join(name);
+        let _ = fs::remove_dir_all(&work);
+        files::folder(work.clone())?;
+        run(Command::new("chmod").arg("1777").arg(&work))?;
+        Ok(Self {
+            work,
+            modules: self.modules.clone(),
+            trueaxis: self.trueaxis.clone(),
+        })
+    }
+
     /// Runs `f` with another component in place of the built one.
     pub fn with_module<T>(
         &self,
@@ -113,6 +126,13 @@ impl Bench {
         let mut command = Command::new(&self.trueaxis);
         command.args(words).current_dir(&self.work);
         output(&mut command)
+    }
+
+    /// The same, whatever its exit code is.
+    pub fn trueaxis_said(&self, words: &[&str]) -> Result<String, String> {
+        let mut command = Command::new(&self.trueaxis);
+        command.args(words).current_dir(&self.work);
+        Ok(process::said(&mut command)?.output)
     }
 
     /// Runs a program of LinuxCNC; returns the output of all its parts.

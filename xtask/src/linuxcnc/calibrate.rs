@@ -1,59 +1,56 @@
-//! The loop in LinuxCNC: a probe that trips on balls of the simulated machine, whose errors the loop does not know.
+//! The loop in LinuxCNC: a probe that trips on balls of simulated machines, whose errors the loop does not know.
 
 use super::bench::Bench;
 use super::motion::example;
 use crate::files;
-use crate::process::{root, run};
+use crate::process::{self, root, run};
 use std::fs;
 use std::process::Command;
+use std::thread;
+use std::time::Instant;
 
-const CONFIG: &str = "firmware/linuxcnc/configs";
-const FOLDER: &str = "configs/xyzac-trt";
+/// The simulated machine whose kinematics are switched; other machines are drawn.
+const CONFIGS: &str = "firmware/linuxcnc/configs";
+const SWITCHED: &str = "configs/xyzac-trt";
+/// How the tests probe: as fast as servo periods permit; 1 µm in each of the touches that count.
+const PROBING: &str = "--ball-diameter 20 --stylus-diameter 6 --clearance 2 --search 1.5 --first 1500 --feed 60 \
+                       --retreat 0.05 --approach 20000 --home --yes";
+/// What may be left of a healthy machine, as a part of the band that was predicted (the goal of the loop).
+const OF_BAND: f64 = 1.2;
+/// Without a compensation LinuxCNC's component has no file.
+const NO_FILE: &str = "halcmd getp trueaxis.loads | grep -q '^0'";
 
-/// The simulated machine with a probe, and `trueaxis` inside.
-fn machine(bench: &Bench, errors: &str) -> Result<(), String> {
-    let configs = bench.file("configs");
-    let _ = fs::remove_dir_all(&configs);
-    run(Command::new("cp")
-        .args(["-r", "-T"])
-        .arg(root().join(CONFIG))
-        .arg(&configs))?;
-    let ini = format!("{FOLDER}/xyzac-trt.ini");
-    let text = files::read_text(&bench.file(&ini))?;
-    let without = |line: &&str| !line.starts_with("PYVCP") && !line.starts_with("POSTGUI");
-    let lines: Vec<&str> = text.lines().filter(without).collect();
-    let text = lines.join("\n") + "\n";
-    // As fast as a test needs it: the machine waits for the program, not the other way round.
-    let text = text
-        .replace("DISPLAY = axis", "DISPLAY = /tmp/unattended.py")
-        .replace("CYCLE_TIME = 0.010", "CYCLE_TIME = 0.001")
-        .replace("_VELOCITY = 100", "_VELOCITY = 400")
-        .replace("_VELOCITY = 60", "_VELOCITY = 200")
-        .replace("_ACCELERATION = 1000", "_ACCELERATION = 8000")
-        .replace("_ACCELERATION = 600", "_ACCELERATION = 4000");
-    bench.write(&ini, text)?;
-    bench.copy("firmware/linuxcnc/tests/unattended.py", "unattended.py")?;
-    bench.write("errors.toml", errors)?;
-    let machine = example("machine.toml");
-    bench.write(
-        &format!("{FOLDER}/machine.toml"),
-        files::read_text(machine.as_ref())?,
-    )?;
-    let model = format!("{FOLDER}/xyzac-trt.model");
-    bench.trueaxis(&["linuxcnc", "model", &machine, "errors.toml", "-o", &model])?;
-    run(Command::new("chmod").args(["-R", "a+rwX"]).arg(&configs))
+/// What is wrong with a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    None,
+    /// A ball is pushed aside while it is being probed.
+    Ball,
+    /// The stylus is 3 mm longer than the machine file says.
+    Stylus,
+    /// A rotary axis counts the other way in the machine file.
+    Sign,
 }
 
-/// Runs lines inside, in the folder of the machine; returns what they printed and their codes.
-fn operate(bench: &Bench, lines: &[String]) -> Result<(String, Vec<i32>), String> {
+/// Runs lines inside, in a folder, while LinuxCNC runs a configuration; returns what they printed and their codes.
+fn operate(
+    bench: &Bench,
+    folder: &str,
+    ini: &str,
+    lines: &[String],
+) -> Result<(String, Vec<i32>), String> {
+    bench.copy("firmware/linuxcnc/tests/unattended.py", "unattended.py")?;
     let text: String = (lines.iter())
-        .map(|line| format!("cd /tmp/{FOLDER} && {line}\n"))
+        .map(|line| format!("cd /tmp/{folder} && {line}\n"))
         .collect();
     bench.write("commands", text)?;
     for name in ["printed", "codes"] {
         let _ = fs::remove_file(bench.file(name));
     }
-    let said = bench.inside(&["linuxcnc", &format!("/tmp/{FOLDER}/xyzac-trt.ini")])?;
+    run(Command::new("chmod")
+        .args(["-R", "a+rwX"])
+        .arg(bench.file(folder)))?;
+    let said = bench.inside(&["linuxcnc", &format!("/tmp/{folder}/{ini}")])?;
     let read = |name: &str| fs::read_to_string(bench.file(name)).unwrap_or_default();
     let codes: Vec<i32> = read("codes").lines().flat_map(str::parse).collect();
     let printed = read("printed");
@@ -63,22 +60,270 @@ fn operate(bench: &Bench, lines: &[String]) -> Result<(String, Vec<i32>), String
     Ok((printed, codes))
 }
 
+/// A number of a file that is JSON with one entry in each line.
+fn number(text: &str, name: &str) -> Result<f64, String> {
+    let (_, rest) = text
+        .split_once(&format!("\"{name}\":"))
+        .ok_or_else(|| format!("no `{name}` in\n{text}"))?;
+    let end = rest.find([',', '}', '\n']).unwrap_or(rest.len());
+    let value = rest[..end].trim().parse();
+    value.map_err(|e| format!("{name}: {e}\n{text}"))
+}
+
+/// The mean error of the tip (µm) that a compensation leaves of a machine with known errors, over the whole travel.
+fn left(bench: &Bench, folder: &str) -> Result<[f64; 2], String> {
+    let file = |name: &str| format!("{folder}/{name}");
+    let (machine, errors, blob) = (
+        file("machine.toml"),
+        file("errors.toml"),
+        file("run/machine.trax"),
+    );
+    let words = ["verify", &machine, &errors, &blob, "--random", "1000"];
+    // It judges whether the tables are those of these errors, which they are not quite.
+    let said = bench.trueaxis_said(&words)?;
+    let mean = |row: &str| {
+        let line = said
+            .lines()
+            .find(|l| l.trim_start().starts_with(row))
+            .ok_or_else(|| format!("`verify` says\n{said}"))?;
+        let cell = line
+            .trim_start()
+            .strip_prefix(row)
+            .and_then(|l| l.split_whitespace().next());
+        cell.and_then(|c| c.parse::<f64>().ok())
+            .ok_or_else(|| format!("`verify` says\n{said}"))
+    };
+    Ok([mean("before")?, mean("tables")?])
+}
+
+/// One drawn machine: is calibrated, or its fault is told and nothing loaded. Returns a line for the table.
+fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
+    let bench = bench.apart(&format!("machine-{seed}"))?;
+    let trueaxis = bench.program()?;
+    let folder = bench.file("m");
+    let about = process::output(
+        process::example("calibration-machine")
+            .arg(seed.to_string())
+            .arg(&folder),
+    )?;
+    let about = about.trim().to_owned();
+    bench.trueaxis(&[
+        "linuxcnc",
+        "model",
+        "m/machine.toml",
+        "m/errors.toml",
+        "-o",
+        "m/machine.model",
+    ])?;
+    let mut before = String::new();
+    match fault {
+        Fault::None => {}
+        Fault::Ball => before = "(sleep 45; halcmd setp trueaxis-model.moved 0.1) & ".to_owned(),
+        Fault::Stylus => before = "halcmd setp trueaxis-model.tool-length TOOL; ".to_owned(),
+        Fault::Sign => {
+            let text = files::read_text(&bench.file("m/machine.toml"))?;
+            bench.write("m/machine.toml", other_sign(&text))?;
+        }
+    }
+    if fault == Fault::Stylus {
+        let text = files::read_text(&bench.file("m/machine.toml"))?;
+        before = before.replace("TOOL", &(tool_length(&text)? + 3.0).to_string());
+    }
+    let calibrate = format!(
+        "{before}{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml {PROBING} --probings 32 \
+         --validate 6 --folder run"
+    );
+    let unloaded = format!("{NO_FILE} && test ! -e machine.trax");
+    let began = Instant::now();
+    let (printed, codes) = operate(&bench, "m", "machine.ini", &[calibrate, unloaded])?;
+    let seconds = began.elapsed().as_secs();
+    let about = format!("{seed:>3}  {about:<60} {seconds:>4} s  ");
+    let bad = |why: &str| format!("{about}: {why}\n{printed}");
+    if fault != Fault::None {
+        let named = printed
+            .lines()
+            .find(|l| l.starts_with("error:") || l.starts_with("warning:"))
+            .unwrap_or("");
+        return match codes[..] {
+            [1 | 2, 0] if !named.is_empty() => Ok(format!("{about}{fault:?}: {named}")),
+            _ => Err(bad(&format!(
+                "{fault:?} was not told, or something was loaded: {codes:?}"
+            ))),
+        };
+    }
+    let validation = fs::read_to_string(bench.file("m/run/validation.json"))
+        .map_err(|e| bad(&format!("validation.json: {e}")))?;
+    let band = number(&validation, "band_um")?;
+    let [untreated, treated] = left(&bench, "m")?;
+    let measured = (
+        number(&validation, "before\": {\n    \"rms_um")?,
+        number(&validation, "after\": {\n    \"rms_um")?,
+    );
+    let line = format!(
+        "{about}tip {untreated:>6.2} → {treated:>5.2} µm, band {band:>5.2}; measured {:>6.2} → {:>5.2}; {}",
+        measured.0,
+        measured.1,
+        if codes[0] == 0 {
+            "in use"
+        } else {
+            "old one kept"
+        }
+    );
+    let is_loaded = codes == [0, 1];
+    let is_kept = codes == [1, 0];
+    if treated > OF_BAND * band || !(is_loaded || is_kept) {
+        return Err(bad(&line));
+    }
+    // Whatever is in use is no worse than before.
+    if is_loaded && treated > untreated {
+        return Err(bad(&line));
+    }
+    Ok(line)
+}
+
+/// The length of the tool in a machine file (mm).
+fn tool_length(machine: &str) -> Result<f64, String> {
+    let (_, tip) = machine
+        .split_once("tip_mm = [")
+        .ok_or("no tip_mm in the machine file")?;
+    let numbers = tip.split(']').next().unwrap_or("").split(',');
+    let numbers: Result<Vec<f64>, _> = numbers.map(|n| n.trim().parse::<f64>()).collect();
+    let numbers = numbers.map_err(|e| e.to_string())?;
+    Ok(numbers.iter().map(|n| n * n).sum::<f64>().sqrt())
+}
+
+/// A machine file whose axis C counts the other way.
+fn other_sign(machine: &str) -> String {
+    machine.replace("name = \"C\"\n", "name = \"C\"\nreversed = true\n")
+}
+
+/// The machine with switched kinematics: interrupted, continued, loaded.
+fn switched(bench: &Bench) -> Result<String, String> {
+    let bench = bench.apart("switched")?;
+    let trueaxis = bench.program()?;
+    run(Command::new("cp")
+        .args(["-r", "-T"])
+        .arg(root().join(CONFIGS))
+        .arg(bench.file("configs")))?;
+    let ini = format!("{SWITCHED}/xyzac-trt.ini");
+    let text = files::read_text(&bench.file(&ini))?;
+    let without = |line: &&str| !line.starts_with("PYVCP") && !line.starts_with("POSTGUI");
+    let lines: Vec<&str> = text.lines().filter(without).collect();
+    let text = (lines.join("\n") + "\n")
+        .replace("DISPLAY = axis", "DISPLAY = /tmp/unattended.py")
+        .replace("CYCLE_TIME = 0.010", "CYCLE_TIME = 0.001")
+        .replace("_VELOCITY = 100", "_VELOCITY = 400")
+        .replace("_VELOCITY = 60", "_VELOCITY = 200")
+        .replace("_ACCELERATION = 1000", "_ACCELERATION = 8000")
+        .replace("_ACCELERATION = 600", "_ACCELERATION = 4000");
+    bench.write(&ini, text)?;
+    for (from, to) in [
+        ("machine.toml", "machine.toml"),
+        ("errors-11.toml", "errors.toml"),
+    ] {
+        files::copy(
+            example(from).as_ref(),
+            &bench.file(&format!("{SWITCHED}/{to}")),
+        )?;
+    }
+    bench.trueaxis(&[
+        "linuxcnc",
+        "model",
+        &format!("{SWITCHED}/machine.toml"),
+        &format!("{SWITCHED}/errors.toml"),
+        "-o",
+        &format!("{SWITCHED}/xyzac-trt.model"),
+    ])?;
+    let calibrate = format!(
+        "{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml {PROBING} --probings 32 --validate 6 \
+         --indexings A=-60:60:20,C=-180:150:30 --folder run"
+    );
+    let lines = [
+        // Ctrl-C in the middle of probing; the machine stands still, its kinematics and the component as they were.
+        format!("timeout -s INT 30 {calibrate}"),
+        "sleep 2; halcmd getp kinstype.is-0 | grep -q TRUE && halcmd getp motion.in-position | grep -q TRUE".to_owned(),
+        format!("{NO_FILE} && test ! -e xyzac-trt.trax"),
+        "cp run/before.csv interrupted.csv; wc -l < interrupted.csv".to_owned(),
+        format!("{calibrate} --from probe"),
+        "halcmd getp trueaxis.factor | grep -q '^1'".to_owned(),
+        "halcmd getp kinstype.is-0 | grep -q TRUE".to_owned(),
+    ];
+    let (printed, codes) = operate(&bench, SWITCHED, "xyzac-trt.ini", &lines)?;
+    if codes != [124, 0, 0, 0, 0, 0, 0] {
+        return Err(format!("{codes:?}\n{printed}"));
+    }
+    let read = |name: &str| files::read_text(&bench.file(&format!("{SWITCHED}/{name}")));
+    let (interrupted, whole) = (read("interrupted.csv")?, read("run/before.csv")?);
+    let rows = interrupted.lines().count().saturating_sub(1) / 5;
+    let first: Vec<&str> = whole.lines().take(1 + 5 * rows).collect();
+    if !interrupted.starts_with(&first.join("\n")) || whole.lines().count() != 31 {
+        return Err(format!(
+            "the log was not continued:\n{interrupted}\n{whole}"
+        ));
+    }
+    let band = number(&read("run/validation.json")?, "band_um")?;
+    let [untreated, treated] = left(&bench, SWITCHED)?;
+    if treated > OF_BAND * band {
+        return Err(format!(
+            "{treated} µm are left, {band} were predicted\n{printed}"
+        ));
+    }
+    Ok(format!(
+        "interrupted, continued, and calibrated: tip {untreated:.2} → {treated:.2} µm, band {band:.2}"
+    ))
+}
+
+/// Runs machines beside each other; prints a line for each.
+fn all(bench: &Bench, machines: &[(u64, Fault)], beside: usize) -> Result<(), String> {
+    let mut failed = Vec::new();
+    for some in machines.chunks(beside) {
+        let results: Vec<Result<String, String>> = thread::scope(|scope| {
+            let runs: Vec<_> = (some.iter())
+                .map(|(seed, fault)| scope.spawn(|| drawn(bench, *seed, *fault)))
+                .collect();
+            let joined = runs.into_iter().map(thread::ScopedJoinHandle::join);
+            joined
+                .map(|one| one.unwrap_or_else(|_| Err("the test panics".to_owned())))
+                .collect()
+        });
+        for result in results {
+            match result {
+                Ok(line) => println!("{line}"),
+                Err(why) => failed.push(why),
+            }
+        }
+    }
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(failed.join("\n")),
+    }
+}
+
+/// Machines that run beside each other: each takes a tenth of a processor.
+const BESIDE: usize = 4;
+
+/// One machine whose kinematics are switched, interrupted and continued; two others, and one with a fault.
+///
 /// # Errors
 /// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    let errors = files::read_text(example("errors-11.toml").as_ref())?;
-    machine(bench, &errors)?;
-    let trueaxis = bench.program()?;
-    let calibrate = format!(
-        "{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml --ball-diameter 20 --stylus-diameter 6 \
-         --clearance 2 --search 1.5 --first 1500 --feed 60 --retreat 0.05 --approach 20000 --probings 32 --validate 6 \
-         --indexings A=-60:60:20,C=-180:150:30 --folder run --home --yes"
-    );
-    let began = std::time::Instant::now();
-    let (printed, codes) = operate(bench, &[calibrate])?;
-    println!(
-        "{printed}\n{codes:?} {:.1} s",
-        began.elapsed().as_secs_f64()
-    );
-    Ok(())
+    thread::scope(|scope| {
+        let first = scope.spawn(|| switched(bench));
+        let others = [(1, Fault::None), (3, Fault::None), (4, Fault::Ball)];
+        let others = all(bench, &others, others.len());
+        let first = first.join().map_err(|_| "the test panics".to_owned())?;
+        println!("{}", first?);
+        others
+    })
+}
+
+/// Twenty machines, three of them with faults.
+///
+/// # Errors
+/// The violated condition.
+pub fn twenty(bench: &Bench) -> Result<(), String> {
+    let faults = [(17, Fault::Ball), (18, Fault::Stylus), (19, Fault::Sign)];
+    let healthy = (0..17).map(|seed| (seed, Fault::None));
+    let machines: Vec<(u64, Fault)> = healthy.chain(faults).collect();
+    all(bench, &machines, BESIDE)
 }

@@ -101,7 +101,12 @@ def finish(line, seconds):
         if done == linuxcnc.RCS_ERROR or said:
             command.abort()
             command.wait_complete()
-            raise Refused("%s: %s" % (line, "; ".join(said) or "refused"), "look at the machine, then start again")
+            why = "; ".join(said) or "refused"
+            if "tripped" in why:
+                remedy = "the stylus met something on its way: check its length and diameter, and where the balls are"
+            else:
+                remedy = "look at the machine, then start again"
+            raise Refused("%s: %s" % (line, why), remedy)
         still = stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos and stat.queue == 0
         if done == linuxcnc.RCS_DONE and still:
             return

@@ -6,6 +6,7 @@ use crate::commands::Outcome;
 use crate::commands::Outcome::CheckFailed;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
+use crate::commands::identify::no_model;
 use crate::commands::run_words;
 use crate::commands::touch_options::Touching;
 use clap::{Args, ValueEnum};
@@ -14,7 +15,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Session;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probings};
-use trueaxis_measure::identify::{Options, Problem, identify, scatters};
+use trueaxis_measure::identify::{Model, Options, Problem, identify, scatters};
 use trueaxis_measure::plan::{Setup, validation};
 use trueaxis_measure::spheres::{read_log, to_probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
@@ -46,9 +47,9 @@ pub struct Arguments {
     /// The INI file of the machine (default: that of the LinuxCNC that is running)
     #[arg(long, value_name = "MACHINE.ini")]
     ini: Option<PathBuf>,
-    /// Parameters to identify
-    #[arg(long, default_value = "12", value_name = "10|12|13|81|84|auto|NAMES")]
-    model: String,
+    /// Parameters to identify (default: 12, with the scale of X if the artefact has a bar)
+    #[arg(long, value_name = "10|12|13|81|84|auto|NAMES")]
+    model: Option<String>,
     /// Number of probings (default: as many as `trueaxis plan` proposes)
     #[arg(long, value_name = "N")]
     probings: Option<usize>,
@@ -130,10 +131,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Calibration::new(arguments, &mut session)?.run(&mut session)
 }
 
+/// The parameters to identify: without a length standard, the scale of X cannot be told from that of the balls' places.
+fn model(given: Option<&str>, machine: &Machine, artefact: &Artefact) -> Result<String, BadInput> {
+    if let Some(given) = given {
+        return Ok(given.to_owned());
+    }
+    let names = Model::Twelve
+        .parameters(machine, 0, &[])
+        .map_err(no_model)?;
+    let scale = (!artefact.bars.is_empty()).then(|| "EXX1".to_owned());
+    let names = names.iter().map(ToString::to_string).chain(scale);
+    Ok(names.collect::<Vec<_>>().join(","))
+}
+
 struct Calibration<'a> {
     arguments: &'a Arguments,
     machine: Machine,
     artefact: Artefact,
+    /// What is identified, as an option.
+    model: String,
     /// Where the component reads its compensation.
     active: PathBuf,
     folder: PathBuf,
@@ -174,6 +190,7 @@ impl<'a> Calibration<'a> {
         })?;
         Ok(Self {
             arguments,
+            model: model(arguments.model.as_deref(), &machine, &artefact)?,
             machine,
             artefact,
             active,
@@ -229,7 +246,7 @@ impl<'a> Calibration<'a> {
         let mut words = vec!["plan".to_owned(), path(&arguments.machine)];
         let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
         add("--artefact", path(&arguments.artefact));
-        add("--model", arguments.model.clone());
+        add("--model", self.model.clone());
         if let Some(probings) = arguments.probings {
             add("--probings", probings.to_string());
         }
@@ -278,11 +295,12 @@ impl<'a> Calibration<'a> {
         Work::new(machine, artefact, strategy, touching, speeds, log)
     }
 
-    /// Probes both strategies without corrections; false if the operator does not want it.
+    /// Probes the rows that validate with the machine as it is found, and those that tell its errors without corrections;
+    /// false if the operator does not want it.
     fn probe(&self, session: &mut Session) -> Result<bool, BadInput> {
         let logs = [
-            ("strategy.csv", "touches.csv"),
             ("validation.csv", "before.csv"),
+            ("strategy.csv", "touches.csv"),
         ];
         let logs = logs.map(|(strategy, log)| (strategy, self.file(log)));
         let mut text = "\n".to_owned();
@@ -293,7 +311,7 @@ impl<'a> Calibration<'a> {
             seconds += work.seconds(RAPID);
         }
         text += &format!(
-            "probing without corrections takes about {:.0} min at 100 % feed\n",
+            "probing takes about {:.0} min at 100 % feed\n",
             (seconds / 60.0).ceil()
         );
         files::print(&text)?;
@@ -301,12 +319,12 @@ impl<'a> Calibration<'a> {
         if !self.arguments.yes && !asked(question)? {
             return Ok(false);
         }
+        take_over(session)?;
+        let [(validation, before), (strategy, touches)] = &logs;
+        self.touch(session, validation, before)?;
         session.set("trueaxis.enable", 0.0).map_err(bad)?;
         faded(session, 0.0)?;
-        take_over(session)?;
-        for (strategy, log) in &logs {
-            self.touch(session, strategy, log)?;
-        }
+        self.touch(session, strategy, touches)?;
         Ok(true)
     }
 
@@ -333,7 +351,7 @@ impl<'a> Calibration<'a> {
             &machine,
             &self.text("probings.csv"),
             "--model",
-            &arguments.model,
+            &self.model,
             "--artefact",
             &arguments.artefact.display().to_string(),
             "-o",
