@@ -5,6 +5,7 @@
 
 mod band;
 mod candidates;
+mod collision;
 mod compare;
 mod design;
 mod exchange;
@@ -20,6 +21,7 @@ mod validation;
 
 pub use band::{Band, Spread};
 pub use candidates::{Allowed, AllowedError, Setup};
+pub use collision::{Collision, collision};
 pub use compare::{AsGood, Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use judge::{JudgeError, Judgement, judge, placed};

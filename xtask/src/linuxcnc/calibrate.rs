@@ -15,6 +15,8 @@ const SWITCHED: &str = "configs/xyzac-trt";
 /// How the tests probe: as fast as servo periods permit; 1 µm in each of the touches that count.
 const PROBING: &str = "--ball-diameter 20 --stylus-diameter 6 --clearance 2 --search 1.5 --first 1500 --feed 60 \
                        --retreat 0.05 --approach 20000 --home --yes";
+/// What its owner can identify with a stylus that runs true: model 12, a length, and where the trunnion stands.
+const LOCATIONS: &str = "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z,EXX1,EYY1,EZZ1,ECCb,EX0C,EY0A";
 /// What may be left of a healthy machine, as a part of the band that was predicted (the goal of the loop).
 const OF_BAND: f64 = 1.2;
 /// Without a compensation LinuxCNC's component has no file.
@@ -236,7 +238,7 @@ fn switched(bench: &Bench) -> Result<String, String> {
     ])?;
     let calibrate = format!(
         "{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml {PROBING} --probings 32 --validate 6 \
-         --indexings A=-60:60:20,C=-180:150:30 --folder run"
+         --indexings A=-60:60:20,C=-180:150:30 --model {LOCATIONS} --folder run"
     );
     let lines = [
         // Ctrl-C in the middle of probing; the machine stands still, its kinematics and the component as they were.

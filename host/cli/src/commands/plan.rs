@@ -13,9 +13,9 @@ use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
 use trueaxis_measure::plan::{
-    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
-    Setup, Unreachable, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions,
-    table,
+    Allowed, Collision, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched,
+    Positions, Set, Setup, Unreachable, Wanted, as_good_as, collision, design, judge, linuxcnc,
+    needs_spindle, positions, steps, table,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
@@ -422,11 +422,25 @@ impl Arguments {
             .map(|path| (path, probings::write_strategy(strategy, setup.machine)));
         let program = program.transpose().map_err(not_reached)?;
         let table = table.transpose().map_err(not_reached)?;
+        if program.is_some() || table.is_some() {
+            let steps = steps(setup, strategy).map_err(not_reached)?;
+            if let Some(collision) = collision(setup, strategy, &steps) {
+                return Err(collides(&collision));
+            }
+        }
         for (path, text) in [written, program, table].into_iter().flatten() {
             files::write(path, text.as_bytes())?;
         }
         Ok(())
     }
+}
+
+/// A move on which the stylus would meet a ball.
+pub fn collides(collision: &Collision) -> BadInput {
+    BadInput::new(
+        collision.to_string(),
+        "place the balls further apart, limit --indexings, or probe fewer rows: nothing was written, and nothing has moved",
+    )
 }
 
 /// A row that cannot be touched.

@@ -33,6 +33,14 @@ pub enum Unreachable {
         /// The angle to the direction in which the ball stands off the table (deg).
         degrees: f64,
     },
+    /// The stylus would come too close to another ball.
+    #[error("on its way along the tool axis the stylus would pass ball {ball} at {apart:.1} mm")]
+    Ball {
+        /// Name of the other ball.
+        ball: String,
+        /// Distance of the surfaces (mm).
+        apart: f64,
+    },
     /// An axis would leave its travel.
     #[error("{axis} = {position:.3} is outside its travel")]
     Travel {
@@ -148,20 +156,20 @@ pub fn touching(
     let other = to_spindle.cross(&side);
     let near = probe.radius + probe.clearance;
     let above = to_spindle * near;
+    let outwards = |number: usize| match number.checked_sub(1) {
+        None => to_spindle,
+        Some(k) => {
+            let turn = (k as f64 + 0.5) * std::f64::consts::FRAC_PI_2;
+            (side * turn.cos() + other * turn.sin()) * LATITUDE.cos() + to_spindle * LATITUDE.sin()
+        }
+    };
+    // Beside the ball, the path down must be clear of the ball too.
+    let begins = |number: usize| match number {
+        0 => outwards(number) * near,
+        _ => outwards(number) * (near / LATITUDE.cos()),
+    };
     let touch = |number: usize| {
-        let out = match number.checked_sub(1) {
-            None => to_spindle,
-            Some(k) => {
-                let turn = (k as f64 + 0.5) * std::f64::consts::FRAC_PI_2;
-                (side * turn.cos() + other * turn.sin()) * LATITUDE.cos()
-                    + to_spindle * LATITUDE.sin()
-            }
-        };
-        // Beside the ball, the path down must be clear of the ball too.
-        let begin = match number {
-            0 => out * near,
-            _ => out * (near / LATITUDE.cos()),
-        };
+        let (out, begin) = (outwards(number), begins(number));
         Touch {
             over: at(&(across(&begin) + above)),
             begin: at(&begin),
@@ -177,6 +185,12 @@ pub fn touching(
     for position in touching.positions() {
         inside(machine, position)?;
     }
+    let ways = (0..PER_BALL).flat_map(|number| {
+        let out = outwards(number);
+        [begins(number), out * (probe.radius - probe.search)]
+    });
+    let tips = ways.map(|way| centre + way);
+    passes(artefact, ball, &to_spindle, probe, tips)?;
     let mut farthest = FAR;
     let step = to_axes * to_spindle;
     for (i, step) in linear.into_iter().zip(step.iter()) {
@@ -193,6 +207,35 @@ pub fn touching(
     }
     touching.away = at(&(to_spindle * (near + farthest.max(0.0))));
     Ok(touching)
+}
+
+/// Part of the clearance that is kept from other balls; the rest is for errors of their positions.
+pub(super) const KEPT: f64 = 0.9;
+
+/// Checks that the stylus, as thick as its tip, stays clear of the other balls on its way along the tool axis to each of
+/// these places of its tip.
+fn passes(
+    artefact: &Artefact,
+    own: &Ball,
+    to_spindle: &Vector3<f64>,
+    probe: &Probe,
+    tips: impl Iterator<Item = Vector3<f64>>,
+) -> Result<(), Unreachable> {
+    for tip in tips {
+        for ball in artefact.balls.iter().filter(|b| b.name != own.name) {
+            let Some(centre) = ball.nominal else { continue };
+            let way = centre - tip;
+            let along = way.dot(to_spindle).max(0.0);
+            let apart = (way - to_spindle * along).norm() - probe.radius;
+            if apart < KEPT * probe.clearance {
+                return Err(Unreachable::Ball {
+                    ball: ball.name.clone(),
+                    apart,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Directions that differ by less than this (rad) are equal.

@@ -4,7 +4,7 @@ use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files;
 use crate::commands::number::positive;
-use crate::commands::plan::not_reached;
+use crate::commands::plan::{collides, not_reached};
 use crate::commands::progress::Bar;
 use crate::commands::touch_options::Touching;
 use clap::Args;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{Positions, Session, SessionError};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{Setup, Step, Target, steps};
+use trueaxis_measure::plan::{Setup, Step, Target, collision, steps};
 use trueaxis_measure::probe::{
     Contact, ProbeError, Prober, Speeds, duration, header, probe, resume,
 };
@@ -196,6 +196,9 @@ impl<'a> Work<'a> {
             sigma: 1e-3,
         };
         let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
+        if let Some(collision) = collision(&setup, &rest, &steps) {
+            return Err(collides(&collision));
+        }
         if !log.exists() {
             files::write(log, head.as_bytes())?;
         }
