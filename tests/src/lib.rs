@@ -14,7 +14,9 @@ pub mod probed;
 #[cfg(feature = "desktop")]
 pub mod random_machines;
 pub mod shown;
+mod usual_or_all;
 
 #[cfg(feature = "desktop")]
 pub use examples::{errors, machine, read};
 pub use fixed::Fixed;
+pub use usual_or_all::usual_or_all;

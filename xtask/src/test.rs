@@ -33,6 +33,9 @@ const APART: [(&str, &str); 5] = [
 /// Only the parts needed by this test, which saves minutes of building.
 const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
 
+/// Tests, of which `--all` tries more cases (`usual_or_all` in the crate `trueaxis-tests`).
+const TESTS: &str = "all tests";
+
 /// A step included in a longer one.
 const SIX: &str = "6 random machines";
 
@@ -57,14 +60,10 @@ fn usual() -> Vec<Step> {
         ),
         // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
         step(
-            "all tests",
+            TESTS,
             "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast",
         ),
         step("runtime without features", "test -q -p trueaxis"),
-        step(
-            "runtime that checks every index",
-            "test -q -p trueaxis --features encode,checked",
-        ),
         step(
             "kinematics with the sine of libm",
             "test -q -p trueaxis-kinematics",
@@ -97,6 +96,10 @@ fn rest() -> Vec<Step> {
         &target("native").to_string_lossy(),
     );
     vec![
+        step(
+            "runtime that checks every index",
+            "test -q -p trueaxis --features encode,checked",
+        ),
         step(
             "runtime that encodes",
             "test -q -p trueaxis --features encode",
@@ -208,6 +211,9 @@ pub fn run(all: bool) -> Result<(), String> {
     if all {
         // These are included in the thirty.
         steps.retain(|step| step.name != SIX);
+        for step in steps.iter_mut().filter(|step| step.name == TESTS) {
+            step.command.env("TRUEAXIS_CASES", "all");
+        }
         steps.extend(rest());
         match miri() {
             Some(step) => steps.push(step),

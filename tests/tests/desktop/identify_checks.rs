@@ -9,6 +9,7 @@ use trueaxis_measure::identify::{
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
+use trueaxis_tests::usual_or_all;
 
 fn bar(case: &Case, [a, b]: [usize; 2], longer: f64) -> Bar {
     Bar {
@@ -353,6 +354,7 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
 fn good_probings_are_hardly_ever_suspected() {
     let perfect = |case: &Case| ErrorModel::perfect(&case.machine);
     let mut alarms = 0;
+    let share = usual_or_all(5, 1);
     for (folder, errors, model, seeds) in [
         ("kolibri", "errors-10.toml", "10", 200),
         ("hu40", "errors-13.toml", "13", 100),
@@ -360,7 +362,7 @@ fn good_probings_are_hardly_ever_suspected() {
     ] {
         let case = Case::new(folder, errors);
         let (parameters, perfect) = (case.parameters(model), perfect(&case));
-        for seed in 0..seeds {
+        for seed in 0..seeds / share {
             let measured = case.noisy(seed);
             let problem = Problem::new(
                 &case.machine,
@@ -373,7 +375,7 @@ fn good_probings_are_hardly_ever_suspected() {
             alarms += usize::from(!snoop(&problem, &found).is_empty());
         }
     }
-    // One file in a thousand: the probability of more than three in 350 is 1 in 2000.
-    assert!(alarms <= 3, "{alarms}");
+    // One file in a thousand: the probability of more than one in 70 is 1 in 400, of more than three in 350 1 in 2000.
+    assert!(alarms <= usual_or_all(1, 3), "{alarms}");
     println!("{alarms} alarms");
 }

@@ -8,7 +8,7 @@ use trueaxis_model::errors::covariance;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::probed::{Case, worst};
-use trueaxis_tests::{Fixed, errors, machine, random_machines};
+use trueaxis_tests::{Fixed, errors, machine, random_machines, usual_or_all};
 
 /// Machines in examples/, with errors.
 const EXAMPLES: [(&str, &str); 9] = [
@@ -161,7 +161,7 @@ fn table_on_two_slides(random: &mut Fixed) -> Machine {
 #[test]
 fn what_is_not_seen_does_not_depend_on_noise() {
     let mut random = Fixed::new(33);
-    for drawn in 0..24 {
+    for drawn in 0..usual_or_all(8, 24) {
         let machine = table_on_two_slides(&mut random);
         // Every location and scale has an error, whether a model includes it or not.
         let all = Model::Auto.parameters(&machine, 0, &[]).unwrap();

@@ -7,6 +7,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::{Command, Region, Runtime, random_commands};
+use trueaxis_tests::usual_or_all;
 
 fn model(machine: &str, errors: &str) -> (Machine, ErrorModel) {
     let machine = Machine::from_toml(&std::fs::read_to_string(example(machine)).unwrap()).unwrap();
@@ -130,8 +131,11 @@ fn neither_bytes_nor_figures_depend_on_the_number_of_threads() {
         "machine = \"Kolibri\"\n[parameters]\nEXX2 = 2e-7\nEXA2 = 1e-2\nEB0A = 1e-4\n[calibrated]\nA = [-55.0, 55.0]\n",
     );
     let machine = example("kolibri/machine.toml");
-    for errors in [example("kolibri/errors-12.toml"), bent] {
-        for minimize in ["cost", "tables"] {
+    for (errors, usual) in [
+        (example("kolibri/errors-12.toml"), ["cost"]),
+        (bent, ["tables"]),
+    ] {
+        for minimize in usual_or_all(&usual[..], &["cost", "tables"]) {
             let results = ["1", "3"].map(|threads| {
                 let output = std::process::Command::new(env!("CARGO_BIN_EXE_trueaxis"))
                     .env("RAYON_NUM_THREADS", threads)

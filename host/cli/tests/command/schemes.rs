@@ -261,7 +261,7 @@ fn schemes_that_cannot_do_a_machine_are_listed_with_the_reason() {
         "--random",
         "300",
         "--tolerance",
-        "1",
+        "5",
     ];
     let text = answer(0, &arguments);
     let reason = "compensability is not known: the error file has no parameters";

@@ -69,16 +69,21 @@ fn are_inside(errors: &ErrorModel, covariance: &Covariance, mut draw: impl FnMut
     let positions = positions(&machine);
     let leaves = leaves(&machine, errors, covariance, &positions);
     let draws = 20_000;
+    let poses = |errors: &ErrorModel| {
+        let kinematics = Kinematics::new(&machine, errors);
+        let at =
+            |(q, situation): &(PerAxis, Situation)| kinematics.actual(q, situation, &Switches::ALL);
+        positions.iter().map(at).collect::<Vec<_>>()
+    };
+    let mean = poses(errors);
     let mut inside = [[0; 2]; 2];
     for _ in 0..draws {
-        let other = draw();
-        let [mean, drawn] = [errors, &other].map(|errors| Kinematics::new(&machine, errors));
-        for (inside, ((q, situation), leaves)) in
-            inside.iter_mut().zip(positions.iter().zip(&leaves))
+        let drawn = poses(&draw());
+        for (inside, ((mean, drawn), leaves)) in
+            inside.iter_mut().zip(mean.iter().zip(&drawn).zip(&leaves))
         {
-            let [mean, drawn] = [&mean, &drawn].map(|k| k.actual(q, situation, &Switches::ALL));
             let tip = (drawn.t - mean.t).norm();
-            let [mean, drawn] = [mean, drawn].map(|pose| Vector3::from(machine.direction(&pose)));
+            let [mean, drawn] = [mean, drawn].map(|pose| Vector3::from(machine.direction(pose)));
             inside[0] += usize::from(tip <= leaves.tip_band());
             inside[1] += usize::from((drawn - mean).norm() <= leaves.direction_band());
         }

@@ -196,9 +196,9 @@ pub struct Trial {
     pub options: Options,
 }
 
-/// Tries a thousand programs of five axes, with G54 in the middle of the table, below the tool: how many are corrected,
+/// Tries so many programs of five axes, with G54 in the middle of the table, below the tool: how many are corrected,
 /// and how many are refused for one of these reasons.
-pub fn try_thousand(refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> Trial) -> [u32; 2] {
+pub fn try_five(count: u64, refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> Trial) -> [u64; 2] {
     let bench = Bench::five();
     let runtime = Runtime::load(&bench.blob).unwrap();
     let tables = Tables::new(runtime.compensation()).unwrap();
@@ -209,7 +209,7 @@ pub fn try_thousand(refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> Trial) ->
     middle.origin[..3].copy_from_slice(&[200.0, 150.0, -125.0]);
     rules.setup.systems.insert(1, middle);
     let [mut done, mut refused] = [0; 2];
-    for seed in 0..1000 {
+    for seed in 0..count {
         let trial = next(&mut Pcg64Mcg::seed_from_u64(seed));
         rules.dialect = trial.dialect;
         match try_one(

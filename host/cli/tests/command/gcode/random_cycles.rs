@@ -1,6 +1,6 @@
 //! Series of cycles that nobody wrote, with R and the level before them nearer to each other than corrections differ.
 
-use super::random::{Trial, backlash, one, try_thousand};
+use super::random::{Trial, backlash, one, try_five};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
@@ -112,7 +112,7 @@ fn series(random: &mut Pcg64Mcg, dialect: Dialect, level: f64, text: &mut String
 
 #[test]
 fn random_series_of_cycles_near_their_level_are_corrected_and_keep_their_times() {
-    let tried = try_thousand(&REFUSALS, |random| {
+    let tried = try_five(1000, &REFUSALS, |random| {
         let dialects = [Dialect::LinuxCnc, Dialect::LinuxCnc, Dialect::Fanuc];
         let dialect = one(random, &dialects);
         let options = Options {

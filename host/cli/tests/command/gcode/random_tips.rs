@@ -1,10 +1,11 @@
 //! Programs of the tip that nobody wrote, with slow axes, reversals, inverse time and arcs.
 
-use super::random::{Trial, backlash, one, try_thousand};
+use super::random::{Trial, backlash, one, try_five};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
 use trueaxis_controllers::gcode::{Dialect, Options};
+use trueaxis_tests::usual_or_all;
 
 /// Why a program may be refused: nobody asked whether the machine gets there.
 const REFUSALS: [&str; 4] = [
@@ -67,7 +68,8 @@ fn program(random: &mut Pcg64Mcg) -> String {
 
 #[test]
 fn random_programs_of_the_tip_are_corrected_within_the_tolerance_and_keep_their_times() {
-    let tried = try_thousand(&REFUSALS, |random| {
+    let count = usual_or_all(200, 1000);
+    let tried = try_five(count, &REFUSALS, |random| {
         let options = Options {
             tolerance: one(random, &[0.5e-3, 0.5e-3, 2e-3]),
             decimals: one(random, &[None, None, Some(4)]),
@@ -80,5 +82,5 @@ fn random_programs_of_the_tip_are_corrected_within_the_tolerance_and_keep_their_
             options,
         }
     });
-    assert_eq!(tried, [1000, 0]);
+    assert_eq!(tried, [count, 0]);
 }
