@@ -5,7 +5,7 @@ use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Room;
 use crate::weights::Weights;
 
-type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
+pub(crate) type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
 
 /// A pointer to a compensation: a reference (`&Compensation`, `&'static mut Compensation`), a `Box` or an `Arc`
 /// (feature `encode`, which needs a heap), a compensation itself, or a custom type, such as the lease of a pool.
@@ -29,6 +29,20 @@ pub trait Handle {
     ) {
         self.get()
             .evaluate_into(inputs, travel, weights, corrections);
+    }
+
+    /// The correction that belongs to a measured position, see [`Compensation::measured`].
+    fn measured(
+        &self,
+        measured: &Inputs<Axes<Self, f32>>,
+        travel: &Travelling<Axes<Self, Travel>>,
+        weights: &Weights,
+        steps: u32,
+    ) -> Axes<Self, f32>
+    where
+        Self: Sized,
+    {
+        crate::measure::measured(self, measured, travel, weights, steps)
     }
 }
 
