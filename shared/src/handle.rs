@@ -2,10 +2,10 @@
 
 use crate::compensation::Compensation;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::room::Room;
+use crate::room::{Room, Row};
 use crate::weights::Weights;
 
-pub(crate) type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
+type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
 
 /// A pointer to a compensation: a reference (`&Compensation`, `&'static mut Compensation`), a `Box` or an `Arc`
 /// (feature `encode`, which needs a heap), a compensation itself, or a custom type, such as the lease of a pool.
@@ -38,11 +38,18 @@ pub trait Handle {
         travel: &Travelling<Axes<Self, Travel>>,
         weights: &Weights,
         steps: u32,
-    ) -> Axes<Self, f32>
-    where
-        Self: Sized,
-    {
-        crate::measure::measured(self, measured, travel, weights, steps)
+    ) -> Axes<Self, f32> {
+        let mut at = *measured;
+        let mut dq = Axes::<Self, f32>::all(0.0);
+        self.evaluate_into(&at, travel, weights, &mut dq);
+        for _ in 1..steps {
+            let axes = at.axes.as_mut().iter_mut();
+            for ((q, measured), dq) in axes.zip(measured.axes.as_ref()).zip(dq.as_ref()) {
+                *q = measured - dq;
+            }
+            self.evaluate_into(&at, travel, weights, &mut dq);
+        }
+        dq
     }
 }
 

@@ -1,9 +1,9 @@
 //! Measurement mode: from measured to true positions.
 
 use crate::compensation::Compensation;
-use crate::handle::{Axes, Handle};
+use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::room::{Room, Row};
+use crate::room::Room;
 use crate::weights::Weights;
 
 impl<C: Room> Compensation<'_, C> {
@@ -29,34 +29,8 @@ impl<C: Room> Compensation<'_, C> {
         weights: &Weights,
         steps: u32,
     ) -> C::Axes<f32> {
-        self::measured(self, measured, travel, weights, steps)
+        Handle::measured(self, measured, travel, weights, steps)
     }
-}
-
-/// [`Compensation::measured`], with the corrections of a handle.
-pub(crate) fn measured<H: Handle>(
-    handle: &H,
-    measured: &Inputs<Axes<H, f32>>,
-    travel: &Travelling<Axes<H, Travel>>,
-    weights: &Weights,
-    steps: u32,
-) -> Axes<H, f32> {
-    let mut at = *measured;
-    let mut dq = Axes::<H, f32>::all(0.0);
-    handle.evaluate_into(&at, travel, weights, &mut dq);
-    for _ in 1..steps {
-        for ((q, measured), dq) in at
-            .axes
-            .as_mut()
-            .iter_mut()
-            .zip(measured.axes.as_ref())
-            .zip(dq.as_ref())
-        {
-            *q = measured - dq;
-        }
-        handle.evaluate_into(&at, travel, weights, &mut dq);
-    }
-    dq
 }
 
 #[cfg(all(test, feature = "encode"))]
