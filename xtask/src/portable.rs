@@ -31,7 +31,7 @@ enum Platform {
 }
 use Platform::{Bare, Linux, Web};
 
-const TARGETS: [Target; 8] = [
+const TARGETS: [Target; 9] = [
     of(
         "thumbv6m-none-eabi",
         Bare([0, 0x2000_0000, 0x2000_4000]),
@@ -63,6 +63,14 @@ const TARGETS: [Target; 8] = [
         "riscv32imafc-unknown-none-elf",
         Bare([0x8000_0000, 0x8010_0000, 0x8020_0000]),
         &[("RV32IMAFC", "qemu-system-riscv32 -machine virt -bios none")],
+    ),
+    of(
+        "riscv32imac-unknown-none-elf",
+        Bare([0x8000_0000, 0x8010_0000, 0x8020_0000]),
+        &[(
+            "RV32IMAC",
+            "qemu-system-riscv32 -machine virt -bios none -cpu rv32,f=off,d=off",
+        )],
     ),
     of(
         "aarch64-unknown-linux-gnu",
