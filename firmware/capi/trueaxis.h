@@ -404,11 +404,41 @@ typedef struct trueaxis_status {
 } trueaxis_status;
 
 /*
+ A compensation as code: what `trueaxis generate --servo` writes.
+ */
+typedef struct trueaxis_generated {
+    /*
+     Axes, bounds, auxiliary inputs and weights as a blob without samples, aligned to 4 bytes.
+     */
+    const void *facts;
+    /*
+     Its length in bytes.
+     */
+    size_t size;
+    /*
+     The code. `corrections` has room for one value per axis.
+     */
+    void (*evaluate)(const float *positions,
+                     const float *auxiliaries,
+                     const int8_t *travel,
+                     const float *weights,
+                     float *corrections);
+    /*
+     Length in bytes of the blob from which it was generated.
+     */
+    uint32_t bytes;
+    /*
+     Checksum of that blob.
+     */
+    uint32_t checksum;
+} trueaxis_generated;
+
+/*
  Information about loaded tables.
  */
 typedef struct trueaxis_facts {
     /*
-     Length of the blob in bytes.
+     Length of the blob in bytes; of generated code that of the blob from which it was generated.
      */
     uint32_t bytes;
     /*
@@ -432,7 +462,7 @@ typedef struct trueaxis_facts {
      */
     uint16_t adjustable;
     /*
-     Number of tables.
+     Number of tables; generated code has its tables within it, and here one for each bank.
      */
     uint16_t tables;
     /*
@@ -912,6 +942,17 @@ trueaxis_result trueaxis_tables_load_copy(struct trueaxis_tables *tables,
                                           size_t length,
                                           void *copy,
                                           size_t size);
+
+/*
+ Like `trueaxis_tables_load`, for generated code: `trueaxis generate --servo` writes the code and a
+ `trueaxis_generated` into one file. A servo with these tables calls the code instead of reading tables; its
+ corrections are the same to the last bit. Not for a real-time thread.
+
+ # Safety
+ `generated` is as it was generated; its facts and code stay in place.
+ */
+trueaxis_result trueaxis_tables_load_generated(struct trueaxis_tables *tables,
+                                               const struct trueaxis_generated *generated);
 
 /*
  Writes the reason why the last blob was refused, with the value found and the value required: at most `size` bytes

@@ -2,7 +2,7 @@
 
 use crate::compensation::Compensation;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::room::Room;
+use crate::room::{Room, Row};
 use crate::weights::Weights;
 
 type Axes<H, T> = <<H as Handle>::Room as Room>::Axes<T>;
@@ -29,6 +29,27 @@ pub trait Handle {
     ) {
         self.get()
             .evaluate_into(inputs, travel, weights, corrections);
+    }
+
+    /// The correction that belongs to a measured position, see [`Compensation::measured`].
+    fn measured(
+        &self,
+        measured: &Inputs<Axes<Self, f32>>,
+        travel: &Travelling<Axes<Self, Travel>>,
+        weights: &Weights,
+        steps: u32,
+    ) -> Axes<Self, f32> {
+        let mut at = *measured;
+        let mut dq = Axes::<Self, f32>::all(0.0);
+        self.evaluate_into(&at, travel, weights, &mut dq);
+        for _ in 1..steps {
+            let axes = at.axes.as_mut().iter_mut();
+            for ((q, measured), dq) in axes.zip(measured.axes.as_ref()).zip(dq.as_ref()) {
+                *q = measured - dq;
+            }
+            self.evaluate_into(&at, travel, weights, &mut dq);
+        }
+        dq
     }
 }
 

@@ -44,14 +44,16 @@ impl<A: Row<f32>> Default for Inputs<A> {
 /// Direction in which an axis last moved, in the user's sign convention.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+// As generated C reads it.
+#[repr(i8)]
 pub enum Travel {
     /// Not moved yet: all directional tables are 0.
     #[default]
-    Unknown,
+    Unknown = 0,
     /// Last moved positive.
-    Positive,
+    Positive = 1,
     /// Last moved negative.
-    Negative,
+    Negative = -1,
 }
 
 /// Direction of each axis (`A` is `[Travel; AXES]`), in the order of [`Compensation::axes`](crate::Compensation::axes).

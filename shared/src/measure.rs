@@ -1,6 +1,7 @@
 //! Measurement mode: from measured to true positions.
 
 use crate::compensation::Compensation;
+use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Room;
 use crate::weights::Weights;
@@ -28,21 +29,7 @@ impl<C: Room> Compensation<'_, C> {
         weights: &Weights,
         steps: u32,
     ) -> C::Axes<f32> {
-        let mut at = *measured;
-        let mut dq = self.evaluate(&at, travel, weights);
-        for _ in 1..steps {
-            for ((q, measured), dq) in at
-                .axes
-                .as_mut()
-                .iter_mut()
-                .zip(measured.axes.as_ref())
-                .zip(dq.as_ref())
-            {
-                *q = measured - dq;
-            }
-            dq = self.evaluate(&at, travel, weights);
-        }
-        dq
+        Handle::measured(self, measured, travel, weights, steps)
     }
 }
 

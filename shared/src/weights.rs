@@ -54,6 +54,13 @@ impl Weights {
         &self.values
     }
 
+    /// The weights of the adjustable terms, in order.
+    #[must_use]
+    pub fn as_slice(&self) -> &[f32] {
+        let count = usize::from(self.count);
+        self.values.get(..count).unwrap_or_default()
+    }
+
     /// Copies the values of `other`, which belongs to the same compensation or to one that replaces it.
     pub(crate) fn take_values(&mut self, other: &Self) {
         self.values = other.values;

@@ -48,7 +48,15 @@ fn instructions() -> Result<(), String> {
         let (once, many) = (count(name, 1)?, count(name, 1 + CALLS)?);
         Ok::<f64, String>((many - once) as f64 / f64::from(CALLS))
     };
-    for name in ["evaluate", "servo", "grid"] {
+    let evaluate = per_call("evaluate")?;
+    println!("  {:<20} {evaluate:>6.0}", "evaluate");
+    let code = per_call("generated")?;
+    println!(
+        "  {:<20} {code:>6.0}   {:.2} × evaluate",
+        "generated code",
+        code / evaluate
+    );
+    for name in ["servo", "grid"] {
         println!("  {name:<20} {:>6.0}", per_call(name)?);
     }
     let steady = per_call(STEADY)?;

@@ -11,7 +11,8 @@ mod cost;
 mod install;
 mod target;
 
-pub use build::{Capacities, libraries};
+pub use bare::linker;
+pub use build::{Capacities, bare_library, libraries};
 pub use c_program::{CProgram, compilers};
 pub use cost::print as cost;
 pub use install::execute as install;

@@ -1,5 +1,7 @@
 //! `cargo xtask generated`: what `trueaxis generate` writes, compiled and compared with the general evaluation.
 
+mod bare_metal;
+
 use crate::process::{output, root, run, target, trueaxis};
 use crate::{blob, files, packages};
 use std::fs;
@@ -65,19 +67,29 @@ const COMPILERS: [(&str, &str, &str); 5] = [
         "gcc_ubsan",
     ),
 ];
+/// Capacities of the C interface, for all of these.
+const CAPACITIES: [(&str, &str); 5] = [
+    ("TRUEAXIS_AXES", "16"),
+    ("TRUEAXIS_BANKS", "255"),
+    ("TRUEAXIS_TABLES", "255"),
+    ("TRUEAXIS_TERMS", "4096"),
+    ("TRUEAXIS_GRIDS", "8"),
+];
 const WARNINGS: &str = "-Wall -Wextra -Wconversion -pedantic -Werror";
 
-/// Builds and compares; `count` inputs of each compensation.
+/// Builds and compares: a number of inputs of each compensation, and the examples on a Cortex-M4F; `bare-metal`: only
+/// these.
 ///
 /// # Errors
 /// What does not compile, warns or differs.
 pub fn execute(options: &[&str]) -> Result<(), String> {
     let count: u32 = match options {
         [] => 10_000_000,
+        ["bare-metal"] => return bare_metal::check(),
         [count] => count
             .parse()
             .map_err(|_| format!("`{count}` is not a number of inputs"))?,
-        _ => return Err("generated takes one number: how many inputs".to_owned()),
+        _ => return Err("generated takes one number: how many inputs; or bare-metal".to_owned()),
     };
     packages::provide("gcc", &["gcc", "libc6-dev"], "comparing generated C")?;
     packages::provide("clang", &["clang"], "comparing generated C")?;
@@ -106,9 +118,9 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     for (name, blob) in &names {
         let rust = source.join(name).with_extension("rs");
         let c = folder.join(name).with_extension("c");
-        for (code, servo) in [(&rust, &["--servo"][..]), (&c, &[])] {
+        for code in [&rust, &c] {
             let mut generate = Command::new(&trueaxis);
-            generate.arg("generate").arg(blob).args(servo);
+            generate.arg("generate").arg(blob).arg("--servo");
             generate.arg("-o").arg(code);
             print!("{}", output(&mut generate)?);
         }
@@ -118,7 +130,12 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             compile
                 .args(options.split_whitespace())
                 .args(WARNINGS.split_whitespace())
+                .arg(format!("-I{}", root().join("firmware/capi").display()))
                 .arg(format!("-Dtrueaxis_evaluate={name}_{kind}"))
+                .arg(format!(
+                    "-Dtrueaxis_evaluate_generated={name}_{kind}_generated"
+                ))
+                .args(CAPACITIES.map(|(name, value)| format!("-D{name}={value}")))
                 .args(["-c", "-o"])
                 .args([&object, &c]);
             output(&mut compile)?;
@@ -130,10 +147,12 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         ));
     }
     refused_with_fast_math(&folder)?;
+    bare_metal::check()?;
     write_project(&folder, &programs, &objects)?;
     run(Command::new("cargo")
         .current_dir(&folder)
         .args(["run", "-q", "--release", "--", &count.to_string()])
+        .envs(CAPACITIES)
         .env("CARGO_TARGET_DIR", folder.join("build")))
 }
 
@@ -200,18 +219,20 @@ impl Program {
             })
             .collect();
         format!(
-            "#[rustfmt::skip]\nmod {name};\nunsafe extern \"C\" {{\n{externs}}}\n\
+            "#[rustfmt::skip]\nmod {name};\nunsafe extern \"C\" {{\n{externs}    static {name}_gcc_o2_generated: trueaxis_capi::Generated;\n}}\n\
              fn compare_{name}(count: u32) -> bool {{\n    \
-             compare(\"{name}\", include_bytes!(\"../{name}.trax\"), &{name}::FACTS.0, {name}::corrections::<16>, &[\n{calls}    ], count)\n}}\n"
+             let behind = unsafe {{ &{name}_gcc_o2_generated }};\n    \
+             compare(\"{name}\", include_bytes!(\"../{name}.trax\"), &{name}::FACTS.0, {name}::corrections::<16>, &[\n{calls}    ], behind, count)\n}}\n"
         )
     }
 }
 
 fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Result<(), String> {
-    let shared = root().join("shared");
+    let [shared, capi] = ["shared", "firmware/capi"].map(|path| root().join(path));
     let manifest = format!(
         "[package]\nname = \"generated\"\nversion = \"0.0.0\"\nedition = \"2024\"\nbuild = \"build.rs\"\n\n\
-         [dependencies]\ntrueaxis = {{ path = {shared:?}, features = [\"encode\"] }}\n\n[workspace]\n"
+         [dependencies]\ntrueaxis = {{ path = {shared:?}, features = [\"encode\"] }}\n\
+         trueaxis-capi = {{ path = {capi:?}, features = [\"std\"] }}\n\n[workspace]\n"
     );
     files::write(&folder.join("Cargo.toml"), manifest)?;
     let lock = root().join("Cargo.lock");
@@ -232,8 +253,11 @@ fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Re
     let main = format!(
         "{COMPARE}\n{parts}\nfn main() {{\n    let count = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(1000);\n    let mut all = true;\n{calls}    std::process::exit(if all {{ 0 }} else {{ 1 }});\n}}\n"
     );
+    files::write(&folder.join("src/c_servo.rs"), C_SERVO)?;
     files::write(&folder.join("src/main.rs"), main)
 }
 
 /// The program that compares, but for its parts about each file.
 const COMPARE: &str = include_str!("generated/compare.rs");
+/// Its part about the C interface.
+const C_SERVO: &str = include_str!("generated/c_servo.rs");

@@ -57,8 +57,9 @@ usage: cargo xtask COMMAND
                                  twentieth and five times of it: how many meet it, what is worse for it
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
-  generated [COUNT]              what `trueaxis generate` writes for every example, compiled with rustc, gcc and clang,
-                                 beside the general evaluation: the same bits at COUNT (10 million) inputs
+  generated [COUNT|bare-metal]   what `trueaxis generate` writes for every example, compiled with rustc, gcc and clang,
+                                 beside the general evaluation: the same bits at COUNT (10 million) inputs; servos
+                                 with either; and on a Cortex-M4F (bare-metal: only that)
   report                         the report of every example in a browser: what it computes, shows, prints
   reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]

@@ -3,6 +3,7 @@
 
 use crate::cross::Cross;
 use crate::elf::Program;
+use crate::figures::Figures;
 use crate::process::{NOT_RUN, cargo, has, joined, judged, root, run, target};
 use crate::{files, packages};
 use std::fs::{self, File};
@@ -30,7 +31,7 @@ enum Platform {
 }
 use Platform::{Bare, Linux, Web};
 
-const TARGETS: [Target; 8] = [
+const TARGETS: [Target; 9] = [
     of(
         "thumbv6m-none-eabi",
         Bare([0, 0x2000_0000, 0x2000_4000]),
@@ -62,6 +63,14 @@ const TARGETS: [Target; 8] = [
         "riscv32imafc-unknown-none-elf",
         Bare([0x8000_0000, 0x8010_0000, 0x8020_0000]),
         &[("RV32IMAFC", "qemu-system-riscv32 -machine virt -bios none")],
+    ),
+    of(
+        "riscv32imac-unknown-none-elf",
+        Bare([0x8000_0000, 0x8010_0000, 0x8020_0000]),
+        &[(
+            "RV32IMAC",
+            "qemu-system-riscv32 -machine virt -bios none -cpu rv32,f=off,d=off",
+        )],
     ),
     of(
         "aarch64-unknown-linux-gnu",
@@ -170,19 +179,19 @@ impl Target {
 /// Output of the program: the bits of corrections, and the cost of calls.
 struct Results {
     bits: Vec<u8>,
-    /// Instructions of an evaluation and of a servo update, if counted.
-    instructions: Option<[u64; 2]>,
+    /// Instructions of an evaluation, of one by generated code and of a servo update, if counted.
+    instructions: Option<[u64; 3]>,
 }
 
 impl Results {
     fn split(mut bytes: Vec<u8>) -> Option<Self> {
-        let figures = bytes.split_off(bytes.len().checked_sub(12)?);
+        let figures = bytes.split_off(bytes.len().checked_sub(16)?);
         let mut figures = figures.chunks(4).map(|bytes| {
             let number = bytes.try_into().map(u32::from_le_bytes);
             number.map_or(0, u64::from)
         });
         let thousand = figures.next()?;
-        let calls = [figures.next()?, figures.next()?];
+        let calls = [figures.next()?, figures.next()?, figures.next()?];
         let counted = |ticks| (ticks * 1000 + thousand * CALLS / 2) / (thousand * CALLS);
         Some(Self {
             bits: bytes,
@@ -236,10 +245,11 @@ pub fn execute() -> Result<(), String> {
     }
 
     let mut wrong = Vec::new();
+    let mut figures = Figures::default();
     let blobs = bytes_of_blobs()?;
     println!(
-        "{:44}{:>8}{:>14}{:>14}",
-        "", "bytes", "evaluation", "servo update"
+        "{:44}{:>8}{:>12}{:>11}{:>14}",
+        "", "bytes", "evaluation", "generated", "servo update"
     );
     thread::scope(|scope| {
         let started = runs
@@ -261,9 +271,17 @@ pub fn execute() -> Result<(), String> {
                         Linux(..) | Web => Err(String::new()),
                     };
                     let bytes = bytes.map_or_else(|_| String::new(), |bytes| bytes.to_string());
-                    let [evaluation, update] = instructions
+                    let [evaluation, generated, update] = instructions
                         .map_or_else(Default::default, |counts| counts.map(|n| n.to_string()));
-                    format!("{bytes:>8}{evaluation:>14}{update:>14}  the desktop's bits")
+                    for (call, count) in ["evaluate", "generated", "servo"]
+                        .iter()
+                        .zip(instructions.into_iter().flatten())
+                    {
+                        figures.set(&format!("{processor}_{call}"), count);
+                    }
+                    format!(
+                        "{bytes:>8}{evaluation:>12}{generated:>11}{update:>14}  the desktop's bits"
+                    )
                 }
                 Err(why) => {
                     wrong.push(format!("{} on {processor}: {why}", target.name));
@@ -273,7 +291,10 @@ pub fn execute() -> Result<(), String> {
             println!("{:31}{processor:13}{shown}", target.name);
         }
     });
-    println!("bytes: code and constants without the tables; then instructions of one call");
+    println!(
+        "bytes: code and constants without the tables; then instructions of one call, all built for size"
+    );
+    files::write(&target("portable.json"), figures.to_json())?;
     for what in &not_run {
         eprintln!("{NOT_RUN}{what}");
     }
@@ -357,7 +378,7 @@ mod tests {
     use super::*;
 
     fn results(bits: [u32; 3]) -> Results {
-        let figures = [16_416, 15_898_623, 23_423_228];
+        let figures = [16_416, 15_898_623, 8_208_000, 23_423_228];
         let numbers = bits.into_iter().chain(figures);
         Results::split(numbers.flat_map(u32::to_le_bytes).collect()).unwrap()
     }
@@ -371,16 +392,16 @@ mod tests {
             found,
             "number 1 has the bytes Some([02, 00, 00, 80]) instead of Some([02, 00, 00, 00])"
         );
-        let short = Results::split(vec![0; 20]).unwrap();
+        let short = Results::split(vec![0; 24]).unwrap();
         let found = short.difference(&desktop).unwrap();
         assert_eq!(found, "8 bytes instead of 12");
-        assert!(Results::split(vec![0; 11]).is_none());
+        assert!(Results::split(vec![0; 15]).is_none());
     }
 
     #[test]
     fn ticks_become_instructions_of_one_call() {
-        assert_eq!(results([0; 3]).instructions, Some([9685, 14_269]));
-        let without = Results::split(vec![0; 16]).unwrap();
+        assert_eq!(results([0; 3]).instructions, Some([9685, 5000, 14_269]));
+        let without = Results::split(vec![0; 20]).unwrap();
         assert_eq!(without.instructions, None);
     }
 }

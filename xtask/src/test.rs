@@ -23,10 +23,11 @@ fn with(mut step: Step, key: &str, value: &str) -> Step {
 }
 
 /// Boards and examples with separate workspaces: their folders, and descriptions.
-const APART: [(&str, &str); 5] = [
+const APART: [(&str, &str); 6] = [
     ("stm32f405", "the STM32F405"),
     ("stm32h743", "the STM32H743"),
     ("portable", "the program for every processor"),
+    ("generated", "the example of generated code"),
     ("rtic", "the example for RTIC"),
     ("embassy", "the example for embassy"),
 ];

@@ -4,7 +4,7 @@ use crate::capacities::{
     TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_GRIDS, TRUEAXIS_TABLES, TRUEAXIS_TERMS,
 };
 use crate::text::Text;
-use core::ffi::c_char;
+use core::ffi::{c_char, c_void};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
 /// Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
@@ -105,7 +105,7 @@ pub struct ServoMemory {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// Length of the blob in bytes.
+    /// Length of the blob in bytes; of generated code that of the blob from which it was generated.
     pub bytes: u32,
     /// Its checksum; together with the length it identifies a blob.
     pub checksum: u32,
@@ -117,7 +117,7 @@ pub struct Facts {
     pub auxiliaries: u16,
     /// Number of adjustable terms.
     pub adjustable: u16,
-    /// Number of tables.
+    /// Number of tables; generated code has its tables within it, and here one for each bank.
     pub tables: u16,
     /// Number of terms.
     pub terms: u16,
@@ -130,6 +130,40 @@ pub struct Facts {
     /// One bit per axis (bit 0 is the first) on whose position a correction depends, then one per
     /// auxiliary input.
     pub inputs_used: u32,
+}
+
+/// Code that computes corrections: from the positions in the order of the axes, the auxiliary inputs, the direction in
+/// which each axis last moved (1, -1, or 0 if it is not known), and the weights of the adjustable terms.
+pub(crate) type Evaluate = unsafe extern "C" fn(
+    positions: *const f32,
+    auxiliaries: *const f32,
+    travel: *const i8,
+    weights: *const f32,
+    corrections: *mut f32,
+);
+
+/// A compensation as code: what `trueaxis generate --servo` writes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Generated {
+    /// Axes, bounds, auxiliary inputs and weights as a blob without samples, aligned to 4 bytes.
+    pub facts: *const c_void,
+    /// Its length in bytes.
+    pub size: usize,
+    /// The code. `corrections` has room for one value per axis.
+    pub evaluate: Option<
+        unsafe extern "C" fn(
+            positions: *const f32,
+            auxiliaries: *const f32,
+            travel: *const i8,
+            weights: *const f32,
+            corrections: *mut f32,
+        ),
+    >,
+    /// Length in bytes of the blob from which it was generated.
+    pub bytes: u32,
+    /// Checksum of that blob.
+    pub checksum: u32,
 }
 
 /// The C constant of a policy.

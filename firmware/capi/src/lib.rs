@@ -30,7 +30,7 @@ mod text;
 pub use capacities::{Room, TRUEAXIS_HEADER};
 pub use code::Code;
 pub use facts::{
-    Adjustable, AuxiliaryFacts, AxisFacts, Facts, ServoMemory, StatusFacts, TablesMemory,
+    Adjustable, AuxiliaryFacts, AxisFacts, Facts, Generated, ServoMemory, StatusFacts, TablesMemory,
 };
 #[cfg(feature = "model")]
 pub use model::{Model, ModelMemory, ModelPose};

@@ -5,7 +5,7 @@ use crate::border::Held;
 use crate::capacities::TRUEAXIS_AXES;
 use crate::code::Code;
 use crate::facts::{ServoMemory, StatusFacts};
-use trueaxis::{AuxiliaryKind, Compensation, Conditions, Inputs, Servo as Loop, Travel};
+use trueaxis::{AuxiliaryKind, Compensation, Conditions, Handle, Inputs, Servo as Loop, Travel};
 
 /// A servo: it holds tables and computes corrections.
 pub struct Servo {
@@ -218,8 +218,8 @@ impl Servo {
             axes: self.positions(measured),
             auxiliaries: self.around.inputs.auxiliaries,
         };
-        let (c, travel) = (self.servo.compensation(), self.servo.travelling());
-        Ok(c.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))
+        let (held, travel) = (self.servo.handle(), self.servo.travelling());
+        Ok(held.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::Room;
 use crate::code::Code;
-use crate::facts::{self, Adjustable, AuxiliaryFacts, AxisFacts, Facts, TablesMemory};
+use crate::facts::{self, Adjustable, AuxiliaryFacts, AxisFacts, Evaluate, Facts, TablesMemory};
 use crate::text::Text;
 use core::fmt::Write;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -17,7 +17,10 @@ pub struct Tables {
 /// Who may access the tables, and data that the compensation does not contain.
 pub(crate) struct About {
     state: AtomicU32,
+    bytes: u32,
     checksum: u32,
+    /// Computes the corrections instead of the compensation.
+    evaluate: Option<Evaluate>,
     why: Option<LoadError>,
 }
 
@@ -40,7 +43,9 @@ impl About {
     pub(crate) const fn empty() -> Self {
         Self {
             state: AtomicU32::new(EMPTY),
+            bytes: 0,
             checksum: 0,
+            evaluate: None,
             why: None,
         }
     }
@@ -81,14 +86,45 @@ impl Tables {
         } else {
             self.compensation.load(blob)
         };
-        self.about.checksum = match Header::read(blob) {
+        let checksum = match Header::read(blob) {
             Ok(header) if result.is_ok() => header.crc,
             _ => 0,
         };
+        let bytes = self.compensation.blob_len() as u32;
+        self.loaded_or_empty(result, [bytes, checksum], None)
+    }
+
+    /// After [`claim`](Self::claim): loads the facts of generated code, which is to compute the corrections. `source`:
+    /// length and checksum of the blob from which it was generated. On failure the tables are empty.
+    pub(crate) fn load_generated(
+        &mut self,
+        facts: &'static [u8],
+        evaluate: Evaluate,
+        source: [u32; 2],
+    ) -> Result<(), Code> {
+        let result = self.compensation.load(facts);
+        self.loaded_or_empty(result, source, Some(evaluate))
+    }
+
+    /// Ends loading.
+    fn loaded_or_empty(
+        &mut self,
+        result: Result<(), LoadError>,
+        [bytes, checksum]: [u32; 2],
+        evaluate: Option<Evaluate>,
+    ) -> Result<(), Code> {
+        self.about.bytes = bytes;
+        self.about.checksum = checksum;
+        self.about.evaluate = evaluate;
         self.about.why = result.err();
         let state = if result.is_ok() { LOADED } else { EMPTY };
         self.about.state.store(state, Ordering::Release);
         result.map_err(|error| Code::from(&error))
+    }
+
+    /// The code that computes the corrections instead of tables, for the servo that holds it.
+    pub(crate) fn evaluate(&self) -> Option<Evaluate> {
+        self.about.evaluate
     }
 
     /// Marks the tables as held by a servo from now on.
@@ -133,7 +169,7 @@ impl Tables {
     pub(crate) fn facts(&self) -> Result<Facts, Code> {
         let c = self.loaded()?;
         Ok(Facts {
-            bytes: c.blob_len() as u32,
+            bytes: self.about.bytes,
             checksum: self.about.checksum,
             version: VERSION,
             axes: c.axes().len() as u16,

@@ -275,6 +275,54 @@ void looping(const Bytes &blob, std::size_t length, const Bytes &other, std::siz
     OK(trueaxis_tables_load(second.at, blob.data(), length));
 }
 
+int evaluations = 0;
+
+// Corrects only the first axis, by one millionth of its position.
+void first_axis(const float *positions, const float *, const std::int8_t *, const float *, float *corrections)
+{
+    evaluations++;
+    corrections[0] = 1e-6f * positions[0];
+}
+
+void generating(const Bytes &blob, std::size_t length)
+{
+    Tables tables;
+    IS(trueaxis_tables_load_generated(tables.at, nullptr), NULL_POINTER);
+    // Of tables, only the axes, bounds and inputs count.
+    trueaxis_generated code = {blob.data(), length, nullptr, 1234, 5678};
+    IS(trueaxis_tables_load_generated(tables.at, &code), NULL_POINTER);
+    code.evaluate = first_axis;
+    code.size = length - 1;
+    IS(trueaxis_tables_load_generated(tables.at, &code), DAMAGED);
+    trueaxis_facts facts;
+    IS(trueaxis_tables_facts(tables.at, &facts), NOT_LOADED);
+    code.size = length;
+    OK(trueaxis_tables_load_generated(tables.at, &code));
+    OK(trueaxis_tables_facts(tables.at, &facts));
+    CHECK(facts.bytes == 1234 && facts.checksum == 5678);
+    Loop loop(tables.at);
+    IS(trueaxis_tables_load_generated(tables.at, &code), IN_USE);
+    OK(trueaxis_servo_enable(loop.servo, 1));
+    CHECK(loop.run(5000).factor == 1.0f);
+    CHECK(evaluations >= 5000);
+    CHECK(loop.dq[0] == double(1e-6f * 12.5f));
+    for (std::size_t k = 1; k < loop.dq.size(); k++)
+        CHECK(loop.dq[k] == 0.0);
+    OK(trueaxis_servo_measured(loop.servo, loop.at.data(), loop.at.size(), loop.dq.data()));
+    CHECK(std::fabs(loop.dq[0] - 12.5 * (1.0 - 1e-6)) < 1e-9);
+    OK(trueaxis_servo_release(loop.servo));
+    // Tables again: the code is forgotten.
+    OK(trueaxis_tables_load(tables.at, blob.data(), length));
+    OK(trueaxis_tables_facts(tables.at, &facts));
+    CHECK(facts.bytes == length && facts.checksum == blob[3]);
+    evaluations = 0;
+    Loop with_tables(tables.at);
+    OK(trueaxis_servo_enable(with_tables.servo, 1));
+    with_tables.run(100);
+    CHECK(evaluations == 0);
+    OK(trueaxis_servo_release(with_tables.servo));
+}
+
 } // namespace
 
 int main(int count, char **words)
@@ -286,6 +334,7 @@ int main(int count, char **words)
     sizes();
     loading(blob, length);
     looping(blob, length, other, other_length);
+    generating(blob, length);
     if (failed == 0)
         std::puts("the interface holds");
     return failed != 0;

@@ -1,13 +1,16 @@
 //! The program as C99.
 
-use crate::Head;
 use crate::program::{Local, Program, Samples, Statement, Value};
 use crate::text::{Syntax, helpers, rows};
+use crate::{ForServo, Head};
 
 /// The whole file.
 pub fn print(program: &Program, head: &Head<'_>) -> String {
     let mut text = head.comment("// ");
     text += PREAMBLE;
+    if head.servo.is_some() {
+        text += &capacities(program);
+    }
     text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
     text += &format!(" * inputs: {}.\n", head.inputs());
     if program.is_directional {
@@ -40,7 +43,85 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     }
     text += &helpers(program, [HELD, CIRCULAR, LINE, BY_TRAVEL]);
     text += &body(program, head);
+    if let Some(servo) = &head.servo {
+        text += &for_servo(program, head, servo);
+    }
     text
+}
+
+/// The header of the C interface, and a check that its servo has enough axes.
+fn capacities(program: &Program) -> String {
+    let axes = program.axes;
+    format!(
+        "#include \"trueaxis.h\"\n\n#if TRUEAXIS_AXES < {axes}\n\
+         #error \"TRUEAXIS_AXES: the machine has {axes} axes\"\n#endif\n\n"
+    )
+}
+
+/// What `trueaxis_tables_load_generated` takes.
+fn for_servo(program: &Program, head: &Head<'_>, servo: &ForServo) -> String {
+    let function = head.function;
+    let bytes: Vec<String> = servo.facts.iter().map(u8::to_string).collect();
+    let lines: Vec<String> = bytes
+        .chunks(24)
+        .map(|line| format!("    {},\n", line.join(", ")))
+        .collect();
+    // Without auxiliaries the positions are the inputs.
+    let mut copies = String::new();
+    let mut arguments = vec!["positions"];
+    let mut unused = Vec::new();
+    if program.inputs > program.axes {
+        copies += &format!("    float inputs[{}];\n", program.inputs);
+        for k in 0..program.inputs {
+            copies += &match k.checked_sub(program.axes) {
+                None => format!("    inputs[{k}] = positions[{k}];\n"),
+                Some(auxiliary) => format!("    inputs[{k}] = auxiliaries[{auxiliary}];\n"),
+            };
+        }
+        arguments = vec!["inputs"];
+    } else {
+        unused.push("auxiliaries");
+    }
+    for (name, is_used) in [
+        ("travel", program.is_directional),
+        ("weights", program.weights > 0),
+    ] {
+        match is_used {
+            true => arguments.push(name),
+            false => unused.push(name),
+        }
+    }
+    arguments.push("corrections");
+    for name in unused {
+        copies += &format!("    (void){name};\n");
+    }
+    format!(
+        "
+/* Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code. */
+static const union {{
+    uint8_t bytes[{length}];
+    uint32_t aligned;
+}} facts = {{{{
+{facts}}}}};
+
+static void evaluate_for_servo(const float *positions, const float *auxiliaries, const int8_t *travel,
+                               const float *weights, float *corrections)
+{{
+{copies}    {function}({arguments});
+}}
+
+/* For trueaxis_tables_load_generated. */
+extern const trueaxis_generated {function}_generated;
+const trueaxis_generated {function}_generated = {{
+    facts.bytes, sizeof facts.bytes, &evaluate_for_servo, {source}U, {checksum:#010X}U
+}};
+",
+        length = bytes.len(),
+        facts = lines.concat(),
+        arguments = arguments.join(", "),
+        source = head.length,
+        checksum = head.checksum,
+    )
 }
 
 fn signature(program: &Program, head: &Head<'_>) -> String {

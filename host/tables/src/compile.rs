@@ -6,6 +6,7 @@
 
 mod best;
 mod bounds;
+mod limits;
 mod proof;
 mod room;
 mod verdict;
@@ -17,6 +18,7 @@ use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use best::{Best, FINEST, TOLERANCES, best};
 pub use bounds::AxisBounds;
+pub use limits::TooFast;
 pub use proof::seed_over_travel;
 pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
 pub use room::Full;
@@ -135,6 +137,9 @@ pub enum CompileError {
         /// `mm` or `deg`.
         unit: &'static str,
     },
+    /// A correction moves faster than its axis' limit allows.
+    #[error(transparent)]
+    TooFast(#[from] TooFast),
     /// Almost no position is where no error motion holds its end value, so nothing can be proven there.
     #[error("{0}")]
     Draw(DrawError),
@@ -170,6 +175,7 @@ impl CompileError {
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
             }
+            Self::TooFast(too_fast) => too_fast.remedy(),
             Self::Draw(_) => {
                 "widen [calibrated] in the error file: it is barely wider than the corrections"
             }
@@ -245,6 +251,7 @@ pub fn build(
     }
     let blob = draft.encode()?;
     let runtime = Runtime::load(&blob)?;
+    limits::check(machine, &runtime)?;
     warnings.extend(warnings::short_tables(machine, &runtime));
     assert_eq!(size, Size::of(&runtime));
     drop(runtime);

@@ -3,10 +3,10 @@
 
 use crate::contents::input;
 use serde::Serialize;
-use trueaxis::{Bank, Grid, Largest, TermView};
+use trueaxis::{Bank, Grid, Interpolation, Largest, TermView};
 
 /// Rounding of f32 in sums of a few hundred products, as a part of their largest value.
-const ROUNDING: f64 = 1e-5;
+pub(crate) const ROUNDING: f64 = 1e-5;
 
 /// Of the correction of one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,10 +28,29 @@ pub struct Slope {
 
 /// Largest magnitude and slope of a table, and its input.
 #[derive(Clone, Copy)]
-struct Table {
-    input: usize,
-    largest: f64,
-    steepest: f64,
+pub(crate) struct Table {
+    pub input: usize,
+    pub largest: f64,
+    pub steepest: f64,
+    /// Largest difference of slopes on both sides of a point.
+    bend: f64,
+    step: f64,
+    is_cubic: bool,
+    /// Whether an end lies inside the travel.
+    ends: bool,
+}
+
+impl Table {
+    /// The largest change of its slope on a way.
+    pub(crate) fn change_of_slope(&self, way: f64) -> f64 {
+        let intervals = way / self.step;
+        // Between points a line has no bend; the bend of a cubic B-spline is an average of those at its points, per step.
+        let change = match self.is_cubic {
+            true => self.bend * intervals + if self.ends { self.steepest } else { 0.0 },
+            false => self.bend * (intervals.floor() + 1.0),
+        };
+        change.min(2.0 * self.steepest)
+    }
 }
 
 /// Of each axis.
@@ -63,9 +82,19 @@ pub fn extremes(compensation: &Largest<'_>) -> Vec<Extremes> {
     largest.into_iter().zip(steepest).map(of).collect()
 }
 
-fn tables(compensation: &Largest<'_>) -> Vec<Table> {
+pub(crate) fn tables(compensation: &Largest<'_>) -> Vec<Table> {
     let mut tables = Vec::new();
     for bank in compensation.banks() {
+        let step = f64::from(bank.step);
+        let input = bank.input.into();
+        let ends = ends_inside(
+            compensation,
+            input,
+            bank.start,
+            step,
+            bank.points,
+            bank.modulo,
+        );
         for _ in 0..bank.tables {
             let of = |point| {
                 compensation
@@ -74,9 +103,13 @@ fn tables(compensation: &Largest<'_>) -> Vec<Table> {
             };
             let samples: Vec<f64> = (0..bank.points as usize).map(of).collect();
             tables.push(Table {
-                input: bank.input.into(),
+                input,
                 largest: samples.iter().fold(0.0, |most, v| v.abs().max(most)),
                 steepest: steepest(bank, &samples),
+                bend: bend(bank, &samples, ends),
+                step: bank.step.into(),
+                is_cubic: bank.interpolation == Interpolation::Cubic,
+                ends,
             });
         }
     }
@@ -93,11 +126,31 @@ fn steepest(bank: &Bank, samples: &[f64]) -> f64 {
     most / f64::from(bank.step)
 }
 
-fn add_term(term: &TermView<'_>, tables: &[Table], largest: &mut f64, steepest: &mut [f64]) {
+/// The largest difference of neighbouring slopes; also to the slope 0 beyond the ends if these are inside the travel.
+fn bend(bank: &Bank, samples: &[f64], ends: bool) -> f64 {
+    let count = samples.len() as isize;
+    let at = |k: isize| match bank.modulo {
+        true => samples[k.rem_euclid(count) as usize],
+        false => samples[k.clamp(0, count - 1) as usize],
+    };
+    let inner = match bank.modulo || ends {
+        true => 0..count,
+        false => 1..count - 1,
+    };
+    let bends = inner.map(|k| (at(k + 1) - 2.0 * at(k) + at(k - 1)).abs());
+    bends.fold(0.0, f64::max) / f64::from(bank.step)
+}
+
+/// The largest magnitude of a weight.
+pub(crate) fn weight(term: &TermView<'_>) -> f64 {
     let weights = [term.weight]
         .into_iter()
         .chain(term.limits.into_iter().flatten());
-    let weight = weights.fold(0.0, |most: f64, w| f64::from(w.abs()).max(most));
+    weights.fold(0.0, |most: f64, w| f64::from(w.abs()).max(most))
+}
+
+fn add_term(term: &TermView<'_>, tables: &[Table], largest: &mut f64, steepest: &mut [f64]) {
+    let weight = weight(term);
     let factors: Vec<Table> = term
         .factors
         .iter()
@@ -145,6 +198,26 @@ fn add_grid(
             steepest[output][usize::from(axis.input)] += most / f64::from(axis.step);
         }
     }
+}
+
+/// True if an end lies inside the travel of its axis: there the slope becomes 0.
+pub(crate) fn ends_inside(
+    compensation: &Largest<'_>,
+    input: usize,
+    start: f32,
+    step: f64,
+    points: u32,
+    modulo: bool,
+) -> bool {
+    let Some(axis) = compensation.axes().get(input) else {
+        return false;
+    };
+    let start = f64::from(start);
+    let end = start + step * f64::from(points - 1);
+    // Travels and steps are rounded to f32.
+    let [low, high] = axis.travel.map(f64::from);
+    let near = 1e-6 * (high - low).min(1e6);
+    !modulo && (start > low + near || end < high - near)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 pub mod compile;
 pub mod contents;
 pub mod cost;
+pub mod dynamics;
 pub mod extremes;
 pub mod policy;
 pub mod schemes;

@@ -4,6 +4,9 @@
 //! nothing is timed: the workload is called N times, for a program that counts instructions.
 
 mod direct;
+/// The same compensation as `golden::blob("huron-13")`.
+#[path = "../../../shared/examples/generated/huron_13.rs"]
+mod huron_13;
 mod steady;
 mod timing;
 
@@ -129,6 +132,13 @@ fn evaluations(compensation: &Compensation<'_>, inputs: &[Inputs<[f32; 8]>]) {
     }
 }
 
+fn generated(inputs: &[Inputs<[f32; 8]>]) {
+    for q in inputs {
+        let [y, a, c, x, z, ..] = black_box(q).axes;
+        black_box(huron_13::evaluate(&[y, a, c, x, z]));
+    }
+}
+
 fn servo_updates(servo: &mut Servo<&Compensation<'_>>, inputs: &[Inputs<[f32; 8]>]) {
     for q in inputs {
         black_box(servo.update(black_box(q), u16::MAX, 0.001));
@@ -150,6 +160,15 @@ fn thirteen_errors() {
     let compensation = huron.load();
     let evaluate = per_call(|| evaluations(&compensation, &huron.inputs));
     line("tables: evaluate", evaluate);
+    for q in &huron.inputs {
+        let (travel, weights) = (Travelling::default(), compensation.weights());
+        let tables = compensation.evaluate(q, &travel, &weights);
+        let [y, a, c, x, z, ..] = q.axes;
+        assert_eq!(huron_13::evaluate(&[y, a, c, x, z]), tables[..5]);
+    }
+    let code = per_call(|| generated(&huron.inputs));
+    line("generated code: evaluate", code);
+    println!("  generated / tables: {}", verdict(code / evaluate, 0.5));
     let mut servo = Servo::new(&compensation);
     servo.enable();
     line(
@@ -306,6 +325,7 @@ fn calls(workload: &str, count: usize) -> Result<(), String> {
     }
     match workload {
         "evaluate" => evaluations(&on_huron, &huron.inputs[..count]),
+        "generated" => generated(&huron.inputs[..count]),
         "servo" => servo_updates(&mut servo, &huron.inputs[..count]),
         "grid" => evaluations(&on_cube, &cube_inputs[..count]),
         other => return Err(format!("no workload `{other}`")),

@@ -61,7 +61,12 @@ pub fn print() -> Result<(), String> {
     for (optimised, profile) in OPTIMISED {
         let figures = measure(&cross, profile, &Capacities::USUAL)?;
         let get = |key: &str| figures.get(key).unwrap_or(0);
-        for (key, what) in [("rust", "Rust"), ("f32", "floats"), ("f64", "doubles")] {
+        for (key, what) in [
+            ("rust", "Rust"),
+            ("f32", "floats"),
+            ("generated", "generated"),
+            ("f64", "doubles"),
+        ] {
             let most = get(&format!("{key}_max"));
             println!(
                 "opt-level {optimised}, {what:<14} {:>6} {most:>7}",

@@ -1,4 +1,7 @@
-//! Generated code beside the general evaluation: every bit but the sign of a zero, and a servo with either.
+//! Generated code beside the general evaluation: every bit but the sign of a zero, and a servo with either, in Rust and
+//! behind the C interface.
+
+mod c_servo;
 
 use trueaxis::*;
 
@@ -65,7 +68,15 @@ fn same(a: f32, b: f32) -> bool {
     a.to_bits() == b.to_bits() || (a == 0.0 && b == 0.0)
 }
 
-fn compare(name: &str, blob: &[u8], facts: &[u8], rust: Corrections, c: &[C<'_>], count: u32) -> bool {
+fn compare(
+    name: &str,
+    blob: &[u8],
+    facts: &[u8],
+    rust: Corrections,
+    c: &[C<'_>],
+    behind: &trueaxis_capi::Generated,
+    count: u32,
+) -> bool {
     let blob = AlignedBlob::from_bytes(blob);
     let halves = std::thread::scope(|scope| {
         let half = |seed| scope.spawn({
@@ -74,10 +85,13 @@ fn compare(name: &str, blob: &[u8], facts: &[u8], rust: Corrections, c: &[C<'_>]
         });
         [half(1), half(2)].map(|half| half.join().unwrap_or(false))
     });
-    let servo = servos(name, &blob, facts, rust);
+    let mut whole = Box::new(Whole::empty());
+    whole.load(&blob).expect("a blob that was just compiled");
+    let machine = c_servo::Machine { axes: whole.axes(), auxiliaries: whole.auxiliaries() };
+    let servo = servos(name, &blob, facts, rust) & c_servo::compare(name, &machine, &blob, behind);
     let good = halves == [true, true] && servo;
     println!(
-        "{name:<18} {} at {count} inputs in Rust and {} ways in C; a servo with either: {}",
+        "{name:<18} {} at {count} inputs in Rust and {} ways in C; servos of Rust and C with either: {}",
         if halves == [true, true] { "the same bits" } else { "DIFFERS" },
         c.len(),
         if servo { "the same bits" } else { "DIFFERS" }

@@ -1,5 +1,5 @@
-//! Counts instructions with the SysTick of a Cortex-M, which QEMU advances with them (`-icount shift=10`). Elsewhere
-//! all counts are 0.
+//! Counts instructions with the SysTick of a Cortex-M or the cycles of a RISC-V, which QEMU advances with them (`-icount
+//! shift=10`). Elsewhere all counts are 0.
 
 /// Starts the counter. The clock of the board determines how many ticks one instruction takes.
 pub fn start() {
@@ -14,7 +14,11 @@ pub fn start() {
 }
 
 /// SysTick has 24 bits.
-const MASK: u32 = 0x00FF_FFFF;
+const MASK: u32 = if cfg!(cortex_m) {
+    0x00FF_FFFF
+} else {
+    u32::MAX
+};
 
 /// Number of ticks of one call.
 #[inline(never)]
@@ -29,7 +33,15 @@ fn now() -> u32 {
     #[cfg(cortex_m)]
     // SAFETY: reading the value of SysTick has no side effects.
     return unsafe { (0xE000_E018 as *const u32).read_volatile() };
-    #[cfg(not(cortex_m))]
+    #[cfg(target_arch = "riscv32")]
+    {
+        let cycles: u32;
+        // SAFETY: reading the register has no side effects.
+        unsafe { core::arch::asm!("csrr {0}, mcycle", out(reg) cycles, options(nomem, nostack)) };
+        // It counts up.
+        cycles.wrapping_neg()
+    }
+    #[cfg(not(any(cortex_m, target_arch = "riscv32")))]
     0
 }
 
@@ -40,6 +52,11 @@ pub fn ticks_of_1000() -> u32 {
         // SAFETY: counts a register down.
         unsafe {
             core::arch::asm!("2: subs {0}, #1", "bne 2b", inout(reg) 500 => _, options(nomem, nostack));
+        }
+        #[cfg(target_arch = "riscv32")]
+        // SAFETY: counts a register down.
+        unsafe {
+            core::arch::asm!("2: addi {0}, {0}, -1", "bnez {0}, 2b", inout(reg) 500 => _, options(nomem, nostack));
         }
     })
 }

@@ -14,6 +14,9 @@ mod counter;
 #[path = "../../../../tests/src/fixed.rs"]
 #[allow(dead_code)] // tests draw more kinds of numbers
 mod fixed;
+/// Generated from the first of the blobs.
+#[path = "../../../../shared/examples/generated/huron_13.rs"]
+mod huron_13;
 #[path = "../../../../tests/src/moves.rs"]
 mod moves;
 mod work;

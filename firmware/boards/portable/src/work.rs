@@ -1,7 +1,7 @@
 //! The computation: every golden blob is loaded, evaluated, and used in a servo with swaps.
 //!
-//! The results are the bits of all corrections, then three figures: ticks of 1000 instructions, and of
-//! [`CALLS`] evaluations and servo updates of the first blob.
+//! The results are the bits of all corrections, then four figures: ticks of 1000 instructions, and of [`CALLS`]
+//! evaluations, evaluations by generated code and servo updates of the first blob.
 
 use core::array;
 use core::hint::black_box;
@@ -9,7 +9,7 @@ use core::hint::black_box;
 use crate::console::put;
 use crate::counter::{start, ticks, ticks_of_1000};
 use crate::fixed::Fixed;
-use crate::moves;
+use crate::{huron_13, moves};
 use trueaxis::{Compensation, Correction, Holds, Inputs, Servo, Travelling, include_blob};
 
 /// Capacities for the largest of the golden blobs.
@@ -47,6 +47,7 @@ pub fn run() -> Option<()> {
         moves::faults(&first, |c| results.correction(c, axes));
     }
     first.load(BLOBS[0]).ok()?;
+    same_bits(&first)?;
     for figure in cost(&first)? {
         results.number(figure);
     }
@@ -54,9 +55,22 @@ pub fn run() -> Option<()> {
     Some(())
 }
 
-/// Ticks of 1000 instructions, and of [`CALLS`] evaluations and servo updates with the corrections fully in; `None` if
-/// they do not come in.
-fn cost(c: &Tables) -> Option<[u32; 3]> {
+/// Whether generated code gives the bits of the tables.
+fn same_bits(c: &Tables) -> Option<()> {
+    let mut random = Fixed::new(4);
+    let (travelling, weights) = (Travelling::default(), c.weights());
+    (0..EVALUATIONS)
+        .all(|_| {
+            let q = moves::inputs(&mut random, c);
+            let tables = c.evaluate(&q, &travelling, &weights);
+            huron_13::evaluate(&q.axes).map(f32::to_bits) == tables.map(f32::to_bits)
+        })
+        .then_some(())
+}
+
+/// Ticks of 1000 instructions, and of [`CALLS`] evaluations, evaluations by generated code, and servo updates with the
+/// corrections fully in; `None` if they do not come in.
+fn cost(c: &Tables) -> Option<[u32; 4]> {
     start();
     let empty = ticks(|| ());
     let mut random = Fixed::new(3);
@@ -67,10 +81,11 @@ fn cost(c: &Tables) -> Option<[u32; 3]> {
         q
     };
     let (travelling, weights) = (Travelling::default(), c.weights());
-    let mut evaluations = 0;
+    let (mut evaluations, mut generated) = (0, 0);
     for _ in 0..CALLS {
         let q = somewhere();
         evaluations += ticks(|| _ = black_box(c.evaluate(&q, &travelling, &weights))) - empty;
+        generated += ticks(|| _ = black_box(huron_13::evaluate(&q.axes))) - empty;
     }
     let (from, to) = (somewhere().axes, somewhere().axes);
     let mut servo = Servo::new(c);
@@ -84,7 +99,7 @@ fn cost(c: &Tables) -> Option<[u32; 3]> {
             updates += ticks;
         }
     }
-    (servo.factor() == 1.0).then_some([ticks_of_1000() - empty, evaluations, updates])
+    (servo.factor() == 1.0).then_some([ticks_of_1000() - empty, evaluations, generated, updates])
 }
 
 /// Results waiting to be written.

@@ -3,7 +3,7 @@
 use super::{bytes, check_memory, give, give_text_of, guarded_length, tables};
 use crate::Tables;
 use crate::code::Code;
-use crate::facts::{Adjustable, AuxiliaryFacts, AxisFacts, Facts, TRUEAXIS_ALIGNMENT};
+use crate::facts::{Adjustable, AuxiliaryFacts, AxisFacts, Facts, Generated, TRUEAXIS_ALIGNMENT};
 use crate::guarded::guarded;
 use crate::tables::About;
 use core::ffi::{c_char, c_void};
@@ -139,6 +139,32 @@ pub unsafe extern "C" fn trueaxis_tables_load_copy(
         unsafe { core::ptr::copy(blob.cast::<u8>(), copy.cast::<u8>(), length) };
         // SAFETY: these are claimed tables; `copy` stays in place.
         unsafe { (*tables).load(core::slice::from_raw_parts(copy.cast(), length), false) }
+    })
+}
+
+/// Like `trueaxis_tables_load`, for generated code: `trueaxis generate --servo` writes the code and a
+/// `trueaxis_generated` into one file. A servo with these tables calls the code instead of reading tables; its
+/// corrections are the same to the last bit. Not for a real-time thread.
+///
+/// # Safety
+/// `generated` is as it was generated; its facts and code stay in place.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trueaxis_tables_load_generated(
+    tables: *mut Tables,
+    generated: *const Generated,
+) -> Code {
+    guarded(|| {
+        super::check(generated)?;
+        // SAFETY: not null, and guaranteed by the caller.
+        let generated = unsafe { *generated };
+        let evaluate = generated.evaluate.ok_or(Code::NullPointer)?;
+        // SAFETY: guaranteed by the caller.
+        let facts = unsafe { blob(generated.facts, generated.size) }?;
+        // SAFETY: guaranteed by the caller.
+        unsafe { super::tables(tables) }?.claim()?;
+        let source = [generated.bytes, generated.checksum];
+        // SAFETY: these are claimed tables: nothing else reads or writes more than their mark.
+        unsafe { &mut *tables }.load_generated(facts, evaluate, source)
     })
 }
 

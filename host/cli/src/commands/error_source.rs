@@ -80,6 +80,15 @@ pub fn compile(
             }
             None => error.into(),
         },
+        CompileError::TooFast(too_fast) => {
+            let text = Text::read(&files.machine).ok();
+            let place = text.and_then(|text| {
+                let (axis, of_acceleration) = (too_fast.axis, too_fast.is_acceleration);
+                let span = Machine::correction_limit_place(&text.text, axis, of_acceleration)?;
+                Some(text.bad(FileError::at(span, &*message, "this limit", error.remedy())))
+            });
+            place.unwrap_or_else(|| error.into())
+        }
         _ => error.into(),
     }
 }

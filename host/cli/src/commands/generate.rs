@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Name of the C function
     #[arg(long, value_name = "NAME", default_value = "trueaxis_evaluate", value_parser = identifier)]
     function: String,
-    /// Add what a servo of the crate trueaxis (Rust) has to know: axes, bounds, weights
+    /// Add what a servo has to know: axes, bounds, weights; the code then uses the crate trueaxis, or trueaxis.h in C
     #[arg(long)]
     servo: bool,
     /// Compare at N random inputs
@@ -68,12 +68,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     };
-    if arguments.servo && language == Language::C {
-        return Err(BadInput::new(
-            "--servo is for Rust: the servo of the C interface takes tables, not code",
-            "leave out --servo and call the function, or write Rust",
-        ));
-    }
     let blob = files::read_blob(path)?;
     let in_blob = |error| BadInput::in_blob(error, path);
     let runtime = Runtime::load(&blob).map_err(in_blob)?;

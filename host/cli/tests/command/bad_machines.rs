@@ -1,6 +1,6 @@
 //! Machines that are refused, with line, cause and remedy.
 
-use crate::program::{Folder, example, refused};
+use crate::program::{Folder, answer, example, refused};
 
 const MACHINE: &str = r#"name = "Mill"
 topology = "wYFXZBSt"
@@ -205,4 +205,95 @@ fn a_file_that_is_not_there_or_no_text_is_refused() {
         &["compile", &machine, &errors, "-o", &blob],
         &["line 2: this is not UTF-8 text", "save the file as UTF-8"],
     );
+}
+
+/// Arguments that compile the machine with more lines in its file, after others.
+fn limited(folder: &Folder, changes: &[(&str, &str)], errors: &str) -> [String; 5] {
+    let mut machine = MACHINE.to_owned();
+    for (after, more) in changes {
+        assert!(machine.contains(after));
+        machine = machine.replacen(after, &format!("{after}\n{more}"), 1);
+    }
+    [
+        "compile".to_owned(),
+        folder.file("machine.toml", machine),
+        folder.file("errors.toml", format!("machine = \"Mill\"\n{errors}\n")),
+        "-o".to_owned(),
+        folder.at("x.trax"),
+    ]
+}
+
+const X: &str = "name = \"X\"";
+const TOP: &str = "name = \"Mill\"";
+
+fn accepts_limits(changes: &[(&str, &str)], errors: &str) {
+    let folder = Folder::new();
+    let arguments = limited(&folder, changes, errors);
+    answer(0, &arguments.each_ref().map(String::as_str));
+}
+
+fn refuses_limits(changes: &[(&str, &str)], errors: &str, parts: &[&str]) {
+    let folder = Folder::new();
+    let arguments = limited(&folder, changes, errors);
+    refused(&arguments.each_ref().map(String::as_str), parts);
+    assert_eq!(folder.names(), ["errors.toml", "machine.toml"]);
+}
+
+#[test]
+fn a_correction_faster_than_its_limit_is_refused() {
+    // A slope of 1e-5 at 500 mm/s: 0.005 mm/s, and no other slope.
+    let line = "[parameters]\nEXX1 = 1e-5";
+    let both = "max_correction_speed = 0.00501\nmax_correction_acceleration = 1e-3";
+    accepts_limits(&[(X, both)], line);
+    refuses_limits(
+        &[(X, "max_correction_speed = 0.00499")],
+        line,
+        &[
+            "machine.toml, line 11: the correction of X can move at",
+            "more than 0.00499 mm/s",
+            "from X at 500 mm/s",
+            "raise the limit if the drive follows",
+        ],
+    );
+    accepts_limits(
+        &[(X, "max_correction_speed = 0.00499\nmax_speed = 499.0")],
+        line,
+    );
+}
+
+#[test]
+fn a_correction_that_changes_its_speed_faster_than_its_limit_is_refused() {
+    // 1e-7 x² as the square of a straight line: its slope changes by 2e-7 per mm, at 500 mm/s by 0.05 mm/s².
+    let parabola = "[parameters]\nEXX2 = 1e-7";
+    accepts_limits(&[(X, "max_correction_acceleration = 0.0501")], parabola);
+    refuses_limits(
+        &[(X, "max_correction_acceleration = 0.0499")],
+        parabola,
+        &[
+            "machine.toml, line 11: the correction of X can change its speed by",
+            "more than 0.0499 mm/s²",
+            "give more --points",
+        ],
+    );
+    refuses_limits(
+        &[(X, "max_correction_acceleration = -1.0")],
+        parabola,
+        &["machine.toml, line 11: this must be a positive number"],
+    );
+}
+
+#[test]
+fn a_corner_of_a_correction_takes_one_servo_period() {
+    // The slope turns from 1e-5 to -1e-5: at 500 mm/s by 0.01 mm/s.
+    let roof = "[tabulated.EXX]\nat = [-130.0, 0.0, 130.0]\nvalue = [0.0, 0.0013, 0.0]";
+    accepts_limits(&[(X, "max_correction_acceleration = 10.01")], roof);
+    let parts = ["line 11: the correction of X can change its speed by"];
+    refuses_limits(&[(X, "max_correction_acceleration = 9.99")], roof, &parts);
+    let period = (TOP, "servo_period_ms = 2.0");
+    accepts_limits(&[period, (X, "max_correction_acceleration = 5.01")], roof);
+    let parts = ["line 12: the correction of X can change its speed by"];
+    let limit = (X, "max_correction_acceleration = 4.99");
+    refuses_limits(&[period, limit], roof, &parts);
+    let parts = ["line 2: a servo period of 11 ms is not between 0.001 and 10 ms"];
+    refuses_limits(&[(TOP, "servo_period_ms = 11.0")], roof, &parts);
 }

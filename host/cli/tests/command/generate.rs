@@ -22,6 +22,15 @@ fn the_language_is_that_of_the_name_or_the_option() {
     assert!(write("b.rs", &["--servo"]).contains("pub static FACTS"));
     let c = write("a.c", &["--function", "mill"]);
     assert!(c.contains("void mill(const float inputs[5], float corrections[5]);"));
+    assert!(!c.contains("trueaxis.h"));
+    let for_servo = write("b.c", &["--function", "mill", "--servo"]);
+    for part in [
+        "#include \"trueaxis.h\"",
+        "#if TRUEAXIS_AXES < 5",
+        "const trueaxis_generated mill_generated = {",
+    ] {
+        assert!(for_servo.contains(part), "{part}");
+    }
     // Of the machine, the file, its checksum and what it corrects.
     let head = c.lines().take(4).collect::<Vec<_>>().join(" ");
     for part in ["Huron K2X8-Five", "checksum", "direction", "trueaxis"] {
@@ -33,14 +42,10 @@ fn the_language_is_that_of_the_name_or_the_option() {
 fn bad_input_writes_nothing() {
     let folder = Folder::new();
     let huron = blob("huron");
-    let (out, rust, c) = (folder.at("code"), folder.at("a.rs"), folder.at("a.c"));
+    let (out, rust) = (folder.at("code"), folder.at("a.rs"));
     refused(
         &["generate", &huron, "-o", &out],
         &["which language", ".rs or .c"],
-    );
-    refused(
-        &["generate", &huron, "--servo", "-o", &c],
-        &["--servo", "Rust"],
     );
     refused(
         &["generate", &folder.file("x.trax", "TRAX"), "-o", &rust],

@@ -2,7 +2,9 @@
 
 mod warnings;
 
-use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineError, MachineProblem};
+use super::{
+    Axis, Branch, CorrectionLimits, Letter, MAX_AXES, Machine, MachineError, MachineProblem,
+};
 use crate::source::{Exactly, FileError, right_case};
 use serde::Deserialize;
 use std::ops::Range;
@@ -14,6 +16,7 @@ use trueaxis_kinematics::Htm;
 struct MachineFile {
     name: Spanned<String>,
     topology: Option<Spanned<String>>,
+    servo_period_ms: Option<Spanned<f64>>,
     axis: Vec<Spanned<AxisEntry>>,
     spindle: Option<Spanned<SpindleEntry>>,
     tool: Option<ToolEntry>,
@@ -35,6 +38,8 @@ struct AxisEntry {
     orientation_deg: Option<Spanned<Exactly<3>>>,
     max_speed: Option<Spanned<f64>>,
     hysteresis: Option<Spanned<f64>>,
+    max_correction_speed: Option<Spanned<f64>>,
+    max_correction_acceleration: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -81,6 +86,8 @@ impl Machine {
             name: file.name()?,
             length_range: tool.length_range(tip[tool_axis])?,
             can_orient: spindle.can_be_oriented,
+            correction_limits: file.correction_limits()?,
+            servo_period: file.servo_period()?,
             machine: trueaxis_kinematics::Machine {
                 axes: axes.into_iter().collect(),
                 spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
@@ -96,6 +103,22 @@ impl Machine {
             .check()
             .map_err(|error| file.refused(&machine, &error))?;
         Ok(machine)
+    }
+
+    /// The place of a limit of an axis in the text of the file: of its speed, or else of its acceleration.
+    #[must_use]
+    pub fn correction_limit_place(
+        text: &str,
+        axis: usize,
+        of_acceleration: bool,
+    ) -> Option<Range<usize>> {
+        let file: MachineFile = toml::from_str(text).ok()?;
+        let entry = file.axis.get(axis)?.get_ref();
+        let limit = match of_acceleration {
+            true => &entry.max_correction_acceleration,
+            false => &entry.max_correction_speed,
+        };
+        limit.as_ref().map(Spanned::span)
     }
 }
 
@@ -125,6 +148,38 @@ impl MachineFile {
             ));
         }
         Ok(axes)
+    }
+
+    fn correction_limits(&self) -> Result<Vec<CorrectionLimits>, FileError> {
+        let limit = |value: &Option<Spanned<f64>>| match value {
+            Some(_) => positive(value, 0.0).map(Some),
+            None => Ok(None),
+        };
+        let entries = self.axis.iter().map(Spanned::get_ref);
+        let limits = entries.map(|entry| {
+            Ok(CorrectionLimits {
+                speed: limit(&entry.max_correction_speed)?,
+                acceleration: limit(&entry.max_correction_acceleration)?,
+            })
+        });
+        limits.collect()
+    }
+
+    /// The servo period, in s: what a servo of the runtime takes.
+    fn servo_period(&self) -> Result<f64, FileError> {
+        let Some(period) = &self.servo_period_ms else {
+            return Ok(Machine::SERVO_PERIOD);
+        };
+        let ms = *period.get_ref();
+        if (1e-3..=10.0).contains(&ms) {
+            return Ok(ms * 1e-3);
+        }
+        Err(FileError::at(
+            period.span(),
+            format!("a servo period of {ms} ms is not between 0.001 and 10 ms"),
+            "here",
+            "write the period of the controller's servo loop in ms",
+        ))
     }
 
     fn tool(&self) -> Result<&ToolEntry, FileError> {
@@ -343,7 +398,7 @@ fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError
             v.span(),
             "this must be a positive number",
             "here",
-            "write a finite value above 0 (mm or deg, mm/s or deg/s)",
+            "write a finite value above 0 (mm or deg, per s or s²)",
         )),
     }
 }

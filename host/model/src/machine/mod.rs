@@ -17,10 +17,26 @@ pub struct Machine {
     pub length_range: Option<[f64; 2]>,
     /// True if the controller can orient the spindle (M19).
     pub can_orient: bool,
+    /// How fast the correction of each axis may move.
+    pub correction_limits: Vec<CorrectionLimits>,
+    /// Servo period of the controller (s).
+    pub servo_period: f64,
     machine: trueaxis_kinematics::Machine,
 }
 
+/// How fast the correction of an axis may move while all axes run at top speed; `None`: not limited.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CorrectionLimits {
+    /// Largest speed (mm/s, deg/s).
+    pub speed: Option<f64>,
+    /// Largest change of speed in a servo period, over the period (mm/s², deg/s²).
+    pub acceleration: Option<f64>,
+}
+
 impl Machine {
+    /// Servo period (s) if the file does not say another.
+    pub const SERVO_PERIOD: f64 = 1e-3;
+
     /// The topology in the notation of the source document: workpiece to foundation to tool, `wCAYFXZSt`.
     #[must_use]
     pub fn topology(&self) -> String {

@@ -1,11 +1,13 @@
-//! Counts the instructions of an update through the C interface, with doubles and with floats, and of the Rust servo
-//! for the same positions, on a Cortex-M4F in QEMU; and the memory of its objects. Prints one `key value` per line for
+//! Counts the instructions of an update through the C interface, with doubles, with floats and with generated code, and
+//! of the Rust servo for the same positions, on a Cortex-M4F in QEMU; and the memory of its objects. Prints one `key value` per line for
 //! `cargo xtask capi target`.
 #![no_std]
 #![no_main]
 
 #[allow(dead_code, reason = "this program is never traced")]
 mod counter;
+#[path = "../../../../../shared/examples/generated/huron_13.rs"]
+mod huron_13;
 #[allow(dead_code, reason = "this program needs no random positions")]
 mod path;
 
@@ -20,9 +22,10 @@ use semihosting::{println, process};
 use trueaxis::{Compensation, Servo};
 use trueaxis_capi::border::{
     trueaxis_servo_enable, trueaxis_servo_new, trueaxis_servo_size, trueaxis_servo_update,
-    trueaxis_servo_update_f32, trueaxis_tables_load, trueaxis_tables_new, trueaxis_tables_size,
+    trueaxis_servo_update_f32, trueaxis_tables_load, trueaxis_tables_load_generated,
+    trueaxis_tables_new, trueaxis_tables_size,
 };
-use trueaxis_capi::{Code, Room, ServoMemory, TRUEAXIS_HEADER, TablesMemory};
+use trueaxis_capi::{Code, Generated, Room, ServoMemory, TRUEAXIS_HEADER, TablesMemory};
 
 /// Bytes aligned to 4.
 #[repr(C, align(4))]
@@ -52,6 +55,31 @@ fn must(code: Code) {
     }
 }
 
+/// The same compensation as generated code, as C calls it.
+static CODE: Code13 = Code13(Generated {
+    facts: (&raw const huron_13::FACTS.0).cast(),
+    size: huron_13::FACTS.0.len(),
+    evaluate: Some(evaluate),
+    bytes: BLOB.0.len() as u32,
+    checksum: huron_13::CHECKSUM,
+});
+
+struct Code13(Generated);
+
+// SAFETY: it points to constants.
+unsafe impl Sync for Code13 {}
+
+unsafe extern "C" fn evaluate(
+    positions: *const f32,
+    _: *const f32,
+    _: *const i8,
+    _: *const f32,
+    corrections: *mut f32,
+) {
+    // SAFETY: the servo has one value for each axis of the facts.
+    unsafe { *corrections.cast() = huron_13::evaluate(&*positions.cast()) }
+}
+
 /// Memory of a servo, and of its tables.
 struct Memory {
     tables: MaybeUninit<TablesMemory>,
@@ -64,8 +92,8 @@ impl Memory {
         servo: MaybeUninit::uninit(),
     };
 
-    /// A servo in this memory, enabled.
-    fn servo(&'static mut self) -> *mut trueaxis_capi::Servo {
+    /// A servo in this memory, enabled, with tables or with generated code.
+    fn servo(&'static mut self, is_generated: bool) -> *mut trueaxis_capi::Servo {
         let (mut tables, mut servo) = (null_mut(), null_mut());
         // SAFETY: the memory stays in place, and nothing else uses it.
         unsafe {
@@ -77,7 +105,10 @@ impl Memory {
                 &mut tables,
             ));
             let (blob, length) = (BLOB.0.as_ptr(), BLOB.0.len());
-            must(trueaxis_tables_load(tables, blob.cast(), length));
+            must(match is_generated {
+                true => trueaxis_tables_load_generated(tables, &CODE.0),
+                false => trueaxis_tables_load(tables, blob.cast(), length),
+            });
             let (place, size) = (self.servo.as_mut_ptr(), size_of::<ServoMemory>());
             must(trueaxis_servo_new(place.cast(), size, tables, &mut servo));
             must(trueaxis_servo_enable(servo, 1));
@@ -116,6 +147,7 @@ fn main() -> ! {
     static mut TABLES: Compensation<'static, Room> = Compensation::<Room>::empty();
     static mut DOUBLE: Memory = Memory::NEW;
     static mut SINGLE: Memory = Memory::NEW;
+    static mut GENERATED: Memory = Memory::NEW;
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
 
     let Some(peripherals) = cortex_m::Peripherals::take() else {
@@ -139,16 +171,19 @@ fn main() -> ! {
         core::array::from_fn(|k| servo.correction().dq[k])
     });
     // Called as from C: not inlined.
-    let (double, single) = (DOUBLE.servo(), SINGLE.servo());
+    let (double, single) = (DOUBLE.servo(false), SINGLE.servo(false));
+    let generated = GENERATED.servo(true);
     type Update<F> =
         unsafe extern "C" fn(*mut trueaxis_capi::Servo, *const F, usize, u32, F, *mut F) -> Code;
     let update = black_box(trueaxis_servo_update_f32 as Update<f32>);
-    let floats = measure(counter, "f32", &path, COUNTS, |q, count| {
-        let mut dq = [0.0; AXES];
-        let to = dq.as_mut_ptr();
-        // SAFETY: the servo exists, and the arrays have this many values.
-        count(&mut || must(unsafe { update(single, q.as_ptr(), AXES, 0xFFFF, PERIOD, to) }));
-        dq
+    let [floats, code] = [("f32", single), ("generated", generated)].map(|(key, servo)| {
+        measure(counter, key, &path, COUNTS, |q, count| {
+            let mut dq = [0.0; AXES];
+            let to = dq.as_mut_ptr();
+            // SAFETY: the servo exists, and the arrays have this many values.
+            count(&mut || must(unsafe { update(servo, q.as_ptr(), AXES, 0xFFFF, PERIOD, to) }));
+            dq
+        })
     });
     let update = black_box(trueaxis_servo_update as Update<f64>);
     let doubles = measure(counter, "f64", &path, COUNTS, |q, count| {
@@ -158,7 +193,8 @@ fn main() -> ! {
         count(&mut || must(unsafe { update(double, q.as_ptr(), AXES, 0xFFFF, period, to) }));
         dq.map(|dq: f64| dq as f32)
     });
-    if rust < 1.0 || floats.to_bits() != rust.to_bits() || doubles.to_bits() != rust.to_bits() {
+    let others = [floats, code, doubles];
+    if rust < 1.0 || others.iter().any(|sum| sum.to_bits() != rust.to_bits()) {
         fail("the corrections differ, or there are none");
     }
     println!("tables_memory {}", size_of::<TablesMemory>());
