@@ -308,6 +308,136 @@ mod tests {
         assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy).is_none());
     }
 
+    /// A machine that logs what it is told, and stops at a step or finds nothing.
+    #[derive(Default)]
+    struct Told {
+        moves: Vec<String>,
+        fails_at: Option<usize>,
+        finds_nothing_at: Option<usize>,
+    }
+
+    impl Told {
+        fn told(&mut self, what: &str) -> Result<(), &'static str> {
+            self.moves.push(what.to_owned());
+            match self.fails_at == Some(self.moves.len()) {
+                true => Err("stopped"),
+                false => Ok(()),
+            }
+        }
+    }
+
+    impl Prober for Told {
+        type Error = &'static str;
+
+        fn rapid(&mut self, _: &Target) -> Result<(), Self::Error> {
+            self.told("rapid")
+        }
+
+        fn near(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
+            self.told("near")
+        }
+
+        fn retreat(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
+            self.told("retreat")
+        }
+
+        fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, Self::Error> {
+            self.told(&format!("touch {feed}"))?;
+            let mut position = PerAxis::default();
+            for (axis, at) in end {
+                position[*axis] = *at;
+            }
+            let contact = Contact {
+                position,
+                time: 0.0,
+                temperature: None,
+            };
+            Ok((self.finds_nothing_at != Some(self.moves.len())).then_some(contact))
+        }
+
+        fn orient(&mut self, _: f64) -> Result<(), Self::Error> {
+            self.told("orient")
+        }
+    }
+
+    fn steps() -> Vec<Step> {
+        let touch = |number| Step::Touch {
+            number,
+            begin: vec![(0, 0.0)],
+            end: vec![(0, 5.0)],
+        };
+        vec![
+            Step::Row(0),
+            Step::Rapid(vec![(0, 0.0)]),
+            touch(0),
+            Step::Row(1),
+            Step::Near(vec![(0, 0.0)]),
+            touch(1),
+        ]
+    }
+
+    const SPEEDS: Speeds = Speeds {
+        near: 1000.0,
+        first: 200.0,
+        second: 30.0,
+        retreat: 0.3,
+    };
+
+    /// Probes with a machine; returns lines and numbers of the logged touches, and how it ended.
+    fn probed(told: &mut Told) -> (Vec<[usize; 2]>, Result<(), ProbeError<&'static str>>) {
+        let mut logged = Vec::new();
+        let done = probe(&strategy(), &steps(), SPEEDS, told, &mut |record| {
+            logged.push([record.row.line, record.touch]);
+            Ok(())
+        });
+        (logged, done)
+    }
+
+    #[test]
+    fn every_touch_is_made_twice_and_logged_after_the_way_back() {
+        let mut told = Told::default();
+        let (logged, done) = probed(&mut told);
+        assert_eq!(done, Ok(()));
+        assert_eq!(logged, [[2, 1], [3, 2]]);
+        let touch = ["touch 200", "retreat", "touch 30", "retreat"];
+        let expected = [&["rapid"][..], &touch, &["near"], &touch].concat();
+        assert_eq!(told.moves, expected);
+    }
+
+    #[test]
+    fn what_stops_a_machine_stops_probing_and_only_whole_touches_are_logged() {
+        for step in 1..=10 {
+            let mut told = Told {
+                fails_at: Some(step),
+                ..Told::default()
+            };
+            let (logged, done) = probed(&mut told);
+            assert_eq!(done, Err(ProbeError::Machine("stopped")), "step {step}");
+            assert_eq!(told.moves.len(), step);
+            assert_eq!(logged.len(), usize::from(step > 5), "step {step}");
+        }
+        for step in [2, 4, 7, 9] {
+            let mut told = Told {
+                finds_nothing_at: Some(step),
+                ..Told::default()
+            };
+            let (logged, done) = probed(&mut told);
+            let (line, touch) = if step < 6 { (2, 1) } else { (3, 2) };
+            let ball = "1".to_owned();
+            assert_eq!(done, Err(ProbeError::NoContact { line, ball, touch }));
+            assert_eq!(logged.len(), usize::from(step > 5));
+        }
+    }
+
+    #[test]
+    fn a_log_that_cannot_be_written_stops_the_machine() {
+        let mut told = Told::default();
+        let full = |_: &Record<'_>| Err(std::io::Error::other("full"));
+        let done = probe(&strategy(), &steps(), SPEEDS, &mut told, &mut { full });
+        assert_eq!(done, Err(ProbeError::Log("full".to_owned())));
+        assert_eq!(told.moves.len(), 5);
+    }
+
     #[test]
     fn the_second_touch_begins_near_the_first() {
         let contact: PerAxis = std::array::from_fn(|i| [3.0, 4.0, 9.0][i.min(2)]);

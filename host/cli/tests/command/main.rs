@@ -13,6 +13,7 @@ mod hints;
 mod identify;
 mod large_files;
 mod linuxcnc;
+mod linuxcnc_probe;
 mod measured;
 mod mistakes;
 mod outside;
