@@ -29,6 +29,7 @@ const PROBE: Probe = Probe {
     clearance: 5.0,
     search: 3.0,
     cone: std::f64::consts::FRAC_PI_2,
+    keeps_clear: false,
 };
 /// Standard uncertainty of a coordinate (mm).
 const SIGMA: f64 = 1e-3;

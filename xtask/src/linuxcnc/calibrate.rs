@@ -153,6 +153,13 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
             ))),
         };
     }
+    let is_unsure = printed.contains("nothing is loaded: the compensation might do more harm");
+    if is_unsure && codes == [1, 0] {
+        let [untreated, treated] = left(&bench, "m")?;
+        return Ok(format!(
+            "{about}tip {untreated:>6.2}, would be {treated:.2} µm: too little is known, nothing is loaded"
+        ));
+    }
     let validation = fs::read_to_string(bench.file("m/run/validation.json"))
         .map_err(|e| bad(&format!("validation.json: {e}")))?;
     let band = number(&validation, "band_um")?;
@@ -186,7 +193,7 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
 /// The length of the tool in a machine file (mm).
 fn tool_length(machine: &str) -> Result<f64, String> {
     let (_, tip) = machine
-        .split_once("tip_mm = [")
+        .rsplit_once("tip_mm = [")
         .ok_or("no tip_mm in the machine file")?;
     let numbers = tip.split(']').next().unwrap_or("").split(',');
     let numbers: Result<Vec<f64>, _> = numbers.map(|n| n.trim().parse::<f64>()).collect();

@@ -23,6 +23,9 @@ pub struct Touching {
     /// Largest angle between the stylus and the direction in which a ball stands off the table (default: 60)
     #[arg(long, value_name = "DEG", value_parser = cone)]
     cone: Option<f64>,
+    /// Leave out rows on which the stylus, as thick as its tip, would pass another ball on its way along the tool axis
+    #[arg(long)]
+    keep_clear: bool,
 }
 
 /// Diameters of ball and stylus (mm) if nothing is written that moves a machine.
@@ -67,6 +70,7 @@ impl Touching {
             clearance: self.clearance,
             search: self.search,
             cone: self.cone.unwrap_or(cone).to_radians(),
+            keeps_clear: self.keep_clear,
         })
     }
 }

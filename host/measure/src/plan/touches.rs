@@ -62,6 +62,8 @@ pub struct Probe {
     pub search: f64,
     /// Largest angle between the stylus and the direction in which a ball stands off the table (rad).
     pub cone: f64,
+    /// Refuse rows on which the stylus, as thick as its tip, would pass another ball on its way along the tool axis.
+    pub keeps_clear: bool,
 }
 
 impl Default for Probe {
@@ -73,6 +75,7 @@ impl Default for Probe {
             clearance: 5.0,
             search: 3.0,
             cone: 60.0_f64.to_radians(),
+            keeps_clear: false,
         }
     }
 }
@@ -185,12 +188,14 @@ pub fn touching(
     for position in touching.positions() {
         inside(machine, position)?;
     }
-    let ways = (0..PER_BALL).flat_map(|number| {
-        let out = outwards(number);
-        [begins(number), out * (probe.radius - probe.search)]
-    });
-    let tips = ways.map(|way| centre + way);
-    passes(artefact, ball, &to_spindle, probe, tips)?;
+    if probe.keeps_clear {
+        let ways = (0..PER_BALL).flat_map(|number| {
+            let out = outwards(number);
+            [begins(number), out * (probe.radius - probe.search)]
+        });
+        let tips = ways.map(|way| centre + way);
+        passes(artefact, ball, &to_spindle, probe, tips)?;
+    }
     let mut farthest = FAR;
     let step = to_axes * to_spindle;
     for (i, step) in linear.into_iter().zip(step.iter()) {

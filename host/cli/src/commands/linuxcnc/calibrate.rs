@@ -16,12 +16,13 @@ use trueaxis_controllers::linuxcnc::Session;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{Model, Options, Problem, identify, scatters};
-use trueaxis_measure::plan::{Setup, validation};
+use trueaxis_measure::plan::{Probe, Setup, validation};
 use trueaxis_measure::spheres::{read_log, to_probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::uncertainty::over_travel;
+use trueaxis_tables::validate::{Region, random_commands};
 
 /// Calibrate the machine: probe, identify, compile, load, and prove it by probing again
 ///
@@ -260,6 +261,7 @@ impl<'a> Calibration<'a> {
             add(name, value);
         }
         add("-o", self.text("strategy.csv"));
+        words.push("--keep-clear".to_owned());
         self.step(&words)?;
         let strategy = files::read_strategy(&self.file("strategy.csv"), &self.machine)?;
         let validation = validation(&self.setup()?, &strategy, arguments.validate.into(), 1);
@@ -280,7 +282,10 @@ impl<'a> Calibration<'a> {
             machine: &self.machine,
             artefact: &self.artefact,
             balls: Vec::new(),
-            probe: self.arguments.touching.probe()?,
+            probe: Probe {
+                keeps_clear: true,
+                ..self.arguments.touching.probe()?
+            },
             sigma: 1e-3,
         })
     }
@@ -373,8 +378,40 @@ impl<'a> Calibration<'a> {
         self.step(&words.map(str::to_owned))
     }
 
+    /// Mean effect of the identified errors at the tip over the travel, and the 95 % band of what is not known of it (µm).
+    fn known(&self) -> Result<[f64; 2], BadInput> {
+        let machine = &self.machine;
+        let errors = files::read_known_errors(&self.file("errors.toml"), machine)?;
+        let kinematics = Kinematics::new(machine, &errors);
+        let bad = |error: &dyn std::fmt::Display| {
+            BadInput::new(
+                format!("{}: {error}", self.text("errors.toml")),
+                "identify the errors again: --from identify",
+            )
+        };
+        let band = over_travel(&kinematics, SEED).map_err(|error| bad(&error))?;
+        let commands = random_commands(&kinematics, Region::Travel, POSITIONS, SEED);
+        let commands = commands.map_err(|error| bad(&error))?;
+        let effects = commands.iter().map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let error = kinematics.volumetric_error(&q, &Default::default(), &situation);
+            error.t.norm()
+        });
+        let mean = effects.sum::<f64>() / commands.len() as f64;
+        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
+        Ok([mean * 1e3, band])
+    }
+
     /// Loads the compensation, probes with it, and keeps it if that is right.
     fn load(&self, session: &mut Session) -> Result<Outcome, BadInput> {
+        let [effect, band] = self.known()?;
+        if effect < WORTH * band {
+            files::print(&format!(
+                "\nthe identified errors do {effect:.1} µm at the tip on average over the travel, and ±{band:.1} µm of \
+                 that is not known (95 %)\n"
+            ))?;
+            return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
+        }
         let blob = self.file("machine.trax");
         let question = format!(
             "May {} be loaded, switched on, and validated by probing?",
@@ -453,13 +490,7 @@ impl<'a> Calibration<'a> {
         let problem = Problem::new(machine, &measured, &self.artefact, &parameters, &perfect);
         let identified = identify(&problem, Options::default())
             .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
-        let kinematics = Kinematics::new(machine, &errors);
-        let band = over_travel(&kinematics, SEED).map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("errors.toml")),
-                "identify the errors again: --from identify",
-            )
-        })?;
+        let [_, band] = self.known()?;
         let scatter = |probings: &Probings| {
             let apart = scatters(
                 machine,
@@ -477,7 +508,6 @@ impl<'a> Calibration<'a> {
         let rows = self.probings(&self.file("before.csv"))?;
         let (before, after) = (scatter(&rows), scatter(&self.probings(after)?));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
         let expected = SCATTER * (probing.hypot(band));
         Ok(Validation {
             probings: rows.rows.len(),
@@ -491,6 +521,12 @@ impl<'a> Calibration<'a> {
     }
 }
 
+/// Least effect of the identified errors as a part of the band. Noise of standard deviation σ adds σ² to the square of
+/// the effect; a compensation removes the rest and leaves σ². So it pays where the square of the effect is more than 2 σ²,
+/// and the band is about 1.9 σ.
+const WORTH: f64 = 0.75;
+/// Positions over which effect and band are averaged.
+const POSITIONS: usize = 1000;
 /// Seed of the positions over which the band is averaged, as in other commands.
 const SEED: u64 = 1;
 /// Looks at the pins, 50 ms apart, until corrections must have faded.
