@@ -50,6 +50,17 @@ impl Touching {
             .collect()
     }
 
+    /// The probe for a machine that moves: both diameters are given.
+    pub fn stated(&self) -> Result<Probe, BadInput> {
+        match (self.ball_diameter, self.stylus_diameter) {
+            (Some(_), Some(_)) => self.probe(),
+            _ => Err(BadInput::new(
+                "the diameters of balls and stylus are not given",
+                "give --ball-diameter and --stylus-diameter: the machine moves by them",
+            )),
+        }
+    }
+
     /// The probe for the library.
     pub fn probe(&self) -> Result<Probe, BadInput> {
         self.probe_within(CONE)

@@ -26,6 +26,7 @@ fn probe(folder: &Folder, artefact: &str) -> Output {
         &folder.at("touches.csv"),
         "--yes",
     ]);
+    command.args(["--ball-diameter", "20", "--stylus-diameter", "6"]);
     command.env("PATH", "").output().unwrap()
 }
 

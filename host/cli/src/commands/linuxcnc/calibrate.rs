@@ -128,6 +128,8 @@ struct Validation {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    // Before anything is asked of the machine.
+    arguments.touching.stated()?;
     let mut session = started(arguments.home)?;
     Calibration::new(arguments, &mut session)?.run(&mut session)
 }
@@ -160,7 +162,6 @@ impl<'a> Calibration<'a> {
     fn new(arguments: &'a Arguments, session: &mut Session) -> Result<Self, BadInput> {
         let machine = files::read_machine(&arguments.machine)?;
         let artefact = files::read_artefact(&arguments.artefact, &machine)?;
-        arguments.touching.probe()?;
         let state = session.state().map_err(bad)?;
         let ini = arguments.ini.clone().unwrap_or_else(|| state.ini.into());
         let configured = configuration::read(&ini)?;
@@ -237,7 +238,12 @@ impl<'a> Calibration<'a> {
 
     /// Shows a command, and runs it.
     fn step(&self, words: &[String]) -> Result<Outcome, BadInput> {
-        files::print(&format!("\n$ trueaxis {}\n", words.join(" ")))?;
+        let quoted = |word: &String| match word.contains(char::is_whitespace) {
+            true => format!("'{word}'"),
+            false => word.clone(),
+        };
+        let shown: Vec<String> = words.iter().map(quoted).collect();
+        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))?;
         run_words(words)
     }
 
@@ -284,7 +290,7 @@ impl<'a> Calibration<'a> {
             balls: Vec::new(),
             probe: Probe {
                 keeps_clear: true,
-                ..self.arguments.touching.probe()?
+                ..self.arguments.touching.stated()?
             },
             sigma: 1e-3,
         })

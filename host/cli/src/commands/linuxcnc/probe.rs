@@ -192,7 +192,7 @@ impl<'a> Work<'a> {
             machine,
             artefact,
             balls: strategy.balls.clone(),
-            probe: touching.probe()?,
+            probe: touching.stated()?,
             sigma: 1e-3,
         };
         let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
