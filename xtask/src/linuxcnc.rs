@@ -6,6 +6,7 @@ mod calibrate;
 mod events;
 mod faults;
 mod halrun;
+mod imported;
 mod motion;
 mod oracle;
 mod package;
@@ -17,17 +18,19 @@ mod times;
 mod touches;
 
 use bench::Bench;
+pub use package::execute as package;
 
 /// Fails with the violated condition.
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// The parts, by name.
-const PARTS: [(&str, Check); 9] = [
+const PARTS: [(&str, Check); 10] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
     ("events", events::check),
     ("simulated", simulated::check),
+    ("imported", imported::check),
     ("touches", touches::check),
     ("calibrate", calibrate::check),
     ("times", times::check),
