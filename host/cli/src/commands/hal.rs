@@ -169,9 +169,10 @@ impl Pins {
             "{:<5} {:>14} {:>12} {:>12}  {:>8}\n",
             "joint", "position", "correction", "computed", "of bound"
         );
-        let values = ["pos-in", "correction", "computed", "bound-used"].map(|p| self.of_joints(p));
         for j in 0..self.joints() {
-            let [position, correction, computed, used] = [0, 1, 2, 3].map(|k: usize| values[k][j]);
+            let of = |pin: &str| self.number(&format!("joint.{j}.{pin}"));
+            let (position, correction) = (of("pos-in"), of("correction"));
+            let (computed, used) = (of("computed"), of("bound-used"));
             let homed = match self.is_on(&format!("joint.{j}.homed")) {
                 true => "",
                 false => "  not homed",
