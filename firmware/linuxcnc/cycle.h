@@ -7,10 +7,22 @@
 
 #include "loading.h"
 
+/* Values of the pin `state`: why the corrections are not in, or that they are. The first that holds. */
+enum reason {
+    STATE_ACTIVE = 0,
+    STATE_DISABLED = 1,
+    STATE_DRY_RUN = 2,
+    STATE_NOT_HOMED = 3,
+    STATE_HOMING = 4,
+    STATE_FAULT = 5,
+    STATE_FADING = 6,
+    STATE_LOADING = 7
+};
+
 /* Values read from the pins and values written to them. Machine units. */
 struct cycle {
     double position[MOST_JOINTS];
-    bool referenced[MOST_JOINTS];
+    bool homed[MOST_JOINTS], homing[MOST_JOINTS];
     bool on, dry;
     double length;
     double kelvin[TRUEAXIS_AUXILIARIES];
@@ -23,6 +35,8 @@ struct cycle {
     float in;                        /* the common factor */
     bool cut_off;
     unsigned taken;                  /* number of files */
+    enum reason why;
+    int awaited;                     /* the joint that is not homed or is homing, or -1 */
 };
 
 /* State of the real-time thread. */
@@ -153,8 +167,10 @@ static enum trouble update(struct cycle *c, double period)
             continue;
         commands[k] = c->position[j] * current->unit[k];
         /* No corrections while any joint is not homed: a switch must be found at its real place. */
-        if (!c->referenced[j])
+        if (!c->homed[j] || c->homing[j]) {
             referenced = 0;
+            c->awaited = j;
+        }
         if (!isfinite(commands[k]))
             found = TROUBLE_POSITION;
     }
@@ -180,10 +196,28 @@ static enum trouble update(struct cycle *c, double period)
     return found;
 }
 
+/* Why the corrections are not in; what an operator decided comes before what the machine lacks. */
+static enum reason state_of(const struct cycle *c, enum trouble found)
+{
+    if (servo == NULL)
+        return found == TROUBLE_NONE ? STATE_LOADING : STATE_FAULT;
+    if (!c->on)
+        return STATE_DISABLED;
+    if (c->dry)
+        return STATE_DRY_RUN;
+    if (c->awaited >= 0)
+        return c->homing[c->awaited] ? STATE_HOMING : STATE_NOT_HOMED;
+    /* With a fault of a file the previous one stays in use: that is active, and `fault` says the rest. */
+    if (c->in >= 1)
+        return STATE_ACTIVE;
+    return found == TROUBLE_NONE ? STATE_FADING : STATE_FAULT;
+}
+
 /* One period, s. */
 static enum trouble run_cycle(struct cycle *c, double period)
 {
     enum trouble found = TROUBLE_NONE;
+    c->awaited = -1;
     take_offered(c);
     give_back();
     if (servo != NULL)
@@ -192,6 +226,7 @@ static enum trouble run_cycle(struct cycle *c, double period)
         found = loading_trouble();
     if (found == TROUBLE_NONE)
         found = refused;
+    c->why = state_of(c, found);
     return found;
 }
 

@@ -39,11 +39,23 @@ net N\\-scale     (the feedback)            => trueaxis.joint.N.motor\\-fb\\-in
 net N\\-fb        trueaxis.joint.N.motor\\-fb\\-out   => joint.N.motor\\-pos\\-fb
 
 net tool\\-length motion.tooloffset.z       => trueaxis.tool\\-length
-setp trueaxis.enable 1
+setp trueaxis.enable 0          # the operator switches the corrections on
 .fi
 """;
 
 notes """
+.SS States
+The first that applies; a changed state shows in the same period.
+.nf
+ 0  active: the corrections are in
+ 1  \\fBenable\\fR is off
+ 2  a dry run
+ 3  a joint is not homed: \\fBwaiting\\-for\\fR is its number
+ 4  a joint is homing: \\fBwaiting\\-for\\fR is its number
+ 5  a fault: see \\fBfault\\-code\\fR
+ 6  the corrections are fading in
+ 7  no file has been read yet
+.fi
 .SS Fault codes
 .nf
  0  none
@@ -94,6 +106,8 @@ pin out unsigned loads "Number of files accepted";
 pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
 pin out bit   active "Corrections are applied, at least partly";
 pin out float factor "The common factor of all corrections, 0 to 1";
+pin out unsigned state = 7 "Why the corrections are not in, or 0: see NOTES";
+pin out signed waiting_for = -1 "The joint that must be homed before the corrections come in, or \\-1";
 pin out bit   saturated "A correction is limited to the largest of its axis";
 pin out bit   fault "There is a fault: see fault\\-code";
 pin out unsigned fault_code "The kind of fault: see NOTES";
@@ -137,8 +151,10 @@ static struct {
     float in;
     unsigned taken, sum, code;
     bool acting, cut_off, busy;
+    enum reason why;
+    int awaited;
     unsigned turn;
-} shown;
+} shown = {.why = STATE_LOADING, .awaited = -1};
 #define TURNS 8
 #define SHOW(number, pin, last, value) \
     do { \
@@ -176,7 +192,8 @@ FUNCTION(write_)
     (void)period;
     for (int j = 0; j < configured.joints; j++) {
         now.position[j] = joint_pos_in(j);
-        now.referenced[j] = joint_homed(j) && !joint_homing(j);
+        now.homed[j] = joint_homed(j);
+        now.homing[j] = joint_homing(j);
     }
     for (int t = 0; t < configured.temperatures; t++)
         now.kelvin[t] = temperature(t);
@@ -205,7 +222,9 @@ FUNCTION(write_)
     SHOW(3, loading, shown.busy, loading_busy());
     SHOW(4, loads, shown.taken, now.taken);
     SHOW(5, checksum, shown.sum, current != NULL ? current->sum : 0);
-    if (shown.code != found || shown.turn == 6) {
+    SHOW(6, state, shown.why, now.why);
+    SHOW(6, waiting_for, shown.awaited, now.awaited);
+    if (shown.code != found || shown.turn == 7) {
         fault = found != TROUBLE_NONE;
         fault_code = shown.code = found;
         loading_report(found);

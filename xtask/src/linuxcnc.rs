@@ -6,6 +6,7 @@ mod calibrate;
 mod events;
 mod faults;
 mod halrun;
+mod imported;
 mod motion;
 mod oracle;
 mod package;
@@ -17,6 +18,7 @@ mod times;
 mod touches;
 
 use bench::Bench;
+pub use package::execute as package;
 
 /// Fails with the violated condition.
 type Check = fn(&Bench) -> Result<(), String>;
@@ -28,6 +30,7 @@ const PARTS: [(&str, Check); 10] = [
     ("motion", motion::check),
     ("events", events::check),
     ("simulated", simulated::check),
+    ("imported", imported::check),
     ("touches", touches::check),
     ("calibrate", calibrate::check),
     ("calibrate-twenty", calibrate::twenty),

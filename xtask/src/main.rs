@@ -51,6 +51,7 @@ usage: cargo xtask COMMAND
   hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line
   portable                       one program linked for every kind of processor, and its bits in emulators
                                  compared with the desktop's
+  linuxcnc-deb                   the Debian package of the component, in the target folder
   linuxcnc [PART…]               the component in LinuxCNC: in halrun, under its motion controller, as a package
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
@@ -87,6 +88,7 @@ fn main() -> ExitCode {
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["portable"] => portable::execute(),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
+        ["linuxcnc-deb"] => linuxcnc::package(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),

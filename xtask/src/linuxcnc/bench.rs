@@ -24,16 +24,25 @@ pub struct Bench {
     trueaxis: PathBuf,
 }
 
+/// Installs LinuxCNC if it is missing.
+///
+/// # Errors
+/// If that fails.
+pub fn provide_linuxcnc() -> Result<(), String> {
+    if works(Command::new("halcompile").arg("--help")) {
+        return Ok(());
+    }
+    packages::install(
+        &["linuxcnc-uspace", "linuxcnc-uspace-dev"],
+        "the LinuxCNC component",
+    )
+}
+
 impl Bench {
     /// # Errors
     /// If something cannot be installed or built.
     pub fn provide() -> Result<Self, String> {
-        if !works(Command::new("halcompile").arg("--help")) {
-            packages::install(
-                &["linuxcnc-uspace", "linuxcnc-uspace-dev"],
-                "the LinuxCNC component",
-            )?;
-        }
+        provide_linuxcnc()?;
         let folder = target("linuxcnc");
         let prefix = folder.join("prefix");
         capi::install(&["--prefix", &prefix.to_string_lossy()])?;

@@ -20,6 +20,11 @@ fn pulse(pin: &str) -> String {
     set(pin, "0") + "loadusr -w sleep 0.02\n" + &set(pin, "1")
 }
 
+/// Waits for a reason why the corrections are not in, and the joint that they wait for.
+fn because(state: &str, joint: &str) -> String {
+    until("state", state) + &until("waiting-for", joint)
+}
+
 fn copy(from: &str, to: &str) -> String {
     format!("loadusr -w cp /tmp/{from} /tmp/{to}\n")
 }
@@ -73,8 +78,9 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     not_connected(bench)?;
     not_referenced(bench)?;
     reloading(bench)?;
+    commanded(bench)?;
     println!(
-        "faults: {count} bad files and parameters, pins that are not connected, gantry, reloading"
+        "faults: {count} bad files and parameters, pins that are not connected, gantry, states, reloading, pins set by `trueaxis control`"
     );
     Ok(())
 }
@@ -117,6 +123,7 @@ fn at_start(bench: &Bench) -> Result<usize, String> {
             + &set("enable", "1")
             + &until("fault", "TRUE")
             + &until("fault-code", code)
+            + &because("5", "-1")
             + &until("active", "FALSE")
             + &until("joint.1.motor-cmd-out", "12.5")
             + &until("joint.1.motor-fb-out", "7.25");
@@ -200,19 +207,40 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
 /// Both joints of a gantry must be homed and none homing; uncorrected joints need not be.
 fn not_referenced(bench: &Bench) -> Result<(), String> {
     let lines = started("file=/tmp/router.trax axes=XYYZ- units=mm")
+        // Keeps that the state was 6 for a moment.
+        + "loadrt conv_u32_float\nloadrt wcomp\nloadrt flipflop\n\
+           net state trueaxis.state conv-u32-float.0.in\nnet number conv-u32-float.0.out wcomp.0.in\n\
+           setp wcomp.0.min 5.5\nsetp wcomp.0.max 6.5\nnet fading wcomp.0.out flipflop.0.set\n\
+           addf conv-u32-float.0 t\naddf wcomp.0 t\naddf flipflop.0 t\n"
         + &referenced(4)
         + &set("enable", "1")
         + &until("factor", "1")
+        + &because("0", "-1")
         + &set("joint.2.homed", "0")
         + &until("factor", "0")
+        + &because("3", "2")
         + &set("joint.2.homed", "1")
         + &until("factor", "1")
         + &set("joint.1.homing", "1")
         + &until("factor", "0")
+        + &because("4", "1")
         + &set("joint.1.homing", "0")
         + &until("factor", "1")
         + &set("dry-run", "1")
         + &until("factor", "0")
+        + &because("2", "-1")
+        + &set("enable", "0")
+        + &because("1", "-1")
+        + &set("dry-run", "0")
+        + &set("enable", "1")
+        + &until("factor", "1")
+        + "loadusr -w sh /tmp/until flipflop.0.out TRUE\n"
+        + &because("0", "-1")
+        + &set("joint.3.pos-in", "nan")
+        + &because("5", "-1")
+        + &until("fault-code", "6")
+        + &set("joint.3.pos-in", "1.5")
+        + &because("0", "-1")
         + &until("fault", "FALSE");
     run(bench, &lines, &[])?;
     // A squareness: one axis is corrected, and only another one is an input.
@@ -270,5 +298,41 @@ fn reloading(bench: &Bench) -> Result<(), String> {
         bench,
         &lines,
         &["set enable to 0, wait for active to become false, and reload"],
+    )
+}
+
+/// `trueaxis control --hal` and `monitor --hal` on the real pins.
+fn commanded(bench: &Bench) -> Result<(), String> {
+    let trueaxis = bench.program()?;
+    let control = |what: &str| format!("loadusr -w {trueaxis} control --hal {what}\n");
+    let lines = copy("huron.trax", "machine.trax")
+        + &started("file=/tmp/machine.trax axes=XYZAC units=mm")
+        + &referenced(5)
+        + &until("loads", "1")
+        + &control("enable")
+        + &until("factor", "1")
+        + &control("dry-run on")
+        + &because("2", "-1")
+        + &control("dry-run off")
+        + &until("factor", "1")
+        + &control("reload")
+        + &until("loads", "2")
+        + &control("disable")
+        + &because("1", "-1")
+        + &set("joint.1.homed", "0")
+        // On a signal that nothing writes.
+        + "net switch trueaxis.enable\n"
+        + &control("enable")
+        + &because("3", "1")
+        + &format!("loadusr -w {trueaxis} monitor --hal --count 1\n");
+    run(
+        bench,
+        &lines,
+        &[
+            "enable is off, factor 0.000",
+            "joint 1 is not homed, factor",
+            "number 2",
+            "% |",
+        ],
     )
 }

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use crate::process::{output, root, run, target};
-use crate::{files, firmware_crate, packages};
+use crate::{capi, files, firmware_crate, packages};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,20 +13,8 @@ const FOLDER: &str = "linuxcnc-trueaxis";
 /// If something does not build, or is not in the package.
 pub fn check(bench: &Bench) -> Result<(), String> {
     firmware_crate::leaves_out("linuxcnc")?;
-    packages::provide("dh", &["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
     let around = target("linuxcnc").join("package");
-    let _ = fs::remove_dir_all(&around);
-    let around = files::folder(around)?;
-    run(Command::new("cp")
-        .arg("-r")
-        .arg(root().join("firmware/linuxcnc"))
-        .arg(around.join(FOLDER)))?;
-    run(Command::new("dpkg-buildpackage")
-        .args(["-b", "--no-sign"])
-        .current_dir(around.join(FOLDER))
-        .env("TRUEAXIS", target("linuxcnc").join("prefix"))
-        .env_remove("MAKEFLAGS"))?;
-    let package = built(&around)?;
+    let package = build(&target("linuxcnc").join("prefix"), &around)?;
     let files = around.join("files");
     run(Command::new("dpkg-deb").arg("-x").arg(&package).arg(&files))?;
     for name in [
@@ -61,6 +49,40 @@ pub fn check(bench: &Bench) -> Result<(), String> {
             "the component of the package does not load:\n{said}"
         ))
     }
+}
+
+/// `cargo xtask linuxcnc-deb`: the package, in the target folder.
+///
+/// # Errors
+/// If something cannot be installed or built.
+pub fn execute() -> Result<(), String> {
+    super::bench::provide_linuxcnc()?;
+    let folder = target("linuxcnc-deb");
+    let prefix = folder.join("prefix");
+    capi::install(&["--prefix", &prefix.to_string_lossy()])?;
+    let package = build(&prefix, &folder.join("package"))?;
+    let name = package.file_name().unwrap_or_default().to_string_lossy();
+    let result = target(&name);
+    files::copy(&package, &result)?;
+    println!("{0}\nsudo apt install {0}", result.display());
+    Ok(())
+}
+
+/// Builds the package in a copy of the source, in the folder `around`; `prefix` has the C library.
+fn build(prefix: &Path, around: &Path) -> Result<PathBuf, String> {
+    packages::provide("dh", &["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
+    let _ = fs::remove_dir_all(around);
+    let around = files::folder(around.to_owned())?;
+    run(Command::new("cp")
+        .arg("-r")
+        .arg(root().join("firmware/linuxcnc"))
+        .arg(around.join(FOLDER)))?;
+    run(Command::new("dpkg-buildpackage")
+        .args(["-b", "--no-sign"])
+        .current_dir(around.join(FOLDER))
+        .env("TRUEAXIS", prefix)
+        .env_remove("MAKEFLAGS"))?;
+    built(&around)
 }
 
 /// The package of this version.

@@ -3,10 +3,13 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
+use super::hal::Pins;
 use super::monitor::{activation, conditions};
-use super::port::PortArguments;
+use super::port::{Connection, PortArguments};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 use trueaxis::link::{Slot, Storing};
 use trueaxis_controllers::link::{self, Action, ControlError, Done, State};
 
@@ -14,14 +17,16 @@ use trueaxis_controllers::link::{self, Action, ControlError, Done, State};
 ///
 /// Shows the state before and after. Settings last until the controller restarts, except `enable-at-start`,
 /// `activate` and `rollback`, which are stored. If writing flash stalls the controller, these are stored once the
-/// machine stands still with its drives off; until then they are shown as pending.
+/// machine stands still with its drives off; until then they are shown as pending. With --hal, the settings are pins of
+/// the component in LinuxCNC: show, enable, disable, dry-run, reload, tool-length (machine units) and weight (number of
+/// the pin).
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 enable"
+    after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 enable\n  trueaxis control --hal enable"
 )]
 pub struct Arguments {
     #[command(flatten)]
-    port: PortArguments,
+    connection: Connection,
     /// Print JSON
     #[arg(long, global = true)]
     json: bool,
@@ -55,6 +60,9 @@ enum What {
         /// on or off
         switch: Switch,
     },
+    /// Read the file of the HAL component again
+    #[command(after_help = "Example:\n  trueaxis control --hal reload")]
+    Reload,
     /// Set the tool length in mm, along the tool axis from the spindle frame
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 tool-length 120.5")]
     ToolLength {
@@ -112,10 +120,18 @@ enum SlotName {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let port = &arguments.port;
+    let Some(port) = &arguments.connection.port() else {
+        return in_hal(arguments);
+    };
     let (mut client, controller) = port.connect()?;
     let on = |switch: Switch| switch == Switch::On;
     let action = match arguments.what {
+        What::Reload => {
+            return Err(BadInput::new(
+                "reload is for --hal: a board has slots",
+                "`trueaxis flash` writes a compensation to a board",
+            ));
+        }
         What::Show => Action::Show,
         What::Enable => Action::Enable(true),
         What::Disable => Action::Enable(false),
@@ -141,10 +157,69 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if arguments.json {
         files::print_json(&object(&done))?;
     } else {
-        files::print(&text(&port.port, &done))?;
+        let controller = &done.after.controller;
+        let machine = match controller.machine.as_str() {
+            "" => "no machine",
+            name => name,
+        };
+        let (firmware, board) = (&controller.firmware, &controller.board);
+        let head = format!("{}: {firmware} on {board}, {machine}\n", port.port);
+        files::print(&text(head, &lines(&done.before), &lines(&done.after)))?;
     }
     Ok(Outcome::Done)
 }
+
+/// The component of LinuxCNC: its switches are pins.
+fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let before = Pins::read()?;
+    let switch = |name: &str, on: bool| before.set(name, if on { "1" } else { "0" });
+    match &arguments.what {
+        What::Show => {}
+        What::Enable => switch("enable", true)?,
+        What::Disable => switch("enable", false)?,
+        What::DryRun { switch: to } => switch("dry-run", *to == Switch::On)?,
+        What::ToolLength { length } => before.set("tool-length", &length.to_string())?,
+        What::Weight { term, value } => {
+            before.set(&format!("weight-{term}"), &value.to_string())?
+        }
+        What::Reload => {
+            switch("reload", false)?;
+            sleep(PERIODS);
+            switch("reload", true)?;
+        }
+        What::EnableAtStart { .. }
+        | What::Activate { .. }
+        | What::Rollback { .. }
+        | What::Reference { .. } => {
+            return Err(BadInput::new(
+                "this is for a board: LinuxCNC references axes itself, and has one file",
+                "enable, disable, dry-run, reload, tool-length, weight and show work with --hal",
+            ));
+        }
+    }
+    sleep(PERIODS);
+    let mut after = Pins::read()?;
+    let until = Instant::now() + LONGEST;
+    while after.is_on("loading") && Instant::now() < until {
+        sleep(PERIODS);
+        after = Pins::read()?;
+    }
+    if matches!(arguments.what, What::Reload) {
+        after.set("reload", "0")?;
+    }
+    if arguments.json {
+        files::print_json(&json!({"before": before.object(), "after": after.object()}))?;
+    } else {
+        let head = "HAL: trueaxis\n".to_owned();
+        files::print(&text(head, &before.lines(), &after.lines()))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Some periods of any thread.
+const PERIODS: Duration = Duration::from_millis(50);
+/// How long to wait for a file to be read.
+const LONGEST: Duration = Duration::from_secs(10);
 
 fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
     let remedy = match error {
@@ -250,24 +325,15 @@ fn lines(state: &State) -> Vec<(String, String)> {
     lines
 }
 
-/// Text output: for settings that changed, the old and the new value; for the others, the current one.
-fn text(port: &str, done: &Done) -> String {
-    let controller = &done.after.controller;
-    let machine = match controller.machine.as_str() {
-        "" => "no machine",
-        name => name,
-    };
-    let (firmware, board) = (&controller.firmware, &controller.board);
-    let mut text = format!("{port}: {firmware} on {board}, {machine}\n");
-    let before = lines(&done.before);
-    let after = lines(&done.after);
+/// Text output after a head: for settings that changed, the old and the new value; for the others, the current one.
+fn text(mut text: String, before: &[(String, String)], after: &[(String, String)]) -> String {
     let was = |name: &str| {
         before
             .iter()
             .find(|line| line.0 == name)
             .map(|line| &line.1)
     };
-    for (name, now) in &after {
+    for (name, now) in after {
         let changed = was(name).filter(|was| *was != now);
         if let Some(was) = changed {
             text += &format!("{name:<12} {was}\n{:>12} {now}\n", "->");
@@ -275,7 +341,7 @@ fn text(port: &str, done: &Done) -> String {
             text += &format!("{name:<12} {now}\n");
         }
     }
-    for (name, was) in &before {
+    for (name, was) in before {
         if after.iter().all(|line| line.0 != *name) {
             text += &format!("{name:<12} {was}\n{:>12} gone\n", "->");
         }

@@ -15,6 +15,7 @@ mod files;
 mod flash;
 mod gcode;
 mod generate;
+mod hal;
 mod identify;
 mod import;
 mod inspect;

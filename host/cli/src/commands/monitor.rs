@@ -3,7 +3,8 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
-use super::port::PortArguments;
+use super::hal::Pins;
+use super::port::{AnyClient, Connection, PortArguments};
 use clap::Args;
 use serde_json::json;
 use std::io::IsTerminal;
@@ -12,12 +13,14 @@ use trueaxis::Conditions;
 use trueaxis::link::{Activation, CostUnit, Health, MOST_AXES, Report, SlotState, Upload};
 use trueaxis_controllers::link::Controller;
 
-/// Watch a controller: positions, corrections, faults
+/// Watch a controller or LinuxCNC: positions, corrections, faults
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis monitor --port /dev/ttyUSB0 --csv > run.csv")]
+#[command(
+    after_help = "Examples:\n  trueaxis monitor --port /dev/ttyUSB0 --csv > run.csv\n  trueaxis monitor --hal"
+)]
 pub struct Arguments {
     #[command(flatten)]
-    port: PortArguments,
+    connection: Connection,
     /// Print one line per sample: time, positions, corrections, status
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -32,45 +35,121 @@ pub struct Arguments {
     count: Option<u64>,
 }
 
+/// What is watched, as of the last sample.
+trait Source {
+    fn sample(&mut self) -> Result<(), BadInput>;
+    fn table(&self) -> String;
+    /// Columns of `--csv`.
+    fn header(&self) -> String;
+    fn line(&self, seconds: f64) -> String;
+    fn object(&self, seconds: f64) -> serde_json::Value;
+}
+
+/// A board on a port.
+struct Board {
+    port: PortArguments,
+    client: AnyClient,
+    controller: Controller,
+    report: Report,
+    health: Option<Health>,
+    known: Option<(Activation, Upload)>,
+}
+
+impl Board {
+    fn connect(port: PortArguments) -> Result<Self, BadInput> {
+        let (mut client, controller) = port.connect()?;
+        let report = client.status().map_err(|error| port.bad(&error))?;
+        Ok(Self {
+            port,
+            client,
+            controller,
+            report,
+            health: None,
+            known: None,
+        })
+    }
+}
+
+impl Source for Board {
+    fn sample(&mut self) -> Result<(), BadInput> {
+        let bad = |error| self.port.bad(&error);
+        self.report = self.client.status().map_err(bad)?;
+        self.health = self.client.health().map_err(bad)?;
+        let state = (self.report.activation, self.report.upload);
+        if self.known.replace(state) != Some(state) {
+            // Slots, machine and axes may have changed.
+            self.controller = self.client.hello().map_err(bad)?;
+        }
+        Ok(())
+    }
+    fn table(&self) -> String {
+        table(&self.port.port, &self.controller, &self.report, self.health)
+    }
+    fn header(&self) -> String {
+        header(&self.controller)
+    }
+    fn line(&self, seconds: f64) -> String {
+        line(&self.report, seconds)
+    }
+    fn object(&self, seconds: f64) -> serde_json::Value {
+        object(&self.controller, &self.report, self.health, seconds)
+    }
+}
+
+impl Source for Pins {
+    fn sample(&mut self) -> Result<(), BadInput> {
+        *self = Self::read()?;
+        Ok(())
+    }
+    fn table(&self) -> String {
+        self.table()
+    }
+    fn header(&self) -> String {
+        self.header()
+    }
+    fn line(&self, seconds: f64) -> String {
+        self.line(seconds)
+    }
+    fn object(&self, seconds: f64) -> serde_json::Value {
+        let mut object = self.object();
+        object["time"] = json!(seconds);
+        object
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let port = &arguments.port;
-    let (mut client, mut controller) = port.connect()?;
+    let mut source: Box<dyn Source> = match arguments.connection.port() {
+        Some(port) => Box::new(Board::connect(port)?),
+        None => Box::new(Pins::read()?),
+    };
     let live = std::io::stdout().is_terminal();
     let start = Instant::now();
     let interval = Duration::from_millis(arguments.interval);
     let (mut drawn, mut columns) = (0, String::new());
     let (mut due, mut sample) = (start, 0);
-    let mut known = None;
     while arguments.count.is_none_or(|count| sample < count) {
         if sample > 0 {
             due = (due + interval).max(Instant::now());
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }
-        let report = client.status().map_err(|error| port.bad(&error))?;
-        let health = client.health().map_err(|error| port.bad(&error))?;
-        if known.replace((report.activation, report.upload))
-            != Some((report.activation, report.upload))
-        {
-            // Slots, machine and axes may have changed.
-            controller = client.hello().map_err(|error| port.bad(&error))?;
-        }
+        source.sample()?;
         let seconds = start.elapsed().as_secs_f64();
         let mut text = String::new();
         if arguments.json {
-            text = format!("{}\n", object(&controller, &report, health, seconds));
+            text = format!("{}\n", source.object(seconds));
         } else if arguments.csv {
-            let head = header(&controller);
+            let head = source.header();
             if head != columns {
                 text.clone_from(&head);
                 columns = head;
             }
-            text += &line(&report, seconds);
+            text += &source.line(seconds);
         } else {
             if live && drawn > 0 {
                 // Redraw: move up and clear to the end of the screen.
                 text = format!("\x1b[{drawn}A\x1b[J");
             }
-            let shown = table(&port.port, &controller, &report, health);
+            let shown = source.table();
             drawn = shown.lines().count();
             text += &shown;
         }

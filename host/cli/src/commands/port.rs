@@ -17,6 +17,35 @@ pub struct PortArguments {
     pub baud: u32,
 }
 
+/// Connection to a board, or to the HAL component of LinuxCNC on this computer.
+#[derive(Args)]
+pub struct Connection {
+    /// Serial device, pseudo-terminal, or tcp:HOST:PORT
+    #[arg(
+        long,
+        value_name = "PORT",
+        required_unless_present = "hal",
+        conflicts_with = "hal"
+    )]
+    port: Option<String>,
+    /// Baud rate of a serial device
+    #[arg(long, value_name = "RATE", default_value_t = 115_200)]
+    baud: u32,
+    /// The component in the running LinuxCNC on this computer
+    #[arg(long)]
+    hal: bool,
+}
+
+impl Connection {
+    /// The port of a board; `None` for HAL.
+    pub fn port(&self) -> Option<PortArguments> {
+        Some(PortArguments {
+            port: self.port.clone()?,
+            baud: self.baud,
+        })
+    }
+}
+
 /// A client on any port.
 pub type AnyClient = Client<Box<dyn Port + Send>>;
 

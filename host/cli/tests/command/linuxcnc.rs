@@ -703,12 +703,12 @@ fn connections_that_are_missing_or_wrong_are_found() {
             "trueaxis.joint.0.motor-cmd-out => stepgen.0.position-cmd",
         ),
         (
-            "setp trueaxis.enable 1",
+            "setp trueaxis.enable 0",
             "",
             "warning",
             "loadrt trueaxis",
             "nothing ever enables",
-            "setp trueaxis.enable 1",
+            "from a switch",
         ),
     ] {
         spoilt(
@@ -924,8 +924,8 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
             "",
         );
         let (ini, trax) = (machine.at("machine.ini"), format!("{name}.trax"));
+        // A folder that does not exist is made.
         let to = machine.at("new");
-        std::fs::create_dir(&to).unwrap();
         let setup = ["linuxcnc", "setup", &ini, "-o", &to, "--file", &trax];
         let said = answer(0, &setup);
         assert!(
@@ -1022,6 +1022,112 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
     }
 }
 
+/// A machine with X on the table, Z, A and Y: what LinuxCNC compensates on its joints.
+fn compensated(folder: &Folder, units: &str, joints: [&str; 3]) -> String {
+    let mut text = format!(
+        "[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = {units}\n[KINS]\nKINEMATICS = trivkins coordinates=XZAY\nJOINTS = 4\n"
+    );
+    for (n, lines) in joints.iter().chain([&""]).enumerate() {
+        text += &format!("[JOINT_{n}]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\n{lines}");
+    }
+    folder.file("empty.hal", "");
+    folder.file("mill.ini", text)
+}
+
+#[test]
+fn setup_imports_what_linuxcnc_compensates_with_its_sign_and_unit() {
+    let folder = Folder::new();
+    folder.file("x.comp", "-5 -5.001 -5.002\n\t5 5.003 5\n\n");
+    folder.file("a.comp", "-9 0.01 0.01\n9 -0.02 -0.02\n");
+    let ini = compensated(
+        &folder,
+        "inch",
+        [
+            "COMP_FILE = x.comp\n",
+            "BACKLASH = 0.002\n",
+            "COMP_FILE = a.comp\nCOMP_FILE_TYPE = 1\nSTEPGEN_MAXVEL = 5\nMAX_VELOCITY = 5\n",
+        ],
+    );
+    let to = folder.at("to/here");
+    let said = answer(0, &["linuxcnc", "setup", &ini, "-o", &to]);
+    let read = |name: &str| std::fs::read_to_string(folder.at(name)).unwrap();
+    let errors = read("to/here/errors.toml");
+    for part in [
+        // X moves the table, so it is reversed: the error is what LinuxCNC adds.
+        "[tabulated.EXX]\nat = [-127.0, 127.0]\npositive = [0.0254, -0.0762]\nnegative = [0.0508, 0.0]\nunit = \"mm\"",
+        "EZZb = -0.0254  # mm",
+        "[tabulated.EAA]\nat = [-9.0, 9.0]\nvalue = [-0.01, 0.02]\nunit = \"deg\"",
+        "X is reversed in machine.toml",
+        "COMP_FILE = x.comp in",
+    ] {
+        assert!(errors.contains(part), "{part} is not in\n{errors}");
+    }
+    // What is wrong is reported at once, with file and line; the HAL file says it, too.
+    let hal = read("to/here/trueaxis.hal");
+    for (line, write) in [
+        (11, "# COMP_FILE = x.comp"),
+        (15, "BACKLASH = 0"),
+        (19, "# COMP_FILE = a.comp"),
+        (21, "STEPGEN_MAXVEL = 6.25"),
+    ] {
+        assert!(said.contains(&format!("mill.ini, line {line}: ")), "{said}");
+        assert!(said.contains(&format!("  write: {write}\n")), "{said}");
+        assert!(
+            hal.contains(&format!("mill.ini, line {line}: {write}\n")),
+            "{hal}"
+        );
+    }
+    assert!(hal.contains("setp trueaxis.enable 0"), "{hal}");
+    let [machine, errors] =
+        ["machine.toml", "errors.toml"].map(|f| folder.at(&format!("to/here/{f}")));
+    let trax = folder.at("mill.trax");
+    answer(
+        0,
+        &["compile", &machine, &errors, "-o", &trax, "--random", "100"],
+    );
+}
+
+#[test]
+fn what_linuxcnc_would_not_read_is_not_imported() {
+    for (lines, file, expected) in [
+        (
+            "COMP_FILE = none.comp\n",
+            "",
+            ["none.comp cannot be read", "folder of the INI"],
+        ),
+        (
+            "COMP_FILE = x.comp\n",
+            "# a comment\n1 2 3\n",
+            ["not three numbers", "no comments"],
+        ),
+        (
+            "COMP_FILE = x.comp\n",
+            "1 2 3\n1 2 3\n",
+            ["positions must increase", "sort"],
+        ),
+        ("COMP_FILE = x.comp\n", "\n", ["has no lines", "remove"]),
+        (
+            "COMP_FILE = x.comp\nCOMP_FILE_TYPE = 2\n",
+            "1 2 3\n",
+            ["COMP_FILE_TYPE is `2`", "write 0"],
+        ),
+        (
+            "BACKLASH = much\n",
+            "",
+            ["`much`, no number", "BACKLASH = 0"],
+        ),
+    ] {
+        let folder = Folder::new();
+        folder.file("x.comp", file);
+        let ini = compensated(&folder, "mm", [lines, "", ""]);
+        refused(
+            &["linuxcnc", "setup", &ini, "-o", &folder.at("to")],
+            &expected,
+        );
+        assert!(!Path::new(&folder.at("to")).exists());
+    }
+}
+
 #[test]
 fn a_model_is_written_whole_and_never_over_an_input() {
     let folder = Folder::new();
@@ -1048,4 +1154,105 @@ fn a_model_is_written_whole_and_never_over_an_input() {
         &["Kolibri"],
     );
     assert_eq!(std::fs::read(&out).unwrap(), bytes);
+}
+
+/// Runs the command with a `halcmd` that keeps the pins `state` and `enable` in a file, and prints them.
+#[cfg(unix)]
+fn with_halcmd(folder: &Folder, words: &[&str]) -> (Option<i32>, String) {
+    use std::os::unix::fs::PermissionsExt;
+    let script = r#"#!/bin/sh
+here=$(dirname "$0")
+case "$1 $2" in
+"-s show") cat "$here/pins" ;;
+"setp trueaxis.enable") sed -i "s/bit IN FALSE trueaxis.enable/bit IN TRUE trueaxis.enable/;s/OUT 1 trueaxis.state/OUT 3 trueaxis.state/" "$here/pins" ;;
+*) echo "signal '$2' already has writer" >&2; exit 1 ;;
+esac
+"#;
+    let halcmd = folder.file("halcmd", script);
+    std::fs::set_permissions(halcmd, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:/usr/bin:/bin", folder.path().display());
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+        .args(words)
+        .env("PATH", path)
+        .output()
+        .unwrap();
+    let said = match output.stderr.is_empty() {
+        true => String::from_utf8(output.stdout).unwrap(),
+        false => plain(&output.stderr),
+    };
+    (output.status.code(), said)
+}
+
+#[cfg(unix)]
+#[test]
+fn the_component_is_watched_and_switched_through_its_pins() {
+    let folder = Folder::new();
+    let pins = "9 float IN 12.5 trueaxis.joint.0.pos-in <== x-pos
+9 bit IN FALSE trueaxis.joint.0.homed <== x-homed
+9 float OUT 0 trueaxis.joint.0.correction
+9 float OUT 0.0125 trueaxis.joint.0.computed
+9 float OUT 0.5 trueaxis.joint.0.bound-used
+9 bit IN FALSE trueaxis.enable
+9 bit IN FALSE trueaxis.dry-run <== panel-dry
+9 bit OUT FALSE trueaxis.loading
+9 bit OUT FALSE trueaxis.saturated
+9 float OUT 0 trueaxis.factor
+9 u32 OUT 1 trueaxis.state
+9 s32 OUT 0 trueaxis.waiting-for
+9 u32 OUT 0 trueaxis.fault-code
+9 u32 OUT 2 trueaxis.loads
+9 u32 OUT 42 trueaxis.checksum
+9 float IN nan trueaxis.tool-length
+9 float IN 1 trueaxis-model.tool-length
+";
+    folder.file("pins", pins);
+    let run = |words: &[&str]| with_halcmd(&folder, words);
+    let (code, said) = run(&["control", "--hal", "enable"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        said.contains("corrections  enable is off, factor 0.000\n"),
+        "{said}"
+    );
+    assert!(
+        said.contains("-> joint 0 is not homed, factor 0.000\n"),
+        "{said}"
+    );
+    assert!(said.contains("file         0000002a, number 2"), "{said}");
+    let (code, said) = run(&["monitor", "--hal", "--count", "1"]);
+    assert_eq!(code, Some(0), "{said}");
+    let row = "0            12.5000      0.00000      0.01250      50 % |##########          |  not homed";
+    assert!(said.contains(row), "{said}");
+    let (_, said) = run(&[
+        "monitor",
+        "--hal",
+        "--csv",
+        "--count",
+        "2",
+        "--interval",
+        "1",
+    ]);
+    assert!(
+        said.starts_with("time,0,d0,computed 0,factor,state,"),
+        "{said}"
+    );
+    assert!(said.contains(",12.5,0,0.0125,0,3,0,0,0\n"), "{said}");
+    let (_, said) = run(&["monitor", "--hal", "--json", "--count", "1"]);
+    let object: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(object["reason"], "joint 0 is not homed");
+    assert_eq!(object["inputs"]["tool-length"], Value::Null);
+    // A pin that a panel drives, and what only boards have.
+    let (code, said) = run(&["control", "--hal", "dry-run", "on"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("signal 'panel-dry' already has writer"),
+        "{said}"
+    );
+    let (_, said) = run(&["control", "--hal", "rollback"]);
+    assert!(said.contains("this is for a board"), "{said}");
+    folder.file("pins", "");
+    let (_, said) = run(&["monitor", "--hal"]);
+    assert!(
+        said.contains("the component trueaxis is not loaded"),
+        "{said}"
+    );
 }

@@ -1,14 +1,18 @@
 //! Checks a compensation against the configuration of a machine.
 
+mod beforehand;
 mod connections;
 mod functions;
 mod joints;
 mod topology;
 
+pub use beforehand::beforehand;
+
 use super::configuration::{Configuration, Joint, millimetres};
 use crate::formats::hal::Command;
 use crate::formats::ini::FileLocation;
 use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
 use trueaxis::{Axis, Largest};
 use trueaxis_model::machine::Machine;
 
@@ -35,6 +39,38 @@ pub struct Finding {
     pub reason: String,
     /// What to write there.
     pub write: String,
+}
+
+impl Finding {
+    fn at(severity: Severity, place: &FileLocation, reason: String, write: String) -> Self {
+        Self {
+            severity,
+            file: place.source.name.clone(),
+            line: place.line(),
+            reason,
+            write,
+        }
+    }
+}
+
+impl Display for Finding {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let severity = match self.severity {
+            Severity::Refused => "refused",
+            Severity::Warning => "warning",
+        };
+        let Self {
+            file,
+            line,
+            reason,
+            write,
+            ..
+        } = self;
+        write!(
+            f,
+            "{severity}: {file}, line {line}: {reason}\n  write: {write}"
+        )
+    }
 }
 
 /// What a configuration is checked against.
@@ -91,13 +127,8 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
 
 impl<'a> Checked<'a> {
     fn add(&mut self, severity: Severity, place: &FileLocation, reason: String, write: String) {
-        self.findings.push(Finding {
-            severity,
-            file: place.source.name.clone(),
-            line: place.line(),
-            reason,
-            write,
-        });
+        self.findings
+            .push(Finding::at(severity, place, reason, write));
     }
 
     fn refuse(&mut self, place: &FileLocation, reason: String, write: String) {

@@ -4,6 +4,7 @@ use super::kinematics::Module;
 use crate::formats::hal::{self, Hal};
 use crate::formats::ini::{Entry, FileLocation, Ini};
 use std::rc::Rc;
+use trueaxis_model::machine::Letter;
 use trueaxis_model::source::{FileError, Named};
 
 /// Opens a file by its name in an INI or HAL file; returns the cause of a failure.
@@ -33,6 +34,14 @@ pub struct Joint {
     pub number: usize,
     /// The letter of its axis.
     pub letter: char,
+}
+
+impl Joint {
+    /// Whether its axis rotates.
+    #[must_use]
+    pub fn is_rotary(self) -> bool {
+        matches!(self.letter, 'A' | 'B' | 'C')
+    }
 }
 
 /// LinuxCNC has no more joints.
@@ -99,6 +108,24 @@ impl Configuration {
         self.ini.get(&format!("JOINT_{number}"), key)
     }
 
+    /// Joints with an axis of a machine.
+    #[must_use]
+    pub fn axes(&self) -> Vec<Joint> {
+        let letters = self.module.letters.char_indices();
+        let joints = letters.map(|(number, letter)| Joint { number, letter });
+        joints
+            .filter(|joint| Letter::new(joint.letter).is_some())
+            .collect()
+    }
+
+    /// `COMP_FILE` or `BACKLASH` of a joint, if it has an effect.
+    #[must_use]
+    pub(crate) fn compensated(&self, number: usize, key: &str) -> Option<&Entry> {
+        let entry = self.of_joint(number, key)?;
+        let none = entry.value.is_empty() || (key == "BACKLASH" && entry.value.parse() == Ok(0.0));
+        (!none).then_some(entry)
+    }
+
     /// A numeric value of a joint, if there is one.
     #[must_use]
     pub fn number(&self, joint: usize, key: &str) -> Option<f64> {
@@ -109,9 +136,9 @@ impl Configuration {
     /// Size of a joint's unit in mm or degrees.
     #[must_use]
     pub fn unit(&self, joint: Joint) -> f64 {
-        match joint.letter {
-            'A' | 'B' | 'C' => 1.0,
-            _ => self.mm.unwrap_or(1.0),
+        match joint.is_rotary() {
+            true => 1.0,
+            false => self.mm.unwrap_or(1.0),
         }
     }
 }

@@ -2,11 +2,13 @@
 
 mod check;
 mod configuration;
+mod imported;
 mod kinematics;
 mod session;
 mod setup;
 
-pub use check::{Against, Finding, Severity, check};
-pub use configuration::{Configuration, Joint};
+pub use check::{Against, Finding, Severity, beforehand, check};
+pub use configuration::{Configuration, Joint, Open};
+pub use imported::{Import, imported};
 pub use session::{Contact, Positions, Session, SessionError, State};
 pub use setup::{Setup, setup};

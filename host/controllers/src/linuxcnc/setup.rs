@@ -1,9 +1,10 @@
 //! HAL lines that install the component in a configuration, and a first description of the machine.
 
+use super::check::Finding;
 use super::configuration::{Configuration, Joint};
+use super::imported::{self, Import, Motion};
 use super::kinematics::Shape;
 use std::fmt::Write;
-use trueaxis_model::machine::Letter;
 
 /// The generated files.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,31 +13,51 @@ pub struct Setup {
     pub hal: String,
     /// `machine.toml`.
     pub machine: String,
+    /// `errors.toml`, if the INI file compensates anything.
+    pub errors: Option<String>,
 }
 
 /// Joints with an axis of a machine, each letter once.
 fn axes(configuration: &Configuration) -> Vec<Joint> {
-    let letters = configuration.module.letters.char_indices();
     let mut found: Vec<Joint> = Vec::new();
-    for (number, letter) in letters {
-        if Letter::new(letter).is_some() && found.iter().all(|j| j.letter != letter) {
-            found.push(Joint { number, letter });
+    for joint in configuration.axes() {
+        if found.iter().all(|j| j.letter != joint.letter) {
+            found.push(joint);
         }
     }
     found
 }
 
-/// The lines and the description. `name` is that of the machine, `blob` the path of the compensation in HAL.
+/// The lines, the description and the imported errors. `name` is that of the machine, `blob` the path of the
+/// compensation in HAL, `imports` what the INI file compensates and `findings` what speaks against a compensation.
 #[must_use]
-pub fn setup(configuration: &Configuration, name: &str, blob: &str) -> Setup {
+pub fn setup(
+    configuration: &Configuration,
+    name: &str,
+    blob: &str,
+    imports: &[Import],
+    findings: &[Finding],
+) -> Setup {
     let (entries, tip) = entries(configuration);
+    let motions = entries.iter().map(|entry| Motion {
+        letter: entry.joint.letter,
+        reversed: entry.reversed,
+        endless: is_endless(configuration, entry.joint),
+    });
+    let motions: Vec<Motion> = motions.collect();
     Setup {
-        hal: hal(configuration, blob, &entries),
+        hal: hal(configuration, blob, &entries, findings),
         machine: machine(configuration, name, &entries, tip),
+        errors: imported::errors(configuration, name, &motions, imports),
     }
 }
 
-fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
+fn hal(
+    configuration: &Configuration,
+    blob: &str,
+    entries: &[Entry],
+    findings: &[Finding],
+) -> String {
     let hal = &configuration.hal;
     let letters = configuration.module.letters.chars();
     let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
@@ -47,6 +68,15 @@ fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
          #   [HAL]\n#   HALFILE = trueaxis.hal\n#\n\
          # It changes what those have connected; without that line all is as before.\n",
     );
+    if !findings.is_empty() {
+        text += "#\n# Before the corrections are switched on, write\n";
+    }
+    for Finding {
+        file, line, write, ..
+    } in findings
+    {
+        let _ = writeln!(text, "#   {file}, line {line}: {write}");
+    }
     if !hal.programs.is_empty() {
         let names: Vec<&str> = hal.programs.iter().map(|(name, _)| name.as_str()).collect();
         let _ = writeln!(
@@ -76,7 +106,8 @@ fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
             "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length"
         ),
     };
-    text += "\n# Corrections come in, slowly, once the axes are homed.\nsetp trueaxis.enable 1\n";
+    text += "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\
+             # They come in slowly, once the axes are homed.\nsetp trueaxis.enable 0\n";
     text
 }
 
@@ -222,10 +253,8 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     if let Some(origin) = entry.origin {
         line("origin_mm", format!("{origin:?}"), "");
     }
-    let limit = |key: &str| configuration.number(number, key).map(|v| rounded(v * unit));
-    let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
-    match range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5) {
-        Some((low, high)) if rotary && high - low > ENDLESS => {
+    match range(configuration, entry.joint) {
+        Some(_) if is_endless(configuration, entry.joint) => {
             line(
                 "range",
                 "[-180.0, 180.0]".to_owned(),
@@ -270,6 +299,22 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
         );
     }
     text
+}
+
+/// The soft limits, mm or degrees, if they are a travel.
+fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {
+    let unit = configuration.unit(joint);
+    let limit = |key: &str| {
+        let value = configuration.number(joint.number, key);
+        value.map(|v| rounded(v * unit))
+    };
+    let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
+    range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5)
+}
+
+fn is_endless(configuration: &Configuration, joint: Joint) -> bool {
+    let range = range(configuration, joint);
+    joint.is_rotary() && range.is_some_and(|(low, high)| high - low > ENDLESS)
 }
 
 /// A rotary axis with more travel (deg) than this rotates without limits.

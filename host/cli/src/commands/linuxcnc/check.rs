@@ -78,19 +78,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         })?;
     } else {
         let mut text = String::new();
-        for Finding {
-            severity,
-            file,
-            line,
-            reason,
-            write,
-        } in &findings
-        {
-            let severity = match severity {
-                Severity::Refused => "refused",
-                Severity::Warning => "warning",
-            };
-            text += &format!("{severity}: {file}, line {line}: {reason}\n  write: {write}\n");
+        for finding in &findings {
+            text += &format!("{finding}\n");
         }
         text += &format!(
             "{}: {refused} refused, {warnings} warnings\n",

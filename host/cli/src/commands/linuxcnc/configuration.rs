@@ -3,7 +3,7 @@
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::Configuration;
+use trueaxis_controllers::linuxcnc::{self, Configuration, Import};
 use trueaxis_model::source::{FileError, Named};
 
 /// Folder of LinuxCNC's own HAL files in the Debian package.
@@ -18,8 +18,23 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
         name: text.name.clone(),
         text: text.text.clone(),
     };
-    Configuration::read(source, &open).map_err(|error| match &error.within {
-        // Already relative to the current folder.
+    Configuration::read(source, &open).map_err(|error| bad(&text, error))
+}
+
+/// Reads what the INI file compensates.
+pub fn imported(ini: &Path, configuration: &Configuration) -> Result<Vec<Import>, BadInput> {
+    let folder = folder(ini);
+    let open = |name: &str| open(&folder, name);
+    let found = linuxcnc::imported(configuration, &open);
+    found.map_err(|error| match Text::read(ini) {
+        Ok(text) => bad(&text, error),
+        Err(bad) => bad,
+    })
+}
+
+/// An error in the INI file, or in another one that is already relative to the current folder.
+fn bad(ini: &Text, error: FileError) -> BadInput {
+    match &error.within {
         Some(within) => {
             let text = Text {
                 name: within.name.clone(),
@@ -31,8 +46,8 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
             };
             text.bad(error)
         }
-        None => text.bad(error),
-    })
+        None => ini.bad(error),
+    }
 }
 
 /// The folder of a file; LinuxCNC resolves other names from there.

@@ -6,14 +6,15 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::files;
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
-use trueaxis_controllers::linuxcnc::{Setup, setup};
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::linuxcnc::{Finding, Setup, beforehand, setup};
 
 /// Write HAL lines that install the component, and a first machine.toml
 ///
 /// Reads the INI file and the HAL files that it names. LinuxCNC reads trueaxis.hal after them; it changes their
-/// connections. machine.toml has the travels and what the kinematics define; CHECK marks what you must add. Existing
-/// files are kept unless --overwrite is given.
+/// connections. machine.toml has the travels and what the kinematics define; CHECK marks what you must add. If the INI
+/// file has COMP_FILE or BACKLASH, errors.toml has them as errors of the machine. Lists what must change in the INI
+/// file. Existing files are kept unless --overwrite is given.
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis linuxcnc setup mill.ini -o .")]
 pub struct Arguments {
@@ -39,10 +40,12 @@ pub struct Arguments {
 
 #[derive(Serialize)]
 struct Answer {
-    files: [PathBuf; 2],
+    files: Vec<PathBuf>,
     joints: String,
     /// Number of lines that the user must complete.
     to_check: usize,
+    /// What speaks against a compensation in the INI file.
+    findings: Vec<Finding>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -78,9 +81,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let name = name.unwrap_or_else(|| "machine".to_owned());
     let end = (0..=64).rev().find(|end| name.is_char_boundary(*end));
     let name = name.get(..end.unwrap_or(0)).unwrap_or(&name);
-    let Setup { hal, machine } = setup(&configuration, name, &arguments.file);
-    let files = ["trueaxis.hal", "machine.toml"].map(|name| output.join(name));
-    for file in &files {
+    let imports = configuration::imported(ini, &configuration)?;
+    let findings = beforehand(&configuration);
+    let Setup {
+        hal,
+        machine,
+        errors,
+    } = setup(&configuration, name, &arguments.file, &imports, &findings);
+    let written = [
+        ("trueaxis.hal", Some(hal)),
+        ("machine.toml", Some(machine)),
+        ("errors.toml", errors),
+    ];
+    let written = written
+        .into_iter()
+        .filter_map(|(name, text)| Some((output.join(name), text?)));
+    let written: Vec<(PathBuf, String)> = written.collect();
+    make(output)?;
+    for (file, _) in &written {
         files::prepare(file, &[ini])?;
         if !arguments.overwrite && file.symlink_metadata().is_ok() {
             return Err(BadInput::new(
@@ -95,26 +113,63 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .filter(|l| l.contains("CHECK") && l.contains('#'))
             .count()
     };
-    let to_check = marks(&hal) + marks(&machine) - 1;
-    for (file, text) in files.iter().zip([hal, machine]) {
+    let to_check = written.iter().map(|(_, text)| marks(text)).sum::<usize>() - 1;
+    for (file, text) in &written {
         files::write(file, text.as_bytes())?;
     }
     let letters = configuration.module.letters.clone();
+    let files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
     if arguments.json {
         return files::print_json(&Answer {
             files,
             joints: letters,
             to_check,
+            findings,
         })
         .map(|()| Outcome::Done);
     }
-    let [hal, machine] = files.map(|f| f.display().to_string());
-    files::print(&format!(
-        "{hal}: joints {letters}\n{machine}: to be completed where it says CHECK ({to_check} in both files)\n\
-         next: trueaxis compile {machine} errors.toml -o {file}\n\
-         then below [HAL] of {ini}, behind the other HALFILE lines: HALFILE = trueaxis.hal\n",
-        file = arguments.file,
-        ini = ini.display(),
-    ))?;
+    files::print(&text(arguments, &letters, &files, to_check, &findings))?;
     Ok(Outcome::Done)
+}
+
+/// Makes the folder if it is missing.
+fn make(folder: &Path) -> Result<(), BadInput> {
+    std::fs::create_dir_all(folder).map_err(|e| {
+        BadInput::new(
+            format!("{}: the folder cannot be made: {e}", folder.display()),
+            "give -o another folder",
+        )
+    })
+}
+
+fn text(
+    arguments: &Arguments,
+    letters: &str,
+    files: &[PathBuf],
+    to_check: usize,
+    findings: &[Finding],
+) -> String {
+    let ini = arguments.ini.display();
+    let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let (hal, machine) = (&names[0], &names[1]);
+    let mut text = format!(
+        "{hal}: joints {letters}\n{machine}: to be completed where it says CHECK ({to_check} in all files)\n"
+    );
+    let errors = match names.get(2) {
+        Some(errors) => {
+            text += &format!(
+                "{errors}: what COMP_FILE and BACKLASH compensate, to be taken out of the INI file\n"
+            );
+            errors
+        }
+        None => "errors.toml",
+    };
+    for finding in findings {
+        text += &format!("{finding}\n");
+    }
+    text + &format!(
+        "next: trueaxis compile {machine} {errors} -o {}\n\
+         then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n",
+        arguments.file
+    )
 }

@@ -149,7 +149,8 @@ impl Checked<'_> {
             self.warn(
                 &loaded.place.clone(),
                 "nothing ever enables the corrections".to_owned(),
-                "setp trueaxis.enable 1".to_owned(),
+                "net SIGNAL => trueaxis.enable from a switch, or setp trueaxis.enable 0 and `trueaxis control --hal enable`"
+                    .to_owned(),
             );
         }
     }

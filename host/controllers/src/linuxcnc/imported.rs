@@ -1,0 +1,262 @@
+//! What LinuxCNC compensates by itself, `COMP_FILE` and `BACKLASH`, as errors of the machine.
+//!
+//! Per joint, LinuxCNC adds a correction c to the command: from a file of positions p, linear in between and constant
+//! outside, or half of the backlash after positive travel and minus half of it after negative travel. A file replaces
+//! the backlash. The error of the axis is −c, or c if a positive command moves the carriage the negative way.
+
+use super::configuration::{Configuration, Joint, Open};
+use crate::formats::ini::{Entry, FileLocation};
+use std::fmt::Write;
+use std::rc::Rc;
+use trueaxis_model::source::FileError;
+
+/// Corrections that LinuxCNC adds to the command of a joint, in its unit.
+#[derive(Clone, Debug, PartialEq)]
+enum Corrections {
+    /// Position, correction after positive travel, correction after negative travel.
+    Table(Vec<[f64; 3]>),
+    /// Twice the correction after positive travel.
+    Backlash(f64),
+}
+
+/// What the INI file compensates on a joint.
+#[derive(Clone, Debug)]
+pub struct Import {
+    joint: Joint,
+    corrections: Corrections,
+    /// The line in the INI file, for readers.
+    source: String,
+}
+
+/// Reads what the configuration compensates; `open` opens the files that it names.
+///
+/// # Errors
+/// [`FileError`]: a file that cannot be read, or that LinuxCNC does not read to its end.
+pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Import>, FileError> {
+    let mut found = Vec::new();
+    for joint in configuration.axes() {
+        let of = |key| configuration.compensated(joint.number, key);
+        let (entry, corrections) = match (of("COMP_FILE"), of("BACKLASH")) {
+            (Some(file), _) => (
+                file,
+                Corrections::Table(table(configuration, joint, file, open)?),
+            ),
+            (None, Some(backlash)) => (backlash, Corrections::Backlash(value(backlash)?)),
+            (None, None) => continue,
+        };
+        let Entry {
+            key, value, place, ..
+        } = entry;
+        found.push(Import {
+            joint,
+            corrections,
+            source: format!(
+                "{key} = {value} in {}, line {}",
+                place.source.name,
+                place.line()
+            ),
+        });
+    }
+    Ok(found)
+}
+
+fn value(entry: &Entry) -> Result<f64, FileError> {
+    let value: Option<f64> = entry.value.parse().ok();
+    value.filter(|v| v.is_finite()).ok_or_else(|| {
+        let message = format!("{} is `{}`, no number", entry.key, entry.value);
+        entry.place.error(
+            message,
+            "here",
+            "write BACKLASH = 0, or how far the axis moves before it moves",
+        )
+    })
+}
+
+/// Rows of a file: positions that are reached (type 0) or corrections (type 1) after positive and negative travel.
+fn table(
+    configuration: &Configuration,
+    joint: Joint,
+    file: &Entry,
+    open: &Open<'_>,
+) -> Result<Vec<[f64; 3]>, FileError> {
+    let kind = configuration.of_joint(joint.number, "COMP_FILE_TYPE");
+    let reached = match kind.map_or("0", |entry| entry.value.as_str()) {
+        "0" => true,
+        "1" => false,
+        other => {
+            let place = kind.map_or(&file.place, |entry| &entry.place);
+            let message = format!("COMP_FILE_TYPE is `{other}`");
+            return Err(place.error(message, "here", "write 0 (positions) or 1 (corrections)"));
+        }
+    };
+    let source = open(&file.value).map_err(|cause| {
+        let message = format!("COMP_FILE = {} cannot be read: {cause}", file.value);
+        file.place
+            .error(message, "here", "name a file in the folder of the INI file")
+    })?;
+    let source = Rc::new(source);
+    let mut rows: Vec<[f64; 3]> = Vec::new();
+    let mut start = 0;
+    let text = source.text.trim_end();
+    for line in text.split_inclusive('\n') {
+        let span = start..start + line.trim_end().len();
+        start += line.len();
+        let bad = |message: &str, remedy: &str| {
+            let place = FileLocation {
+                source: Rc::clone(&source),
+                span: span.clone(),
+            };
+            Err(place.error(message, "here", remedy))
+        };
+        let mut words = line.split_whitespace().map(|word| word.parse::<f64>());
+        let (Some(Ok(p)), Some(Ok(forward)), Some(Ok(reverse))) =
+            (words.next(), words.next(), words.next())
+        else {
+            return bad(
+                "not three numbers: LinuxCNC reads no further",
+                "write position, and value after positive and after negative travel; no comments",
+            );
+        };
+        if ![p, forward, reverse].iter().all(|v| v.is_finite()) {
+            return bad("a number that is not finite", "write a finite one");
+        }
+        if rows.last().is_some_and(|last| last[0] >= p) {
+            return bad("positions must increase", "sort the lines by position");
+        }
+        rows.push(match reached {
+            true => [p, p - forward, p - reverse],
+            false => [p, forward, reverse],
+        });
+    }
+    match rows.is_empty() {
+        false => Ok(rows),
+        true => {
+            let message = format!("COMP_FILE = {} has no lines", file.value);
+            Err(file.place.error(message, "here", "remove this line"))
+        }
+    }
+}
+
+/// How an axis of the description moves.
+pub(super) struct Motion {
+    pub(super) letter: char,
+    pub(super) reversed: bool,
+    pub(super) endless: bool,
+}
+
+/// The error file, if there is anything to import. `axes` are those of the machine file `name`.
+pub(super) fn errors(
+    configuration: &Configuration,
+    name: &str,
+    axes: &[Motion],
+    imports: &[Import],
+) -> Option<String> {
+    if imports.is_empty() {
+        return None;
+    }
+    let (mut parameters, mut tables) = (String::new(), String::new());
+    let mut done: Vec<&Import> = Vec::new();
+    for import in imports {
+        let Import {
+            joint: Joint { number, letter },
+            corrections,
+            source,
+        } = import;
+        let head = format!("\n# Joint {number}: {source}.");
+        if let Some(first) = done.iter().find(|first| first.joint.letter == *letter) {
+            if first.corrections != *corrections {
+                tables += &format!(
+                    "{head}\n# CHECK: not imported: {letter} has the errors of joint {}.\n",
+                    first.joint.number
+                );
+            }
+            continue;
+        }
+        done.push(import);
+        let axis = axes.iter().find(|axis| axis.letter == *letter);
+        let axis = axis.filter(|_| "XYZABC".contains(*letter));
+        let is_table = matches!(corrections, Corrections::Table(_));
+        let Some(axis) = axis.filter(|axis| !(axis.endless && is_table)) else {
+            let why = match axis {
+                Some(_) => "the errors of an axis without end must close after a turn",
+                None => "the direction of this axis is not known",
+            };
+            tables += &format!("{head}\n# CHECK: not imported: {why}.\n");
+            continue;
+        };
+        let sign = match axis.reversed {
+            true => format!(
+                " {letter} is reversed in machine.toml: if you change that, change the signs here."
+            ),
+            false => format!(
+                " {letter} is not reversed in machine.toml: if you change that, change the signs here."
+            ),
+        };
+        let scale = if axis.reversed { 1.0 } else { -1.0 } * configuration.unit(import.joint);
+        match corrections {
+            Corrections::Backlash(value) => {
+                let half = 0.5 * value * scale;
+                let (half, unit) = match import.joint.is_rotary() {
+                    true => (rounded(half.to_radians(), 1e12), "rad"),
+                    false => (rounded(half, 1e9), "mm"),
+                };
+                let _ = write!(
+                    parameters,
+                    "{head}{sign}\nE{letter}{letter}b = {half:?}  # {unit}\n"
+                );
+            }
+            Corrections::Table(rows) => {
+                tables += &format!("{head}{sign}\n[tabulated.E{letter}{letter}]\n");
+                tables += &tabulated(import, rows, scale, configuration.unit(import.joint));
+            }
+        }
+    }
+    let mut text = format!(
+        "# What LinuxCNC compensated, as errors of the machine: see the page on error files in the manual.\n\
+         machine = {}\n",
+        toml::Value::from(name)
+    );
+    if !parameters.is_empty() {
+        text += &format!("\n[parameters]{parameters}");
+    }
+    text += &tables;
+    Some(text)
+}
+
+/// The values of a table: positions times `unit`, corrections times `scale`.
+fn tabulated(import: &Import, rows: &[[f64; 3]], scale: f64, unit: f64) -> String {
+    let mut rows = rows.to_vec();
+    // One line is a constant; a table has two positions.
+    if let [[p, forward, reverse]] = rows[..] {
+        rows = vec![[p - 1.0, forward, reverse], [p + 1.0, forward, reverse]];
+    }
+    let list = |k: usize, factor: f64| -> String {
+        let values = rows
+            .iter()
+            .map(|row| format!("{:?}", rounded(row[k] * factor, 1e9)));
+        values.collect::<Vec<_>>().join(", ")
+    };
+    let mut text = format!("at = [{}]\n", list(0, unit));
+    if rows.iter().all(|row| row[1] == row[2]) {
+        let _ = writeln!(text, "value = [{}]", list(1, scale));
+    } else {
+        let _ = writeln!(
+            text,
+            "positive = [{}]\nnegative = [{}]",
+            list(1, scale),
+            list(2, scale)
+        );
+    }
+    let unit = if import.joint.is_rotary() {
+        "deg"
+    } else {
+        "mm"
+    };
+    let _ = writeln!(text, "unit = \"{unit}\"");
+    text
+}
+
+/// To 1 / `steps`, and never −0.
+fn rounded(value: f64, steps: f64) -> f64 {
+    (value * steps).round() / steps + 0.0
+}

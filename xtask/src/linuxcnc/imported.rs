@@ -1,0 +1,212 @@
+//! What `trueaxis linuxcnc setup` imports: LinuxCNC once with `COMP_FILE` and `BACKLASH`, and once with the imported
+//! errors, compiled, under the component. Every drive gets the same commands, approached from both sides.
+
+use super::bench::Bench;
+use crate::csv::numbers;
+use crate::files;
+use crate::process::run;
+use std::process::Command;
+
+/// The lines of each joint: its axis, travel, type, and what LinuxCNC compensates.
+const JOINTS: [(&str, &str, [f64; 2], &str); 4] = [
+    (
+        "X",
+        "LINEAR",
+        [0.0, 200.0],
+        "COMP_FILE = x.comp\nCOMP_FILE_TYPE = 0\n",
+    ),
+    // A file takes the place of the backlash.
+    (
+        "Y",
+        "LINEAR",
+        [0.0, 150.0],
+        "COMP_FILE = y.comp\nCOMP_FILE_TYPE = 1\nBACKLASH = 0.5\n",
+    ),
+    ("Z", "LINEAR", [-150.0, 0.0], "BACKLASH = 0.024\n"),
+    (
+        "A",
+        "ANGULAR",
+        [-90.0, 90.0],
+        "COMP_FILE = a.comp\nCOMP_FILE_TYPE = 1\n",
+    ),
+];
+
+/// Positions that are reached, mm: not as far as the travel, so that end values are held.
+const X: &str = "20 20.004 20.001\n60 60.012 60.006\n100 99.991 99.985\n160 159.98 159.97\n";
+/// Corrections, mm.
+const Y: &str = "10 0.003 -0.001\n70 -0.011 -0.016\n140 0.014 0.009\n";
+/// Corrections, degrees.
+const A: &str = "-80 0.004 0.001\n-10 -0.006 -0.010\n75 0.011 0.008\n";
+
+/// Permitted difference, mm: the tolerance of `compile`, and that an error belongs to the corrected position: a slope
+/// of up to 8e-4 times a correction of up to 0.03 mm.
+const MILLIMETRES: f64 = 0.05e-3 + 8e-4 * 0.03;
+/// The same in degrees: 0.05 µrad, and a slope of 2e-4 times 0.012 degrees.
+const DEGREES: f64 = 2.9e-6 + 2e-4 * 0.012;
+/// Every axis meets the tolerance by itself: under `direction`, the linear axes would make up at the tip for up to
+/// 1 µrad of A.
+const POLICY: &str = "orientation";
+
+const FOLDER: &str = "imported";
+
+/// # Errors
+/// The violated condition.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    let ini = "imported/machine.ini";
+    files::folder(bench.file(FOLDER))?;
+    bench.copy("firmware/linuxcnc/tests/imported.py", "imported.py")?;
+    bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
+    let mut hal = String::from(
+        "loadrt [KINS]KINEMATICS\n\
+         loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS\n\
+         addf motion-command-handler servo-thread\naddf motion-controller servo-thread\n\
+         net enabled iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in\n",
+    );
+    for joint in 0..JOINTS.len() {
+        hal += &format!(
+            "net drive-{joint} joint.{joint}.motor-pos-cmd => joint.{joint}.motor-pos-fb\n"
+        );
+    }
+    for (name, text) in [
+        ("machine.hal", hal.as_str()),
+        ("x.comp", X),
+        ("y.comp", Y),
+        ("a.comp", A),
+    ] {
+        bench.write(&format!("{FOLDER}/{name}"), text)?;
+    }
+    bench.write(ini, configuration())?;
+    let before = recorded(bench)?;
+
+    let trax = "new/machine.trax";
+    let answer = bench.trueaxis(&[
+        "linuxcnc",
+        "setup",
+        ini,
+        "-o",
+        "imported/new",
+        "--file",
+        trax,
+    ])?;
+    let [machine, errors, trax] =
+        ["machine.toml", "errors.toml", "machine.trax"].map(|name| format!("{FOLDER}/new/{name}"));
+    bench.trueaxis(&[
+        "compile", &machine, &errors, "-o", &trax, "--random", "1000", "--policy", POLICY,
+    ])?;
+    // Takes out what the command says.
+    let text = configuration();
+    let mut lines: Vec<&str> = text.lines().collect();
+    let findings = findings(&answer);
+    for (line, write) in &findings {
+        lines[line - 1] = write;
+    }
+    if findings.len() != 5 {
+        return Err(format!(
+            "{} findings instead of 5: {answer}",
+            findings.len()
+        ));
+    }
+    let text = lines.join("\n") + "\n";
+    bench.write(
+        ini,
+        text.replace(
+            "HALFILE = machine.hal",
+            "HALFILE = machine.hal\nHALFILE = new/trueaxis.hal",
+        ),
+    )?;
+    bench.trueaxis(&["linuxcnc", "check", ini, &trax, "--machine", &machine])?;
+    let after = recorded(bench)?;
+    compare(&before, &after)
+}
+
+fn configuration() -> String {
+    let mut text = String::from(
+        "[EMC]\nVERSION = 1.1\nMACHINE = imported\n[DISPLAY]\nDISPLAY = /tmp/imported.py\n\
+         [TASK]\nTASK = milltask\nCYCLE_TIME = 0.010\n[RS274NGC]\nPARAMETER_FILE = imported.var\n\
+         [EMCMOT]\nEMCMOT = motmod\nCOMM_TIMEOUT = 1.0\nSERVO_PERIOD = 1000000\n\
+         [HAL]\nHALFILE = machine.hal\n\
+         [TRAJ]\nCOORDINATES = XYZA\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
+         DEFAULT_LINEAR_VELOCITY = 50\nMAX_LINEAR_VELOCITY = 100\n\
+         [EMCIO]\nEMCIO = io\nCYCLE_TIME = 0.100\nTOOL_TABLE = /tmp/tool.tbl\n\
+         [KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n",
+    );
+    for (joint, (axis, kind, [low, high], compensated)) in JOINTS.iter().enumerate() {
+        let limits = format!(
+            "MIN_LIMIT = {low}\nMAX_LIMIT = {high}\nMAX_VELOCITY = 100\nMAX_ACCELERATION = 1000\n"
+        );
+        let home = low.midpoint(*high);
+        text += &format!(
+            "[AXIS_{axis}]\n{limits}[JOINT_{joint}]\nTYPE = {kind}\n{limits}{compensated}\
+             FERROR = 1\nMIN_FERROR = 1\nHOME = {home}\nHOME_OFFSET = 3.25\nHOME_SEARCH_VEL = 0\nHOME_SEQUENCE = 0\n"
+        );
+    }
+    text
+}
+
+/// Lines of the INI file, counted from 1, and what to write there: `refused: FILE, line N: REASON`, `  write: LINE`.
+fn findings(answer: &str) -> Vec<(usize, &str)> {
+    let lines: Vec<&str> = answer.lines().collect();
+    let pairs = lines.windows(2).filter_map(|pair| {
+        let write = pair[1].strip_prefix("  write: ")?;
+        let (_, line) = pair[0].split_once(", line ")?;
+        let (number, _) = line.split_once(':')?;
+        Some((number.parse().ok()?, write))
+    });
+    pairs.collect()
+}
+
+/// Joint, position, side, correction.
+fn recorded(bench: &Bench) -> Result<Vec<Vec<f64>>, String> {
+    let record = bench.file("imported/record.csv");
+    // The results of an earlier run must not be used instead.
+    let _ = std::fs::remove_file(&record);
+    run(Command::new("chmod")
+        .args(["-R", "a+rwX"])
+        .arg(bench.file(FOLDER)))?;
+    let said = bench.inside(&["linuxcnc", "/tmp/imported/machine.ini"])?;
+    let text = files::read_text(&record).map_err(|e| format!("{e}\n{said}"))?;
+    numbers(&text)
+}
+
+fn compare(before: &[Vec<f64>], after: &[Vec<f64>]) -> Result<(), String> {
+    let mut worst = [0.0_f64; JOINTS.len()];
+    let mut largest = [0.0_f64; JOINTS.len()];
+    if before.len() != after.len() || before.is_empty() {
+        return Err(format!("{} and {} rows", before.len(), after.len()));
+    }
+    for (before, after) in before.iter().zip(after) {
+        let ([joint, position, side, old], [_, _, _, new]) = (&before[..], &after[..]) else {
+            return Err(format!("{before:?} {after:?}"));
+        };
+        let joint = *joint as usize;
+        let (axis, kind, ..) = JOINTS[joint];
+        let most = if kind == "LINEAR" {
+            MILLIMETRES
+        } else {
+            DEGREES
+        };
+        if (old - new).abs() > most {
+            return Err(format!(
+                "{axis} at {position} from {}: LinuxCNC adds {old}, the component {new}",
+                if *side < 0.0 { "below" } else { "above" },
+            ));
+        }
+        worst[joint] = worst[joint].max((old - new).abs());
+        largest[joint] = largest[joint].max(old.abs());
+    }
+    if let Some(joint) = largest.iter().position(|c| *c < 5e-3) {
+        return Err(format!(
+            "joint {joint} is not compensated by LinuxCNC: {largest:?}"
+        ));
+    }
+    println!(
+        "imported: COMP_FILE of both types and BACKLASH, {} positions from both sides: at most {:.2} of up to {:.0} µm, \
+         {:.3} of up to {:.0} millidegrees different",
+        before.len() / 2,
+        1e3 * worst[..3].iter().copied().fold(0.0, f64::max),
+        1e3 * largest[..3].iter().copied().fold(0.0, f64::max),
+        1e3 * worst[3],
+        1e3 * largest[3],
+    );
+    Ok(())
+}
