@@ -410,7 +410,8 @@ def main():
 
 try:
     main()
-except (Stopped, BrokenPipeError):
+except (Stopped, BrokenPipeError, KeyboardInterrupt):
+    # hal turns the signals that end a program into the last one.
     pass
 finally:
     # The end of the input has been seen; what follows is done to its end.
