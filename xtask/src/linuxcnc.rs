@@ -19,6 +19,7 @@ mod touches;
 
 use bench::Bench;
 pub use package::execute as package;
+use std::thread::{self, ScopedJoinHandle};
 
 /// Fails with the violated condition.
 type Check = fn(&Bench) -> Result<(), String>;
@@ -38,8 +39,12 @@ const PARTS: &[(&str, Check)] = &[
     ("package", package::check),
 ];
 
-/// Run only if named. The twenty machines take a quarter of an hour. And on busy processors LinuxCNC 2.9 may end a program of probing moves before its last one with
-/// "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650), or without a message.
+/// Runs beside the others, up to the one that measures times.
+const BESIDE: &str = "calibrate";
+
+/// Run only if named. The twenty machines take 20 minutes. And on busy processors LinuxCNC 2.9 may end a program of
+/// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
+/// or without a message.
 const ONLY_NAMED: [&str; 2] = ["touches", "calibrate-twenty"];
 
 /// `chosen`: only these parts.
@@ -54,10 +59,24 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         return Err(format!("there is no part `{part}`"));
     }
     let bench = Bench::provide()?;
-    for (name, check) in PARTS {
-        if chosen.contains(name) || (chosen.is_empty() && !ONLY_NAMED.contains(name)) {
-            check(&bench).map_err(|e| format!("{name}: {e}"))?;
+    let wants =
+        |name: &str| chosen.contains(&name) || (chosen.is_empty() && !ONLY_NAMED.contains(&name));
+    let told = |name: &str, done: Result<(), String>| done.map_err(|e| format!("{name}: {e}"));
+    thread::scope(|scope| {
+        // It mostly waits for machines that move.
+        let mut beside = wants(BESIDE).then(|| scope.spawn(|| calibrate::check(&bench)));
+        let mut ended = || match beside.take().map(ScopedJoinHandle::join) {
+            Some(done) => told(BESIDE, done.unwrap_or_else(|_| Err("it panics".to_owned()))),
+            None => Ok(()),
+        };
+        for (name, check) in PARTS {
+            if *name == "times" {
+                ended()?;
+            }
+            if *name != BESIDE && wants(name) {
+                told(name, check(&bench))?;
+            }
         }
-    }
-    Ok(())
+        ended()
+    })
 }

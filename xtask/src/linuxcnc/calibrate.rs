@@ -22,6 +22,9 @@ const OF_BAND: f64 = 1.2;
 /// Without a compensation LinuxCNC's component has no file.
 const NO_FILE: &str = "halcmd getp trueaxis.loads | grep -q '^0'";
 
+/// Exit code of a program that a signal ended (SIGTERM).
+const ENDED: i32 = 143;
+
 /// What is wrong with a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
@@ -120,7 +123,12 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
     let mut before = String::new();
     match fault {
         Fault::None => {}
-        Fault::Ball => before = "(sleep 45; halcmd setp trueaxis-model.moved 0.1) & ".to_owned(),
+        Fault::Ball => {
+            before = format!(
+                "({}; halcmd setp trueaxis-model.moved 0.1) & ",
+                until("touches.csv", 60)
+            );
+        }
         Fault::Stylus => before = "halcmd setp trueaxis-model.tool-length TOOL; ".to_owned(),
         Fault::Sign => {
             let text = files::read_text(&bench.file("m/machine.toml"))?;
@@ -190,6 +198,11 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
     Ok(line)
 }
 
+/// Shell words that wait until a log has more lines than this.
+fn until(log: &str, lines: usize) -> String {
+    format!("until [ $(cat run/{log} 2>/dev/null | wc -l) -gt {lines} ]; do sleep 0.2; done")
+}
+
 /// The length of the tool in a machine file (mm).
 fn tool_length(machine: &str) -> Result<f64, String> {
     let (_, tip) = machine
@@ -248,8 +261,8 @@ fn switched(bench: &Bench) -> Result<String, String> {
          --indexings A=-60:60:20,C=-180:150:30 --model {LOCATIONS} --folder run"
     );
     let lines = [
-        // Ctrl-C in the middle of probing; the machine stands still, its kinematics and the component as they were.
-        format!("timeout -s INT 30 {calibrate}"),
+        // Ended in the middle of probing: the machine stands still, its kinematics and the component are as they were.
+        format!("{calibrate} & {}; kill $!; wait $!", until("before.csv", 8)),
         "sleep 2; halcmd getp kinstype.is-0 | grep -q TRUE && halcmd getp motion.in-position | grep -q TRUE".to_owned(),
         format!("{NO_FILE} && test ! -e xyzac-trt.trax"),
         "cp run/before.csv interrupted.csv; wc -l < interrupted.csv".to_owned(),
@@ -258,7 +271,7 @@ fn switched(bench: &Bench) -> Result<String, String> {
         "halcmd getp kinstype.is-0 | grep -q TRUE".to_owned(),
     ];
     let (printed, codes) = operate(&bench, SWITCHED, "xyzac-trt.ini", &lines)?;
-    if codes != [124, 0, 0, 0, 0, 0, 0] {
+    if codes != [ENDED, 0, 0, 0, 0, 0, 0] {
         return Err(format!("{codes:?}\n{printed}"));
     }
     let read = |name: &str| files::read_text(&bench.file(&format!("{SWITCHED}/{name}")));
