@@ -249,7 +249,7 @@ fn ini(machine: &Machine) -> String {
     text
 }
 
-/// Drives that are where they are told to be, the compensation, and what plays the real machine.
+/// The HAL file: ideal drives, the compensation, and the component that simulates the real machine.
 fn hal(machine: &Machine) -> String {
     let letters = letters(machine);
     let mut text = format!(

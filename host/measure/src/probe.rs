@@ -9,7 +9,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A machine with a probe.
 pub trait Prober {
-    /// Why it does not do what it is told.
+    /// The reason for a failed command.
     type Error;
 
     /// A rapid move with the stylus clear of everything.
@@ -308,16 +308,16 @@ mod tests {
         assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy).is_none());
     }
 
-    /// A machine that logs what it is told, and stops at a step or finds nothing.
+    /// Records its commands, and fails or finds no contact at a given one.
     #[derive(Default)]
-    struct Told {
+    struct Recorder {
         moves: Vec<String>,
         fails_at: Option<usize>,
         finds_nothing_at: Option<usize>,
     }
 
-    impl Told {
-        fn told(&mut self, what: &str) -> Result<(), &'static str> {
+    impl Recorder {
+        fn record(&mut self, what: &str) -> Result<(), &'static str> {
             self.moves.push(what.to_owned());
             match self.fails_at == Some(self.moves.len()) {
                 true => Err("stopped"),
@@ -326,23 +326,23 @@ mod tests {
         }
     }
 
-    impl Prober for Told {
+    impl Prober for Recorder {
         type Error = &'static str;
 
         fn rapid(&mut self, _: &Target) -> Result<(), Self::Error> {
-            self.told("rapid")
+            self.record("rapid")
         }
 
         fn near(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
-            self.told("near")
+            self.record("near")
         }
 
         fn retreat(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
-            self.told("retreat")
+            self.record("retreat")
         }
 
         fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, Self::Error> {
-            self.told(&format!("touch {feed}"))?;
+            self.record(&format!("touch {feed}"))?;
             let mut position = PerAxis::default();
             for (axis, at) in end {
                 position[*axis] = *at;
@@ -356,7 +356,7 @@ mod tests {
         }
 
         fn orient(&mut self, _: f64) -> Result<(), Self::Error> {
-            self.told("orient")
+            self.record("orient")
         }
     }
 
@@ -384,9 +384,9 @@ mod tests {
     };
 
     /// Probes with a machine; returns lines and numbers of the logged touches, and how it ended.
-    fn probed(told: &mut Told) -> (Vec<[usize; 2]>, Result<(), ProbeError<&'static str>>) {
+    fn probed(recorder: &mut Recorder) -> (Vec<[usize; 2]>, Result<(), ProbeError<&'static str>>) {
         let mut logged = Vec::new();
-        let done = probe(&strategy(), &steps(), SPEEDS, told, &mut |record| {
+        let done = probe(&strategy(), &steps(), SPEEDS, recorder, &mut |record| {
             logged.push([record.row.line, record.touch]);
             Ok(())
         });
@@ -395,33 +395,33 @@ mod tests {
 
     #[test]
     fn every_touch_is_made_twice_and_logged_after_the_way_back() {
-        let mut told = Told::default();
-        let (logged, done) = probed(&mut told);
+        let mut recorder = Recorder::default();
+        let (logged, done) = probed(&mut recorder);
         assert_eq!(done, Ok(()));
         assert_eq!(logged, [[2, 1], [3, 2]]);
         let touch = ["touch 200", "retreat", "touch 30", "retreat"];
         let expected = [&["rapid"][..], &touch, &["near"], &touch].concat();
-        assert_eq!(told.moves, expected);
+        assert_eq!(recorder.moves, expected);
     }
 
     #[test]
     fn what_stops_a_machine_stops_probing_and_only_whole_touches_are_logged() {
         for step in 1..=10 {
-            let mut told = Told {
+            let mut recorder = Recorder {
                 fails_at: Some(step),
-                ..Told::default()
+                ..Recorder::default()
             };
-            let (logged, done) = probed(&mut told);
+            let (logged, done) = probed(&mut recorder);
             assert_eq!(done, Err(ProbeError::Machine("stopped")), "step {step}");
-            assert_eq!(told.moves.len(), step);
+            assert_eq!(recorder.moves.len(), step);
             assert_eq!(logged.len(), usize::from(step > 5), "step {step}");
         }
         for step in [2, 4, 7, 9] {
-            let mut told = Told {
+            let mut recorder = Recorder {
                 finds_nothing_at: Some(step),
-                ..Told::default()
+                ..Recorder::default()
             };
-            let (logged, done) = probed(&mut told);
+            let (logged, done) = probed(&mut recorder);
             let (line, touch) = if step < 6 { (2, 1) } else { (3, 2) };
             let ball = "1".to_owned();
             assert_eq!(done, Err(ProbeError::NoContact { line, ball, touch }));
@@ -431,11 +431,11 @@ mod tests {
 
     #[test]
     fn a_log_that_cannot_be_written_stops_the_machine() {
-        let mut told = Told::default();
+        let mut recorder = Recorder::default();
         let full = |_: &Record<'_>| Err(std::io::Error::other("full"));
-        let done = probe(&strategy(), &steps(), SPEEDS, &mut told, &mut { full });
+        let done = probe(&strategy(), &steps(), SPEEDS, &mut recorder, &mut { full });
         assert_eq!(done, Err(ProbeError::Log("full".to_owned())));
-        assert_eq!(told.moves.len(), 5);
+        assert_eq!(recorder.moves.len(), 5);
     }
 
     #[test]

@@ -101,7 +101,8 @@ fn left(bench: &Bench, folder: &str) -> Result<[f64; 2], String> {
     Ok([mean("before")?, mean("tables")?])
 }
 
-/// One drawn machine: is calibrated, or its fault is told and nothing loaded. Returns a line for the table.
+/// Calibrates one random machine, or checks that its fault is reported and nothing is loaded. Returns a line of the
+/// table.
 fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
     let bench = bench.apart(&format!("machine-{seed}"))?;
     let trueaxis = bench.program()?;
@@ -198,6 +199,24 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
     Ok(line)
 }
 
+/// A script of the shell: holds the machine by the feed override, lets it go on, and stops it as an operator does.
+fn hold(calibrate: &str) -> String {
+    let python = |what: &str| format!("python3 -c 'import linuxcnc; linuxcnc.command().{what}'");
+    let (hold, go, stop) = (
+        python("feedrate(0)"),
+        python("feedrate(1)"),
+        python("abort()"),
+    );
+    format!(
+        "{calibrate} > held 2>&1 &\n{}\n{hold}\nsleep 1\nfirst=$(wc -l < run/before.csv)\nsleep 4\n\
+         test $first = $(wc -l < run/before.csv) || exit 1\n{go}\n{}\n\
+         for k in $(seq 100); do kill -0 $! 2>/dev/null || break; {stop}; sleep 0.1; done\n\
+         wait $!\ntest $? = 2 && grep -q 'somebody stopped it' held || {{ cat held; exit 1; }}\n",
+        until("before.csv", 6),
+        until("before.csv", 11)
+    )
+}
+
 /// Shell words that wait until a log has more lines than this.
 fn until(log: &str, lines: usize) -> String {
     format!("until [ $(cat run/{log} 2>/dev/null | wc -l) -gt {lines} ]; do sleep 0.2; done")
@@ -259,25 +278,57 @@ fn switched(bench: &Bench) -> Result<String, String> {
         "{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml {PROBING} --probings 32 --validate 6 \
          --indexings A=-60:60:20,C=-180:150:30 --model {LOCATIONS} --folder run"
     );
+    bench.write("hold", hold(&calibrate))?;
+    let is_one = |pin: &str| format!("halcmd getp {pin} | grep -qE '^(1|TRUE)$'");
     let lines = [
-        // Ended in the middle of probing: the machine stands still, its kinematics and the component are as they were.
-        format!("{calibrate} & {}; kill $!; wait $!", until("before.csv", 8)),
-        "sleep 2; halcmd getp kinstype.is-0 | grep -q TRUE && halcmd getp motion.in-position | grep -q TRUE".to_owned(),
+        "halcmd setp trueaxis.enable 1".to_owned(),
+        // Feed override 0 holds it for as long as it lasts; an operator who stops the machine ends the command.
+        "sh /tmp/hold".to_owned(),
+        // Ended in the middle of probing without corrections, as by a terminal that is closed.
+        format!(
+            "{calibrate} --from probe & {}; kill $!; wait $!",
+            until("touches.csv", 20)
+        ),
+        // The machine stands still; its kinematics and the component are as they were.
+        format!(
+            "sleep 2; {} && {} && {}",
+            is_one("kinstype.is-0"),
+            is_one("motion.in-position"),
+            is_one("trueaxis.enable")
+        ),
         format!("{NO_FILE} && test ! -e xyzac-trt.trax"),
-        "cp run/before.csv interrupted.csv; wc -l < interrupted.csv".to_owned(),
+        "cp run/touches.csv interrupted.csv".to_owned(),
         format!("{calibrate} --from probe"),
-        "halcmd getp trueaxis.factor | grep -q '^1'".to_owned(),
-        "halcmd getp kinstype.is-0 | grep -q TRUE".to_owned(),
+        format!(
+            "{} && {}",
+            is_one("trueaxis.factor"),
+            is_one("kinstype.is-0")
+        ),
+        // Another compensation, ended in the middle of its validation: the first one is in use again.
+        format!(
+            "cp xyzac-trt.trax first.trax; halcmd getp trueaxis.checksum > first; rm run/after.csv; \
+             {trueaxis} compile machine.toml run/errors.toml --tolerance 5 -o run/machine.trax"
+        ),
+        format!(
+            "! cmp -s first.trax run/machine.trax && \
+             ({calibrate} --from load & {}; ! cmp -s first.trax xyzac-trt.trax || exit 1; kill $!; wait $!)",
+            until("after.csv", 8)
+        ),
+        format!(
+            "sleep 5; cmp first.trax xyzac-trt.trax && halcmd getp trueaxis.checksum | cmp first - && {} && {}",
+            is_one("trueaxis.enable"),
+            is_one("trueaxis.factor")
+        ),
     ];
     let (printed, codes) = operate(&bench, SWITCHED, "xyzac-trt.ini", &lines)?;
-    if codes != [ENDED, 0, 0, 0, 0, 0, 0] {
+    if codes != [0, 0, ENDED, 0, 0, 0, 0, 0, 0, ENDED, 0] {
         return Err(format!("{codes:?}\n{printed}"));
     }
     let read = |name: &str| files::read_text(&bench.file(&format!("{SWITCHED}/{name}")));
-    let (interrupted, whole) = (read("interrupted.csv")?, read("run/before.csv")?);
+    let (interrupted, whole) = (read("interrupted.csv")?, read("run/touches.csv")?);
     let rows = interrupted.lines().count().saturating_sub(1) / 5;
     let first: Vec<&str> = whole.lines().take(1 + 5 * rows).collect();
-    if !interrupted.starts_with(&first.join("\n")) || whole.lines().count() != 31 {
+    if !interrupted.starts_with(&first.join("\n")) || whole.lines().count() != 161 {
         return Err(format!(
             "the log was not continued:\n{interrupted}\n{whole}"
         ));

@@ -265,11 +265,16 @@ pub fn write_or_print(output: Option<&Path>, text: &str, said: &str) -> Result<(
 
 /// Prints JSON to standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
+    print(&json(value)?)
+}
+
+/// A value as JSON, with its line end.
+pub fn json(value: &impl Serialize) -> Result<String, BadInput> {
     let text = serde_json::to_string_pretty(value).map_err(|error| {
         BadInput::new(
             format!("the answer cannot be written as JSON: {error}"),
             "leave out --json",
         )
     })?;
-    print(&(text + "\n"))
+    Ok(text + "\n")
 }

@@ -156,15 +156,10 @@ def state(_):
     """What LinuxCNC is doing."""
     stat.poll()
     return {
-        "version": linuxcnc.version,
         "ini": os.path.abspath(stat.ini_filename),
         "date": time.strftime("%Y-%m-%d-%H%M%S"),
         "is_on": stat.task_state == linuxcnc.STATE_ON,
         "homed": all(stat.homed[: stat.joints]),
-        "is_idle": stat.interp_state == linuxcnc.INTERP_IDLE,
-        "probe_tripped": bool(stat.probe_val),
-        "position": in_mm(stat.position),
-        "tool_offset": in_mm(stat.tool_offset),
     }
 
 
@@ -248,9 +243,7 @@ def joints(_):
 def run(asked):
     """A line of G-code."""
     mdi(asked["line"])
-    if asked.get("back"):
-        modes.append(asked["back"])
-    return {"position": in_mm(stat.position)}
+    return {}
 
 
 def move(asked):
@@ -262,9 +255,8 @@ def move(asked):
     target = asked["target"]
     feed = "G0%s" % words(target) if asked.get("feed") is None else "G1%s F%g" % (words(target), asked["feed"])
     mdi("G53 " + feed)
-    at = in_mm(stat.position)
-    check(target, at)
-    return {"position": at}
+    check(target, in_mm(stat.position))
+    return {}
 
 
 def touch(asked):
@@ -282,11 +274,11 @@ def touch(asked):
     mdi("G91 G38.3%s F%g" % (words(way), asked["feed"]))
     tripped = bool(stat.probe_tripped)
     probed = in_mm(stat.probed_position)
-    stopped = in_mm(stat.position)
+    ended = in_mm(stat.position)
     mdi("G90")
     if not tripped:
-        check(asked["target"], stopped)
-    return {"tripped": tripped, "position": probed, "stopped": stopped, "time": time.time()}
+        check(asked["target"], ended)
+    return {"tripped": tripped, "position": probed, "time": time.time()}
 
 
 def pins(asked):

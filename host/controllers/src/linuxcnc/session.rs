@@ -11,6 +11,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 /// Runs beside LinuxCNC; when the input of the script ends, it stops the machine and puts back what it changed.
 const SCRIPT: &str = include_str!("session.py");
 
+const PYTHON: &str = "python3";
+
 /// Positions (mm, deg) by axis letter.
 pub type Positions = BTreeMap<char, f64>;
 
@@ -27,8 +29,6 @@ pub struct SessionError {
 /// What LinuxCNC is doing.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct State {
-    /// Version of LinuxCNC.
-    pub version: String,
     /// Path of the INI file that it was started with.
     pub ini: String,
     /// Local date and time, as a name for a folder.
@@ -37,14 +37,6 @@ pub struct State {
     pub is_on: bool,
     /// All joints are homed.
     pub homed: bool,
-    /// No program is running.
-    pub is_idle: bool,
-    /// The probe has contact.
-    pub probe_tripped: bool,
-    /// Machine position.
-    pub position: Positions,
-    /// Tool offset in use.
-    pub tool_offset: Positions,
 }
 
 /// The end of a touch.
@@ -54,8 +46,6 @@ pub struct Contact {
     pub tripped: bool,
     /// Where (machine position).
     pub position: Positions,
-    /// Where the machine stopped after it.
-    pub stopped: Positions,
     /// When (s since 1970).
     pub time: f64,
 }
@@ -66,11 +56,6 @@ pub struct Session {
     script: Child,
     to: Option<ChildStdin>,
     from: BufReader<ChildStdout>,
-}
-
-#[derive(Deserialize)]
-struct At {
-    position: Positions,
 }
 
 #[derive(Deserialize)]
@@ -92,18 +77,13 @@ impl Session {
     /// # Errors
     /// There is no Python, no LinuxCNC, or it is not running.
     pub fn start() -> Result<(Self, State), SessionError> {
-        Self::with("python3")
-    }
-
-    /// The same with another Python.
-    fn with(python: &str) -> Result<(Self, State), SessionError> {
-        let mut script = Command::new(python)
+        let mut script = Command::new(PYTHON)
             .args(["-u", "-c", SCRIPT])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
             .map_err(|error| SessionError {
-                error: format!("{python}: {error}"),
+                error: format!("{PYTHON}: {error}"),
                 remedy: "install Python 3, and LinuxCNC's module for it".to_owned(),
             })?;
         let (to, from) = (script.stdin.take(), script.stdout.take());
@@ -180,36 +160,32 @@ impl Session {
         Ok(switched.changed)
     }
 
-    /// Runs a line of G-code, and `back` at the end of the session.
+    /// Runs a line of G-code.
     ///
     /// # Errors
     /// LinuxCNC refuses or aborts it.
-    pub fn run(&mut self, line: &str, back: Option<&str>) -> Result<Positions, SessionError> {
-        let at: At = self.ask(&json!({"do": "run", "line": line, "back": back}))?;
-        Ok(at.position)
+    pub fn run(&mut self, line: &str) -> Result<(), SessionError> {
+        let Nothing {} = self.ask(&json!({"do": "run", "line": line}))?;
+        Ok(())
     }
 
     /// Moves axes to machine positions, as a rapid without a feed (mm/min). The probe must have no contact.
     ///
     /// # Errors
     /// The move did not reach its end.
-    pub fn move_to(
-        &mut self,
-        target: &Positions,
-        feed: Option<f64>,
-    ) -> Result<Positions, SessionError> {
-        let at: At = self.ask(&json!({"do": "move", "target": target, "feed": feed}))?;
-        Ok(at.position)
+    pub fn move_to(&mut self, target: &Positions, feed: Option<f64>) -> Result<(), SessionError> {
+        let Nothing {} = self.ask(&json!({"do": "move", "target": target, "feed": feed}))?;
+        Ok(())
     }
 
     /// Moves back from a contact, where the probe may still be tripped.
     ///
     /// # Errors
     /// The move did not reach its end.
-    pub fn retreat(&mut self, target: &Positions, feed: f64) -> Result<Positions, SessionError> {
+    pub fn retreat(&mut self, target: &Positions, feed: f64) -> Result<(), SessionError> {
         let command = json!({"do": "move", "target": target, "feed": feed, "clear": false});
-        let at: At = self.ask(&command)?;
-        Ok(at.position)
+        let Nothing {} = self.ask(&command)?;
+        Ok(())
     }
 
     /// Moves towards a machine position until there is contact (`G38.3`).

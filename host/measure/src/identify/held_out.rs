@@ -94,8 +94,8 @@ pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Prob
     subset
 }
 
-/// Distance (mm) of the tip from its mean position at a ball, for each row, where the machine has these errors and the
-/// stylus is there: what is wrong with the machine beside them, and the noise.
+/// Distance (mm) of the tip from its mean position at the same ball, for each row, with the stylus at this position. It
+/// contains the noise and every error of the machine that `errors` lacks.
 #[must_use]
 pub fn scatters(
     machine: &Machine,

@@ -2,7 +2,7 @@
 
 use super::candidates::Setup;
 use super::steps::{Step, Target};
-use super::touches::KEPT;
+use super::touches::{KEPT, apart};
 use crate::formats::probings::Probings;
 use nalgebra::Vector3;
 use trueaxis_kinematics::Nominal;
@@ -36,6 +36,7 @@ const STEP: f64 = 2.0;
 pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<Collision> {
     let machine = setup.machine;
     let nominal = Nominal::new(machine);
+    let length = Vector3::from(machine.tip).norm();
     let mut at: Vec<Option<f64>> = vec![None; machine.axes.len()];
     let mut row = 0;
     for step in steps {
@@ -58,10 +59,7 @@ pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Opti
             let up = Vector3::from(machine.direction(&pose));
             for ball in &setup.artefact.balls {
                 let Some(centre) = ball.nominal else { continue };
-                let along = (centre - tip)
-                    .dot(&up)
-                    .clamp(0.0, Vector3::from(machine.tip).norm());
-                let apart = (centre - tip - up * along).norm() - setup.probe.radius;
+                let apart = apart(&(centre - tip), &up, length) - setup.probe.radius;
                 let wanted = match is_near && ball.name == *own {
                     true => 0.0,
                     false => KEPT * setup.probe.clearance,

@@ -217,6 +217,12 @@ pub fn touching(
 /// Part of the clearance that is kept from other balls; the rest is for errors of their positions.
 pub(super) const KEPT: f64 = 0.9;
 
+/// Distance (mm) of a point, seen from the tip, from the stylus, which is a line of this length towards the spindle.
+pub(super) fn apart(point: &Vector3<f64>, to_spindle: &Vector3<f64>, length: f64) -> f64 {
+    let along = point.dot(to_spindle).clamp(0.0, length);
+    (point - to_spindle * along).norm()
+}
+
 /// Checks that the stylus, as thick as its tip, stays clear of the other balls on its way along the tool axis to each of
 /// these places of its tip.
 fn passes(
@@ -229,9 +235,7 @@ fn passes(
     for tip in tips {
         for ball in artefact.balls.iter().filter(|b| b.name != own.name) {
             let Some(centre) = ball.nominal else { continue };
-            let way = centre - tip;
-            let along = way.dot(to_spindle).max(0.0);
-            let apart = (way - to_spindle * along).norm() - probe.radius;
+            let apart = apart(&(centre - tip), to_spindle, f64::INFINITY) - probe.radius;
             if apart < KEPT * probe.clearance {
                 return Err(Unreachable::Ball {
                     ball: ball.name.clone(),

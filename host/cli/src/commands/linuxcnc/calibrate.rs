@@ -10,7 +10,7 @@ use crate::commands::identify::no_model;
 use crate::commands::run_words;
 use crate::commands::touch_options::Touching;
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Session;
 use trueaxis_measure::formats::artefact::Artefact;
@@ -105,14 +105,14 @@ const RAPID: f64 = 4.0;
 const SCATTER: f64 = 1.3;
 
 /// What validation says: scatter of the tip at the balls (µm).
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 struct Scatter {
     rms_um: f64,
     largest_um: f64,
 }
 
 /// `validation.json`
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize)]
 struct Validation {
     /// Number of probings, each made before and after.
     probings: usize,
@@ -427,7 +427,8 @@ impl<'a> Calibration<'a> {
         if !self.arguments.yes && !asked(&question)? {
             return self.stop("you did not want it");
         }
-        if let Ok(before) = std::fs::read(&self.active) {
+        if self.active.exists() {
+            let before = files::read_bytes(&self.active)?;
             files::write(&self.file("previous.trax"), &before)?;
         }
         let blob = blob.canonicalize().unwrap_or(blob);
@@ -438,11 +439,11 @@ impl<'a> Calibration<'a> {
             take_over(session)?;
         }
         let log = self.file("after.csv");
-        // An older one was made with another compensation.
-        let _ = std::fs::remove_file(&log);
+        // An older one was made with another compensation, and would count as this one's.
+        removed(&log)?;
         self.touch(session, "validation.csv", &log)?;
         let validation = self.validated(&log)?;
-        let json = serde_json::to_string_pretty(&validation).unwrap_or_default() + "\n";
+        let json = files::json(&validation)?;
         files::write(&self.file("validation.json"), json.as_bytes())?;
         let Validation {
             before,
@@ -524,6 +525,17 @@ impl<'a> Calibration<'a> {
             expected_um: expected,
             is_kept: after.rms_um < before.rms_um && after.rms_um <= expected,
         })
+    }
+}
+
+/// Removes a file, if there is one.
+fn removed(path: &Path) -> Result<(), BadInput> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(BadInput::new(
+            format!("{}: cannot be removed: {error}", path.display()),
+            "remove it, then start again with --from load",
+        )),
+        _ => Ok(()),
     }
 }
 

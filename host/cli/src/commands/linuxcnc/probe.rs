@@ -24,7 +24,7 @@ use trueaxis_tables::compile::Progress;
 /// Probe a strategy on the machine, touch by touch
 ///
 /// Drives the LinuxCNC that runs on this computer line by line, and confirms and logs every touch before the next move.
-/// Each ball is touched twice, fast and slowly. Feed override, pause and stop work as for any program. A log that was
+/// Each ball is touched twice, fast and slowly. A feed override of 0 holds it, and stop ends it. A log that was
 /// stopped early is continued where it ends.
 #[derive(Args)]
 #[command(
@@ -313,17 +313,17 @@ impl Prober for Driven<'_> {
 
     fn rapid(&mut self, to: &Target) -> Result<(), SessionError> {
         let to = self.positions(to);
-        self.session.move_to(&to, None).map(drop)
+        self.session.move_to(&to, None)
     }
 
     fn near(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
         let to = self.positions(to);
-        self.session.move_to(&to, Some(feed)).map(drop)
+        self.session.move_to(&to, Some(feed))
     }
 
     fn retreat(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
         let to = self.positions(to);
-        self.session.retreat(&to, feed).map(drop)
+        self.session.retreat(&to, feed)
     }
 
     fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, SessionError> {
@@ -358,8 +358,6 @@ impl Prober for Driven<'_> {
     }
 
     fn orient(&mut self, angle: f64) -> Result<(), SessionError> {
-        self.session
-            .run(&format!("M19 R{angle} Q30"), None)
-            .map(drop)
+        self.session.run(&format!("M19 R{angle} Q30"))
     }
 }
