@@ -7,10 +7,12 @@
 //! that of a coordinate if all three are equal. The values of a tabulated motion are independent of each other, so
 //! at one position it counts as one more parameter, independent of all others.
 
+mod benefit;
 mod length;
 mod travel;
 
 use crate::validate::{Quality, Statistics};
+pub use benefit::{Benefit, benefit};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
 pub use travel::{OverTravel, over_travel};
 use trueaxis_kinematics::Sensitivity;

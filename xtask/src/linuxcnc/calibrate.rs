@@ -60,7 +60,11 @@ fn operate(
     let codes: Vec<i32> = read("codes").lines().flat_map(str::parse).collect();
     let printed = read("printed");
     if codes.len() != lines.len() {
-        return Err(format!("{said}\n{printed}"));
+        return Err(format!(
+            "{said}\n{printed}\n{} of {} lines have run",
+            codes.len(),
+            lines.len()
+        ));
     }
     Ok((printed, codes))
 }
@@ -149,7 +153,8 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault) -> Result<String, String> {
     let (printed, codes) = operate(&bench, "m", "machine.ini", &[calibrate, unloaded])?;
     let seconds = began.elapsed().as_secs();
     let about = format!("{seed:>3}  {about:<60} {seconds:>4} s  ");
-    let bad = |why: &str| format!("{about}: {why}\n{printed}");
+    // The reason comes last: a summary of many steps shows the last lines.
+    let bad = |why: &str| format!("{printed}\n{about}: {why}");
     if fault != Fault::None {
         let named = printed
             .lines()
@@ -322,7 +327,7 @@ fn switched(bench: &Bench) -> Result<String, String> {
     ];
     let (printed, codes) = operate(&bench, SWITCHED, "xyzac-trt.ini", &lines)?;
     if codes != [0, 0, ENDED, 0, 0, 0, 0, 0, 0, ENDED, 0] {
-        return Err(format!("{codes:?}\n{printed}"));
+        return Err(format!("{printed}\n{codes:?}"));
     }
     let read = |name: &str| files::read_text(&bench.file(&format!("{SWITCHED}/{name}")));
     let (interrupted, whole) = (read("interrupted.csv")?, read("run/touches.csv")?);
@@ -337,7 +342,7 @@ fn switched(bench: &Bench) -> Result<String, String> {
     let [untreated, treated] = left(&bench, SWITCHED)?;
     if treated > OF_BAND * band {
         return Err(format!(
-            "{treated} µm are left, {band} were predicted\n{printed}"
+            "{printed}\n{treated} µm are left, {band} were predicted"
         ));
     }
     Ok(format!(

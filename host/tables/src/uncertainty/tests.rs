@@ -1,4 +1,5 @@
 use super::*;
+use crate::validate::{Region, random_commands};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -219,4 +220,56 @@ fn where_a_motion_holds_its_end_value_so_does_its_uncertainty() {
     assert_eq!(at(90.0), at(50.0));
     // 1e-7 · 50².
     assert!((at(50.0) - 1.959_963_985 * 0.25).abs() < 1e-6);
+}
+
+/// Machines with errors from nothing to many times their uncertainty, in one parameter or all; each is estimated, and
+/// compensated if the benefit is sure.
+#[test]
+fn where_the_benefit_is_sure_the_tip_gets_better() {
+    let machine = machine();
+    let (_, covariance) = known(&machine);
+    let root = covariance.root();
+    let mut normal = normal(3);
+    let mean_square = |errors: &ErrorModel, reference: &ErrorModel| {
+        let at = [errors, reference].map(|errors| Kinematics::new(&machine, errors));
+        let commands = random_commands(&at[0], Region::Travel, 50, 7).unwrap();
+        let squares = commands.iter().map(|command| {
+            let (q, situation) = command.kinematic(&machine);
+            let [one, other] = [0, 1].map(|k| at[k].actual(&q, &situation, &Switches::ALL).t);
+            (one - other).norm_squared()
+        });
+        squares.sum::<f64>()
+    };
+    let with = |values: &DVector<f64>| {
+        let mut errors = ErrorModel::perfect(&machine);
+        for (parameter, value) in covariance.parameters.iter().zip(values.iter()) {
+            assert!(errors.set(&machine, *parameter, *value));
+        }
+        errors
+    };
+    let (mut worse, mut sure, mut draws) = (0, [0; 5], 0);
+    for k in 0..150 {
+        // Standard uncertainties of the errors in multiples of those of their estimates.
+        let size = [0.0, 1.0, 3.0, 10.0, 100.0][k % 5];
+        let mut draw = || &root * DVector::from_fn(root.ncols(), |_, _| normal());
+        let truth = draw() * size;
+        let estimate = &truth + draw();
+        let mut identified = with(&estimate);
+        identified.correlated = Some(covariance.clone());
+        let found = benefit(&Kinematics::new(&machine, &identified), 1).unwrap();
+        draws += 1;
+        if found.is_sure() {
+            sure[k % 5] += 1;
+            let truth = with(&truth);
+            let (before, after) = (
+                mean_square(&truth, &ErrorModel::perfect(&machine)),
+                mean_square(&truth, &identified),
+            );
+            worse += usize::from(after > before);
+        }
+    }
+    // 5 % of 150 would be 7.5; few estimates are that close to the limit.
+    assert!(worse <= 4, "{worse} of {draws}");
+    // Of no error none is compensated but by accident (5 %), and of large ones all.
+    assert!(sure[0] <= 4 && sure[3] >= 24 && sure[4] == 30, "{sure:?}");
 }

@@ -21,8 +21,8 @@ use trueaxis_measure::spheres::{read_log, to_probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::uncertainty::over_travel;
-use trueaxis_tables::validate::{Region, random_commands};
+use trueaxis_tables::uncertainty::{benefit, over_travel};
+use trueaxis_tables::validate::DrawError;
 
 /// Calibrate the machine: probe, identify, compile, load, and prove it by probing again
 ///
@@ -384,37 +384,28 @@ impl<'a> Calibration<'a> {
         self.step(&words.map(str::to_owned))
     }
 
-    /// Mean effect of the identified errors at the tip over the travel, and the 95 % band of what is not known of it (µm).
-    fn known(&self) -> Result<[f64; 2], BadInput> {
-        let machine = &self.machine;
-        let errors = files::read_known_errors(&self.file("errors.toml"), machine)?;
-        let kinematics = Kinematics::new(machine, &errors);
-        let bad = |error: &dyn std::fmt::Display| {
+    /// Something over the travel with the identified errors.
+    fn over_the_travel<T>(
+        &self,
+        compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
+    ) -> Result<T, BadInput> {
+        let errors = files::read_known_errors(&self.file("errors.toml"), &self.machine)?;
+        compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
             BadInput::new(
                 format!("{}: {error}", self.text("errors.toml")),
                 "identify the errors again: --from identify",
             )
-        };
-        let band = over_travel(&kinematics, SEED).map_err(|error| bad(&error))?;
-        let commands = random_commands(&kinematics, Region::Travel, POSITIONS, SEED);
-        let commands = commands.map_err(|error| bad(&error))?;
-        let effects = commands.iter().map(|command| {
-            let (q, situation) = command.kinematic(machine);
-            let error = kinematics.volumetric_error(&q, &Default::default(), &situation);
-            error.t.norm()
-        });
-        let mean = effects.sum::<f64>() / commands.len() as f64;
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
-        Ok([mean * 1e3, band])
+        })
     }
 
     /// Loads the compensation, probes with it, and keeps it if that is right.
     fn load(&self, session: &mut Session) -> Result<Outcome, BadInput> {
-        let [effect, band] = self.known()?;
-        if effect < WORTH * band {
+        let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
+        if !benefit.is_sure() {
             files::print(&format!(
-                "\nthe identified errors do {effect:.1} µm at the tip on average over the travel, and ±{band:.1} µm of \
-                 that is not known (95 %)\n"
+                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
+                 because so much is not known of them\n",
+                benefit.before_um, benefit.after_um
             ))?;
             return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
         }
@@ -497,7 +488,8 @@ impl<'a> Calibration<'a> {
         let problem = Problem::new(machine, &measured, &self.artefact, &parameters, &perfect);
         let identified = identify(&problem, Options::default())
             .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
-        let [_, band] = self.known()?;
+        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
+        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
         let scatter = |probings: &Probings| {
             let apart = scatters(
                 machine,
@@ -539,13 +531,7 @@ fn removed(path: &Path) -> Result<(), BadInput> {
     }
 }
 
-/// Least effect of the identified errors as a part of the band. Noise of standard deviation σ adds σ² to the square of
-/// the effect; a compensation removes the rest and leaves σ². So it pays where the square of the effect is more than 2 σ²,
-/// and the band is about 1.9 σ.
-const WORTH: f64 = 0.75;
-/// Positions over which effect and band are averaged.
-const POSITIONS: usize = 1000;
-/// Seed of the positions over which the band is averaged, as in other commands.
+/// Seed of the positions over which benefit and band are averaged, as in other commands.
 const SEED: u64 = 1;
 /// Looks at the pins, 50 ms apart, until corrections must have faded.
 const FADING: usize = 200;
