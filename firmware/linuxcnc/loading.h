@@ -109,6 +109,7 @@ static int stopping;
 /* The real-time thread's side. */
 
 static inline void loading_ask(void) { __atomic_add_fetch(&asked, 1, __ATOMIC_ACQ_REL); }
+static inline unsigned loading_requests(void) { return GET(asked); }
 static inline struct place *loading_offered(void) { return GET(offered); }
 static inline void loading_take(void) { SET(offered, NULL); }
 static inline bool loading_busy(void) { return GET(asked) != GET(answered) || GET(offered) != NULL; }

@@ -103,6 +103,7 @@ pin in  bit   dry_run "Everything is computed and shown, while the corrections r
 pin in  bit   reload "A rising edge reads the file again";
 pin out bit   loading "A file is being read, or is waiting to be used";
 pin out unsigned loads "Number of files accepted";
+pin out unsigned reloads "Number of rising edges of reload that have been answered: fault\\-code says how";
 pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
 pin out bit   active "Corrections are applied, at least partly";
 pin out float factor "The common factor of all corrections, 0 to 1";
@@ -149,7 +150,7 @@ static bool reload_before;
  * in every period. They are also written in turn, one per period, for pins that are connected while HAL runs. */
 static struct {
     float in;
-    unsigned taken, sum, code;
+    unsigned taken, sum, code, answers;
     bool acting, cut_off, busy;
     enum reason why;
     int awaited;
@@ -188,6 +189,7 @@ FUNCTION(read_)
 FUNCTION(write_)
 {
     enum trouble found;
+    unsigned answers;
     bool asked;
     (void)period;
     for (int j = 0; j < configured.joints; j++) {
@@ -206,6 +208,8 @@ FUNCTION(write_)
     if (asked && !reload_before)
         loading_ask();
     reload_before = asked;
+    /* If nothing is being read now, `found` below is about the last file. */
+    answers = loading_busy() ? shown.answers : loading_requests();
 
     found = run_cycle(&now, fperiod);
 
@@ -229,4 +233,5 @@ FUNCTION(write_)
         fault_code = shown.code = found;
         loading_report(found);
     }
+    SHOW(7, reloads, shown.answers, answers);
 }

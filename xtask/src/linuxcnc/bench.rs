@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 /// Where LinuxCNC looks for components.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
 /// Seconds after which a run counts as hung.
-const LONGEST: &str = "400";
+const LONGEST: &str = "900";
 /// The command inside: `sh -c INSIDE sh BUILT MODULES WORK PROGRAM…`. The work folder is `/tmp` there, accessible to
 /// any user, because LinuxCNC's real-time process drops root.
 const INSIDE: &str =

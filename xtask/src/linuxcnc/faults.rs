@@ -273,6 +273,7 @@ fn reloading(bench: &Bench) -> Result<(), String> {
         + &until("loads", "1")
         + &again("damaged.trax")
         + &until("fault-code", "2")
+        + &until("reloads", "1")
         + &again("router.trax")
         + &until("fault-code", "3")
         + &again("other.trax")
@@ -292,6 +293,7 @@ fn reloading(bench: &Bench) -> Result<(), String> {
         + &until("fault", "FALSE")
         + "loadusr -w rm /tmp/machine.trax\n"
         + &pulse("reload")
+        + &until("reloads", "6")
         + &until("fault-code", "1")
         + &until("factor", "1");
     run(

@@ -182,11 +182,7 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Weight { term, value } => {
             before.set(&format!("weight-{term}"), &value.to_string())?
         }
-        What::Reload => {
-            switch("reload", false)?;
-            sleep(PERIODS);
-            switch("reload", true)?;
-        }
+        What::Reload => reload(&before)?,
         What::EnableAtStart { .. }
         | What::Activate { .. }
         | What::Rollback { .. }
@@ -204,9 +200,6 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         sleep(PERIODS);
         after = Pins::read()?;
     }
-    if matches!(arguments.what, What::Reload) {
-        after.set("reload", "0")?;
-    }
     if arguments.json {
         files::print_json(&json!({"before": before.object(), "after": after.object()}))?;
     } else {
@@ -214,6 +207,25 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&text(head, &before.lines(), &after.lines()))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Gives `reload` a rising edge and waits until the component has answered it. An edge counts when the servo thread has
+/// seen both levels.
+fn reload(before: &Pins) -> Result<(), BadInput> {
+    let until = Instant::now() + LONGEST;
+    let mut level = false;
+    while Pins::read()?.index("reloads") == before.index("reloads") {
+        if Instant::now() > until {
+            return Err(BadInput::new(
+                "the component does not read its file",
+                "look whether its function is in a thread that runs: halcmd show thread",
+            ));
+        }
+        level = !level;
+        before.set("reload", if level { "1" } else { "0" })?;
+        sleep(PERIODS);
+    }
+    before.set("reload", "0")
 }
 
 /// Some periods of any thread.

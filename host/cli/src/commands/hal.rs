@@ -67,7 +67,7 @@ impl Pins {
         text.parse().unwrap_or(f64::NAN)
     }
 
-    fn index(&self, name: &str) -> usize {
+    pub fn index(&self, name: &str) -> usize {
         let text = self.text(name).unwrap_or("");
         text.parse().unwrap_or(usize::MAX)
     }

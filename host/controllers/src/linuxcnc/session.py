@@ -310,13 +310,19 @@ def reload(component, seconds=20):
     """Lets the component read its file, while the corrections are out; says which fault it has then."""
     hal.set_p(component + ".enable", "0")
     wait(lambda: hal.get_value(component + ".factor") == 0, "the corrections do not fade out", seconds)
+    answered = hal.get_value(component + ".reloads")
+    level = False
+
+    def is_answered():
+        # An edge counts when the servo thread has seen both levels, which can take long on a busy computer.
+        nonlocal level
+        level = not level
+        hal.set_p(component + ".reload", str(int(level)))
+        return hal.get_value(component + ".reloads") != answered
+
+    wait(is_answered, "the file is not read", seconds)
     hal.set_p(component + ".reload", "0")
-    time.sleep(0.05)
-    hal.set_p(component + ".reload", "1")
-    time.sleep(0.05)
     wait(lambda: not hal.get_value(component + ".loading"), "the file is not read", seconds)
-    time.sleep(0.05)
-    hal.set_p(component + ".reload", "0")
     return hal.get_value(component + ".fault-code")
 
 
