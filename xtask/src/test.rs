@@ -55,19 +55,10 @@ fn usual() -> Vec<Step> {
             "lints",
             "clippy -q --workspace --all-targets -- -D warnings",
         ),
-        step(
-            "lints of the runtime with all its features",
-            "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
-        ),
         // Includes the device in the loop on the desktop, and the kinematics with the platform's sine.
         step(
             TESTS,
             "test -q --workspace --exclude trueaxis-reproduce --no-fail-fast",
-        ),
-        step("runtime without features", "test -q -p trueaxis"),
-        step(
-            "kinematics with the sine of libm",
-            "test -q -p trueaxis-kinematics",
         ),
         step("bit identity, debug", IDENTICAL),
         step("bit identity, release", &format!("{IDENTICAL} --release")),
@@ -97,6 +88,15 @@ fn rest() -> Vec<Step> {
         &target("native").to_string_lossy(),
     );
     vec![
+        step(
+            "lints of the runtime with all its features",
+            "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
+        ),
+        step("runtime without features", "test -q -p trueaxis"),
+        step(
+            "kinematics with the sine of libm",
+            "test -q -p trueaxis-kinematics",
+        ),
         step(
             "runtime that checks every index",
             "test -q -p trueaxis --features encode,checked",

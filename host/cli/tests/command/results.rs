@@ -300,24 +300,22 @@ fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_trave
             "--policy",
             "orientation",
         ];
-        let found = json(0, &[&words[..], &["--json"]].concat());
-        assert_eq!(found["meets_tolerance"], true);
-        assert_eq!(found["partly_calibrated"], false);
-        assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.04);
-        (found["difference_um"].as_f64().unwrap(), answer(0, &words))
+        answer(0, &words)
     };
     for random in ["2000", "20000"] {
-        let (difference, shown) = compile(random);
-        assert!(difference < 0.04);
+        let shown = compile(random);
         assert!(!shown.contains("holds its end value"), "{shown}");
     }
     // One position in ten thousand is there.
-    let (difference, shown) = compile("400000");
-    assert!(difference > 0.08);
+    let shown = compile("400000");
     let line = "  where no error motion holds its end value, by at most 0.03";
     assert!(shown.contains(line), "{shown}");
     let verify = ["verify", &machine, &errors, &path, "--random", "400000"];
-    assert!(answer(0, &verify).contains(line));
+    let found = json(0, &[&verify[..], &["--json"]].concat());
+    assert_eq!(found["meets_tolerance"], true);
+    assert_eq!(found["partly_calibrated"], false);
+    assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.04);
+    assert!(found["difference_um"].as_f64().unwrap() > 0.08);
 }
 
 #[test]
