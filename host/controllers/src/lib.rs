@@ -9,3 +9,4 @@ pub mod formats;
 pub mod gcode;
 pub mod link;
 pub mod linuxcnc;
+pub mod skew;

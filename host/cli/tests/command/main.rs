@@ -25,6 +25,7 @@ mod results;
 mod schemes;
 mod sets;
 mod shown;
+mod skew;
 mod targets;
 mod uncertainty;
 mod writing;

@@ -1,0 +1,298 @@
+//! The squareness of three axes on controllers that correct nothing else: Klipper, Marlin, RepRapFirmware.
+//!
+//! They add multiples of Y and Z to the command of X, and a multiple of Z to that of Y. A linear part of all corrections
+//! is found by least squares over the travel. It has nine coefficients: three of squareness, three scales, and a rotation
+//! of the whole work, which does not matter because work is aligned by itself (and a bed is levelled). The text is read
+//! again, evaluated as the firmware does it, and compared with the compensation.
+
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::Serialize;
+use trueaxis::{AUXILIARIES, AuxiliaryKind, Axis, Travel};
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::parallel;
+use trueaxis_tables::validate::{Command, Runtime};
+
+/// A firmware of printers and light routers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Firmware {
+    /// `SET_SKEW`.
+    Klipper,
+    /// `M852`.
+    Marlin,
+    /// `M556`.
+    RepRapFirmware,
+}
+
+/// Why no skew can be taken from a compensation.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SkewError {
+    /// It has other axes.
+    #[error("the compensation is for the axes {0}, and these firmwares correct X, Y and Z")]
+    Axes(String),
+    /// What was written is not understood.
+    #[error("what was written is not read: `{0}`")]
+    Read(String),
+    /// A number is larger than the firmware accepts.
+    #[error("a skew of {0} is more than the firmware accepts")]
+    Large(String),
+}
+
+/// Linear corrections: of X by Y, of X by Z, of Y by Z (mm per mm), with the sign of a correction of the command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Skew {
+    /// Correction of X per mm of Y.
+    pub x_by_y: f64,
+    /// Correction of X per mm of Z.
+    pub x_by_z: f64,
+    /// Correction of Y per mm of Z.
+    pub y_by_z: f64,
+}
+
+/// What the firmware corrects, and what it leaves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Found {
+    /// What is written.
+    pub skew: Skew,
+    /// By what the steps per mm of X, Y and Z must be multiplied, which the text does not do.
+    pub steps: [f64; 3],
+    /// Rotation of the work about X, Y and Z that the compensation corrects and the text does not (µrad).
+    pub turned_urad: [f64; 3],
+    /// X, Y and Z.
+    pub axes: [Left; 3],
+    /// Number of random positions with random directions of travel.
+    pub positions: usize,
+}
+
+/// An axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Left {
+    /// Largest correction of the compensation (µm), but for a constant and the rotation of the work.
+    pub largest_um: f64,
+    /// Largest difference from what the firmware corrects (µm), but for these.
+    pub left_um: f64,
+    /// The same if the steps per mm are changed, too (µm).
+    pub left_with_steps_um: f64,
+}
+
+/// The side (mm) of the square whose diagonals Klipper is told.
+const SIDE: f64 = 100.0;
+/// The height (mm) over which RepRapFirmware is told how far an axis leans.
+const HEIGHT: f64 = 1000.0;
+/// Marlin accepts factors up to this.
+const MARLIN: f64 = 1.0;
+
+impl Firmware {
+    /// The lines that set a skew, ready for a console or a start-up file.
+    ///
+    /// # Errors
+    /// [`SkewError::Large`]
+    pub fn print(self, skew: &Skew) -> Result<String, SkewError> {
+        let Skew {
+            x_by_y,
+            x_by_z,
+            y_by_z,
+        } = *skew;
+        // These two subtract x·y and z·(xz − xy·yz).
+        let (xy, yz) = (-x_by_y, -y_by_z);
+        let xz = xy * yz - x_by_z;
+        if let Some(large) = [xy, xz, yz]
+            .into_iter()
+            .find(|factor| factor.abs() > MARLIN)
+        {
+            return Err(SkewError::Large(large.to_string()));
+        }
+        Ok(match self {
+            Self::Klipper => {
+                let lengths = [("XY", xy), ("XZ", xz), ("YZ", yz)].map(|(plane, factor)| {
+                    // A rhombus whose angle differs by asin k from a right one.
+                    let k = factor / (1.0 + factor * factor).sqrt();
+                    let diagonal = |k: f64| SIDE * (2.0 * (1.0 + k)).sqrt();
+                    format!(" {plane}={:.9},{:.9},{SIDE}", diagonal(k), diagonal(-k))
+                });
+                format!("SET_SKEW{}\n", lengths.concat())
+            }
+            Self::Marlin => format!("G21\nM852 I{xy:.9} J{xz:.9} K{yz:.9}\n"),
+            Self::RepRapFirmware => format!(
+                "M556 S{HEIGHT} X{:.6} Y{:.6} Z{:.6}\n",
+                x_by_y * HEIGHT,
+                y_by_z * HEIGHT,
+                x_by_z * HEIGHT
+            ),
+        })
+    }
+
+    /// Reads the lines again.
+    ///
+    /// # Errors
+    /// [`SkewError::Read`]
+    pub fn read(self, text: &str) -> Result<Skew, SkewError> {
+        let bad = || SkewError::Read(text.trim().to_owned());
+        let word = |start: &str| -> Option<&str> {
+            let words = text.lines().flat_map(str::split_whitespace);
+            words.filter_map(|word| word.strip_prefix(start)).last()
+        };
+        let number = |start: &str| {
+            word(start)
+                .and_then(|w| w.parse::<f64>().ok())
+                .ok_or_else(bad)
+        };
+        let of_factors = |xy: f64, xz: f64, yz: f64| Skew {
+            x_by_y: -xy,
+            x_by_z: -(xz - xy * yz),
+            y_by_z: -yz,
+        };
+        match self {
+            Self::Klipper => {
+                let factor = |plane: &str| {
+                    let lengths = word(&format!("{plane}=")).ok_or_else(bad)?;
+                    let lengths: Vec<f64> = (lengths.split(','))
+                        .map(str::parse)
+                        .collect::<Result<_, _>>()
+                        .map_err(|_| bad())?;
+                    let [ac, bd, ad] = lengths[..] else {
+                        return Err(bad());
+                    };
+                    // The angle at A, by the law of cosines.
+                    let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
+                    let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
+                    Ok((std::f64::consts::FRAC_PI_2 - cosine.acos()).tan())
+                };
+                Ok(of_factors(factor("XY")?, factor("XZ")?, factor("YZ")?))
+            }
+            Self::Marlin => Ok(of_factors(number("I")?, number("J")?, number("K")?)),
+            Self::RepRapFirmware => {
+                let height = number("S")?;
+                Ok(Skew {
+                    x_by_y: number("X")? / height,
+                    x_by_z: number("Z")? / height,
+                    y_by_z: number("Y")? / height,
+                })
+            }
+        }
+    }
+}
+
+/// The axes that these firmwares have, by their index in a compensation.
+fn indices(axes: &[Axis]) -> Result<[usize; 3], SkewError> {
+    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
+    match (axes.len(), index(b'X'), index(b'Y'), index(b'Z')) {
+        (3, Some(x), Some(y), Some(z)) => Ok([x, y, z]),
+        _ => {
+            let letters = axes.iter().map(|axis| char::from(axis.name));
+            Err(SkewError::Axes(letters.collect()))
+        }
+    }
+}
+
+/// Takes the skew out of a compensation, writes it for a firmware, and compares that with the compensation at
+/// `positions` random positions over the travel. Returns the text and its effect.
+///
+/// # Errors
+/// [`SkewError`]
+pub fn skew(
+    runtime: &Runtime<'_>,
+    firmware: Firmware,
+    positions: usize,
+    seed: u64,
+) -> Result<(String, Found), SkewError> {
+    let axes = runtime.compensation().axes();
+    let [x, y, z] = indices(axes)?;
+    let lengths = runtime.compensation().auxiliaries().iter();
+    let mut auxiliaries = [0.0; AUXILIARIES];
+    for (value, input) in auxiliaries.iter_mut().zip(lengths) {
+        if input.kind == AuxiliaryKind::ToolLength {
+            *value = input.reference;
+        }
+    }
+    let commands = random(axes, auxiliaries, positions, seed);
+    let corrections = parallel::map(&commands, |command| {
+        let found = runtime.evaluate(command);
+        [x, y, z].map(|i| f64::from(found[i]))
+    });
+    let at: Vec<[f64; 3]> = (commands.iter())
+        .map(|command| [x, y, z].map(|i| f64::from(command.axes[i])))
+        .collect();
+    let matrix = DMatrix::from_fn(at.len(), 4, |row, k| if k == 3 { 1.0 } else { at[row][k] });
+    // Positions fill the travel: the columns are independent.
+    let square = (matrix.transpose() * &matrix).cholesky();
+    let fit = |output: usize| {
+        let values = DVector::from_fn(at.len(), |row, _| corrections[row][output]);
+        let solved = square
+            .as_ref()
+            .map(|s| s.solve(&(matrix.transpose() * values)));
+        solved.unwrap_or_else(|| DVector::zeros(4))
+    };
+    let by = [fit(0), fit(1), fit(2)];
+    // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
+    let turned = [by[2][1], -by[2][0], by[1][0]];
+    let scale = [0, 1, 2].map(|k| by[k][k]);
+    let wanted = Skew {
+        x_by_y: by[0][1] + turned[2],
+        x_by_z: by[0][2] - turned[1],
+        y_by_z: by[1][2] + turned[0],
+    };
+    let text = firmware.print(&wanted)?;
+    let skew = firmware.read(&text)?;
+    let of = |output: usize| {
+        let rotation = |p: &[f64; 3]| {
+            let [j, k] = [(output + 1) % 3, (output + 2) % 3];
+            turned[j] * p[k] - turned[k] * p[j]
+        };
+        let by_skew = |p: &[f64; 3]| match output {
+            0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
+            1 => skew.y_by_z * p[2],
+            _ => 0.0,
+        };
+        let half_range = |left: &dyn Fn(usize) -> f64| {
+            let all = (0..at.len()).map(left);
+            let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                [low.min(v), high.max(v)]
+            });
+            (high - low) / 2.0 * 1e3
+        };
+        let without_rotation = |row: usize| corrections[row][output] - rotation(&at[row]);
+        Left {
+            largest_um: half_range(&|row| without_rotation(row)),
+            left_um: half_range(&|row| without_rotation(row) - by_skew(&at[row])),
+            left_with_steps_um: half_range(&|row| {
+                without_rotation(row) - by_skew(&at[row]) - scale[output] * at[row][output]
+            }),
+        }
+    };
+    let found = Found {
+        skew,
+        steps: scale.map(|s| 1.0 + s),
+        turned_urad: turned.map(|t| t * 1e6),
+        axes: [of(0), of(1), of(2)],
+        positions,
+    };
+    Ok((text, found))
+}
+
+/// Positions over the travel, each with the directions from which the axes have arrived.
+fn random(axes: &[Axis], auxiliaries: [f32; AUXILIARIES], count: usize, seed: u64) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let one = |_| {
+        let mut command = Command {
+            axes: [0.0; MAX_AXES],
+            travel: [Travel::Unknown; MAX_AXES],
+            auxiliaries,
+        };
+        for (i, axis) in axes.iter().enumerate() {
+            let [low, high] = axis.travel.map(f64::from);
+            command.axes[i] = (low + (high - low) * random.random::<f64>()) as f32;
+            command.travel[i] = match random.random_range(0..2) {
+                0 => Travel::Positive,
+                _ => Travel::Negative,
+            };
+        }
+        command
+    };
+    (0..count).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests;
