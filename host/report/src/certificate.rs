@@ -22,9 +22,9 @@ use trueaxis_model::machine::Machine;
 /// Coverage factor of expanded uncertainties.
 const EXPANDED: f64 = 2.0;
 /// Most parameters, places and sentences about suspects on a certificate; the files have all of them.
-const MOST_PARAMETERS: usize = 100;
-const MOST_PLACES: usize = 24;
-const MOST_SUSPECTS: usize = 8;
+const MOST_PARAMETERS: usize = 102;
+const MOST_PLACES: usize = 12;
+const MOST_SUSPECTS: usize = 5;
 
 /// The contents of a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -311,14 +311,22 @@ fn missing(report: &Report, stated: &Calibration, validation: Option<&Validation
         stated.instruments.is_empty(),
         "No instrument is stated: the results are not traceable.",
     );
-    for instrument in &stated.instruments {
-        let name = &instrument.name;
-        let untraced =
-            format!("{name}: no certificate is stated, so its results are not traceable.");
-        add(instrument.certificate.is_none(), &untraced);
-        let unknown = format!("{name}: its temperature is not stated.");
-        add(instrument.celsius.is_none(), &unknown);
-    }
+    let without = |is_missing: fn(&Instrument) -> bool| {
+        let all = stated.instruments.iter();
+        all.filter(|one| is_missing(one)).count()
+    };
+    let untraced = without(|one| one.certificate.is_none());
+    let unknown = without(|one| one.celsius.is_none());
+    add(
+        untraced > 0,
+        &format!(
+            "No certificate is stated for {untraced} of the instruments: their results are not traceable."
+        ),
+    );
+    add(
+        unknown > 0,
+        &format!("No temperature is stated for {unknown} of the instruments."),
+    );
     add(
         stated.temperatures.is_empty(),
         "No temperature of the machine or its surroundings is stated.",

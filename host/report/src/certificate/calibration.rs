@@ -8,11 +8,11 @@ use trueaxis_model::machine::Machine;
 use trueaxis_model::source::{Exactly, FileError};
 
 /// Longest text, in characters, and the longest description of the method: a certificate has four pages.
-const LONGEST: usize = 120;
-const LONGEST_METHOD: usize = 600;
+const LONGEST: usize = 48;
+const LONGEST_METHOD: usize = 400;
 /// Most instruments, temperatures and limits, for the same reason.
-const MOST_LISTED: usize = 12;
-const MOST_LIMITS: usize = 40;
+const MOST_LISTED: usize = 6;
+const MOST_LIMITS: usize = 20;
 
 /// The circumstances of a calibration, and the limits to judge by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -234,7 +234,8 @@ fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileErr
     ];
     let mut given = given.into_iter().filter_map(|(key, at)| Some((key, at?)));
     let keys = quantity.keys();
-    let write = format!("write {} = 10.0, or what the limit is", keys.join(" or "));
+    let each: Vec<String> = keys.iter().map(|key| format!("{key} = 10.0")).collect();
+    let write = format!("write {}", each.join(" or "));
     let (key, at_most) = match (given.next(), given.next()) {
         (Some(one), None) => one,
         (None, _) => return Err(missing(whole, "a limit needs a number", &write)),

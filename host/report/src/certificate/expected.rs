@@ -2,7 +2,7 @@
 //! machines whose errors are drawn with their uncertainties (propagation of distributions, JCGM 101:2008).
 
 use super::limits::Quantity;
-use crate::tested::{CircleFound, PositioningFound, Tests, tests};
+use crate::tested::{self, CircleFound, PositioningFound, Tests};
 use crate::volumetric::quality;
 use crate::{ReportError, Subject};
 use nalgebra::DVector;
@@ -17,8 +17,11 @@ use trueaxis_tables::validate::{Command, Region, direction, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
 pub(crate) const DRAWS: usize = 1000;
-/// Positions at which the volumetric error of each is averaged: to 5 % if it scatters as much as it is large.
-const POSITIONS: usize = 400;
+/// Random positions at which the volumetric error of each is computed. Their choice widens the interval.
+const POSITIONS: usize = 1000;
+/// Standard uncertainty of what 95 % of n values do not exceed, in standard deviations over √n: that of the normal
+/// distribution, √(0.95·0.05) over its density there.
+const OF_P95: f64 = 2.11;
 /// Makes the draws differ from those of positions.
 const OWN: u64 = 0x00ce_47f1;
 
@@ -48,9 +51,9 @@ pub(crate) fn expected(
     let drawn = draws(subject);
     if drawn.is_empty() {
         let all = of(subject.errors)?.into_iter();
-        let known = |value: Option<f64>| {
+        let known = |found: Option<Sampled>| {
             Some(Expected {
-                value: value?,
+                value: found?.value,
                 interval: None,
             })
         };
@@ -58,20 +61,39 @@ pub(crate) fn expected(
     }
     let found = parallel::try_map(&drawn, of)?;
     let one = |k: usize| {
-        let all: Option<Vec<f64>> = found.iter().map(|values| values[k]).collect();
-        all.map(summary)
+        let all: Option<Vec<Sampled>> = found.iter().map(|values| values[k]).collect();
+        all.map(|all| summary(&all))
     };
     Ok((0..quantities.len()).map(one).collect())
 }
 
+/// A value, and its standard uncertainty from the choice of random positions.
+#[derive(Clone, Copy, Debug)]
+struct Sampled {
+    value: f64,
+    choice: f64,
+}
+
+impl Sampled {
+    fn exact(value: f64) -> Self {
+        Self { value, choice: 0.0 }
+    }
+}
+
 /// Mean and 95 % interval, with equal probabilities beyond both ends.
-fn summary(mut values: Vec<f64>) -> Expected {
+fn summary(found: &[Sampled]) -> Expected {
+    let mut values: Vec<f64> = found.iter().map(|found| found.value).collect();
     values.sort_by(f64::total_cmp);
     let n = values.len();
     let beyond = n / 40;
+    let mean = |of: fn(&Sampled) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
+    let choice = 2.0 * mean(|found| found.choice);
     Expected {
-        value: values.iter().sum::<f64>() / n as f64,
-        interval: Some([values[beyond], values[n - 1 - beyond]]),
+        value: mean(|found| found.value),
+        interval: Some([
+            (values[beyond] - choice).max(0.0),
+            values[n - 1 - beyond] + choice,
+        ]),
     }
 }
 
@@ -112,7 +134,7 @@ fn values(
     subject: &Subject<'_>,
     commands: &[Command],
     quantities: &[Quantity],
-) -> Result<Vec<Option<f64>>, ReportError> {
+) -> Result<Vec<Option<Sampled>>, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
     let volumetric = match quantities.iter().any(is_volumetric) {
@@ -137,7 +159,7 @@ fn values(
     };
     let tests = match quantities.iter().all(is_volumetric) {
         true => Tests::default(),
-        false => tests(subject, &mut Vec::new()),
+        false => tested::tests(subject, &mut Vec::new()),
     };
     let of = |quantity: &Quantity| match quantity {
         Quantity::Volumetric { at_tip, is_mean } => volumetric.map(|found| {
@@ -145,37 +167,46 @@ fn values(
                 true => found.translation_um,
                 false => found.direction_urad,
             };
-            if *is_mean { found.mean } else { found.p95 }
+            let scatter = (found.rms * found.rms - found.mean * found.mean)
+                .max(0.0)
+                .sqrt();
+            let choice = scatter / (POSITIONS as f64).sqrt();
+            let (value, choice) = match is_mean {
+                true => (found.mean, choice),
+                false => (found.p95, OF_P95 * choice),
+            };
+            Sampled { value, choice }
         }),
         Quantity::Circle(what, plane) => {
             let plane: String = plane.iter().collect();
             let test = tests.circles.iter().find(|test| test.plane == plane)?;
             let found: &CircleFound = test.after.as_ref().unwrap_or(&test.before);
-            Some(match what {
+            Some(Sampled::exact(match what {
                 'G' => found.deviation_um,
                 'F' => found
                     .radial_um
                     .iter()
                     .fold(0.0, |most, r| r.abs().max(most)),
                 _ => found.hysteresis_um,
-            })
+            }))
         }
         Quantity::Positioning(what, axis) => {
             let test = tests.positioning.iter().find(|test| test.axis == *axis)?;
             let found: &PositioningFound = test.after.as_ref().unwrap_or(&test.before);
-            match what {
+            let found = match what {
                 'E' => found.systematic_um,
                 'M' => found.mean_range_um,
                 _ => found.reversal_um,
-            }
+            };
+            found.map(Sampled::exact)
         }
         Quantity::Diagonal(_) => {
             let name = quantity.name().replace("E ", "").replace('-', "−");
             let test = tests.diagonals.iter().find(|test| test.name == name)?;
-            Some(
-                test.systematic_after_um
-                    .unwrap_or(test.systematic_before_um),
-            )
+            let found = test
+                .systematic_after_um
+                .unwrap_or(test.systematic_before_um);
+            Some(Sampled::exact(found))
         }
         Quantity::Parameter(_) | Quantity::Validation { .. } => None,
     };
@@ -183,7 +214,7 @@ fn values(
 }
 
 #[cfg(test)]
-mod tests_of_draws {
+mod tests {
     use super::*;
     use trueaxis_model::machine::Machine;
 
@@ -233,9 +264,12 @@ mod tests_of_draws {
         assert!((high / e.value - 1.098).abs() < 0.015, "{e:?}");
         assert!((low / e.value - 0.902).abs() < 0.015, "{e:?}");
         assert!(all[1].unwrap().value.abs() < 1e-9);
+        // At positions along X from its start, the error is the scale times the distance: evenly spread, with a standard
+        // deviation of its mean over √3. Its mean over 1000 positions is known to 2/√3000 of itself.
         let tip = all[2].unwrap();
+        let high = tip.interval.unwrap()[1] / tip.value;
         assert!(
-            (tip.interval.unwrap()[1] / tip.value - 1.098).abs() < 0.015,
+            (high - 1.098 - 2.0 / 3000.0_f64.sqrt()).abs() < 0.015,
             "{tip:?}"
         );
     }
