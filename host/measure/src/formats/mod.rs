@@ -1,9 +1,10 @@
-//! Measurement files: artefacts, probings, readings of instruments and of ball-bars.
+//! Measurement files: artefacts, probings, readings of instruments and of ball-bars, validations.
 
 pub mod artefact;
 pub mod probings;
 pub mod radii;
 pub mod runs;
+pub mod validation;
 
 use trueaxis_model::formats::csv::Row;
 use trueaxis_model::machine::Axis;

@@ -10,11 +10,11 @@ use crate::commands::identify::no_model;
 use crate::commands::run_words;
 use crate::commands::touch_options::Touching;
 use clap::{Args, ValueEnum};
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Session;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::formats::validation::{Scatter, Validation};
 use trueaxis_measure::identify::{Model, Options, Problem, identify, scatters};
 use trueaxis_measure::plan::{Probe, Setup, validation};
 use trueaxis_measure::spheres::{read_log, to_probings};
@@ -103,29 +103,6 @@ const RAPID: f64 = 4.0;
 /// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
 /// quarter of it (2σ, 20 degrees of freedom).
 const SCATTER: f64 = 1.3;
-
-/// What validation says: scatter of the tip at the balls (µm).
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Scatter {
-    rms_um: f64,
-    largest_um: f64,
-}
-
-/// `validation.json`
-#[derive(Debug, Serialize)]
-struct Validation {
-    /// Number of probings, each made before and after.
-    probings: usize,
-    before: Scatter,
-    after: Scatter,
-    /// What probing itself scatters, from what identification left (µm).
-    probing_um: f64,
-    /// What is not known of the parameters (µm, 95 %, mean over the travel).
-    band_um: f64,
-    /// What `after` may be at most (µm): both, and the scatter of so few rows.
-    expected_um: f64,
-    is_kept: bool,
-}
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     // Before anything is asked of the machine.
