@@ -14,6 +14,7 @@ mod identify;
 mod large_files;
 mod linuxcnc;
 mod linuxcnc_probe;
+mod linuxcnc_start;
 mod measured;
 mod mistakes;
 mod outside;
