@@ -10,6 +10,7 @@ mod imported;
 mod motion;
 mod oracle;
 mod package;
+mod panel;
 mod probing;
 mod rows;
 mod run;
@@ -32,6 +33,7 @@ const PARTS: &[(&str, Check)] = &[
     ("events", events::check),
     ("simulated", simulated::check),
     ("imported", imported::check),
+    ("panel", panel::check),
     ("touches", touches::check),
     ("calibrate", calibrate::check),
     ("calibrate-twenty", calibrate::twenty),
@@ -39,8 +41,8 @@ const PARTS: &[(&str, Check)] = &[
     ("package", package::check),
 ];
 
-/// Runs beside the others, up to the one that measures times.
-const BESIDE: &str = "calibrate";
+/// Run beside the others, up to the one that measures times: they mostly wait for machines that move.
+const BESIDE: [&str; 2] = ["panel", "calibrate"];
 
 /// Run only if named. The twenty machines take 20 minutes. And on busy processors LinuxCNC 2.9 may end a program of
 /// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
@@ -63,18 +65,27 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         |name: &str| chosen.contains(&name) || (chosen.is_empty() && !ONLY_NAMED.contains(&name));
     let told = |name: &str, done: Result<(), String>| done.map_err(|e| format!("{name}: {e}"));
     thread::scope(|scope| {
-        // It mostly waits for machines that move.
-        let mut beside = wants(BESIDE).then(|| scope.spawn(|| calibrate::check(&bench)));
-        let mut ended = || match beside.take().map(ScopedJoinHandle::join) {
-            Some(done) => told(BESIDE, done.unwrap_or_else(|_| Err("it panics".to_owned()))),
-            None => Ok(()),
+        let beside = PARTS
+            .iter()
+            .filter(|(name, _)| BESIDE.contains(name) && wants(name));
+        let bench = &bench;
+        let start = |(name, check): &(&'static str, Check)| {
+            let (name, check) = (*name, *check);
+            (name, scope.spawn(move || check(bench)))
+        };
+        let mut beside: Vec<(&str, ScopedJoinHandle<'_, _>)> = beside.map(start).collect();
+        let mut ended = || {
+            beside.drain(..).try_for_each(|(name, run)| {
+                let done = run.join().unwrap_or_else(|_| Err("it panics".to_owned()));
+                told(name, done)
+            })
         };
         for (name, check) in PARTS {
             if *name == "times" {
                 ended()?;
             }
-            if *name != BESIDE && wants(name) {
-                told(name, check(&bench))?;
+            if !BESIDE.contains(name) && wants(name) {
+                told(name, check(bench))?;
             }
         }
         ended()

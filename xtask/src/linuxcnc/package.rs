@@ -19,6 +19,8 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     run(Command::new("dpkg-deb").arg("-x").arg(&package).arg(&files))?;
     for name in [
         "lib/linuxcnc/modules/trueaxis_model.so",
+        "share/trueaxis/trueaxis_panel.py",
+        "share/trueaxis/trueaxis-panel.ui",
         "share/man/man9/trueaxis.9.gz",
         "share/man/man9/trueaxis_model.9.gz",
         "share/doc/linuxcnc-trueaxis/copyright",

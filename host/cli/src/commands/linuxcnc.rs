@@ -6,6 +6,7 @@ mod configuration;
 mod model;
 mod probe;
 mod setup;
+mod start;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -20,6 +21,7 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum What {
+    Start(start::Arguments),
     Setup(setup::Arguments),
     Check(check::Arguments),
     Model(model::Arguments),
@@ -29,6 +31,7 @@ enum What {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
+        What::Start(arguments) => start::run(arguments),
         What::Setup(arguments) => setup::run(arguments),
         What::Check(arguments) => check::run(arguments),
         What::Model(arguments) => model::run(arguments),

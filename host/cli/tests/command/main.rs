@@ -16,6 +16,7 @@ mod iso230_3;
 mod large_files;
 mod linuxcnc;
 mod linuxcnc_probe;
+mod linuxcnc_start;
 mod measured;
 mod mistakes;
 mod outside;

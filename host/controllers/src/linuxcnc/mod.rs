@@ -3,6 +3,7 @@
 mod check;
 mod configuration;
 mod imported;
+mod install;
 mod kinematics;
 mod session;
 mod setup;
@@ -10,5 +11,6 @@ mod setup;
 pub use check::{Against, Finding, Severity, beforehand, check};
 pub use configuration::{Configuration, Joint, Open};
 pub use imported::{Import, imported};
+pub use install::{PANEL, install};
 pub use session::{Contact, Positions, Session, SessionError, State};
-pub use setup::{Setup, setup};
+pub use setup::{Known, Setup, setup};

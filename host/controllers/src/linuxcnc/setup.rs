@@ -3,6 +3,7 @@
 use super::check::Finding;
 use super::configuration::{Configuration, Joint};
 use super::imported::{self, Import, Motion};
+use super::install::PANEL;
 use super::kinematics::Shape;
 use std::fmt::Write;
 
@@ -28,17 +29,31 @@ fn axes(configuration: &Configuration) -> Vec<Joint> {
     found
 }
 
-/// The lines, the description and the imported errors. `name` is that of the machine, `blob` the path of the
-/// compensation in HAL, `imports` what the INI file compensates and `findings` what speaks against a compensation.
+/// What the user says about the machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a> {
+    /// Name of the machine.
+    pub name: &'a str,
+    /// Path of the compensation in HAL.
+    pub blob: &'a str,
+    /// Letters of the linear axes that move the table, if known; the others move the spindle.
+    pub table: Option<&'a str>,
+}
+
+/// The lines, the description and the imported errors. `imports` is what the INI file compensates, `findings` what speaks
+/// against a compensation.
 #[must_use]
 pub fn setup(
     configuration: &Configuration,
-    name: &str,
-    blob: &str,
+    known: Known<'_>,
     imports: &[Import],
     findings: &[Finding],
 ) -> Setup {
-    let (entries, tip) = entries(configuration);
+    let Known { name, blob, table } = known;
+    let (mut entries, tip) = entries(configuration);
+    if let Some(table) = table {
+        divide(&mut entries, table);
+    }
     let motions = entries.iter().map(|entry| Motion {
         letter: entry.joint.letter,
         reversed: entry.reversed,
@@ -66,8 +81,12 @@ fn hal(
     let mut text = String::from(
         "# Brings the component trueaxis into this machine. In the INI file, behind the other HAL files:\n#\n\
          #   [HAL]\n#   HALFILE = trueaxis.hal\n#\n\
-         # It changes what those have connected; without that line all is as before.\n",
+         # It changes what those have connected; without that line all is as before. For the panel:\n#\n\
+         #   [DISPLAY]\n",
     );
+    for line in PANEL {
+        let _ = writeln!(text, "#   {line}");
+    }
     if !findings.is_empty() {
         text += "#\n# Before the corrections are switched on, write\n";
     }
@@ -327,6 +346,25 @@ fn margin(rotary: bool) -> f64 {
 
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
+}
+
+/// Puts the linear axes with these letters below the table, and the others on the side of the spindle.
+fn divide(entries: &mut [Entry], table: &str) {
+    for entry in entries.iter_mut() {
+        if !entry.joint.is_rotary() {
+            let is_table = table.contains(entry.joint.letter);
+            entry.branch = if is_table { "workpiece" } else { "tool" };
+            entry.reversed = is_table;
+            entry.remark = "";
+        }
+    }
+    // A knee carries the other axes of the table, and these the rotary ones; the rest is in order.
+    entries.sort_by_key(|entry| match (entry.branch, entry.joint.letter) {
+        ("workpiece", 'Z' | 'W') => 0,
+        ("workpiece", 'A'..='C') => 2,
+        ("workpiece", _) => 1,
+        _ => 3,
+    });
 }
 
 /// Three or more axes without further information: the usual mill.

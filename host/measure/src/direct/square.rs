@@ -19,26 +19,30 @@ pub fn squareness(
     Some(of(&square.lines[0])? + of(&square.lines[1])?)
 }
 
-/// The parameter for the squareness of two axes, and the reading of a square per unit of it (rad per rad).
+/// Parameters that may be the squareness of two axes, the likeliest first.
 ///
 /// It belongs to the axis that the other one carries, or to the one in the tool branch, or to the other axis if the
 /// first has no effect.
-pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> {
-    let [a, b] = square.lines.each_ref().map(|line| line.setup.moved);
+pub fn candidates(machine: &Machine, [a, b]: [usize; 2]) -> impl Iterator<Item = Parameter> + '_ {
     let tool = |i: usize| machine.axes[i].branch == Branch::Tool;
     let order = match (tool(a), tool(b)) {
         (true, false) => [a, b],
         (false, true) => [b, a],
         _ => [a.max(b), a.min(b)],
     };
-    let candidates = order.into_iter().flat_map(|axis| {
+    order.into_iter().flat_map(move |axis| {
         (3..6).map(move |component| Parameter {
             component,
             axis: machine.axes[axis].letter.char(),
             kind: ParameterKind::Inter,
         })
-    });
-    let shown = candidates.filter_map(|parameter| {
+    })
+}
+
+/// The parameter for the squareness of two axes, and the reading of a square per unit of it (rad per rad).
+pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> {
+    let axes = square.lines.each_ref().map(|line| line.setup.moved);
+    let shown = candidates(machine, axes).filter_map(|parameter| {
         let mut errors = ErrorModel::perfect(machine);
         errors.set(machine, parameter, SMALL);
         let bench = Bench::new(machine, &errors, Default::default());

@@ -7,7 +7,7 @@ use crate::commands::files;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{Against, Finding, Severity, check};
+use trueaxis_controllers::linuxcnc::{Against, Configuration, Finding, Severity, check};
 use trueaxis_tables::validate::Runtime;
 
 /// Check whether a compensation fits the configuration of LinuxCNC
@@ -42,6 +42,8 @@ struct Answer<'a> {
     refused: usize,
     warnings: usize,
     findings: &'a [Finding],
+    /// What to do next.
+    next: String,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -68,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let findings = check(&configuration, against);
     let count = |severity| findings.iter().filter(|f| f.severity == severity).count();
     let (refused, warnings) = (count(Severity::Refused), count(Severity::Warning));
+    let next = next(arguments, &configuration, refused);
     if arguments.json {
         files::print_json(&Answer {
             file: ini,
@@ -75,6 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             refused,
             warnings,
             findings: &findings,
+            next,
         })?;
     } else {
         let mut text = String::new();
@@ -82,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             text += &format!("{finding}\n");
         }
         text += &format!(
-            "{}: {refused} refused, {warnings} warnings\n",
+            "{}: {refused} refused, {warnings} warnings\nnext: {next}\n",
             ini.display()
         );
         files::print(&text)?;
@@ -91,4 +95,50 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         0 => Outcome::Done,
         _ => Outcome::CheckFailed,
     })
+}
+
+/// What to do after this check.
+fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) -> String {
+    let Arguments { ini, blob, .. } = arguments;
+    let again = |machine: Option<&Path>| {
+        let machine = machine.map(|path| format!(" --machine {}", path.display()));
+        format!(
+            "trueaxis linuxcnc check {} {}{}",
+            ini.display(),
+            blob.display(),
+            machine.unwrap_or_default()
+        )
+    };
+    let given = arguments.machine.as_deref();
+    if configuration.hal.load("trueaxis").is_none() {
+        let folder = configuration::folder(ini);
+        return match ini.with_file_name("trueaxis.hal").exists() {
+            true => format!(
+                "write HALFILE = trueaxis.hal below [HAL], then {}",
+                again(given)
+            ),
+            false => format!(
+                "trueaxis linuxcnc setup {} -o {} --install",
+                ini.display(),
+                folder.display()
+            ),
+        };
+    }
+    if refused > 0 {
+        return format!("change what is refused, then {}", again(given));
+    }
+    let described = ini.with_file_name("machine.toml");
+    if given.is_none() && described.exists() {
+        return again(Some(&described));
+    }
+    let commands = configuration.ini.all("DISPLAY", "EMBED_TAB_COMMAND");
+    let has_panel = { commands }.any(|entry| entry.value.contains("trueaxis-panel"));
+    let enable = match has_panel {
+        true => "press Enable in the tab Compensation",
+        false => "trueaxis control --hal enable",
+    };
+    format!(
+        "linuxcnc {}, home, look at the corrections, then {enable}",
+        ini.display()
+    )
 }

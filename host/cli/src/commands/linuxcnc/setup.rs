@@ -3,20 +3,23 @@
 use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::files;
+use crate::commands::files::{self, Text};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{Finding, Setup, beforehand, setup};
+use trueaxis_controllers::linuxcnc::{
+    Configuration, Finding, Known, PANEL, Setup, beforehand, install, setup,
+};
 
 /// Write HAL lines that install the component, and a first machine.toml
 ///
 /// Reads the INI file and the HAL files that it names. LinuxCNC reads trueaxis.hal after them; it changes their
 /// connections. machine.toml has the travels and what the kinematics define; CHECK marks what you must add. If the INI
 /// file has COMP_FILE or BACKLASH, errors.toml has them as errors of the machine. Lists what must change in the INI
-/// file. Existing files are kept unless --overwrite is given.
+/// file; with --install, the lines for component and panel are written into it. Existing files are kept unless
+/// --overwrite is given.
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis linuxcnc setup mill.ini -o .")]
+#[command(after_help = "Example:\n  trueaxis linuxcnc setup mill.ini -o . --install")]
 pub struct Arguments {
     /// The INI file of the machine
     #[arg(value_name = "MACHINE.ini")]
@@ -27,9 +30,15 @@ pub struct Arguments {
     /// Name of the machine (default: [EMC]MACHINE)
     #[arg(long)]
     name: Option<String>,
+    /// Linear axes that move the table; the others move the spindle (default: the usual mill, to be checked)
+    #[arg(long, value_name = "XY")]
+    table: Option<String>,
     /// Path of the compensation as written in HAL, from the folder of the INI file
     #[arg(long, value_name = "FILE.trax", default_value = "machine.trax")]
     file: String,
+    /// Write the lines for component and panel into the INI file; its old contents stay in MACHINE.ini.before-trueaxis
+    #[arg(long)]
+    install: bool,
     /// Replace existing files
     #[arg(long)]
     overwrite: bool,
@@ -83,11 +92,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let name = name.get(..end.unwrap_or(0)).unwrap_or(&name);
     let imports = configuration::imported(ini, &configuration)?;
     let findings = beforehand(&configuration);
+    let table = arguments.table(&configuration)?;
+    let known = Known {
+        name,
+        blob: &arguments.file,
+        table: table.as_deref(),
+    };
     let Setup {
         hal,
         machine,
         errors,
-    } = setup(&configuration, name, &arguments.file, &imports, &findings);
+    } = setup(&configuration, known, &imports, &findings);
     let written = [
         ("trueaxis.hal", Some(hal)),
         ("machine.toml", Some(machine)),
@@ -107,6 +122,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
+    let changed = match arguments.install {
+        true => Some(with_lines(ini, &written[0].0)?),
+        false => None,
+    };
     // Ignores the explanation of the mark in the head and any name that contains it.
     let marks = |text: &str| {
         text.lines()
@@ -118,8 +137,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write(file, text.as_bytes())?;
     }
     let letters = configuration.module.letters.clone();
-    let files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
+    let mut files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
+    if let Some(Changed { before, copy, text }) = &changed {
+        files::write(copy, before.as_bytes())?;
+        files::write(ini, text.as_bytes())?;
+    }
     if arguments.json {
+        files.extend(changed.map(|changed| changed.copy));
         return files::print_json(&Answer {
             files,
             joints: letters,
@@ -130,6 +154,67 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     files::print(&text(arguments, &letters, &files, to_check, &findings))?;
     Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// Letters of --table, in capitals.
+    fn table(&self, configuration: &Configuration) -> Result<Option<String>, BadInput> {
+        let Some(table) = &self.table else {
+            return Ok(None);
+        };
+        let table = table.to_uppercase();
+        let axes = configuration.axes();
+        let linear = axes.iter().filter(|joint| !joint.is_rotary());
+        let linear: Vec<char> = linear.map(|joint| joint.letter).collect();
+        match table.chars().find(|letter| !linear.contains(letter)) {
+            None => Ok(Some(table)),
+            Some(other) => Err(BadInput::new(
+                format!("--table: the machine has no linear axis {other}"),
+                format!(
+                    "give some of {}, without spaces",
+                    linear.iter().collect::<String>()
+                ),
+            )),
+        }
+    }
+}
+
+/// An INI file with the lines for component and panel.
+struct Changed {
+    /// What it was.
+    before: String,
+    /// Where that stays.
+    copy: PathBuf,
+    text: String,
+}
+
+fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {
+    let before = Text::read(ini)?.text;
+    let folder = configuration::folder(ini);
+    // LinuxCNC looks from the folder of the INI file.
+    let [within, absolute] =
+        [&folder, hal].map(|path| std::path::absolute(path).unwrap_or_default());
+    let named = absolute.strip_prefix(&within).unwrap_or(&absolute);
+    let named = named.display().to_string();
+    if named.contains(char::is_whitespace) {
+        return Err(BadInput::new(
+            format!("{named}: LinuxCNC reads no HAL file whose path has spaces"),
+            "give -o the folder of the INI file",
+        ));
+    }
+    let text = install(&before, &named).map_err(|section| {
+        BadInput::new(
+            format!("{}: it has no [{section}] itself", ini.display()),
+            "leave --install out, and write the lines that the head of trueaxis.hal shows into the file that has it",
+        )
+    })?;
+    let mut copy = ini.as_os_str().to_owned();
+    copy.push(".before-trueaxis");
+    Ok(Changed {
+        before,
+        copy: copy.into(),
+        text,
+    })
 }
 
 /// Makes the folder if it is missing.
@@ -167,9 +252,21 @@ fn text(
     for finding in findings {
         text += &format!("{finding}\n");
     }
-    text + &format!(
-        "next: trueaxis compile {machine} {errors} -o {}\n\
-         then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n",
+    text += &format!(
+        "next: trueaxis compile {machine} {errors} -o {}\n",
         arguments.file
-    )
+    );
+    if arguments.install {
+        return text
+            + &format!(
+                "{ini}: with component and panel; what it was is in {ini}.before-trueaxis\n"
+            );
+    }
+    text += &format!(
+        "then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n\
+         for the panel, below [DISPLAY]:\n"
+    );
+    PANEL
+        .iter()
+        .fold(text, |text, line| text + "  " + line + "\n")
 }

@@ -1,0 +1,506 @@
+//! `trueaxis linuxcnc start`
+
+use super::configuration;
+use crate::commands::Outcome;
+use crate::commands::bad_input::BadInput;
+use crate::commands::files::{self, Text};
+use crate::commands::run_words;
+use clap::Args;
+use std::fmt::Write;
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::linuxcnc::Configuration;
+use trueaxis_measure::direct::Single;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::machine::{Axis, Machine};
+
+/// Ask what is there and what has been measured, and make a first compensation of it
+///
+/// Asks for the INI file, which axes move the table, and for readings of a glass scale, a square and a dial; an empty
+/// answer means that there is none. Writes the HAL lines, machine.toml and errors.toml, compiles machine.trax, checks
+/// it, and ends with the next command. Every step is a command that it shows. Nothing is replaced or written into the
+/// INI file before it has asked. Whatever an option says is not asked.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  trueaxis linuxcnc start\n  \
+trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=4 --install --yes\n\n\
+Readings are in µm, travels in mm. They are positive where the tool is farther in the direction of a positive command,\n\
+seen from the workpiece. X=2/100: a scale along X shows 2 µm too much at +100 mm. XY=3/100: with one leg of a square\n\
+aligned with X, a dial moved along the other leg by Y reads 3 µm in the direction of X per 100 mm. X=4: a dial reads\n\
+4 µm more after positive than after negative travel of X.")]
+pub struct Arguments {
+    /// The INI file of the machine (default: asked for)
+    #[arg(value_name = "MACHINE.ini")]
+    ini: Option<PathBuf>,
+    /// Linear axes that move the table; the others move the spindle
+    #[arg(long, value_name = "XY")]
+    table: Option<String>,
+    /// A glass scale or laser: deviation and travel
+    #[arg(long, value_name = "X=µm/mm")]
+    scale: Vec<String>,
+    /// A square on the table: reading and travel
+    #[arg(long, value_name = "XY=µm/mm")]
+    square: Vec<String>,
+    /// A dial: positive less negative travel
+    #[arg(long, value_name = "X=µm", allow_hyphen_values = true)]
+    dial: Vec<String>,
+    /// Balls on the table that can be probed
+    #[arg(long, value_name = "artefact.toml")]
+    balls: Option<PathBuf>,
+    /// Write the lines for component and panel into the INI file
+    #[arg(long)]
+    install: bool,
+    /// Replace existing files
+    #[arg(long)]
+    overwrite: bool,
+    /// Ask nothing: what no option says is not there, existing files stay
+    #[arg(long)]
+    yes: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let ini = match &arguments.ini {
+        Some(ini) => ini.clone(),
+        None => arguments.ask_ini()?,
+    };
+    let configuration = configuration::read(&ini)?;
+    let [machine, errors, blob] =
+        ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
+    let is_new = arguments.set_up(&ini, &configuration, &machine, &errors)?;
+    let described = files::read_machine(&machine)?;
+    let singles = arguments.singles(&described)?;
+    if singles.is_empty() {
+        return arguments.without(&ini, &machine, &errors, &blob);
+    }
+    let imported = match is_new && errors.exists() {
+        true => Some(Text::read(&errors)?),
+        false => None,
+    };
+    if imported.is_none()
+        && errors.exists()
+        && !arguments.overwrite
+        && !arguments.agrees(&format!("{} exists. Replace it?", errors.display()))?
+    {
+        files::print(&format!("{} stays as it is\n", errors.display()))?;
+        return Ok(Outcome::CheckFailed);
+    }
+    let text = error_file(&described, &singles, imported)?;
+    files::write(&errors, text.as_bytes())?;
+    files::print(&format!(
+        "\n{}: {} readings\n",
+        errors.display(),
+        singles.len()
+    ))?;
+    let [machine, errors, blob] = [machine, errors, blob].map(|path| path.display().to_string());
+    let ini = ini.display().to_string();
+    step(&["explain", &machine, &errors])?;
+    if step(&["compile", &machine, &errors, "-o", &blob])? == Outcome::CheckFailed {
+        return Ok(Outcome::CheckFailed);
+    }
+    let checked = step(&["linuxcnc", "check", &ini, &blob, "--machine", &machine])?;
+    if let Some(balls) = &arguments.balls {
+        files::print(&format!(
+            "then, with the balls: {}\n",
+            calibrate(&machine, balls)
+        ))?;
+    }
+    Ok(checked)
+}
+
+fn calibrate(machine: &str, balls: &Path) -> String {
+    let balls = balls.display();
+    format!(
+        "trueaxis linuxcnc calibrate {machine} --artefact {balls} --ball-diameter D --stylus-diameter D"
+    )
+}
+
+/// Shows a command, and runs it.
+fn step(words: &[&str]) -> Result<Outcome, BadInput> {
+    files::print(&format!("\n$ trueaxis {}\n", words.join(" ")))?;
+    run_words(
+        &words
+            .iter()
+            .map(|word| (*word).to_owned())
+            .collect::<Vec<_>>(),
+    )
+}
+
+/// What an operator writes; empty at the end of the input.
+fn answered(question: &str) -> Result<String, BadInput> {
+    files::print(&format!("{question} "))?;
+    let mut line = String::new();
+    let _ = std::io::stdin().lock().read_line(&mut line);
+    Ok(line.trim().to_owned())
+}
+
+impl Arguments {
+    /// An answer, or nothing if nothing is to be asked.
+    fn ask(&self, question: &str) -> Result<String, BadInput> {
+        match self.yes {
+            true => Ok(String::new()),
+            false => answered(question),
+        }
+    }
+
+    fn agrees(&self, question: &str) -> Result<bool, BadInput> {
+        let answer = self.ask(&format!("{question} [y/N]"))?;
+        Ok(matches!(answer.as_str(), "y" | "Y" | "yes"))
+    }
+
+    fn ask_ini(&self) -> Result<PathBuf, BadInput> {
+        let inis = std::fs::read_dir(".").into_iter().flatten().flatten();
+        let inis = inis.map(|entry| PathBuf::from(entry.file_name()));
+        let mut inis: Vec<PathBuf> = inis
+            .filter(|path| path.extension().is_some_and(|e| e == "ini"))
+            .collect();
+        inis.sort();
+        let proposed = match &inis[..] {
+            [one] => format!(" [{}]", one.display()),
+            _ => String::new(),
+        };
+        let answer = self.ask(&format!("INI file of the machine{proposed}:"))?;
+        match (answer.is_empty(), &inis[..]) {
+            (false, _) => Ok(answer.into()),
+            (true, [one]) => Ok(one.clone()),
+            (true, _) => Err(BadInput::new(
+                "no INI file is given",
+                "give the path of the INI file that LinuxCNC is started with",
+            )),
+        }
+    }
+
+    /// HAL lines and a first machine file, unless they are there; whether they are new.
+    fn set_up(
+        &self,
+        ini: &Path,
+        configuration: &Configuration,
+        machine: &Path,
+        errors: &Path,
+    ) -> Result<bool, BadInput> {
+        let folder = configuration::folder(ini);
+        let hal = ini.with_file_name("trueaxis.hal");
+        if configuration.hal.load("trueaxis").is_some() {
+            files::print(&format!(
+                "{}: the component is installed; {} stays as it is\n",
+                ini.display(),
+                machine.display()
+            ))?;
+            return Ok(false);
+        }
+        let there: Vec<&Path> = [hal.as_path(), machine, errors]
+            .into_iter()
+            .filter(|path| path.exists())
+            .collect();
+        if let [first, ..] = there[..]
+            && !self.overwrite
+            && !self.agrees(&format!(
+                "{} exists. Replace it, and what belongs to it?",
+                first.display()
+            ))?
+        {
+            return match (hal.exists(), machine.exists()) {
+                (true, true) => Ok(false),
+                _ => Err(BadInput::new(
+                    format!("{} exists: nothing was written", first.display()),
+                    "move it away, or give --overwrite",
+                )),
+            };
+        }
+        let mut words = vec![
+            "linuxcnc".to_owned(),
+            "setup".to_owned(),
+            ini.display().to_string(),
+        ];
+        words.extend(["-o".to_owned(), folder.display().to_string()]);
+        let table = match &self.table {
+            Some(table) => table.clone(),
+            None => {
+                self.ask("Which linear axes move the table (the others move the spindle)? [XY]")?
+            }
+        };
+        if !table.is_empty() {
+            words.extend(["--table".to_owned(), table]);
+        }
+        let question = format!(
+            "Write the lines for component and panel into {0}? What it is now stays in {0}.before-trueaxis.",
+            ini.display()
+        );
+        if self.install || self.agrees(&question)? {
+            words.push("--install".to_owned());
+        }
+        if !there.is_empty() {
+            words.push("--overwrite".to_owned());
+        }
+        step(&words.iter().map(String::as_str).collect::<Vec<_>>()).map(|_| true)
+    }
+
+    /// What has been measured, from options or by asking.
+    fn singles(&self, machine: &Machine) -> Result<Vec<Single>, BadInput> {
+        let mut found = Vec::new();
+        for text in &self.scale {
+            found.push(scale(machine, text)?);
+        }
+        for text in &self.square {
+            found.push(square(machine, text)?);
+        }
+        for text in &self.dial {
+            found.push(dial(machine, text)?);
+        }
+        if self.yes || !found.is_empty() {
+            return Ok(found);
+        }
+        files::print(
+            "\nWhat has been measured? Positive is where the tool is farther in the direction of a positive command.\n\
+             An empty line where there is nothing.\n",
+        )?;
+        let linear: Vec<char> = (machine.axes.iter())
+            .filter(|axis| !axis.letter.is_rotary())
+            .map(|axis| axis.letter.char())
+            .collect();
+        // Asked again until it can be read.
+        let mut one = |question: &str,
+                       read: &dyn Fn(&str) -> Result<Single, BadInput>|
+         -> Result<(), BadInput> {
+            loop {
+                let answer = self.ask(question)?;
+                if answer.is_empty() {
+                    return Ok(());
+                }
+                match read(&answer) {
+                    Ok(single) => {
+                        found.push(single);
+                        return Ok(());
+                    }
+                    Err(bad) => files::print(&format!("{bad}\n"))?,
+                }
+            }
+        };
+        for letter in &linear {
+            let question = format!("Scale along {letter}: µm too much / mm of travel (2/100):");
+            one(&question, &|answer| {
+                scale(machine, &format!("{letter}={answer}"))
+            })?;
+        }
+        for (k, a) in linear.iter().enumerate() {
+            for b in &linear[k + 1..] {
+                let question = format!(
+                    "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
+                );
+                one(&question, &|answer| {
+                    square(machine, &format!("{a}{b}={answer}"))
+                })?;
+            }
+        }
+        for letter in &linear {
+            let question = format!("Dial along {letter}: reading after + less after − travel, µm:");
+            one(&question, &|answer| {
+                dial(machine, &format!("{letter}={answer}"))
+            })?;
+        }
+        Ok(found)
+    }
+
+    /// Nothing has been measured with simple instruments.
+    fn without(
+        &self,
+        ini: &Path,
+        machine: &Path,
+        errors: &Path,
+        blob: &Path,
+    ) -> Result<Outcome, BadInput> {
+        let (ini, machine) = (ini.display(), machine.display().to_string());
+        let balls = match &self.balls {
+            Some(balls) => Some(balls.clone()),
+            None => Some(
+                self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?,
+            )
+            .filter(|answer| !answer.is_empty())
+            .map(PathBuf::from),
+        };
+        let next = match (&balls, errors.exists()) {
+            (Some(balls), _) => format!("start LinuxCNC, then {}", calibrate(&machine, balls)),
+            (None, true) => format!(
+                "trueaxis compile {machine} {} -o {}",
+                errors.display(),
+                blob.display()
+            ),
+            (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
+        };
+        files::print(&format!("next: {next}\n"))?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// An error file with what has been read, added to what LinuxCNC compensated.
+fn error_file(
+    machine: &Machine,
+    singles: &[Single],
+    imported: Option<Text>,
+) -> Result<String, BadInput> {
+    let mut lines = String::new();
+    let mut found: Vec<Parameter> = Vec::new();
+    let known = match &imported {
+        Some(text) => {
+            let model = ErrorModel::from_toml(&text.text, machine);
+            model.map_err(|error| text.bad(error))?
+        }
+        None => ErrorModel::perfect(machine),
+    };
+    for single in singles {
+        let words = words(machine, single);
+        let (parameter, value) = single.parameter(machine).ok_or_else(|| {
+            BadInput::new(
+                format!("{words}: no parameter of this machine shows that alone"),
+                "give the readings to `trueaxis measured`",
+            )
+        })?;
+        if found.contains(&parameter) {
+            return Err(BadInput::new(
+                format!("{words}: {parameter} has been measured twice"),
+                "give one of the readings",
+            ));
+        }
+        let of_axis = machine
+            .axes
+            .iter()
+            .position(|axis| axis.letter.char() == parameter.axis);
+        let motion = of_axis.map(|axis| &known.motions[axis][parameter.component]);
+        let is_imported = parameter.kind != ParameterKind::Inter
+            && motion.is_some_and(|motion| *motion != Default::default());
+        if is_imported {
+            return Err(BadInput::new(
+                format!(
+                    "{words}: the INI file already compensates {}",
+                    parameter.axis
+                ),
+                "take COMP_FILE and BACKLASH of this axis out of the INI file, measure again, and start again",
+            ));
+        }
+        // Readings have three digits.
+        let value: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+        let _ = writeln!(lines, "{parameter} = {value:?}  # {words}");
+        found.push(parameter);
+    }
+    Ok(match imported {
+        None => format!(
+            "# As measured: `trueaxis explain` says what the instruments must have shown.\nmachine = {}\n\n[parameters]\n{lines}",
+            toml::Value::from(machine.name.as_str())
+        ),
+        Some(Text { text, .. }) if text.contains("[parameters]\n") => {
+            text.replacen("[parameters]\n", &format!("[parameters]\n{lines}"), 1)
+        }
+        Some(Text { text, .. }) => {
+            let at = text
+                .find("\n#")
+                .filter(|at| text[..*at].contains("machine ="));
+            let at = at.unwrap_or(text.len());
+            format!("{}\n[parameters]\n{lines}{}", &text[..at], &text[at..])
+        }
+    })
+}
+
+fn words(machine: &Machine, single: &Single) -> String {
+    let letter = |axis: usize| machine.axes[axis].letter;
+    let um = |slope: f64| slope * 1e5;
+    match *single {
+        Single::Scale { axis, slope } => {
+            format!(
+                "scale along {}: {:+.1} µm at +100 mm",
+                letter(axis),
+                um(slope)
+            )
+        }
+        Single::Reversal { axis, difference } => format!(
+            "dial along {}: {:+.1} µm after positive less after negative travel",
+            letter(axis),
+            difference * 1e3
+        ),
+        Single::Square {
+            aligned,
+            moved,
+            slope,
+        } => format!(
+            "square of {} and {}: {:+.1} µm per 100 mm",
+            letter(aligned),
+            letter(moved),
+            um(slope)
+        ),
+    }
+}
+
+/// A linear axis of a machine.
+fn axis(machine: &Machine, letter: char) -> Option<usize> {
+    let letter = letter.to_ascii_uppercase();
+    let is = |axis: &Axis| axis.letter.char() == letter && !axis.letter.is_rotary();
+    machine.axes.iter().position(is)
+}
+
+/// Reads `X=2/100`: axes and the slope.
+fn sloped(
+    machine: &Machine,
+    text: &str,
+    axes: usize,
+    option: &str,
+) -> Result<(Vec<usize>, f64), BadInput> {
+    let wrong = || {
+        let example = ["X=2/100", "XY=3/100"][axes - 1];
+        BadInput::new(
+            format!("--{option}: `{text}` is not {example}"),
+            format!("give linear axes of the machine, µm and mm: --{option} {example}"),
+        )
+    };
+    let (letters, reading) = text.split_once('=').ok_or_else(wrong)?;
+    let (um, mm) = reading.split_once('/').ok_or_else(wrong)?;
+    let number = |text: &str| {
+        text.trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|value| value.is_finite())
+    };
+    let (um, mm) = number(um).zip(number(mm)).ok_or_else(wrong)?;
+    let found: Option<Vec<usize>> = letters.trim().chars().map(|l| axis(machine, l)).collect();
+    let found = found
+        .filter(|found| found.len() == axes)
+        .ok_or_else(wrong)?;
+    let slope = um * 1e-3 / mm;
+    let is_possible = mm > 0.0 && slope.abs() < LARGEST && (axes == 1 || found[0] != found[1]);
+    is_possible.then_some((found, slope)).ok_or_else(wrong)
+}
+
+/// The largest slope (mm per mm, rad), as error files permit.
+const LARGEST: f64 = 0.1;
+
+fn scale(machine: &Machine, text: &str) -> Result<Single, BadInput> {
+    let (axes, slope) = sloped(machine, text, 1, "scale")?;
+    Ok(Single::Scale {
+        axis: axes[0],
+        slope,
+    })
+}
+
+fn square(machine: &Machine, text: &str) -> Result<Single, BadInput> {
+    let (axes, slope) = sloped(machine, text, 2, "square")?;
+    Ok(Single::Square {
+        aligned: axes[0],
+        moved: axes[1],
+        slope,
+    })
+}
+
+fn dial(machine: &Machine, text: &str) -> Result<Single, BadInput> {
+    let parsed = text.split_once('=').and_then(|(letter, um)| {
+        let mut letters = letter.trim().chars();
+        let axis = axis(machine, letters.next()?)?;
+        let um: f64 = um.trim().parse().ok()?;
+        (letters.next().is_none() && um.is_finite() && um.abs() <= 1000.0).then_some((axis, um))
+    });
+    match parsed {
+        Some((axis, um)) => Ok(Single::Reversal {
+            axis,
+            difference: um * 1e-3,
+        }),
+        None => Err(BadInput::new(
+            format!("--dial: `{text}` is not X=4"),
+            "give a linear axis of the machine and µm: --dial X=4",
+        )),
+    }
+}

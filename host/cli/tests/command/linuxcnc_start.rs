@@ -1,0 +1,256 @@
+//! `trueaxis linuxcnc start`: from a configuration and a few readings to a checked compensation.
+
+use crate::program::{Folder, answer, plain, refused, trueaxis};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// The simulated mill as it was before the component, with lines for its joint X.
+fn mill(joint: &str) -> Folder {
+    let folder = Folder::new();
+    let from = format!(
+        "{}/../../firmware/linuxcnc/configs/mill-21",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let from = Path::new(&from);
+    std::fs::copy(from.join("machine.hal"), folder.at("machine.hal")).unwrap();
+    let ini = std::fs::read_to_string(from.join("mill-21.ini")).unwrap();
+    let ours = ["trueaxis", "model.hal", "EMBED", "PYVCP", "POSTGUI"];
+    let before: Vec<&str> = ini
+        .lines()
+        .filter(|line| ours.iter().all(|word| !line.contains(word)))
+        .collect();
+    let before = before.join("\n") + "\n";
+    let before = before.replace("[JOINT_0]\n", &format!("[JOINT_0]\n{joint}"));
+    folder.file("mill.ini", before);
+    folder
+}
+
+/// The path of the manual, without questions.
+fn path(ini: &str) -> [&str; 14] {
+    [
+        "linuxcnc",
+        "start",
+        ini,
+        "--table",
+        "XY",
+        "--scale",
+        "X=2/100",
+        "--square",
+        "XY=3/100",
+        "--dial",
+        "X=-4",
+        "--install",
+        "--yes",
+        "--scale=Z=-1/50",
+    ]
+}
+
+fn read(folder: &Folder, name: &str) -> String {
+    std::fs::read_to_string(folder.at(name)).unwrap()
+}
+
+/// Runs `start` in a folder, with answers.
+fn asked(folder: &Folder, arguments: &[&str], answers: &str) -> Output {
+    let mut running = Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+        .args(["linuxcnc", "start"])
+        .args(arguments)
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut to = running.stdin.take().unwrap();
+    to.write_all(answers.as_bytes()).unwrap();
+    drop(to);
+    running.wait_with_output().unwrap()
+}
+
+#[test]
+fn a_scale_and_a_square_become_a_checked_compensation() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let before = read(&folder, "mill.ini");
+    let said = answer(0, &path(&ini));
+    // `explain` derives the readings from the written parameters, on the written machine.
+    for part in [
+        "a laser along X reads +2.0 µm at +100 mm",
+        "a laser along Z reads +2.0 µm at −100 mm",
+        "a square on the table, dial moved along Y, reads +3.0 µm per 100 mm in X",
+        "reads −4.0 µm after positive less after negative travel of X",
+        "0 refused, 0 warnings",
+        "press Enable in the tab Compensation",
+    ] {
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+    assert_eq!(read(&folder, "mill.ini.before-trueaxis"), before);
+    let now = read(&folder, "mill.ini");
+    let added: Vec<&str> = now.lines().filter(|line| !before.contains(line)).collect();
+    assert_eq!(added.len(), 3, "{now}");
+    assert!(
+        now.contains("HALFILE = machine.hal\nHALFILE = trueaxis.hal\n"),
+        "{now}"
+    );
+    assert!(!read(&folder, "machine.toml").contains("does it move"));
+
+    // Again: nothing is replaced unless it is wanted.
+    let files = [
+        "mill.ini",
+        "machine.toml",
+        "errors.toml",
+        "machine.trax",
+        "trueaxis.hal",
+    ];
+    let contents = files.map(|name| std::fs::read(folder.at(name)).unwrap());
+    let said = answer(1, &path(&ini));
+    assert!(said.contains("errors.toml stays as it is"), "{said}");
+    assert_eq!(
+        files.map(|name| std::fs::read(folder.at(name)).unwrap()),
+        contents
+    );
+    let said = answer(
+        0,
+        &[&path(&ini)[..], &["--overwrite", "--scale", "Y=1/100"]].concat(),
+    );
+    assert!(
+        said.contains("4 readings") || said.contains("5 readings"),
+        "{said}"
+    );
+    assert!(read(&folder, "errors.toml").contains("EYY1 = "));
+    assert_eq!(read(&folder, "mill.ini"), now);
+}
+
+#[test]
+fn answers_do_what_options_do_and_are_asked_again_if_they_cannot_be_read() {
+    let by_options = mill("");
+    answer(0, &path(&by_options.at("mill.ini")));
+    let by_answers = mill("");
+    // INI file, table, lines; scales of Y, X and Z; squares YX, YZ, XZ; dials.
+    let answers = "\nXY\ny\n\n2\n2/100\n-1/50\n3/100\n\n\n\n-4\n\n";
+    let output = asked(&by_answers, &[], answers);
+    let said = plain(&output.stdout) + &plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("`X=2` is not X=2/100"), "{said}");
+    for name in ["machine.toml", "trueaxis.hal", "mill.ini", "machine.trax"] {
+        let [a, b] = [&by_options, &by_answers].map(|f| std::fs::read(f.at(name)).unwrap());
+        assert_eq!(a, b, "{name}");
+    }
+}
+
+#[test]
+fn without_readings_it_says_what_comes_next() {
+    let folder = mill("");
+    let output = asked(&folder, &["mill.ini"], "");
+    let said = plain(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.ends_with("next: measure, then trueaxis linuxcnc start mill.ini"),
+        "{said}"
+    );
+    assert_eq!(
+        folder.names(),
+        ["machine.hal", "machine.toml", "mill.ini", "trueaxis.hal"]
+    );
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let said = answer(
+        0,
+        &[
+            "linuxcnc",
+            "start",
+            &ini,
+            "--yes",
+            "--balls",
+            "artefact.toml",
+        ],
+    );
+    assert!(said.contains("trueaxis linuxcnc calibrate"), "{said}");
+    assert!(said.contains("--artefact artefact.toml"), "{said}");
+}
+
+/// Runs the command, which fails after it has begun. Checks that it exits with 2 and says `expected`.
+fn fails(arguments: &[&str], expected: &str) {
+    let output = trueaxis(arguments);
+    let said = plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(expected), "{expected} is not in {said}");
+}
+
+#[test]
+fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
+    let folder = mill("BACKLASH = 0.01\n");
+    let ini = folder.at("mill.ini");
+    let start = [
+        "linuxcnc",
+        "start",
+        &ini,
+        "--table",
+        "XY",
+        "--overwrite",
+        "--yes",
+    ];
+    for reading in [["--dial", "X=4"], ["--scale", "X=2/100"]] {
+        fails(
+            &[&start[..], &reading].concat(),
+            "the INI file already compensates X",
+        );
+    }
+    answer(0, &[&start[..], &["--scale", "Y=1/100"]].concat());
+    let errors = read(&folder, "errors.toml");
+    let parameters: Vec<&str> = errors
+        .lines()
+        .filter(|line| line.starts_with('E'))
+        .collect();
+    let starts = ["EYY1 = -1e-5", "EXXb = 0.005"];
+    assert_eq!(parameters.len(), 2, "{errors}");
+    assert!(
+        { starts }
+            .iter()
+            .zip(&parameters)
+            .all(|(s, p)| p.starts_with(s)),
+        "{errors}"
+    );
+}
+
+#[test]
+fn wrong_readings_are_refused() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let start = ["linuxcnc", "start", &ini, "--yes", "--overwrite"];
+    for (option, value, expected) in [
+        ("--scale", "X=2", "`X=2` is not X=2/100"),
+        ("--scale", "A=2/100", "`A=2/100` is not"),
+        ("--scale", "X=2/0", "`X=2/0` is not"),
+        ("--scale", "X=nan/100", "is not X=2/100"),
+        ("--scale", "X=90000/1", "is not X=2/100"),
+        ("--square", "X=2/100", "is not XY=3/100"),
+        ("--square", "XX=2/100", "is not XY=3/100"),
+        ("--dial", "XY=2", "is not X=4"),
+        ("--dial", "X=2/100", "is not X=4"),
+    ] {
+        fails(&[&start[..], &[option, value]].concat(), expected);
+        assert!(!Path::new(&folder.at("errors.toml")).exists());
+    }
+    let twice = ["--square", "XY=2/100", "--square", "YX=2/100"];
+    fails(
+        &[&start[..], &twice].concat(),
+        "EC0X has been measured twice",
+    );
+    let other = mill("");
+    fails(
+        &[
+            "linuxcnc",
+            "start",
+            &other.at("mill.ini"),
+            "--table",
+            "XA",
+            "--yes",
+        ],
+        "--table: the machine has no linear axis A",
+    );
+    refused(
+        &["linuxcnc", "start", &folder.at("none.ini"), "--yes"],
+        &["none.ini"],
+    );
+}
