@@ -1,6 +1,7 @@
 //! `cargo xtask gcode`: programs compared with another interpreter, LinuxCNC's `rs274`.
 
 mod corrected;
+mod expanded;
 mod five_axes;
 mod own;
 mod rs274;
@@ -58,6 +59,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
             let trueaxis = trueaxis()?;
             compare(&work)?;
             own::check(&work)?;
+            expanded::check(&trueaxis, &work)?;
             five_axes::check(&trueaxis, &work)?;
             corrected::check(&trueaxis, &work)
         }
@@ -189,7 +191,7 @@ fn compare(work: &Path) -> Result<(), String> {
                     let copy = plain_copy(path, work)?;
                     let ours = moves(std::slice::from_ref(&copy), &options)?;
                     let ours = &ours[&copy.display().to_string()];
-                    let rivals = rs274::run(&copy, &tools, None)?;
+                    let rivals = rs274::run(&copy, &tools, &[])?;
                     match same(ours, &rivals) {
                         Ok(count) => motions += count,
                         Err(cause) => wrong.push(format!("{name}: {cause}")),
