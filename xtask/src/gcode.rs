@@ -41,7 +41,7 @@ const REFUSED: [(&str, &str); 10] = [
 /// Flat programs for axes that `rs274` alone does not have.
 const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
 
-/// `chosen`: `speed` measures, nothing compares.
+/// `chosen`: `speed` measures, `expanded` compares expanded programs only, nothing compares all.
 ///
 /// # Errors
 /// If something cannot be installed or built, or differs.
@@ -64,7 +64,8 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
             corrected::check(&trueaxis, &work)
         }
         ["speed"] => speed::measure(&work),
-        _ => Err("gcode takes nothing, or `speed`".to_owned()),
+        ["expanded"] => expanded::check(&trueaxis()?, &work),
+        _ => Err("gcode takes nothing, `speed` or `expanded`".to_owned()),
     }
 }
 

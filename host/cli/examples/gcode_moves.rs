@@ -71,6 +71,10 @@ impl Asked {
         if let Some(setup) = &self.setup {
             rules.setup = setup.clone();
         }
+        if self.expand.is_some() {
+            // The stand-alone interpreter has no others.
+            rules.axes &= 0x3f;
+        }
         for axis in &self.wrapped {
             rules.setup.wrapped[*axis] = Some(true);
         }
@@ -82,7 +86,7 @@ impl Asked {
         let rules = self.rules();
         let given = Given {
             setup: &rules.setup,
-            axes: rules.axes & 0x3f,
+            axes: rules.axes,
             block_delete: rules.block_delete,
             subroutines: &self.subroutines,
         };

@@ -1,13 +1,12 @@
 //! `--expand`: what is written out flat, read with our interpreter, beside `rs274` on the original.
 
-use super::{bare, moves, programs, rs274, same};
+use super::{moves, programs, rs274, same};
 use crate::files;
 use crate::process::{example, said};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// Number of random programs.
 const RANDOM: usize = 300;
@@ -27,19 +26,19 @@ const LENGTHS: [f64; 2] = [51.234_567, 76.2];
 const OWN: [(&str, &str); 8] = [
     (
         "loops",
-        "{mm} G90 G17\nG53 G0 X0 Y0 Z0 A0\n#1=0\no100 sub\n#4=[#1*2]\nG1 X[#1] Y[SIN[#2]*20] Z[-#1/10] F[300+#3]\no100 endsub\n\
+        "{mm} G90 G17\nG53 G0 X1 Y2 Z3 A4\n#1=0\no100 sub\n#4=[#1*2]\nG1 X[#1] Y[SIN[#2]*20] Z[-#1/10] F[300+#3]\no100 endsub\n\
          o101 while [#1 LT 50]\no100 call [#1] [#1*7] [#1]\n#1=[#1+7.3]\no101 endwhile\n\
          o102 if [#1 GT 40]\nG0 Z5\no102 else\nG0 Z6\no102 endif\no103 repeat [3]\nG91 G0 X1.23456 Y-[1/3]\nG90\no103 endrepeat\nM2\n",
     ),
     (
         "arcs in three planes, helices",
-        "{mm} G90 F200\nG53 G0 X0 Y0 Z0 A0\n#<r>=12.3456\nG0 X0 Y0 Z0\nG17 G2 X[#<r>] Y[#<r>] I[#<r>] J0\nG3 X[#<r>] Y[#<r>] Z-3 I[-#<r>] J0 P3\n\
+        "{mm} G90 F200\nG53 G0 X1 Y2 Z3 A4\n#<r>=12.3456\nG0 X0 Y0 Z0\nG17 G2 X[#<r>] Y[#<r>] I[#<r>] J0\nG3 X[#<r>] Y[#<r>] Z-3 I[-#<r>] J0 P3\n\
          G18 G2 X[2*#<r>] Z[#<r>-3] R[#<r>]\nG3 I[#<r>/2] K0 Y2\nG19 G2 Y[2+#<r>] Z[-3] J0 K[-#<r>]\nG3 J3 K4 P2 X1\n\
-         G17 G90.1 G2 X0 Y0 I[#<r>/2] J10\nG91.1 G1 X1\nM2\n",
+         G17 G90.1 G2 I[#<r>/2] J10\nG91.1 G1 X1\nM2\n",
     ),
     (
         "offsets, rotation",
-        "{mm} G90 F100\nG53 G0 X0 Y0 Z0 A0\n#9=2.5\nG54 G0 X[#9] Y1 Z1\nG55 G1 X[#9*3] Y[#9]\nY[#9*4]\nG2 X[#9*4] Y[#9*5] R[#9*2]\nG56 G1 X0\nG1 A[#9*10]\n\
+        "{mm} G90 F100\nG53 G0 X1 Y2 Z3 A4\n#9=2.5\nG54 G0 X[#9] Y1 Z1\nG55 G1 X[#9*3] Y[#9]\nY[#9*4]\nG2 X[#9*4] Y[#9*5] R[#9*2]\nG56 G1 X0\nG1 A[#9*10]\n\
          G10 L2 P3 X[#9] Y3.00004 Z-1 R[#9*8]\nG1 X[#9] Y7\nG3 X[#9+4] Y7 I2 J0\nG10 L20 P1 X[#9] Y1\nG54 G1 X0 Y0 Z0\nG55\nG1 Z[#9]\nG53 G0 Z[#9]\n\
          G10 L2 P2 X5 R0\nG0 X1\nG59.3 G0 X1 Y1 Z1\nG54\nM30\n",
     ),
@@ -50,22 +49,22 @@ const OWN: [(&str, &str); 8] = [
     ),
     (
         "tools",
-        "{mm} G90 F100\nG53 G0 X0 Y0 Z0 A0\n#9=1\nT#9 M6\nG43\nG1 Z[#9*5]\nG43 H2\nG0 Z1\nX[#9]\nG43.1 Z[#9*10.5] X[#9/3]\nG1 X0 Z0\nG49\nG1 Z20\nT2 M6 G43 H[#9+1]\n\
+        "{mm} G90 F100\nG53 G0 X1 Y2 Z3 A4\n#9=1\nT#9 M6\nG43\nG1 Z[#9*5]\nG43 H2\nG0 Z1\nX[#9]\nG43.1 Z[#9*10.5] X[#9/3]\nG1 X0 Z0\nG49\nG1 Z20\nT2 M6 G43 H[#9+1]\n\
          G0 Z[#9+#5400]\nG43.2 H1\nG0 Z3\nG49\nG0 Z[#5422+1]\nM2\n",
     ),
     (
         "both units",
-        "G21 G90 F254\nG53 G0 X0 Y0 Z0 A0\n#9=25.4\nG0 X[#9] Y[#9] Z0\nG20\nF10\nG1 X2.34567 Y[#9/10]\nG2 X3 Y3 I[#9/25.4/2] J0.1\nG55 G0 X1 Y1\nG21\nF300\nG1 X[#9/3]\n\
+        "G21 G90 F254\nG53 G0 X1 Y2 Z3 A4\n#9=25.4\nG0 X[#9] Y[#9] Z0\nG20\nF10\nG1 X2.34567 Y[#9/10]\nG2 X3 Y3 R[#9/25.4]\nG55 G0 X1 Y1\nG21\nF300\nG1 X[#9/3]\n\
          G43 H1\nG0 Z[#9]\nG20\nG92 X0 Y[1/3]\nF20\nG1 X1 Y1\nG21\nF500\nG1 X0 Y0 Z0\nG20\nM2\n",
     ),
     (
         "feeds, cycles",
-        "{mm} G90 F100\nG53 G0 X0 Y0 Z10 A0\n#9=3\nG93\nG1 X[#9] F[#9]\nG1 X0 A[#9*10] F2\nG2 X[#9] Y0 I[#9/2] F4\nG94\nF[#9*100]\nG98 G81 X[#9] Y1 Z-[#9] R2\nG91 X1 L[#9]\nG90\n\
+        "{mm} G90 F100\nG53 G0 X1 Y2 Z10 A4\n#9=3\nG93\nG1 X[#9] F[#9]\nG1 X0 A[#9*10] F2\nG2 X[#9] Y0 R[#9*2] F4\nG94\nF[#9*100]\nG98 G81 X[#9] Y1 Z-[#9] R2\nG91 X1 L[#9]\nG90\n\
          G99 G83 X0 Y0 Z-4 R2 Q[#9/2]\nG80\nS1000 M3\nG95 F0.1\nG1 X1\nG94 F[#9*30]\nG1 X2\nG4 P0.5\nM5\nG28\nG30.1\nM2\n",
     ),
     (
         "ends",
-        "%\n(a comment)\nN7 {mm} G90 F100\nG53 G0 X0 Y0 Z0 A0\n#1=1 (set)\n/ G0 X9\nM98 P200 L2\nG0 X[#1]\nM8\nM9\nM30\nO200\nG91 G1 X#1 (inside)\nG90\nM99\n%\nafter the end\n",
+        "%\n(a comment)\nN7 {mm} G90 F100\nG53 G0 X1 Y2 Z3 A4\n#1=1 (set)\n/ G0 X9\nM98 P200 L2\nG0 X[#1]\nM8\nM9\nM30\nO200\nG91 G1 X#1 (inside)\nG90\nM99\n%\nafter the end\n",
     ),
 ];
 
@@ -88,7 +87,7 @@ fn given(work: &Path, inch: bool) -> Result<[PathBuf; 3], String> {
     setup += "[start]\nX = 0\nY = 0\nZ = 0\nA = 0\nB = 0\nC = 0\ntool = 0\nretract = \"G98\"\n";
     let mut parameters: BTreeMap<usize, f64> = BTreeMap::new();
     for first in [5161, 5181, 5211, 5221, 5241, 5261, 5281, 5301, 5321, 5341, 5361, 5381] {
-        (first..first + 10).for_each(|number| drop(parameters.insert(number, 0.0)));
+        parameters.extend((first..first + 10).map(|number| (number, 0.0)));
     }
     parameters.extend([(5210, 0.0), (5220, 1.0)]);
     for place in 0..9 {
@@ -179,7 +178,7 @@ fn random(work: &Path) -> Result<(), String> {
             let text = files::read_text(&program)?;
             let may = cause.contains("cutter compensation") && text.contains("G4")
                 || cause.contains("motion with the spindle") && text.contains("G33")
-                || cause.contains("(G28.1)") || cause.contains("(G30.1)");
+                || cause.contains("G28.1") || cause.contains("G30.1");
             if !may {
                 return Err(format!("{}: {cause}", program.display()));
             }
@@ -230,9 +229,101 @@ fn parameters(work: &Path) -> Result<(), String> {
 /// Why programs of the package are refused: what the message contains, and in short. Each must occur.
 const REASONS: [(&str, &str); 0] = [];
 
-/// Programs of the package that compute: expanded and compared, then corrected with the command.
+/// Folders of subroutines in the package.
+const SUBROUTINES: [&str; 6] = [
+    "",
+    "ngcgui_lib",
+    "ngcgui_lib/utilitysubs",
+    "macros/mill",
+    "macros/lathe",
+    "gladevcp_lib",
+];
+
+/// Programs of the package that compute: corrected with the command, and what they are written out to compared.
 fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
-    let _ = (trueaxis, work, REASONS, bare as fn(&Path) -> Result<String, String>, programs as fn() -> Result<Vec<PathBuf>, String>);
-    let _ = (fs::metadata("."), Command::new("true"));
-    Ok(())
+    let blob = super::compensation(trueaxis, work)?;
+    let mut text = "units = \"mm\"\n".to_owned();
+    let place = "X = 200\nY = 100\nZ = -200\n";
+    let _ = write!(text, "[start]\n{place}tool = 0\nretract = \"G98\"\n[home.G28]\n{place}[home.G30]\n{place}");
+    let mut var = "5161\t0\n5181\t0\n5211\t0\n5220\t1\n".to_owned();
+    for system in 0..9 {
+        let _ = writeln!(var, "{}\t0", 5221 + 20 * system);
+        let name = if system < 6 { format!("G{}", 54 + system) } else { format!("G59.{}", system - 5) };
+        let _ = write!(text, "[offset.\"{name}\"]\n{place}");
+    }
+    let setup = work.join("package.toml");
+    files::write(&setup, text)?;
+    // Diameters, in mm on the machine.
+    let tools = work.join("package.tbl");
+    let table: String = super::TOOLS.iter().map(|t| format!("T{t} P{t} Z0 D6\n")).collect();
+    files::write(&tools, table)?;
+    let root = Path::new("/usr/share/linuxcnc/ncfiles");
+    let folders: Vec<PathBuf> = SUBROUTINES.iter().map(|f| root.join(f)).collect();
+    let names = |options: &[PathBuf]| -> Vec<String> {
+        options.iter().map(|f| format!("--subroutines={}", f.display())).collect()
+    };
+    let zero = work.join("zero.toml");
+    let at_zero = fs::read_to_string(&setup).map_err(|e| e.to_string())?;
+    let at_zero = at_zero.replace(" = 200", " = 0").replace(" = 100", " = 0").replace(" = -200", " = 0");
+    files::write(&zero, at_zero + "[tool.1]\nlength = 0\n")?;
+    let (mut counts, mut wrong) = (BTreeMap::<String, Vec<String>>::new(), Vec::new());
+    let (mut corrected, mut compared, mut motions) = (0, 0, 0);
+    for path in programs()? {
+        if super::is_flat(&path)? {
+            continue;
+        }
+        let name = path.display().to_string();
+        let out = work.join("corrected.ngc");
+        let _ = fs::remove_file(&out);
+        let mut command = super::correct(trueaxis, &path, &out, &blob, &setup);
+        command.args(["--expand", "--check", "--block-delete", "off", "--tools"]).arg(&tools);
+        let answer = said(command.args(names(&folders)))?;
+        match (answer.status.code(), out.exists()) {
+            (Some(0), true) => corrected += 1,
+            (Some(2), false) => {
+                let reason = REASONS.iter().find(|(part, _)| answer.output.contains(part));
+                match reason {
+                    Some((_, reason)) => counts.entry((*reason).to_owned()).or_default().push(name.clone()),
+                    None => wrong.push(format!("{name}: {}", answer.output)),
+                }
+            }
+            other => wrong.push(format!("{name}: {other:?}: {}", answer.output)),
+        }
+        // What is written out, also of programs for other axes and larger machines.
+        let mut options = names(&folders);
+        options.push(format!("--setup={}", zero.display()));
+        options.extend(super::TOOLS.iter().map(|tool| format!("--tool={tool}=0")));
+        let ours = flat(&path, work, &options)?;
+        if ours.iter().any(|line| line.starts_with("refused ")) {
+            continue;
+        }
+        let copy = work.join("original.ngc");
+        files::copy(&path, &copy)?;
+        let parameters = work.join("original.var");
+        files::write(&parameters, &var)?;
+        let ini = work.join("original.ini");
+        let mut paths = vec![path.parent().unwrap_or(root).display().to_string()];
+        paths.extend(folders.iter().map(|f| f.display().to_string()));
+        files::write(&ini, format!("[RS274NGC]\nSUBROUTINE_PATH = {}\n", paths.join(":")))?;
+        let rivals = rs274::run(&copy, &tools, &[("-v", &parameters), ("-i", &ini)]);
+        match rivals.and_then(|rivals| same(&ours, &rivals)) {
+            Ok(count) => {
+                compared += 1;
+                motions += count;
+            }
+            Err(cause) => wrong.push(format!("{name}: {cause}")),
+        }
+    }
+    println!("{motions:>4} motions of {compared} programs of the package that compute, the same as rs274's");
+    println!("{corrected:>4} of them are corrected for mill-21 and checked; refused:");
+    for (reason, names) in &counts {
+        println!("{:>4} {reason}", names.len());
+    }
+    for (_, reason) in REASONS.iter().filter(|(_, reason)| !counts.contains_key(*reason)) {
+        wrong.push(format!("no program is refused because of: {reason}"));
+    }
+    match wrong.is_empty() {
+        true => Ok(()),
+        false => Err(format!("{} programs:\n{}", wrong.len(), wrong.join("\n"))),
+    }
 }

@@ -6,9 +6,11 @@ use super::source::{CALL, Source};
 use super::{DECIMALS, ExpandError, Expanded, Given, KNOWN, failed, refusal};
 use crate::gcode::axes::{self, COUNT, PerLetter};
 use crate::gcode::fault::Refusal;
+use crate::gcode::interpret::bits;
 use crate::gcode::modal::{Plane, Units};
 use crate::gcode::offsets::{Number, Offsets, system_name};
 use crate::gcode::setup::Setup;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{BufRead, Write};
 
@@ -34,7 +36,8 @@ pub struct Flat<'s> {
     text: String,
     /// True from the first line of the program on.
     begun: bool,
-    ended: bool,
+    /// The word at the end, once it is reached.
+    end: Option<&'static str>,
     /// Commands so far.
     count: u64,
     /// The line of the program.
@@ -73,7 +76,7 @@ impl<'s> Flat<'s> {
             expanded: Expanded::default(),
             text: String::new(),
             begun: false,
-            ended: false,
+            end: None,
             count: 0,
             line: 1,
             units: Units::Millimetre,
@@ -143,75 +146,92 @@ impl<'s> Flat<'s> {
         refusal(line, &word, cause + &place, remedy)
     }
 
-    /// What the interpreter left behind: systems that the program has set and not used.
+    /// What the interpreter left behind in parameters, and the end of the program.
     pub fn finish(
         mut self,
         parameters: &str,
         out: &mut impl Write,
     ) -> Result<Expanded, ExpandError> {
-        if !self.ended {
+        let Some(end) = self.end else {
             let cause = "the interpreter's output does not come to an end";
             return Err(refusal(self.line, "", cause, FLAT).into());
-        }
+        };
         let line = self.line;
         self.left_behind(parameters)
             .map_err(|(cause, remedy)| refusal(line, "", cause, remedy))?;
+        if !end.is_empty() {
+            self.write(end);
+        }
+        if self.source.percent {
+            self.write("%");
+        }
         self.flush(out)?;
         Ok(self.expanded)
     }
 
-    /// Refuses what a program leaves in parameters and its canonical commands do not say.
-    fn left_behind(&self, parameters: &str) -> Result<(), Bad> {
+    /// Sets the systems that the program has set and not used: no command shows them. Refuses places of G28 and G30
+    /// that it has stored, which cannot be set without going there.
+    fn left_behind(&mut self, parameters: &str) -> Result<(), Bad> {
         let number = |line: &str| {
             let mut cells = line.split_whitespace();
             Some((cells.next()?.parse::<u32>().ok()?, cells.next()?.parse::<f64>().ok()?))
         };
-        for (number, value) in parameters.lines().filter_map(number) {
-            let first = match number {
-                5161..=5169 => 5161,
-                5181..=5189 => 5181,
-                5221..=5390 => 5201 + 20 * ((number - 5201) / 20),
-                _ => continue,
+        let left: BTreeMap<u32, f64> = parameters.lines().filter_map(number).collect();
+        let group = |first: u32| -> PerLetter {
+            std::array::from_fn(|axis| {
+                let value = left.get(&(first + axis as u32)).copied().unwrap_or_default();
+                if axes::is_rotary(axis) { value } else { value * 25.4 }
+            })
+        };
+        // As the values were printed, at most in inches.
+        let same = |a: f64, b: f64| (a - b).abs() < 25.4 * HALF_DIGIT;
+        let machine: Vec<usize> = bits(self.axes & 0b11_1111).collect();
+        for (home, first) in [5161, 5181].into_iter().enumerate() {
+            let at = group(first);
+            let known = self.setup.homes[home].unwrap_or_default();
+            let moved = |axis: &&usize| match known.knows(**axis) {
+                true => !same(known.at[**axis], at[**axis]),
+                false => at[**axis].abs() < KNOWN,
             };
-            let axis = (number - first) as usize;
-            let system = (number - 5201) / 20;
-            let known = match first {
-                5161 | 5181 => {
-                    let home = usize::from(first == 5181);
-                    self.setup.homes[home].filter(|at| at.knows(axis)).map(|at| at.at[axis])
+            if machine.iter().any(|axis| moved(&axis)) {
+                let name = ["G28", "G30"][home];
+                return bad(
+                    format!("the program stores where {name} goes ({name}.1): no canonical command shows it"),
+                    format!("give it in the setup, [home.{name}], and take {name}.1 out of the program"),
+                );
+            }
+        }
+        for number in 1..=9 {
+            let first = 5201 + 20 * u32::from(number);
+            let origin = group(first);
+            let rotation = left.get(&(first + 9)).copied().unwrap_or_default();
+            let is_set = |axis: &usize| origin[*axis].abs() < KNOWN;
+            let turned = !same(rotation, UNKNOWN_ROTATION);
+            let (which, known) = match self.offsets.systems.get(&number) {
+                Some(known) => {
+                    let differs = |axis: &&usize| !same(known.origin[**axis], origin[**axis]);
+                    (machine.iter().filter(differs).copied().collect(), Some(*known))
                 }
-                _ => {
-                    let system = self.offsets.systems.get(&(system as u16));
-                    system.and_then(|s| match axis {
-                        9 => Some(s.rotation),
-                        _ => s.origin.get(axis).copied(),
-                    })
-                }
+                None if machine.iter().any(is_set) || turned => (machine.clone(), None),
+                None => (Vec::new(), None),
             };
-            let unit = if axes::is_rotary(axis) || axis == 9 { 1.0 } else { 25.4 };
-            let value = value * unit;
-            let is_of_machine = axis == 9 || self.axes >> axis & 1 == 1;
-            let is_unknown = value.abs() > KNOWN || axis == 9 && (value - UNKNOWN_ROTATION).abs() < 1e-5;
-            let same = match known {
-                // As the interpreter stores and prints it: six decimals and four.
-                Some(known) => (value - known).abs() < 25.4 * 2.0 * HALF_DIGIT,
-                None => is_unknown || !is_of_machine,
+            let turns = match known {
+                Some(known) => (known.rotation - rotation).abs() > HALF_DIGIT,
+                None => !which.is_empty(),
             };
-            if axis > 9 || same {
+            if which.is_empty() && !turns {
                 continue;
             }
-            let (what, remedy) = match first {
-                5161 => ("where G28 goes (G28.1)".to_owned(), "[home.G28]".to_owned()),
-                5181 => ("where G30 goes (G30.1)".to_owned(), "[home.G30]".to_owned()),
-                _ => {
-                    let name = system_name(system as u16);
-                    (name.clone(), format!("[offset.\"{name}\"]"))
-                }
-            };
-            return bad(
-                format!("the program sets {what} and does not use it: its canonical commands do not show that"),
-                format!("set it in the setup, {remedy}, and take it out of the program"),
-            );
+            if !which.iter().all(is_set) || !turned {
+                let name = system_name(number);
+                return bad(
+                    format!("the program sets a part of {name}, and the rest is not known"),
+                    format!("give it in the setup: [offset.\"{name}\"]"),
+                );
+            }
+            let words = self.words(&which, &origin);
+            let rotation = if turns { format!(" R{rotation}") } else { String::new() };
+            self.write(&format!("G10 L2 P{number}{words}{rotation}"));
         }
         Ok(())
     }
@@ -247,7 +267,7 @@ impl<'s> Flat<'s> {
     fn command(&mut self, command: &Line<'_>) -> Result<(), Bad> {
         let name = command.name;
         let unexpected = || bad::<()>("a canonical command with other arguments than known", FLAT);
-        if self.ended && name != "ON_RESET" {
+        if self.end.is_some() && name != "ON_RESET" {
             return bad("a canonical command after the end", FLAT);
         }
         if !["SET_XY_ROTATION", "SET_G92_OFFSET"].contains(&name) {
@@ -448,24 +468,14 @@ impl<'s> Flat<'s> {
             "PROGRAM_STOP" => self.write(if shuttle { "M60" } else { "M0" }),
             "OPTIONAL_PROGRAM_STOP" => self.write("M1"),
             "PALLET_SHUTTLE" => self.shuttle = true,
-            "PROGRAM_END" => {
-                self.write(if shuttle { "M30" } else { "M2" });
-                self.end();
-            }
-            "FINISH" => self.end(),
+            "PROGRAM_END" => self.end = Some(if shuttle { "M30" } else { "M2" }),
+            "FINISH" => self.end = Some(""),
             _ => return bad(not_representable(name), FLAT),
         }
         if shuttle && !["PROGRAM_STOP", "PROGRAM_END"].contains(&name) {
             return unexpected();
         }
         Ok(())
-    }
-
-    fn end(&mut self) {
-        if self.source.percent {
-            self.write("%");
-        }
-        self.ended = true;
     }
 
     fn other_spindle(&self) -> Result<(), Bad> {

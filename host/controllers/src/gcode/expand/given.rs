@@ -92,7 +92,7 @@ pub fn tools(given: &Given<'_>, named: &BTreeSet<u32>) -> String {
         for axis in 0..6 {
             let _ = write!(text, " {}{}", axes::name(axis), in_inches(axis, offset[axis]));
         }
-        let diameter = setup.diameters.get(&number).unwrap_or(&UNKNOWN);
+        let diameter = setup.diameters.get(&number).unwrap_or(&0.0);
         let _ = writeln!(text, " W{number} D{diameter}");
     }
     text

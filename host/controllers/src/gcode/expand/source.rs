@@ -21,6 +21,8 @@ pub const CALL: &str = "trueaxis: a call";
 /// Parameters that hold offsets, positions and results of the machine.
 const OF_MACHINE: std::ops::RangeInclusive<u32> = 5061..=5428;
 
+const WAITS: &str = "M66 waits for an input of the machine";
+
 const FLAT: &str = "write that part of the program out flat, or use the compensation in the controller";
 
 /// A file: its name, the lines as they are, and as the interpreter gets them.
@@ -53,6 +55,8 @@ struct Scan<'g> {
     tools: BTreeSet<u32>,
     defined: BTreeSet<String>,
     called: Vec<(String, usize)>,
+    /// The first line that reads the diameter of the tool.
+    diameter: Option<u64>,
     /// The first line with a parameter whose number is computed.
     computed: Option<u64>,
     /// The first number that may be one of [`OF_MACHINE`] without `#`.
@@ -67,6 +71,7 @@ impl Source {
             tools: BTreeSet::new(),
             defined: BTreeSet::new(),
             called: Vec::new(),
+            diameter: None,
             computed: None,
             number: None,
         };
@@ -106,6 +111,15 @@ impl Source {
             );
             let remedy = format!("write the parameter itself: #{number}");
             return Err(refusal(line, &number.to_string(), cause, remedy).into());
+        }
+        let setup = given.setup;
+        let mut tools = scan.tools.iter().chain(setup.tools.keys());
+        let missing = tools.find(|tool| !setup.diameters.contains_key(tool));
+        if let (Some(line), Some(tool)) = (scan.diameter, missing) {
+            let (line, name) = source.place(line, 1);
+            let cause = format!("the diameter of the tool, and that of tool {tool} is not known{name}");
+            let remedy = "give LinuxCNC's tool table: --tools FILE.tbl";
+            return Err(refusal(line, "#5410", cause, remedy).into());
         }
         source.tools = scan.tools;
         Ok(source)
@@ -225,6 +239,9 @@ impl Source {
             }
             _ => String::new(),
         };
+        if cause.contains(WAITS) {
+            return refusal(line, &word, format!("{WAITS}{name}"), FLAT);
+        }
         let remedy = if cause.contains("not found in the tool table") {
             "give the tool in the setup: [tool.N] length = …, or LinuxCNC's tool table: --tools FILE.tbl"
         } else if cause.contains("seeking o-word") {
@@ -267,8 +284,8 @@ impl Scan<'_> {
             }
             rest => rest,
         };
-        let words = self.words(words, code)?;
         let mut copy = Vec::new();
+        let words = self.words(words, code, &mut copy)?;
         if slash {
             copy.push(b'/');
         }
@@ -309,8 +326,9 @@ impl Scan<'_> {
     }
 
     /// Words without spaces and comments, in small letters, as the interpreter gets them.
-    fn words(&mut self, words: &[u8], code: u64) -> Result<Vec<u8>, Bad> {
+    fn words(&mut self, words: &[u8], code: u64, guards: &mut Vec<u8>) -> Result<Vec<u8>, Bad> {
         let mut copy = Vec::new();
+        let mut computed = None;
         let mut at = self.o_word(words, code);
         copy.extend(&words[..at]);
         let mut depth = 0_i32;
@@ -328,18 +346,12 @@ impl Scan<'_> {
                 b']' => depth -= 1,
                 b'm' if depth == 0 => match digits(rest) {
                     (Some(66), _) => {
-                        return Err(bad("M66", "M66 waits for an input, whose value decides", FLAT));
+                        return Err(bad("M66", WAITS, FLAT));
                     }
                     (Some(_), _) => {}
-                    (None, _) => {
-                        return Err(bad(
-                            "M",
-                            "an M word with a computed number: M66 would wait for an input, and not show",
-                            "write the number",
-                        ));
-                    }
+                    (None, _) => computed = Some(copy.len() + 1),
                 },
-                b't' if depth == 0 => self.tools.extend(digits(rest).0),
+                b'a'..=b'z' if depth == 0 => guard(&mut computed, &copy, code, guards),
                 b'0'..=b'9' if before.is_none_or(|b| !b.is_ascii_alphanumeric() && !b"#.>".contains(&b)) => {
                     let number = digits(&words[at..]).0.filter(|n| OF_MACHINE.contains(n));
                     // Those that are not lengths are as they are.
@@ -349,9 +361,13 @@ impl Scan<'_> {
                 }
                 _ => {}
             }
+            if *byte == b't' && depth == 0 {
+                self.tools.extend(digits(rest).0);
+            }
             copy.push(*byte);
             at += 1;
         }
+        guard(&mut computed, &copy, code, guards);
         Ok(copy)
     }
 
@@ -416,6 +432,9 @@ impl Scan<'_> {
         }
         if assigned {
             return Ok(same(length));
+        }
+        if number == 5410 {
+            self.diameter.get_or_insert(code);
         }
         let factor = self.parameter(number)?;
         Ok(match factor == 1.0 {
@@ -490,12 +509,6 @@ impl Scan<'_> {
                 return not_known("the tool in the spindle".to_owned(), "[start] tool = …".to_owned());
             }
             5401..=5406 => place(5401),
-            5410 if setup.tools.keys().any(|tool| !setup.diameters.contains_key(tool)) => {
-                return refused(
-                    "the diameter of the tool, which is not in the setup",
-                    "give LinuxCNC's tool table: --tools FILE.tbl",
-                );
-            }
             5407..=5409 | 5411..=5413 => {
                 return refused("a number of the tool that the stand-alone interpreter does not have", FLAT);
             }
@@ -528,6 +541,22 @@ impl Scan<'_> {
         let is_length = axis.is_some_and(|axis| !axes::is_rotary(axis));
         let in_mm = setup.units == Some(Units::Millimetre);
         Ok(if is_length && in_mm { 25.4 } else { 1.0 })
+    }
+}
+
+/// Lines before a block with a computed M word, from its place to the end of what is written: M66 waits for an input,
+/// and the interpreter prints nothing of it.
+fn guard(computed: &mut Option<usize>, copy: &[u8], code: u64, guards: &mut Vec<u8>) {
+    let Some(number) = computed.take().and_then(|start| copy.get(start..)) else {
+        return;
+    };
+    let place = guards.len();
+    for line in [
+        format!("o<trueaxis_{code}_{place}> if [{} EQ 66]\n", String::from_utf8_lossy(number)),
+        format!("N{code} (abort,{WAITS})\n"),
+        format!("o<trueaxis_{code}_{place}> endif\n"),
+    ] {
+        guards.extend(line.bytes());
     }
 }
 
