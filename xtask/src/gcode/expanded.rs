@@ -125,6 +125,21 @@ fn given(work: &Path, inch: bool) -> Result<[PathBuf; 3], String> {
     Ok(paths)
 }
 
+/// Motions of `rs274`. An axis that an arc leaves where it is keeps the digits of the motion before, which may have been
+/// printed in inches.
+fn rivals(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Vec<rs274::Motion>, String> {
+    let mut motions = rs274::run(program, tools, options)?;
+    let mut before = 0.0;
+    for motion in &mut motions {
+        let own = motion.digits;
+        if motion.is_arc() {
+            motion.digits = own.max(before);
+        }
+        before = own;
+    }
+    Ok(motions)
+}
+
 /// Our interpreter on what a program is written out to.
 fn flat(program: &Path, work: &Path, options: &[String]) -> Result<Vec<String>, String> {
     let mut all = vec![format!("--expand={}", work.join("flat.ngc").display())];
@@ -148,7 +163,7 @@ fn own(work: &Path) -> Result<(), String> {
             let ours = flat(&program, work, &[format!("--setup={}", setup.display())])?;
             let copy = work.join("own.var");
             files::copy(&var, &copy)?;
-            let rivals = rs274::run(&program, &tools, &[("-v", copy.as_path())])?;
+            let rivals = rivals(&program, &tools, &[("-v", copy.as_path())])?;
             count += same(&ours, &rivals).map_err(|cause| format!("{name}, {unit}: {cause}"))?;
         }
     }
@@ -185,7 +200,7 @@ fn random(work: &Path) -> Result<(), String> {
             refused += 1;
             continue;
         }
-        let rivals = rs274::run(&program, &tools, &[])?;
+        let rivals = rivals(&program, &tools, &[])?;
         count += same(&ours, &rivals).map_err(|cause| format!("{}: {cause}", program.display()))?;
     }
     println!(
@@ -305,7 +320,7 @@ fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
         let mut paths = vec![path.parent().unwrap_or(root).display().to_string()];
         paths.extend(folders.iter().map(|f| f.display().to_string()));
         files::write(&ini, format!("[RS274NGC]\nSUBROUTINE_PATH = {}\n", paths.join(":")))?;
-        let rivals = rs274::run(&copy, &tools, &[("-v", &parameters), ("-i", &ini)]);
+        let rivals = rivals(&copy, &tools, &[("-v", &parameters), ("-i", &ini)]);
         match rivals.and_then(|rivals| same(&ours, &rivals)) {
             Ok(count) => {
                 compared += 1;

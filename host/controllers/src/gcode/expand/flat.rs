@@ -52,6 +52,8 @@ pub struct Flat<'s> {
     printed: [bool; 3],
     /// Where the flat program puts the machine (mm, degrees).
     at: PerLetter,
+    /// The axes that words of the flat program have moved.
+    moved: [bool; 6],
     /// The units of the words that put it there.
     at_units: PerLetter,
     /// Where the interpreter has put it last, in words (mm, degrees), and whether offsets or units have changed since.
@@ -85,6 +87,7 @@ impl<'s> Flat<'s> {
             system: None,
             printed: [false; 3],
             at: [0.0; COUNT],
+            moved: [false; 6],
             at_units: [1.0; COUNT],
             shown: [0.0; COUNT],
             changed: true,
@@ -254,6 +257,7 @@ impl<'s> Flat<'s> {
     /// The first lines: the modes that hold.
     fn begin(&mut self) {
         self.begun = true;
+        self.moved = [false; 6];
         if self.source.percent {
             self.write("%");
         }
@@ -642,7 +646,10 @@ impl<'s> Flat<'s> {
     }
 
     /// The words of axes that go elsewhere, for a motion to printed places; moves there.
-    fn go(&mut self, places: [&str; 6]) -> Result<String, Bad> {
+    ///
+    /// Digits that a change of units brings are written for axes that have moved before, but not at the end of an
+    /// arc in its `plane`, where they would make another arc of a full turn.
+    fn go(&mut self, places: [&str; 6], plane: &[usize]) -> Result<String, Bad> {
         if self.begun && self.offsets.active().is_none() {
             let name = system_name(self.offsets.selected());
             return bad(
@@ -654,20 +661,26 @@ impl<'s> Flat<'s> {
         let mut to = from;
         let mut words = String::new();
         let mut moved = [false; 6];
+        let mut differs = false;
         for (axis, place) in places.into_iter().enumerate() {
             let value = place.parse().unwrap_or(f64::NAN) * self.unit(axis);
+            let off = (value - from[axis]).abs();
+            let is_off = off > HALF_DIGIT * self.unit(axis);
             moved[axis] = match self.changed {
-                true => (value - from[axis]).abs() > self.digits(axis),
+                true if self.moved[axis] && !plane.contains(&axis) => is_off,
+                true => off > self.digits(axis),
                 false => value != self.shown[axis],
             };
+            differs |= self.changed && is_off && !moved[axis];
             self.shown[axis] = value;
             if moved[axis] {
                 to[axis] = value;
+                self.moved[axis] = true;
                 self.at_units[axis] = self.unit(axis);
                 let _ = write!(words, " {}{}", axes::name(axis), trimmed(place));
             }
         }
-        self.changed = false;
+        self.changed = differs;
         self.at = self.offsets.machine(&to);
         if self.offsets.is_turned() {
             let any = moved[0] || moved[1];
@@ -694,7 +707,7 @@ impl<'s> Flat<'s> {
     fn straight(&mut self, command: &Line<'_>, is_feed: bool) -> Result<(), Bad> {
         let mut places = command.words();
         let places = std::array::from_fn(|_| places.next().unwrap_or("nan"));
-        let words = self.go(places)?;
+        let words = self.go(places, &[])?;
         if words.is_empty() {
             return Ok(());
         }
@@ -725,7 +738,7 @@ impl<'s> Flat<'s> {
         places[n] = next();
         (places[3], places[4], places[5]) = (next(), next(), next());
         let mut line = if turns < 0.0 { "G2" } else { "G3" }.to_owned();
-        line += &self.go(places)?;
+        line += &self.go(places, &[i, j])?;
         if (from[i].abs() > KNOWN || from[j].abs() > KNOWN) && self.begun {
             return bad(
                 "an arc from a place that is not known",
