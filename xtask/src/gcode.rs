@@ -1,6 +1,7 @@
 //! `cargo xtask gcode`: programs compared with another interpreter, LinuxCNC's `rs274`.
 
 mod corrected;
+mod expanded;
 mod five_axes;
 mod own;
 mod rs274;
@@ -40,7 +41,7 @@ const REFUSED: [(&str, &str); 10] = [
 /// Flat programs for axes that `rs274` alone does not have.
 const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
 
-/// `chosen`: `speed` measures, nothing compares.
+/// `chosen`: `speed` measures, `expanded` compares expanded programs only, nothing compares all.
 ///
 /// # Errors
 /// If something cannot be installed or built, or differs.
@@ -58,11 +59,13 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
             let trueaxis = trueaxis()?;
             compare(&work)?;
             own::check(&work)?;
+            expanded::check(&trueaxis, &work)?;
             five_axes::check(&trueaxis, &work)?;
             corrected::check(&trueaxis, &work)
         }
         ["speed"] => speed::measure(&work),
-        _ => Err("gcode takes nothing, or `speed`".to_owned()),
+        ["expanded"] => expanded::check(&trueaxis()?, &work),
+        _ => Err("gcode takes nothing, `speed` or `expanded`".to_owned()),
     }
 }
 
@@ -189,7 +192,7 @@ fn compare(work: &Path) -> Result<(), String> {
                     let copy = plain_copy(path, work)?;
                     let ours = moves(std::slice::from_ref(&copy), &options)?;
                     let ours = &ours[&copy.display().to_string()];
-                    let rivals = rs274::run(&copy, &tools, None)?;
+                    let rivals = rs274::run(&copy, &tools, &[])?;
                     match same(ours, &rivals) {
                         Ok(count) => motions += count,
                         Err(cause) => wrong.push(format!("{name}: {cause}")),

@@ -42,13 +42,13 @@ pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
             }
             continue;
         }
-        let before = rs274::run(&copy, &no_tools, None)?;
+        let before = rs274::run(&copy, &no_tools, &[])?;
         if before.is_empty() {
             // It has no motion to compare.
             count += 1;
             continue;
         }
-        let after = rs274::run(&out, &no_tools, None)?;
+        let after = rs274::run(&out, &no_tools, &[])?;
         let mut positions = String::from("X,Y,Z\n");
         for motion in &before {
             let at: Vec<String> = (0..3)

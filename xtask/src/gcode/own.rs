@@ -46,7 +46,8 @@ pub fn check(work: &Path) -> Result<(), String> {
         let _ = fs::remove_file(&parameters);
         let program = write(name, text)?;
         let ours = moves(std::slice::from_ref(&program), options)?;
-        let rivals = rs274::run(&program, &tools, ini)?;
+        let options: Vec<_> = ini.map(|ini| ("-i", ini)).into_iter().collect();
+        let rivals = rs274::run(&program, &tools, &options)?;
         let ours = &ours[&program.display().to_string()];
         count += same(ours, &rivals).map_err(|cause| format!("{name}: {cause}"))?;
     }
@@ -71,7 +72,7 @@ fn random(work: &Path) -> Result<(), String> {
     let mut count = 0;
     for path in &paths {
         let name = path.display().to_string();
-        let rivals = rs274::run(path, &tools, None).map_err(|cause| format!("{name}: {cause}"))?;
+        let rivals = rs274::run(path, &tools, &[]).map_err(|cause| format!("{name}: {cause}"))?;
         let ours = ours
             .get(&name)
             .ok_or_else(|| format!("{name}: nothing was said of it"))?;

@@ -120,19 +120,23 @@ impl Offsets {
     }
 }
 
-/// Interprets a program, with a configuration if there is one.
+/// Interprets a program, with further options and their files: `-i` a configuration, `-v` parameters.
 ///
 /// # Errors
 /// If `rs274` refuses it.
-pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motion>, String> {
+pub fn run(
+    program: &Path,
+    tools: &Path,
+    options: &[(&str, &Path)],
+) -> Result<Vec<Motion>, String> {
     let mut command = Command::new("rs274");
     command
         .arg("-t")
         .arg(tools)
         .args(["-n", "2", "-g"])
         .arg(program);
-    if let Some(ini) = ini {
-        command.arg("-i").arg(ini);
+    for (option, file) in options {
+        command.arg(option).arg(file);
     }
     // It writes a file of parameters into its working folder.
     command.current_dir(program.parent().unwrap_or(Path::new(".")));

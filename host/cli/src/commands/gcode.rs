@@ -2,6 +2,7 @@
 
 mod ahead;
 mod arguments;
+mod expand;
 mod scratch;
 mod screen;
 
@@ -84,12 +85,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
-    let program = &arguments.program;
+    let expanded = match arguments.expand {
+        true => Some(expand::Program::new(arguments, &rules)?),
+        false => None,
+    };
+    let program = match &expanded {
+        Some(expanded) => expanded.path(),
+        None => arguments.program.as_path(),
+    };
+    let bad_program = |error: &StreamError| match (&expanded, error) {
+        (Some(expanded), StreamError::Refused(refusal)) => {
+            bad_program(&arguments.program, &StreamError::Refused(expanded.refusal(refusal)))
+        }
+        _ => bad_program(&arguments.program, error),
+    };
     let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
     let computes = || -> Result<(), BadInput> {
         let done = stream::look_for_computing(open(program)?, rules.dialect);
-        done.map_err(|error| bad_program(program, &error))
+        done.map_err(|error| bad_program(&error))
     };
     let mark = arguments.mark(&blob, compensation, &tables)?;
     let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, Some(mark)) {
@@ -182,7 +196,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         if matches!(error, StreamError::Refused(_)) {
             computes()?;
         }
-        return Err(bad_program(program, &error));
+        return Err(bad_program(&error));
     }
     done.map_err(|error| {
         BadInput::new(
@@ -199,6 +213,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "write into a file",
         ));
     }
+    if let Some(expanded) = &expanded {
+        expanded.relabel(&mut corrector.report, found.as_mut());
+    }
     let report: &Report = &corrector.report;
     let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
@@ -212,9 +229,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             compensation,
             &lengths,
             found.as_ref(),
+            expanded.as_ref().map(expand::Program::lines),
         );
         files::print_json(&answer)?;
     } else {
+        if let Some(expanded) = &expanded {
+            files::print(&expanded.note())?;
+        }
         files::print(&screen::report(&arguments.output, report, &options))?;
         files::print(&lengths.note())?;
         if let Some(found) = &found {

@@ -3,6 +3,7 @@
 mod accepted;
 mod cycles;
 mod dialects;
+mod expanded;
 mod five_axes;
 mod hemisphere;
 mod mutations;

@@ -15,6 +15,7 @@ mod cut;
 pub mod cycle;
 pub mod dialect;
 mod edit;
+pub mod expand;
 pub mod fault;
 pub mod interpret;
 mod limits;

@@ -46,6 +46,10 @@ pub struct Setup {
     pub homes: [Option<Position>; 2],
     /// Where M6 goes, of each axis that it moves.
     pub tool_change: Option<Position>,
+    /// LinuxCNC's parameters #1 to #5000 that programs read, as they are stored.
+    pub parameters: BTreeMap<u32, f64>,
+    /// Diameters of tools, in the units of LinuxCNC's tool table.
+    pub diameters: BTreeMap<u32, f64>,
     /// Whether words of a rotary axis mean an angle of whichever turn, where that is said.
     pub wrapped: [Option<bool>; COUNT],
 }

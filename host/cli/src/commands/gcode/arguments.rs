@@ -13,7 +13,7 @@ use trueaxis_controllers::gcode::{self, Dialect, Rules, Setup, Tables};
 ///
 /// Words become positions of the machine, positions are corrected by the compensation and written as words again.
 /// Moves are cut where the correction bends them, arcs stay arcs where they can; everything else is passed byte for
-/// byte. Parameters, expressions and O-words are refused: the program has to be flat.
+/// byte. Parameters, expressions and O-words are refused, unless --expand has LinuxCNC's interpreter run the program.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis gcode part.ngc -o part-corrected.ngc --compensation mill.trax --setup setup.toml\n\n\
@@ -81,6 +81,13 @@ pub struct Arguments {
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
     #[arg(long)]
     cut_under_g41: bool,
+    /// Correct the motions that LinuxCNC's interpreter (rs274, which must be installed) computes from the program: for
+    /// parameters, O-words and subroutines
+    #[arg(long, conflicts_with = "tcp")]
+    pub expand: bool,
+    /// With --expand: where subroutines are, after the folder of the program
+    #[arg(long, value_name = "FOLDER", requires = "expand")]
+    pub subroutines: Vec<PathBuf>,
     /// Words are workpiece coordinates from the first line on (tool-centre-point control)
     #[arg(long, requires = "machine")]
     pub tcp: bool,
@@ -125,6 +132,12 @@ impl Arguments {
             return Err(BadInput::new(
                 "--least-increment: words without a point count whole units in this dialect",
                 "leave it out, or say --dialect fanuc",
+            ));
+        }
+        if self.expand && self.dialect != Dialect::LinuxCnc {
+            return Err(BadInput::new(
+                "--expand: the interpreter is that of LinuxCNC, and this is another dialect",
+                "leave out --dialect, or --expand",
             ));
         }
         for word in &self.pass {
@@ -234,6 +247,10 @@ impl Arguments {
             (backlash, _) => format!(", backlash {}", backlash.name()),
         };
         let (original, sum) = (name_of(&self.program), checksum(&self.program)?);
+        let backlash = match self.expand {
+            true => backlash + ", expanded by rs274",
+            false => backlash,
+        };
         Ok(format!(
             "trueaxis corrected: {original} {sum:08x}, compensation {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc
@@ -241,7 +258,7 @@ impl Arguments {
     }
 }
 
-fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
+pub fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
     setup.units.ok_or_else(|| {
         BadInput::new(
             format!("{option}: mm or inches, that is not known"),

@@ -98,6 +98,8 @@ pub struct Answer<'a> {
     report: &'a Report,
     largest: Vec<Largest>,
     check: Option<&'a CheckResult>,
+    /// Lines of the expanded program; none without `--expand`.
+    expanded_lines: Option<usize>,
 }
 
 fn largest(report: &Report) -> Vec<Largest> {
@@ -119,6 +121,7 @@ impl<'a> Answer<'a> {
         compensation: &'a trueaxis::Largest<'_>,
         tool_length: &'a Lengths,
         check: Option<&'a CheckResult>,
+        expanded_lines: Option<usize>,
     ) -> Self {
         Self {
             file,
@@ -127,6 +130,7 @@ impl<'a> Answer<'a> {
             report,
             largest: largest(report),
             check,
+            expanded_lines,
         }
     }
 }

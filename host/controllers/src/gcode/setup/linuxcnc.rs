@@ -53,6 +53,9 @@ impl Setup {
             }
             parameters.insert(number, (value, span));
         }
+        let stored = parameters.range(1..=5000);
+        self.parameters
+            .extend(stored.map(|(number, (value, _))| (*number, *value)));
         let number = |place: u32| parameters.get(&place).map(|(value, _)| *value);
         let group = |first: u32| -> Option<PerLetter> {
             let value = |axis: usize| number(first + axis as u32);
@@ -122,7 +125,7 @@ impl Setup {
                     "give the TOOL_TABLE of LinuxCNC: T1 P1 Z51.2 D6 in each line",
                 )
             };
-            let (mut number, mut offset) = (None, [0.0; COUNT]);
+            let (mut number, mut offset, mut diameter) = (None, [0.0; COUNT], 0.0);
             for word in words.split_whitespace() {
                 let letter = word.as_bytes()[0].to_ascii_uppercase();
                 let value = word.get(1..).and_then(|v| v.parse::<f64>().ok());
@@ -133,7 +136,8 @@ impl Setup {
                         number = Some(value as u32);
                     }
                     b'T' => return Err(bad("a tool number that is negative or not whole")),
-                    b'P' | b'D' | b'I' | b'J' | b'Q' => {}
+                    b'D' => diameter = value,
+                    b'P' | b'I' | b'J' | b'Q' => {}
                     _ if !axes::can_be(value) => {
                         return Err(bad(&format!("a number beyond {:.0e}", axes::LARGEST)));
                     }
@@ -147,6 +151,7 @@ impl Setup {
             }
             let number = number.ok_or_else(|| bad("a tool without a number"))?;
             self.tools.insert(number, offset);
+            self.diameters.insert(number, diameter);
         }
         Ok(())
     }
@@ -171,10 +176,12 @@ mod tests {
         setup.add_tools(table, Units::Inch).unwrap();
         assert_eq!(setup.tools[&1][2], 0.511 * 25.4);
         assert_eq!(setup.tools[&99999][0], 25.4);
+        assert_eq!(setup.diameters[&1], 0.125);
         assert!(setup.add_var("5161 a\n", Units::Inch).is_err());
         assert!(setup.add_tools("P1 Z2\n", Units::Inch).is_err());
         // What a program keeps in other parameters may be as large as it likes.
         assert!(setup.add_var("5000 1e40\n", Units::Inch).is_ok());
+        assert_eq!(setup.parameters[&5000], 1e40);
         assert!(setup.add_var("5226 1e40\n", Units::Inch).is_err());
         assert!(setup.add_tools("T1 Z1e40\n", Units::Inch).is_err());
     }
