@@ -1,6 +1,7 @@
 //! Measurement files: artefacts, probings, readings of instruments and of ball-bars.
 
 pub mod artefact;
+pub mod observations;
 pub mod probings;
 pub mod radii;
 pub mod runs;

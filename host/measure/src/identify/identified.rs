@@ -3,7 +3,9 @@
 use super::Unseen;
 use super::bars::BarCheck;
 use super::factor::Factor;
+use super::noise::Component;
 use super::rows::{Estimate, Row, Weights};
+use crate::instrument::Kind;
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
 
@@ -16,6 +18,43 @@ pub struct Estimated {
     pub value: f64,
     /// Its standard uncertainty.
     pub uncertainty: f64,
+}
+
+/// One unknown of a set-up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundPart {
+    /// What: `place in x`, `dead length`, `tool point in x`.
+    pub what: String,
+    /// Its value (mm); for a rotation, what was added to the first orientation (rad).
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub uncertainty: f64,
+}
+
+/// An instrument as it was found to be set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundSetup {
+    /// Its name.
+    pub name: String,
+    /// What it reads.
+    pub kind: Kind,
+    /// Its unknowns that the observations determine.
+    pub parts: Vec<FoundPart>,
+}
+
+/// Drift of the artefact or of an instrument over the time of its rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundDrift {
+    /// Name of the set-up; `None` for the artefact.
+    pub setup: Option<String>,
+    /// Along (0, 1, 2) or about (3, 4, 5) which axis of the workpiece frame.
+    pub component: usize,
+    /// How far it moved from the first to the last row (mm or rad).
+    pub value: f64,
+    /// Standard uncertainty of that.
+    pub uncertainty: f64,
+    /// The time from the first to the last row (s).
+    pub seconds: f64,
 }
 
 /// The result of an identification.
@@ -38,7 +77,8 @@ pub struct Identified {
     pub balls: Vec<Vector3<f64>>,
     /// Position of the stylus tip (mm, spindle frame).
     pub stylus: Vector3<f64>,
-    /// Standard deviation of one coordinate of a probing, from the residuals (mm).
+    /// Standard deviation of one coordinate of a probing, from the residuals (mm); without probings, that of the first
+    /// of [`Self::components`].
     pub noise: f64,
     /// The same in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
     /// values are used.
@@ -51,8 +91,25 @@ pub struct Identified {
     pub bars: Vec<BarCheck>,
     /// Every probing, in the order of the file.
     pub rows: Vec<Row>,
+    /// Every observation other than probings, in the order of the files.
+    pub observed: Vec<Row>,
+    /// The set-ups of instruments.
+    pub setups: Vec<FoundSetup>,
+    /// Drift that was found together with the parameters.
+    pub drift: Vec<FoundDrift>,
+    /// The noise of each source: probings first, then each kind of observation.
+    pub components: Vec<Component>,
     /// The solution, for further evaluation.
     pub(super) place: Solution,
+}
+
+impl Identified {
+    /// Every probing, then every observation.
+    pub(super) fn all_rows(&self) -> impl ExactSizeIterator<Item = &Row> {
+        let (probed, observed) = (&self.rows, &self.observed);
+        let row = move |i: usize| probed.get(i).unwrap_or_else(|| &observed[i - probed.len()]);
+        (0..probed.len() + observed.len()).map(row)
+    }
 }
 
 /// Everything needed to evaluate a solution further.

@@ -8,6 +8,7 @@ use super::descent::descend;
 use super::rows::Estimate;
 use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::simulate::{self, Disturbances, SimulateError};
 use rand::{RngExt, SeedableRng};
@@ -227,6 +228,7 @@ impl Trial<'_> {
                 self.machine,
                 &measured,
                 self.artefact,
+                &Observations::default(),
                 &perfect,
                 Options::default(),
             );

@@ -67,7 +67,7 @@ impl<'a> Ideal<'a> {
         let mut ideal = problem.clone();
         ideal.base = ErrorModel::perfect(problem.machine);
         let weights = |least| Weights {
-            rows: vec![PROBED.recip(); problem.places.len()],
+            rows: vec![PROBED.recip(); problem.commands().count()],
             least,
         };
         let estimate = setup_alone(&ideal, &weights(f64::INFINITY))?;
