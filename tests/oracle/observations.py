@@ -161,8 +161,9 @@ class Machine:
         return unit(twist(change))
 
     def ways(self, q):
-        """Orthonormal directions of the first three linear axes, as columns."""
-        linear = [axis["name"] for axis in self.axes if axis["name"] in LINEAR]
+        """Orthonormal directions of the first three linear axes in the order of their letters, as columns."""
+        linear = [axis["name"] for axis in self.axes if axis["name"] in LINEAR][:3]
+        linear.sort(key=lambda name: LINEAR.index(name) % 3)
         x, y = (self.way(q, name) for name in linear[:2])
         y = unit(less(y, [dot(x, y) * v for v in x]))
         return transposed([x, y, cross(x, y)])

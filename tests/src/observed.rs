@@ -87,7 +87,7 @@ impl<'a> Strategy<'a> {
 /// `parts` says which.
 #[must_use]
 pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> Strategy<'a> {
-    let mut strategy = Strategy::new(machine, SETUPS);
+    let mut strategy = Strategy::new(machine, "");
     let has = |name: &str| parts.contains(&name);
     let tracker = if has("point") { 40 } else { 0 };
     let bar = if has("length") { 60 } else { 0 };
@@ -123,9 +123,8 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
     strategy
 }
 
-const SETUPS: &str = "";
-
-/// The readings on a machine with errors, and noise as stated.
+/// The readings on a machine with errors, and noise as stated, of instruments that are where the lines with `#` of
+/// `setups` put them. The result does not say where.
 #[must_use]
 pub fn observed(
     machine: &Machine,
@@ -135,8 +134,13 @@ pub fn observed(
     noise: f64,
     seed: u64,
 ) -> Observations {
+    let own = setups.split("# [setup.").skip(1).filter(|entry| {
+        let name = entry.split(']').next().unwrap_or_default();
+        let mut rows = strategy.rows.iter();
+        rows.any(|row| row.split(',').nth(1) == Some(name))
+    });
     let true_ones = Strategy {
-        heading: setups.to_owned(),
+        heading: own.map(|entry| format!("# [setup.{entry}")).collect(),
         ..strategy.clone()
     };
     let disturbances = OfObservations {

@@ -166,9 +166,12 @@ pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
     *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
 }
 
-/// An orthonormal frame along the first three linear axes; that of the workpiece if they do not span space.
+/// An orthonormal frame along the first three linear axes in the order of their letters; that of the workpiece if
+/// they do not span space.
 fn ways(bench: &Bench<'_>, q: &PerAxis) -> Matrix3<f64> {
-    let all: Vec<Vector3<f64>> = bench.linear().take(3).map(|i| bench.way(q, i)).collect();
+    let mut linear: Vec<usize> = bench.linear().take(3).collect();
+    linear.sort_by_key(|i| bench.machine.axes[*i].letter.component());
+    let all: Vec<Vector3<f64>> = linear.into_iter().map(|i| bench.way(q, i)).collect();
     let [x, y, _] = all[..] else {
         return Matrix3::identity();
     };
@@ -200,8 +203,10 @@ pub struct Sample {
 pub struct Given {
     /// Its place (mm, workpiece frame).
     pub place: Option<Vector3<f64>>,
-    /// Its orientation.
+    /// Its orientation, and the standard uncertainty of each rotation (rad) if it is known.
     pub turn: Option<Matrix3<f64>>,
+    /// See there.
+    pub turn_sigma: Option<f64>,
     /// Its dead length (mm), and the standard uncertainty of that (mm) if it was calibrated.
     pub length: Option<f64>,
     /// See there.
@@ -209,6 +214,16 @@ pub struct Given {
 }
 
 impl Given {
+    /// The standard uncertainty of a part (mm or rad), if it is known beforehand.
+    #[must_use]
+    pub fn sigma(&self, part: Part) -> Option<f64> {
+        match part {
+            Part::Place(_) => None,
+            Part::Turn(_) => self.turn_sigma,
+            Part::Length => self.length_sigma,
+        }
+    }
+
     /// The set-up as stated, with defaults.
     #[must_use]
     pub fn setting(&self) -> Setting {
@@ -327,7 +342,7 @@ impl Kind {
         let instrument = self.instrument();
         let mut setting = instrument.start(given, samples);
         let parts: Vec<Part> = (instrument.parts().iter().copied())
-            .filter(|part| *part != Part::Length || given.length_sigma.is_none())
+            .filter(|part| given.sigma(*part).is_none())
             .collect();
         let scale = |part: Part| match part {
             Part::Turn(_) => LEVER,

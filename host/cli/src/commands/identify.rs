@@ -38,7 +38,7 @@ use trueaxis_tables::validate::{Command, Runtime};
 #[command(
     after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
 trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n  \
-trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv --model 13 -o errors.toml\n\n\
+trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv -o errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Besides ball and axes, columns may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis arrived):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\

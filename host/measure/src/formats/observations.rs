@@ -7,9 +7,11 @@
 //! belong to the kind of its line is empty. Lines at the top that begin with `#` say in TOML what is known about the
 //! set-ups.
 
+mod converted;
 mod heading;
 
 use super::is_in_travel;
+use super::radii;
 use super::runs::sense;
 use crate::instrument::{Commanded, Given, Kind, turned};
 use heading::Heading;
@@ -164,13 +166,18 @@ impl Column {
 }
 
 /// Reads observations. `file` is the name of the file, which is also that of its set-up if there is no column
-/// `setup`.
+/// `setup`. Files of [`runs`](super::runs) and circles of a [ball-bar](super::radii) are read, too.
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a heading with unknown keys or a
 /// set-up that no line has, a missing column, a value that is missing or belongs to another kind, a position outside
 /// the travel, an impossible direction, reading or uncertainty.
 pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    match converted::first_column(text).0 {
+        "target" | "line" => return converted::of_runs(text, file, machine),
+        "angle" => return converted::of_circle(text, file, &radii::read(text)?, machine),
+        _ => {}
+    }
     let (heading, start) = Heading::read(text)?;
     let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
     let layout = format!(

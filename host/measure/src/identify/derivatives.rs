@@ -238,7 +238,7 @@ impl Problem<'_> {
         });
         let setups = self.observed.known.iter();
         let setups = setups.map(|(of, _, sigma)| match *of == unknown {
-            true => 1.0 / sigma.max(weights.least),
+            true => self.observed.value(unknown, estimate).1 / sigma.max(weights.least),
             false => 0.0,
         });
         bars.chain(known).chain(setups).collect()

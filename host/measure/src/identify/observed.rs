@@ -2,7 +2,6 @@
 
 use super::Unknown;
 use super::identified::{FoundDrift, FoundPart, FoundSetup};
-use super::locations::Span;
 use super::rows::{Estimate, Row};
 use crate::formats::observations::{Known, Observations, STYLUS};
 use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
@@ -26,7 +25,7 @@ pub(super) struct Observed {
     pub files: Vec<String>,
     /// Set-ups and tool points that are to be found.
     pub unknowns: Vec<Unknown>,
-    /// Unknowns whose value (mm) is known beforehand, and the standard uncertainty of it.
+    /// Unknowns whose value is known beforehand, and the standard uncertainty of it (mm; rotations over [`LEVER`]).
     pub known: Vec<(Unknown, f64, f64)>,
 }
 
@@ -55,6 +54,8 @@ pub(super) struct ObservedRow {
 /// Set-up unknowns with a smaller effect on the observations (root mean square, mm per mm or per mrad) are left as
 /// they are: misplacing a centre by 1 mm would move a reading by less than 0.1 µm.
 const LEAST: f64 = 1e-4;
+/// Effects that differ by less than this factor are equal: rounding must not decide.
+const AS_LARGE: f64 = 1.0 + 1e-6;
 
 impl Observed {
     pub fn new(machine: &Machine, all: &Observations) -> Self {
@@ -111,11 +112,13 @@ impl Observed {
             }
             for part in setup.kind.instrument().parts() {
                 let unknown = Unknown::Setup(number, *part);
-                match (part, setup.given.length_sigma) {
+                match (part, setup.given.sigma(*part)) {
+                    (_, None) => candidates.push(unknown),
                     (Part::Length, Some(sigma)) => {
                         known.push((unknown, setup.given.length.unwrap_or(0.0), sigma));
                     }
-                    _ => candidates.push(unknown),
+                    // A rotation is one from the orientation as stated, and counts over a lever.
+                    (_, Some(sigma)) => known.push((unknown, 0.0, sigma * LEVER)),
                 }
             }
         }
@@ -148,8 +151,9 @@ impl Observed {
         observed
     }
 
-    /// Of the candidates, in order of preference, those whose effect on the observations differs from that of the
-    /// others, on the nominal machine.
+    /// Those of the candidates whose effect on the observations differs from that of the others, on the nominal
+    /// machine: again and again the one whose effect is largest, apart from what the chosen ones can do, and the first
+    /// of several equal ones.
     fn independent(&self, machine: &Machine, candidates: &[Unknown]) -> Vec<Unknown> {
         let perfect = ErrorModel::perfect(machine);
         let kinematics = Kinematics::new(machine, &perfect);
@@ -167,13 +171,10 @@ impl Observed {
                     .tool
                     .map_or(Vector3::from(machine.tip), |t| self.tools[t].1);
             let pose = kinematics.nominal(&row.q, None);
-            let by_tool = pose.r;
-            (row.commanded.seen(machine, &pose, &tip), by_tool)
+            (row.commanded.seen(machine, &pose, &tip), pose.r)
         };
         let seen: Vec<_> = self.rows.iter().map(nominal).collect();
-        let count = (self.rows.len() as f64).sqrt();
-        let mut span = Span::default();
-        let is_new = |unknown: &Unknown| {
+        let column = |unknown: &Unknown| {
             let mut column = DVector::zeros(3 * self.rows.len());
             for (i, (row, (seen, by_tool))) in self.rows.iter().zip(&seen).enumerate() {
                 let effect = row.by_unknown(*unknown, &estimate, seen, by_tool);
@@ -183,9 +184,57 @@ impl Observed {
                 Unknown::Setup(_, Part::Turn(_)) => LEVER,
                 _ => 1.0,
             };
-            span.add(column / scale, LEAST * count)
+            column / scale
         };
-        candidates.iter().copied().filter(is_new).collect()
+        let least = LEAST * (self.rows.len() as f64).sqrt();
+        let mut left: Vec<(Unknown, DVector<f64>, f64)> = (candidates.iter())
+            .map(|unknown| {
+                let column = column(unknown);
+                let whole = column.norm();
+                (*unknown, column, least.max(LEAST * whole))
+            })
+            .collect();
+        let mut chosen = Vec::new();
+        loop {
+            left.retain(|(_, column, least)| column.norm() > *least);
+            let best = (left.iter().enumerate()).fold(None, |best, (i, (_, column, _))| {
+                let size = column.norm();
+                match best {
+                    Some((_, most)) if size <= most * AS_LARGE => best,
+                    _ => Some((i, size)),
+                }
+            });
+            let Some((best, size)) = best else {
+                break;
+            };
+            let (unknown, column, _) = left.remove(best);
+            chosen.push(unknown);
+            let unit = column / size;
+            for (_, column, _) in &mut left {
+                column.axpy(-unit.dot(column), &unit, 1.0);
+            }
+        }
+        // In the order of the candidates.
+        candidates
+            .iter()
+            .copied()
+            .filter(|u| chosen.contains(u))
+            .collect()
+    }
+
+    /// The value (mm; a rotation over [`LEVER`]) of one of [`Self::known`], and its derivative by the unknown.
+    pub fn value(&self, unknown: Unknown, estimate: &Estimate) -> (f64, f64) {
+        match unknown {
+            Unknown::Tool(tool, k) => (estimate.tools[tool][k], 1.0),
+            Unknown::Setup(setup, Part::Turn(k)) => {
+                let first = &self.setups[setup].2.turn;
+                let turn = estimate.settings[setup].turn * first.transpose();
+                let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+                (turn[k] * LEVER, LEVER)
+            }
+            Unknown::Setup(setup, _) => (estimate.settings[setup].length, 1.0),
+            _ => (0.0, 0.0),
+        }
     }
 
     /// First set-ups.

@@ -395,11 +395,7 @@ impl<'a> Problem<'a> {
         let known = self.known_coordinates();
         let setups = self.observed.known.iter();
         let setups = setups.map(|(unknown, value, sigma)| {
-            let found = match *unknown {
-                Unknown::Tool(tool, k) => estimate.tools[tool][k],
-                Unknown::Setup(setup, _) => estimate.settings[setup].length,
-                _ => *value,
-            };
+            let (found, _) = self.observed.value(*unknown, estimate);
             (found - value) / sigma.max(weights.least)
         });
         bars.chain(

@@ -53,7 +53,7 @@ impl Instrument for Point {
             product += point * (sample.read - readings).transpose();
         }
         let svd = product.svd(true, true);
-        if let (None, Some(u), Some(v_t)) = (given.turn, svd.u, svd.v_t)
+        if let (None, None, Some(u), Some(v_t)) = (given.turn, given.turn_sigma, svd.u, svd.v_t)
             && spread > SPREAD
         {
             let mut hand = Matrix3::identity();

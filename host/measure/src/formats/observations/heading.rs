@@ -23,6 +23,7 @@ struct Entries {
 struct Entry {
     place_mm: Option<Spanned<Exactly<3>>>,
     orientation_deg: Option<Spanned<Exactly<3>>>,
+    orientation_standard_uncertainty_urad: Option<Spanned<f64>>,
     dead_length_mm: Option<Spanned<f64>>,
     dead_length_standard_uncertainty_mm: Option<Spanned<f64>>,
     tool: Option<Spanned<String>>,
@@ -37,7 +38,7 @@ pub struct Heading {
 
 /// Largest distance between any two things (mm).
 const LARGEST: f64 = 1e5;
-const EXAMPLE: &str = "the lines with # describe set-ups: # [setup.bar], then # place_mm = [0.0, 0.0, 50.0], orientation_deg, dead_length_mm, dead_length_standard_uncertainty_mm, tool, tool_mm or tool_standard_uncertainty_mm, each in a line of its own";
+const EXAMPLE: &str = "the lines with # describe set-ups: # [setup.bar], then # place_mm = [0.0, 0.0, 50.0], orientation_deg, orientation_standard_uncertainty_urad, dead_length_mm, dead_length_standard_uncertainty_mm, tool, tool_mm or tool_standard_uncertainty_mm, each in a line of its own";
 
 impl Heading {
     /// Parses the heading; also returns where it ends.
@@ -59,6 +60,8 @@ impl Heading {
                 let [a, b, c] = angles.get_ref().0.map(f64::to_radians);
                 Htm::from_xyz_abc([0.0, 0.0, 0.0, a, b, c]).r
             }),
+            turn_sigma: (entry.orientation_standard_uncertainty_urad.as_ref())
+                .map(|v| *v.get_ref() * 1e-6),
             length: entry.dead_length_mm.as_ref().map(|v| *v.get_ref()),
             length_sigma: (entry.dead_length_standard_uncertainty_mm.as_ref())
                 .map(|v| *v.get_ref()),
@@ -146,6 +149,7 @@ impl Entry {
             return Err(FileError::at(length.span(), message, "here", "write mm"));
         }
         let sigmas = [
+            &self.orientation_standard_uncertainty_urad,
             &self.dead_length_standard_uncertainty_mm,
             &self.tool_standard_uncertainty_mm,
         ];
@@ -153,9 +157,9 @@ impl Entry {
             if !(1e-9..LARGEST).contains(sigma.get_ref()) {
                 return Err(FileError::at(
                     sigma.span(),
-                    format!("{} mm cannot be a standard uncertainty", sigma.get_ref()),
+                    format!("{} cannot be a standard uncertainty", sigma.get_ref()),
                     "here",
-                    "write mm, more than 0; leave it out if it is not known",
+                    "write it in the unit of its name, more than 0; leave it out if it is not known",
                 ));
             }
         }
@@ -184,10 +188,14 @@ impl Entry {
         let length = lengths.into_iter().flatten().next();
         let place = self.place_mm.as_ref().filter(|_| kind == Kind::Angle);
         let turn = (self.orientation_deg.as_ref()).filter(|_| kind == Kind::Length);
+        let turn_sigma = self.orientation_standard_uncertainty_urad.as_ref();
         let wrong = [
             length.filter(|_| kind != Kind::Length).map(Spanned::span),
             place.map(Spanned::span),
             turn.map(Spanned::span),
+            turn_sigma
+                .filter(|_| kind == Kind::Length)
+                .map(Spanned::span),
         ];
         match wrong.into_iter().flatten().next() {
             None => Ok(()),
@@ -216,6 +224,13 @@ pub fn write(all: &Observations) -> String {
             let turn = angles(&turn).map(|v| (v * 1e9).round() / 1e9 + 0.0);
             let _ = writeln!(entries, "# orientation_deg = {}", list(turn));
         }
+        if let Some(sigma) = setup.given.turn_sigma {
+            let sigma = (sigma * 1e15).round() * 1e-9;
+            let _ = writeln!(
+                entries,
+                "# orientation_standard_uncertainty_urad = {sigma:?}"
+            );
+        }
         if let Some(length) = setup.given.length {
             let _ = writeln!(entries, "# dead_length_mm = {length:?}");
         }
@@ -238,7 +253,11 @@ pub fn write(all: &Observations) -> String {
             }
         }
         if !entries.is_empty() {
-            let name = toml::Value::from(setup.name.as_str());
+            let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            let name = match setup.name.chars().all(is_bare) {
+                true => setup.name.clone(),
+                false => toml::Value::from(setup.name.as_str()).to_string(),
+            };
             let _ = write!(text, "# [setup.{name}]\n{entries}");
         }
     }
