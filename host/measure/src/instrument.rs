@@ -291,6 +291,17 @@ impl Kind {
         }
     }
 
+    /// Its name with an article.
+    #[must_use]
+    pub fn one(self) -> &'static str {
+        match self {
+            Self::Length => "a length",
+            Self::Point => "a point",
+            Self::Displacement => "a displacement",
+            Self::Angle => "an angle",
+        }
+    }
+
     /// The columns of its reading in files, and the size of their unit in mm.
     #[must_use]
     pub fn columns(self) -> (&'static [&'static str], f64) {

@@ -16,6 +16,7 @@ mod linuxcnc;
 mod linuxcnc_probe;
 mod measured;
 mod mistakes;
+mod observations;
 mod outside;
 mod plan;
 mod pose;

@@ -215,10 +215,10 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
         let number = match all.setups.iter().position(|s| s.name == name) {
             Some(number) if all.setups[number].kind == of => number,
             Some(number) => {
-                let other = all.setups[number].kind.name();
+                let other = all.setups[number].kind.one();
                 return Err(row.error(
                     setup.unwrap_or(kind),
-                    format!("the set-up `{name}` reads a {other}, not a {}", of.name()),
+                    format!("the set-up `{name}` reads {other}, not {}", of.one()),
                     "here",
                     "give each instrument its own name in the column setup",
                 ));
@@ -234,14 +234,14 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
                 _ => false,
             };
             if is_foreign && !row.cells[k].text.is_empty() {
-                let message = format!("a {} has no {}", of.name(), header.cells[k].text);
+                let message = format!("{} has no {}", of.one(), header.cells[k].text);
                 return Err(row.error(k, message, "here", "leave the cell empty"));
             }
         }
         for name in of.columns().0 {
             let has = |c: &Column| matches!(c, Column::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
             if !columns.iter().any(has) {
-                let message = format!("a {} needs the column `{name}`", of.name());
+                let message = format!("{} needs the column `{name}`", of.one());
                 return Err(FileError::at(
                     header.span.clone(),
                     message,
@@ -253,7 +253,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
         if of.has_direction() && place(Column::Reads).is_none() {
             return Err(FileError::at(
                 header.span.clone(),
-                format!("a {} needs the column `reads`", of.name()),
+                format!("{} needs the column `reads`", of.one()),
                 "the header",
                 DIRECTIONS,
             ));
@@ -322,7 +322,7 @@ fn observation(
                 let read = read.map_err(|message| row.error(k, message, "here", DIRECTIONS))?;
                 let is_length = matches!(read.0, Sense::In(_));
                 if is_length != (kind == Kind::Displacement) {
-                    let message = format!("`{words}` is not the direction of a {}", kind.name());
+                    let message = format!("`{words}` is not the direction of {}", kind.one());
                     return Err(row.error(k, message, "here", DIRECTIONS));
                 }
                 one.reads = Some(read);

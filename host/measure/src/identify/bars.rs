@@ -1,8 +1,9 @@
 //! Checks the lengths of bars.
 
 use super::IdentifyError;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
+use super::rows::{LARGEST_LENGTH, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
 
 /// A bar compared with the machine and the other bars.

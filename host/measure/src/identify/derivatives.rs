@@ -1,9 +1,10 @@
 //! The derivatives of the equations.
 
 use super::Unknown;
+use super::estimate::Estimate;
 use super::factor::{Alone, Factor};
 use super::observed::ObservedRow;
-use super::rows::{Estimate, LARGEST_LENGTH, ProbingRow, Problem, Weights};
+use super::rows::{LARGEST_LENGTH, ProbingRow, Problem, Weights};
 use crate::instrument::{LEVER, Seen};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::collections::BTreeMap;

@@ -1,8 +1,9 @@
 //! Steps from an estimate to a better one.
 
 use super::IdentifyError;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem, Weights};
+use super::rows::{Problem, Weights};
 use super::unidentifiable::seen;
 use nalgebra::{DMatrix, DVector};
 

@@ -2,8 +2,9 @@
 //! the assumed machine.
 
 use super::Unknown;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem, Weights};
+use super::rows::{Problem, Weights};
 use super::solve::STIFF;
 use super::structure::Structure;
 use super::unidentifiable::Unseen;
@@ -130,7 +131,7 @@ impl Problem<'_> {
                 *ball = sum / count;
             }
         }
-        estimate.errors = errors.clone();
+        estimate.errors = Box::new(errors.clone());
         estimate
     }
 }

@@ -5,7 +5,7 @@
 //! those of the exact machine, and the iteration runs until it converges.
 
 use super::descent::descend;
-use super::rows::Estimate;
+use super::estimate::Estimate;
 use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
@@ -153,7 +153,7 @@ pub fn monte_carlo(
         // In the deviation on which the factor's weights are based.
         let scale = (square / first.freedom as f64).sqrt();
         let off = |e: &super::Estimated| {
-            let [found, real] = [&estimate.errors, &truth]
+            let [found, real] = [&*estimate.errors, &truth]
                 .map(|errors| errors.parameters.get(&e.parameter).copied().unwrap_or(0.0));
             (found - real) / (e.uncertainty * scale)
         };

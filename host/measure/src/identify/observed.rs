@@ -1,8 +1,8 @@
 //! Observations other than probings as equations, and their set-ups as unknowns.
 
 use super::Unknown;
-use super::identified::{FoundDrift, FoundPart, FoundSetup};
-use super::rows::{Estimate, Row};
+use super::estimate::{Estimate, Row};
+use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Known, Observations, STYLUS};
 use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
@@ -158,7 +158,7 @@ impl Observed {
         let perfect = ErrorModel::perfect(machine);
         let kinematics = Kinematics::new(machine, &perfect);
         let estimate = Estimate {
-            errors: perfect.clone(),
+            errors: Box::new(perfect.clone()),
             stylus: Vector3::zeros(),
             balls: Vec::new(),
             settings: self.settings(),

@@ -1,7 +1,7 @@
 //! Checks of the residuals that show whether the uncertainties can be trusted.
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
-use super::{Identified, Problem};
+use super::{Identified, Problem, Unknown};
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -66,7 +66,11 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         (high > low).then_some((values, high - low))
     };
+    // Drift that was found together with the parameters has been tested, and so has the rest of it.
+    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
+    let drifts = problem.unknowns.iter().any(is_drift);
     match all(|row| row.time) {
+        Some(_) if drifts => {}
         Some((times, span)) => check(Along::Time(span), times, false),
         None if rows.is_empty() => {}
         None => {

@@ -1,13 +1,13 @@
 //! The equations: one per coordinate of each probing and each observation, per bar, and per known coordinate of the
 //! stylus or of a set-up.
 
+use super::estimate::{Estimate, Row};
 use super::observed::{Observed, ObservedRow, Period, moved};
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
-use crate::instrument::Setting;
 use crate::simulate::{normal, turned};
 use nalgebra::{DVector, Matrix3, Vector3};
 use rand_pcg::Pcg64Mcg;
@@ -36,7 +36,7 @@ pub struct Problem<'a> {
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
-    pub(super) base: ErrorModel,
+    pub(super) base: Box<ErrorModel>,
     pub(super) spindle: Spindle,
 }
 
@@ -81,38 +81,6 @@ pub(super) struct Weights {
     /// Lower limit of the uncertainty of bars and stylus (mm), used while the machine is not known yet. Otherwise
     /// they would prevent any step that is not exactly right.
     pub least: f64,
-}
-
-/// Values of all unknowns.
-#[derive(Clone, Debug)]
-pub(super) struct Estimate {
-    pub errors: ErrorModel,
-    pub stylus: Vector3<f64>,
-    pub balls: Vec<Vector3<f64>>,
-    /// The set-ups of instruments, and the tool points that they observe.
-    pub settings: Vec<Setting>,
-    pub tools: Vec<Vector3<f64>>,
-    /// Drift of the artefact (`None`) and of set-ups: along and about x, y and z (mm/h, rad/h), if it is looked for.
-    pub drift: Vec<(Option<usize>, [f64; 6])>,
-}
-
-impl Estimate {
-    /// The drift of the artefact or of a set-up, if it is looked for.
-    pub fn drift_of(&self, source: Option<usize>) -> Option<[f64; 6]> {
-        let mut all = self.drift.iter();
-        all.find(|(of, _)| *of == source).map(|(_, drift)| *drift)
-    }
-}
-
-/// The result for a row of probings: vector from the ball to the tip (mm, workpiece frame).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// With the nominal machine, and balls and stylus fitted to it.
-    pub before: Vector3<f64>,
-    /// With the identified machine.
-    pub after: Vector3<f64>,
-    /// False if it fits so badly that it should be checked.
-    pub is_trusted: bool,
 }
 
 /// Upper limit for the errors of any machine (mm).
@@ -179,7 +147,7 @@ impl<'a> Problem<'a> {
                 sigma: artefact.stylus.uncertainty,
             },
             nominal: probings.balls.iter().map(nominal).collect(),
-            base: base.clone(),
+            base: Box::new(base.clone()),
             observed: Observed::default(),
             period,
             spindle: Spindle {

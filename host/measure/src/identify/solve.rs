@@ -251,7 +251,7 @@ fn identified(
         setups: problem.observed.set_up(estimate, &variance),
         drift: problem.observed.drifts(problem.period, estimate, &variance),
         components,
-        errors: place.estimate.errors.clone(),
+        errors: (*place.estimate.errors).clone(),
         balls: place.estimate.balls.clone(),
         stylus: place.estimate.stylus,
         known,

@@ -201,7 +201,7 @@ impl Entry {
             None => Ok(()),
             Some(span) => Err(FileError::at(
                 span,
-                format!("the set-up of a {} does not have this", kind.name()),
+                format!("the set-up of {} does not have this", kind.one()),
                 "here",
                 "leave it out",
             )),
