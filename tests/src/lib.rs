@@ -10,6 +10,8 @@ pub mod golden;
 pub mod measured;
 pub mod moves;
 #[cfg(feature = "desktop")]
+pub mod observed;
+#[cfg(feature = "desktop")]
 pub mod probed;
 #[cfg(feature = "desktop")]
 pub mod random_machines;

@@ -9,6 +9,7 @@ pub mod compare;
 pub mod direct;
 pub mod formats;
 pub mod identify;
+pub mod instrument;
 pub mod plan;
 pub mod probe;
 pub mod simulate;

@@ -2,12 +2,15 @@
 
 pub mod ballbar;
 mod compensated;
+mod observations;
 pub mod runs;
 
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
+pub(crate) use crate::instrument::turned;
 pub use compensated::{applied, compensated, corrections};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
+pub use observations::{OfObservations, observations};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::Situation;
@@ -226,11 +229,6 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
     for (i, off) in three_linear(machine).into_iter().flatten().zip(off.iter()) {
         row.position[i] += off;
     }
-}
-
-/// Rotation of the stylus in the spindle frame by a spindle angle (deg).
-pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
-    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
 }
 
 /// A number of the standard normal distribution (Box and Muller).

@@ -1,6 +1,7 @@
 //! Identification on machines with known errors.
 
 use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings;
 use trueaxis_measure::identify::{Chosen, Fit, Identified, Level, Options, automatic};
 use trueaxis_measure::simulate::Disturbances;
@@ -195,6 +196,7 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
         &case.machine,
         &measured,
         &case.artefact,
+        &Observations::default(),
         &perfect,
         Options::default(),
     );
@@ -218,6 +220,7 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
         &case.machine,
         &measured,
         &case.artefact,
+        &Observations::default(),
         &perfect,
         Options::default(),
     );

@@ -1,5 +1,6 @@
 //! The automatic choice, compared with the coefficients published for machines of the same layout.
 
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tests::probed::Case;
@@ -8,7 +9,9 @@ fn chosen(case: &Case) -> Chosen {
     let perfect = ErrorModel::perfect(&case.machine);
     let measured = case.noisy(0);
     let options = Options::default();
-    automatic(&case.machine, &measured, &case.artefact, &perfect, options).unwrap()
+    let others = Observations::default();
+    let (machine, artefact) = (&case.machine, &case.artefact);
+    automatic(machine, &measured, artefact, &others, &perfect, options).unwrap()
 }
 
 fn level(chosen: &Chosen) -> &Level {

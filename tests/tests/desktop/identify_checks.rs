@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
     Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify, snoop,
@@ -160,14 +161,15 @@ fn a_bar_of_another_length_altogether_is_an_error() {
 fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
     let identified = case.found(model, measured, Options::default());
     let perfect = ErrorModel::perfect(&case.machine);
-    honesty(
+    let parameters = &identified.looked_for;
+    let problem = Problem::new(
         &case.machine,
         measured,
         &case.artefact,
+        parameters,
         &perfect,
-        &identified,
-    )
-    .checks
+    );
+    honesty(&problem, measured, &identified).checks
 }
 
 /// Visits the balls in turn, so that drift does not resemble a displaced ball.
@@ -265,13 +267,15 @@ fn what_repeats_is_less_than_what_is_left_if_the_model_lacks_something() {
         let measured = case.noisy(3);
         let identified = case.found("10", &measured, Options::default());
         let perfect = ErrorModel::perfect(&case.machine);
-        let found = honesty(
+        let parameters = &identified.looked_for;
+        let problem = Problem::new(
             &case.machine,
             &measured,
             &case.artefact,
+            parameters,
             &perfect,
-            &identified,
         );
+        let found = honesty(&problem, &measured, &identified);
         let repeats = found.repeats.unwrap();
         assert_eq!((repeats.places, repeats.freedom), (42, 126));
         // A standard deviation with 126 degrees of freedom is known to 6 %: four times that.
@@ -289,6 +293,7 @@ fn balls_that_were_left_out_are_predicted_as_well_as_noise_lets_them() {
         &case.machine,
         &measured,
         &case.artefact,
+        &Observations::default(),
         &case.parameters("10"),
         &perfect,
         Options::default(),

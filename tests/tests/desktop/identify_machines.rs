@@ -1,5 +1,6 @@
 //! Identification on every machine, with repetitions.
 
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{
     Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
 };
@@ -187,7 +188,8 @@ fn what_is_not_seen_does_not_depend_on_noise() {
                     "{drawn} {model} {noise}"
                 );
                 // The written file can be read.
-                let file = error_file(&machine, &measured, &found, "covariance.csv");
+                let none = Observations::default();
+                let file = error_file(&machine, &measured, &none, &found, "covariance.csv");
                 let covariance = covariance::write(&found.known);
                 let read =
                     ErrorModel::with_files(&file, &machine, &|_: &str| Ok(covariance.clone()));

@@ -15,6 +15,7 @@ mod linearised;
 mod linuxcnc;
 mod measured_examples;
 mod measurement;
+mod observations;
 mod plan;
 mod policies;
 mod schemes;

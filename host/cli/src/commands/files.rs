@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_measure::direct::counted_twice;
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -163,6 +164,20 @@ pub fn read_artefact(path: &Path, machine: &Machine) -> Result<Artefact, BadInpu
 pub fn read_strategy(path: &Path, machine: &Machine) -> Result<Probings, BadInput> {
     let text = Text::read(path)?;
     probings::read(&text.text, machine, false).map_err(|e| text.bad(e))
+}
+
+/// Reads observations of any kind from several files; set-ups have the name of their file if it does not name them.
+pub fn read_observations(paths: &[PathBuf], machine: &Machine) -> Result<Observations, BadInput> {
+    let mut all = Observations::default();
+    for path in paths {
+        let text = Text::read(path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let read = observations::read(&text.text, &name, machine).map_err(|e| text.bad(e))?;
+        all.add(read).map_err(|(message, remedy)| {
+            BadInput::new(format!("{}: {message}", text.name), remedy)
+        })?;
+    }
+    Ok(all)
 }
 
 /// Reads and validates the errors of a machine, and warns about errors that are counted twice.

@@ -3,6 +3,7 @@
 mod answer;
 mod compensability;
 mod listed;
+mod observed;
 mod screen;
 
 use super::Outcome;
@@ -12,11 +13,12 @@ use super::verdict;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
-    Problem, Published, Stated, Suspicion, automatic, compensability, error_file, held_out,
-    honesty, identify, lacks, misplaced, published, snoop, stated, without,
+    Problem, Published, Stated, Suspicion, automatic, compensability, drifting, error_file,
+    held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -26,18 +28,22 @@ use trueaxis_report::{self as report, Document, Identification, Model as ReportM
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::{Command, Runtime};
 
-/// Identify error parameters and their uncertainties from probings of balls
+/// Identify error parameters and their uncertainties from probings of balls and from instruments
 ///
 /// Each row of the probings has the axis positions at which the stylus was at the centre of a ball. Parameters,
-/// balls and stylus are found together. A parameter that these probings cannot identify gets no value; a sentence
+/// balls and stylus are found together, and so are the set-ups of instruments whose readings are given with
+/// --observations. A parameter that these probings cannot identify gets no value; a sentence
 /// says why. The resulting error file can be passed to `trueaxis compile` as it is.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
-trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n\n\
+trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n  \
+trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv -o errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Besides ball and axes, columns may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis arrived):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
+Observations: lengths, points, displacements and angles, with the uncertainty of each; the files of `measured`\n\
+and `ballbar` are read, too:\n  kind,setup,X,Y,Z,A,C,length_mm,sigma_um\n  length,bar,120,0,-50,0,0,150.0021,0.5\n\n\
 Models: 10, 12 and 13 (locations, scales, backlash, spindle; X, Y, Z and two rotary axes), 81 and\n\
 84 (the coefficients published for two machines), auto (what the probings can identify), or names: EA0Z,EXX1,ECCb"
 )]
@@ -45,8 +51,11 @@ pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
     /// Probings (CSV)
-    #[arg(value_name = "PROBINGS.csv")]
-    probings: PathBuf,
+    #[arg(value_name = "PROBINGS.csv", required_unless_present = "observations")]
+    probings: Option<PathBuf>,
+    /// Readings of instruments (CSV)
+    #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "active")]
+    observations: Vec<PathBuf>,
     /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
@@ -59,7 +68,7 @@ pub struct Arguments {
     /// Reduce the weight of rows that fit badly
     #[arg(long)]
     robust: bool,
-    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180" (repeatable)
+    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180", "setup bar", "bar.csv line 12" (repeatable)
     #[arg(long, value_name = "ROWS")]
     without: Vec<String>,
     /// Continue even if balls or stylus are more than 5 mm from their stated positions
@@ -88,33 +97,53 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let inputs = [
         Some(&arguments.machine),
-        Some(&arguments.probings),
+        arguments.probings.as_ref(),
         arguments.artefact.as_ref(),
         arguments.update.as_ref(),
         arguments.active.as_ref(),
         arguments.before.as_ref(),
     ];
-    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let inputs = inputs.into_iter().flatten();
+    let inputs: Vec<&Path> = inputs
+        .chain(&arguments.observations)
+        .map(PathBuf::as_path)
+        .collect();
     let covariances = arguments.output.as_deref().map(beside);
     let outputs = arguments.output.iter().chain(&covariances);
     for output in outputs.chain(&arguments.report) {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
-    let text = Text::read(&arguments.probings)?;
-    let mut measured = probings::read(&text.text, &machine, true).map_err(|e| text.bad(e))?;
     let artefact = match &arguments.artefact {
         Some(path) => files::read_artefact(path, &machine)?,
         None => Artefact::default(),
     };
-    probings::have_known_balls(&text.text, &measured, &artefact).map_err(|e| text.bad(e))?;
+    let mut measured = match &arguments.probings {
+        Some(path) => {
+            let text = Text::read(path)?;
+            let measured = probings::read(&text.text, &machine, true).map_err(|e| text.bad(e))?;
+            probings::have_known_balls(&text.text, &measured, &artefact)
+                .map_err(|e| text.bad(e))?;
+            measured
+        }
+        None => Probings::default(),
+    };
+    let mut observations = files::read_observations(&arguments.observations, &machine)?;
     for rows in &arguments.without {
-        measured = without(&machine, &measured, rows).map_err(|reason| {
-            BadInput::new(
-                format!("--without: {reason}"),
-                "name rows as \"line 17\", \"ball 3\", \"C = 90\" or \"S = 180\"",
-            )
-        })?;
+        let probed = without(&machine, &measured, rows);
+        let observed = observations.without(&machine, rows);
+        let is_nothing = observed.is_none();
+        observations = observed.unwrap_or(observations);
+        measured = match probed {
+            Ok(left) => left,
+            Err(_) if !is_nothing => measured,
+            Err(reason) => {
+                return Err(BadInput::new(
+                    format!("--without: {reason}"),
+                    "name rows as \"line 17\", \"ball 3\", \"C = 90\", \"S = 180\", \"setup bar\" or \"bar.csv line 12\"",
+                ));
+            }
+        };
     }
     let base = match &arguments.update {
         Some(path) => known(path, &machine, "--update")?,
@@ -134,25 +163,41 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let (identified, chosen) = match model {
         Model::Auto => {
-            let chosen = automatic(&machine, &measured, &artefact, &base, options);
+            let chosen = automatic(
+                &machine,
+                &measured,
+                &artefact,
+                &observations,
+                &base,
+                options,
+            );
             let chosen = chosen.map_err(|error| arguments.not_identified(&error))?;
+            observations.drift.clone_from(&chosen.drift);
             (chosen.identified.clone(), Some(chosen))
         }
         model => {
             let parameters = model.parameters(&machine, 0, &[]).map_err(no_model)?;
-            let problem = Problem::new(&machine, &measured, &artefact, &parameters, &base);
-            let identified =
-                identify(&problem, options).map_err(|e| arguments.not_identified(&e))?;
+            let problem = || Problem::new(&machine, &measured, &artefact, &parameters, &base);
+            let find = |problem: &Problem<'_>| {
+                identify(problem, options).map_err(|e| arguments.not_identified(&e))
+            };
+            let steady = problem().with(&observations);
+            let mut identified = find(&steady)?;
+            observations.drift = drifting(&steady, &identified);
+            if !observations.drift.is_empty() {
+                identified = find(&problem().with(&observations))?;
+            }
             (identified, None)
         }
     };
     let looked_for = &identified.looked_for;
     let problem = Problem::new(&machine, &measured, &artefact, looked_for, &base);
+    let problem = problem.with(&observations);
     let places = stated(&problem, &identified);
     if !arguments.accept_places
         && let Some(mistake) = misplaced(&problem, &places)
     {
-        let reason = format!("{}: {}", arguments.probings.display(), mistake.what);
+        let reason = format!("{}: {}", arguments.measured(), mistake.what);
         return Err(BadInput::new(reason, mistake.remedy));
     }
     let suspicions = snoop(&problem, &identified);
@@ -174,19 +219,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let found = Found {
         machine: &machine,
         measured: &measured,
+        observations: &observations,
         identified: &identified,
         levels: chosen.as_ref().map_or(&[], |chosen| &chosen.levels),
         published: chosen
             .as_ref()
             .and_then(|chosen| published(&machine, chosen)),
         compared,
-        honesty: honesty(&machine, &measured, &artefact, &base, &identified),
+        honesty: honesty(&problem, &measured, &identified),
         held_out: match chosen
             .as_ref()
             .map(|chosen| &chosen.levels[chosen.chosen].found)
         {
             Some(Ok(fit)) => fit.held_out.clone(),
-            _ => held_out(&machine, &measured, &artefact, looked_for, &base, options),
+            _ => held_out(
+                &machine,
+                &measured,
+                &artefact,
+                &observations,
+                looked_for,
+                &base,
+                options,
+            ),
         },
         remedies: would_show(&machine, &measured, &artefact, &base, &identified),
         places,
@@ -199,7 +253,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_deref()
         .unwrap_or(Path::new("covariance.csv"));
     let name = name.file_name().unwrap_or_default().to_string_lossy();
-    let errors = error_file(&machine, &measured, &identified, &name);
+    let errors = error_file(&machine, &measured, &observations, &identified, &name);
     let covariance = covariance::write(&identified.known);
     if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
         // If the second file cannot be written, the first one is rejected next to the older covariances.
@@ -232,6 +286,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 struct Found<'a> {
     machine: &'a Machine,
     measured: &'a Probings,
+    observations: &'a Observations,
     identified: &'a Identified,
     levels: &'a [Level],
     /// Comparison of the chosen model with the published one.
@@ -266,8 +321,9 @@ impl Found<'_> {
             .suspicions
             .iter()
             .any(|(suspicion, _)| suspicion.is_group());
-        let untrusted = self.identified.rows.iter().filter(|row| !row.is_trusted);
-        let most = SUSPECTED * self.measured.rows.len() as f64;
+        let rows = self.identified.rows.iter().chain(&self.identified.observed);
+        let most = SUSPECTED * rows.clone().count() as f64;
+        let untrusted = rows.filter(|row| !row.is_trusted);
         is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
     }
 
@@ -293,6 +349,7 @@ impl Found<'_> {
                 untrusted.join(", ")
             ));
         }
+        warnings.extend(observed::warnings(self));
         for (ball, name) in self.measured.balls.iter().enumerate() {
             let mut lines = rows
                 .iter()
@@ -375,9 +432,12 @@ impl Arguments {
         let inputs = [
             ("machine", Some(&self.machine)),
             ("errors", self.output.as_ref()),
-            ("probings", Some(&self.probings)),
+            ("probings", self.probings.as_ref()),
             ("artefact", self.artefact.as_ref()),
         ];
+        let observed = self.observations.iter();
+        let observed = observed.map(|path| ("observations", Some(path)));
+        let inputs = inputs.into_iter().chain(observed);
         let mut document = Document {
             date: self.date.clone(),
             ..Document::of(machine)
@@ -402,10 +462,14 @@ impl Arguments {
     }
 
     fn not_identified(&self, error: &IdentifyError) -> BadInput {
-        BadInput::new(
-            format!("{}: {error}", self.probings.display()),
-            error.remedy(),
-        )
+        BadInput::new(format!("{}: {error}", self.measured()), error.remedy())
+    }
+
+    /// The files of measurements, for messages.
+    fn measured(&self) -> String {
+        let all = self.probings.iter().chain(&self.observations);
+        let all: Vec<String> = all.map(|path| path.display().to_string()).collect();
+        all.join(", ")
     }
 }
 

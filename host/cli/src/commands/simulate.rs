@@ -2,6 +2,7 @@
 
 mod ballbar;
 mod disturbed;
+mod observations;
 mod runs;
 mod touches;
 
@@ -31,6 +32,7 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Probings(Probings),
+    Observations(observations::Observations),
     Touches(touches::Touches),
     Laser(runs::Laser),
     Square(runs::Square),
@@ -94,6 +96,7 @@ fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Probings(probings) => probings.run(),
+        What::Observations(observations) => observations.run(),
         What::Touches(touches) => touches.run(),
         What::Laser(laser) => laser.run(),
         What::Square(square) => square.run(),

@@ -19,6 +19,7 @@ mod linuxcnc_probe;
 mod linuxcnc_start;
 mod measured;
 mod mistakes;
+mod observations;
 mod outside;
 mod plan;
 mod pose;

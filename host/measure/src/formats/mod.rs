@@ -1,8 +1,9 @@
-//! Measurement files: artefacts, probings, readings of instruments, of ball-bars and of displacement sensors,
+//! Measurement files: artefacts, probings, readings of instruments, of ball-bars and of displacement sensors, observations,
 //! validations.
 
 pub mod artefact;
 pub mod displacements;
+pub mod observations;
 pub mod probings;
 pub mod radii;
 pub mod runs;

@@ -16,6 +16,8 @@ pub struct Radii {
     pub radius: f64,
     /// The two axes of a circle, if the file names them.
     pub plane: Option<String>,
+    /// Positions (mm, deg) of axes at the centre, by letter, if the file has them.
+    pub at: Vec<(String, f64)>,
     /// The readings.
     pub readings: Readings,
 }
@@ -29,7 +31,7 @@ pub enum Readings {
     Sphere(Vec<(Vector3<f64>, f64)>),
 }
 
-/// The lines that begin with `#`; the machine and the position are only for people.
+/// The lines that begin with `#`; the machine is only for people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Heading {
@@ -38,8 +40,7 @@ struct Heading {
     plane: Option<String>,
     #[serde(rename = "machine")]
     _machine: Option<String>,
-    #[serde(rename = "at")]
-    _at: Option<toml::Table>,
+    at: Option<toml::Table>,
 }
 
 const HEADING: &str = "begin the file with # radius_mm = 150.0 and # unit = \"um\" (or \"mm\"), each in a line of its own";
@@ -88,12 +89,22 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
     let readings = readings(table, radius, factor)?;
     Ok(Radii {
         radius,
+        at: heading.positions(),
         plane: heading.plane,
         readings,
     })
 }
 
 impl Heading {
+    /// What it says about positions at the centre.
+    fn positions(&self) -> Vec<(String, f64)> {
+        let all = self.at.iter().flatten();
+        let number =
+            |value: &toml::Value| value.as_float().or(value.as_integer().map(|v| v as f64));
+        all.filter_map(|(name, value)| Some((name.clone(), number(value)?)))
+            .collect()
+    }
+
     /// Radius (mm), and the size of the readings' unit in mm.
     fn numbers(&self) -> Result<(f64, f64), FileError> {
         let missing =

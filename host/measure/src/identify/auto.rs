@@ -4,10 +4,11 @@ use super::candidates::{Form, candidates};
 use super::published::listed;
 use super::structure::SEEN;
 use super::{
-    HeldOut, Identified, IdentifyError, Model, Options, Problem, held_out, identify,
+    HeldOut, Identified, IdentifyError, Model, Options, Problem, drifting, held_out, identify,
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
@@ -53,7 +54,7 @@ const PLAUSIBLE: f64 = 5.0;
 /// The smallest effect of a combination at the probings, as a fraction of the effects of its parts, at which it is worth
 /// identifying.
 fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
-    let size = root_mean_square(identified.rows.iter().map(|row| row.before.norm()));
+    let size = root_mean_square(identified.all_rows().map(|row| row.before.norm()));
     // A combination with singular value s, measured by its effect at the probings (root mean square), has a standard
     // uncertainty of that of a coordinate divided by s.
     identified.noise / (PLAUSIBLE * size * (problem.equations() as f64).sqrt())
@@ -65,11 +66,13 @@ impl Fit {
         machine: &Machine,
         probings: &Probings,
         artefact: &Artefact,
+        observations: &Observations,
         parameters: &[Parameter],
         base: &ErrorModel,
         options: Options,
     ) -> Result<(Identified, Self), IdentifyError> {
         let problem = Problem::new(machine, probings, artefact, parameters, base);
+        let problem = problem.with(observations);
         let mut identified = identify(&problem, options)?;
         let options = Options {
             least: told(&problem, &identified),
@@ -81,8 +84,16 @@ impl Fit {
         let fit = Self {
             parameters: identified.parameters.len(),
             unseen: parameters.len() - identified.parameters.len(),
-            left: root_mean_square(identified.rows.iter().map(|row| row.after.norm())),
-            held_out: held_out(machine, probings, artefact, parameters, base, options),
+            left: root_mean_square(identified.all_rows().map(|row| row.after.norm())),
+            held_out: held_out(
+                machine,
+                probings,
+                artefact,
+                observations,
+                parameters,
+                base,
+                options,
+            ),
         };
         Ok((identified, fit))
     }
@@ -97,6 +108,9 @@ pub struct Chosen {
     pub levels: Vec<Level>,
     /// Index of the chosen one.
     pub chosen: usize,
+    /// Drift that was found together with the parameters, as in
+    /// [`Observations::drift`](crate::formats::observations::Observations::drift).
+    pub drift: Vec<(Option<usize>, usize)>,
 }
 
 /// The highest degree tried.
@@ -115,15 +129,39 @@ pub fn automatic(
     machine: &Machine,
     probings: &Probings,
     artefact: &Artefact,
+    observations: &Observations,
     base: &ErrorModel,
     options: Options,
 ) -> Result<Chosen, IdentifyError> {
     let directions: Vec<bool> = (0..machine.axes.len())
-        .map(|i| probings.rows.iter().any(|row| row.direction[i] != 0.0))
+        .map(|i| {
+            let probed = probings.rows.iter().map(|row| row.direction[i]);
+            let observed = observations.rows.iter().map(|row| row.direction[i]);
+            probed.chain(observed).any(|direction| direction != 0.0)
+        })
         .collect();
+    let mut observations = observations.clone();
+    if observations.drift.is_empty() {
+        // What a simple model leaves is no noise, but it does not drift either.
+        let parameters = candidates(machine, 0, Form::Harmonics, &directions);
+        let problem = Problem::new(machine, probings, artefact, &parameters, base);
+        let problem = problem.with(&observations);
+        if problem.has_times() {
+            observations.drift = drifting(&problem, &identify(&problem, options)?);
+        }
+    }
+    let observations = &observations;
     let find = |degree, form| {
         let parameters = candidates(machine, degree, form, &directions);
-        Fit::of(machine, probings, artefact, &parameters, base, options)
+        Fit::of(
+            machine,
+            probings,
+            artefact,
+            observations,
+            &parameters,
+            base,
+            options,
+        )
     };
     let mut forms = Form::of(machine).to_vec();
     let form = Form::Harmonics;
@@ -167,7 +205,15 @@ pub fn automatic(
     }
     // Coefficients can replace each other; which of them are used affects how well they are determined.
     if let Some((list, parameters)) = listed(machine).filter(|_| !levels[0].is_end()) {
-        let found = Fit::of(machine, probings, artefact, &parameters, base, options);
+        let found = Fit::of(
+            machine,
+            probings,
+            artefact,
+            observations,
+            &parameters,
+            base,
+            options,
+        );
         let found = found.map(|found| take(levels.len(), found));
         levels.push(Level {
             degree: HIGHEST,
@@ -180,5 +226,6 @@ pub fn automatic(
         identified: best,
         levels,
         chosen,
+        drift: observations.drift.clone(),
     })
 }

@@ -1,8 +1,9 @@
 //! Checks the lengths of bars.
 
 use super::IdentifyError;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
+use super::rows::{LARGEST_LENGTH, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
 
 /// A bar compared with the machine and the other bars.
@@ -56,7 +57,7 @@ pub(super) fn checked(
     let check = |(i, bar): (usize, &super::rows::Bar)| {
         let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
         let miss = (a - b).norm() - bar.length;
-        let row = jacobian.row(3 * problem.places.len() + i).transpose();
+        let row = jacobian.row(problem.measured() + i).transpose();
         let leverage = factor.leverage(&row).unwrap_or(1.0);
         // The residual of an observation without its own influence is its residual divided by 1 − h (Cook).
         let free = 1.0 - leverage;

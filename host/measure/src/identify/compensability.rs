@@ -1,6 +1,5 @@
 //! The effect of a compensation on each error parameter: comparison before and after.
 
-use super::rows::Weights;
 use super::{Identified, Problem, Unknown};
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
@@ -62,10 +61,7 @@ pub fn compensability(
     let parameters: Vec<Parameter> = (identified.looked_for.iter().copied())
         .filter(|p| before.parameters.contains_key(p))
         .collect();
-    let weights = Weights {
-        rows: vec![1.0; problem.places.len()],
-        least: 1.0,
-    };
+    let weights = problem.unweighted(1.0);
     let unknowns: Vec<Unknown> = parameters.iter().map(|p| Unknown::Parameter(*p)).collect();
     let found = &identified.place.estimate;
     let changes = problem.derivatives(&unknowns, found, &weights);

@@ -1,14 +1,17 @@
 //! The derivatives of the equations.
 
 use super::Unknown;
+use super::estimate::Estimate;
 use super::factor::{Alone, Factor};
-use super::rows::{Estimate, LARGEST_LENGTH, ProbingRow, Problem, Weights};
-use nalgebra::{DMatrix, Vector3};
+use super::observed::ObservedRow;
+use super::rows::{LARGEST_LENGTH, ProbingRow, Problem, Weights};
+use crate::instrument::{LEVER, Seen};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::collections::BTreeMap;
 use trueaxis_kinematics::Sensitivity;
-use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::errors::{Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
 
 /// Upper limit for the errors of any machine (rad).
@@ -54,6 +57,61 @@ impl Effects {
     }
 }
 
+/// Effect of errors on an observation, in units of its standard uncertainty, and what its other derivatives need.
+struct ObservedEffects {
+    errors: [[f64; 3]; ERRORS],
+    seen: Seen,
+    by_tool: Matrix3<f64>,
+}
+
+impl ObservedEffects {
+    fn new(
+        kinematics: &Kinematics<'_>,
+        estimate: &Estimate,
+        row: &ObservedRow,
+        weight: f64,
+    ) -> Self {
+        let tip = row.tip(estimate);
+        let found = kinematics.sensitivity(&row.q, &row.situation, &tip);
+        let by_tool = found.by_tool;
+        let seen = row.commanded.seen_at(found.point, &by_tool);
+        let seen = row.drifted(seen, estimate);
+        let setting = &estimate.settings[row.setup];
+        let by_point = row.instrument().by_point(&row.commanded, setting, &seen) * weight;
+        let axes = |found: &Sensitivity| {
+            let axes = found.by_inter.iter().chain(&found.by_intra);
+            let columns = axes.flat_map(|m| m.column_iter().map(|c| c.into_owned()));
+            columns.collect::<Vec<Vector3<f64>>>()
+        };
+        let moves = axes(&found);
+        let mut errors = [[0.0; 3]; ERRORS];
+        for (error, column) in errors.iter_mut().zip(&moves) {
+            *error = (by_point * column).into();
+        }
+        // A rotation ω about m moves the end of an arm u across m by ω × u, along m × u by ω·m.
+        if let Some(m) = row.instrument().about(&row.commanded) {
+            let u = across(&m);
+            let end = tip + by_tool.tr_mul(&(u * LEVER));
+            let at_end = axes(&kinematics.sensitivity(&row.q, &row.situation, &end));
+            let along = m.cross(&u) * weight;
+            for ((error, end), start) in errors.iter_mut().zip(&at_end).zip(&moves) {
+                error[0] += along.dot(&(end - start));
+            }
+        }
+        Self {
+            errors,
+            seen,
+            by_tool,
+        }
+    }
+}
+
+/// A unit vector across another one.
+fn across(vector: &Vector3<f64>) -> Vector3<f64> {
+    let least = vector.iamin();
+    vector.cross(&Vector3::ith(least, 1.0)).normalize()
+}
+
 impl Problem<'_> {
     /// The derivatives of [`Self::residuals`]: equations × unknowns.
     pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
@@ -75,12 +133,38 @@ impl Problem<'_> {
             let found = kinematics.sensitivity(&place.q, &place.situation, &tip);
             Effects::new(found, **weight, place)
         });
+        let weighted: Vec<_> = (self.observed.rows.iter())
+            .zip(&weights.rows[self.places.len()..])
+            .collect();
+        let seen = parallel::map(&weighted, |(row, weight)| {
+            ObservedEffects::new(&kinematics, estimate, row, **weight)
+        });
         let bases = self.bases(unknowns);
         let equations = jacobian.nrows();
         // Columns are stored one after the other.
         let columns = jacobian.as_mut_slice().chunks_mut(equations);
         columns.zip(unknowns).for_each(|(column, unknown)| {
-            let (probed, others) = column.split_at_mut(3 * self.places.len());
+            let (probed, rest) = column.split_at_mut(3 * self.places.len());
+            let (mut observed, others) = rest.split_at_mut(self.observed.equations());
+            let basis = match unknown {
+                Unknown::Parameter(p) => bases.get(&(p.axis, p.kind)),
+                _ => None,
+            };
+            for (i, ((row, weight), found)) in weighted.iter().zip(&seen).enumerate() {
+                let (own, next) = observed.split_at_mut(row.kind.dimension());
+                let effect: [f64; 3] = match *unknown {
+                    Unknown::Parameter(parameter) => {
+                        let basis = basis.map_or(1.0, |basis| basis[self.places.len() + i]);
+                        found.errors[self.effect(parameter)].map(|v| v * basis)
+                    }
+                    _ => {
+                        let by = row.by_unknown(*unknown, estimate, &found.seen, &found.by_tool);
+                        (by * **weight).into()
+                    }
+                };
+                own.copy_from_slice(&effect[..own.len()]);
+                observed = next;
+            }
             let rows = probed.as_chunks_mut::<3>().0.iter_mut();
             match *unknown {
                 Unknown::Parameter(parameter) => {
@@ -101,6 +185,18 @@ impl Problem<'_> {
                     let of_ball = each.filter(|((_, place), _)| place.ball == ball);
                     of_ball.for_each(|((row, _), weight)| row[k] = -weight);
                 }
+                Unknown::Drift(None, k) => {
+                    let each = rows.zip(&self.places).zip(&weights.rows);
+                    each.for_each(|((row, place), weight)| {
+                        let unit = Vector3::ith(k % 3, 1.0);
+                        let moved = match k {
+                            0..3 => unit,
+                            _ => unit.cross(&estimate.balls[place.ball]),
+                        };
+                        *row = (moved * (-place.time * weight)).into();
+                    });
+                }
+                Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(Some(_), _) => {}
             }
             others.copy_from_slice(&self.others_by(*unknown, estimate, weights));
         });
@@ -141,7 +237,12 @@ impl Problem<'_> {
             Unknown::Stylus(i) if i == k => 1.0 / sigma.max(weights.least),
             _ => 0.0,
         });
-        bars.chain(known).collect()
+        let setups = self.observed.known.iter();
+        let setups = setups.map(|(of, _, sigma)| match *of == unknown {
+            true => self.observed.value(unknown, estimate).1 / sigma.max(weights.least),
+            false => 0.0,
+        });
+        bars.chain(known).chain(setups).collect()
     }
 
     /// Parameters without any effect on the rows, even at the upper limit for any machine.
@@ -165,7 +266,7 @@ impl Problem<'_> {
                 None => all,
             };
             let largest_coefficient = largest * all / whole;
-            whole == 0.0 || **length * largest_coefficient < ((3 * self.places.len()) as f64).sqrt()
+            whole == 0.0 || **length * largest_coefficient < (self.measured() as f64).sqrt()
         });
         idle.map(|(i, _)| *i).collect()
     }
@@ -178,8 +279,8 @@ impl Problem<'_> {
         6 * (axis + intra * (MAX_AXES + 1)) + parameter.component
     }
 
-    /// For each kind of parameter, the error of its axis in every probing at a parameter value of 1; omits those
-    /// that are 1 in all probings.
+    /// For each kind of parameter, the error of its axis in every probing and observation at a parameter value of
+    /// 1; omits those that are 1 in all of them.
     fn bases(&self, unknowns: &[Unknown]) -> BTreeMap<(char, ParameterKind), Vec<f64>> {
         let mut bases = BTreeMap::new();
         for unknown in unknowns {
@@ -187,12 +288,12 @@ impl Problem<'_> {
                 continue;
             };
             let i = self.machine.index(axis).unwrap_or(0);
-            let basis = |place: &ProbingRow| match kind {
-                ParameterKind::Backlash => place.situation.sign[i],
-                kind => kind.basis(place.q[i]),
+            let basis = |(q, situation): (&PerAxis, &Situation)| match kind {
+                ParameterKind::Backlash => situation.sign[i],
+                kind => kind.basis(q[i]),
             };
             if kind != ParameterKind::Inter {
-                let all = || self.places.iter().map(basis).collect();
+                let all = || self.commands().map(basis).collect();
                 bases.entry((axis, kind)).or_insert_with(all);
             }
         }

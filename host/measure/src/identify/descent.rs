@@ -1,8 +1,9 @@
 //! Steps from an estimate to a better one.
 
 use super::IdentifyError;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem, Weights};
+use super::rows::{Problem, Weights};
 use super::unidentifiable::seen;
 use nalgebra::{DMatrix, DVector};
 
@@ -59,8 +60,8 @@ pub(super) fn descend(
             return false;
         };
         let change = jacobian * &step;
-        let moved = weights.rows.iter().enumerate();
-        let moved = moved.map(|(i, w)| change.fixed_rows::<3>(3 * i).norm() / w);
+        let moved = problem.blocks().zip(&weights.rows);
+        let moved = moved.map(|(block, w)| change.rows_range(block).norm() / w);
         let most = moved.fold(0.0, f64::max);
         if most > SHRINKS * last {
             return is_still(&residuals);

@@ -8,7 +8,7 @@ use trueaxis_model::errors::Parameter;
 pub enum IdentifyError {
     /// There are too few probings.
     #[error(
-        "{equations} equations, three of each probing, for {unknowns} unknowns: {parameters} parameters, stylus and balls"
+        "{equations} equations, three of each probing, for {unknowns} unknowns: {parameters} parameters, stylus and balls{}", if *.has_setups { ", set-ups of instruments" } else { "" }
     )]
     TooFew {
         /// Number of equations.
@@ -17,7 +17,12 @@ pub enum IdentifyError {
         unknowns: usize,
         /// Number of error parameters among them.
         parameters: usize,
+        /// True if some of them are set-ups of instruments.
+        has_setups: bool,
     },
+    /// There is no ball to leave out.
+    #[error("there are no probings")]
+    NoProbings,
     /// The machine does not have a parameter.
     #[error("the machine has no parameter {parameter}")]
     NoSuchParameter {
@@ -108,6 +113,7 @@ impl IdentifyError {
             Self::TooFew { .. } => {
                 "probe at more rotary positions, or give a model with fewer parameters"
             }
+            Self::NoProbings => "probe balls, to see how well they are predicted",
             Self::NoSuchParameter { .. } => {
                 "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
             }

@@ -1,6 +1,7 @@
 //! Writes identified parameters as an error file.
 
 use super::{Estimated, Identified};
+use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -15,6 +16,7 @@ const NARROWEST: f64 = 1.0;
 pub fn error_file(
     machine: &Machine,
     probings: &Probings,
+    observations: &Observations,
     identified: &Identified,
     covariance: &str,
 ) -> String {
@@ -75,7 +77,9 @@ pub fn error_file(
             let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
             continue;
         }
+        let observed = observations.rows.iter().map(|row| row.position[i]);
         let positions = probings.rows.iter().map(|row| row.position[i]);
+        let positions = positions.chain(observed);
         let low = positions
             .clone()
             .fold(f64::INFINITY, f64::min)

@@ -200,6 +200,37 @@ impl Factor {
         Some(y.norm_squared())
     }
 
+    /// [`Self::leverage`] of every equation of a Jacobian.
+    pub fn leverages(&self, jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
+        let inverse = self.inverse()?;
+        let mut columns = vec![0; self.places.len()];
+        for (i, place) in self.places.iter().enumerate() {
+            columns[*place] = i;
+        }
+        let unknowns: Vec<usize> = columns.iter().map(|i| self.unknowns[*i]).collect();
+        let mut ordered = jacobian.select_columns(&unknowns);
+        for (mut column, i) in ordered.column_iter_mut().zip(&columns) {
+            column /= self.lengths[*i];
+        }
+        let influence = ordered * inverse;
+        Some(influence.row_iter().map(|row| row.norm_squared()).collect())
+    }
+
+    /// The variance of each of its unknowns for equations with a standard deviation of 1.
+    pub fn variances(&self) -> Option<Vec<f64>> {
+        let inverse = self.inverse()?;
+        let variance = |(place, length): (&usize, &f64)| {
+            inverse.row(*place).norm_squared() / (length * length)
+        };
+        Some(
+            self.places
+                .iter()
+                .zip(&self.lengths)
+                .map(variance)
+                .collect(),
+        )
+    }
+
     /// The covariance of its first `count` unknowns for equations with a standard deviation of 1.
     pub fn covariance(&self, count: usize) -> Option<DMatrix<f64>> {
         // (RᵀR)⁻¹ is R⁻¹·R⁻ᵀ.
@@ -247,6 +278,11 @@ mod tests {
         let hat = &j * inverse * j.transpose();
         let leverage = factor.leverage(&j.row(7).transpose()).unwrap();
         assert!((leverage - hat[(7, 7)]).abs() < 1e-12);
+        let all = factor.leverages(&j).unwrap();
+        assert!((DVector::from_vec(all) - hat.diagonal()).amax() < 1e-12);
+        let variances = DVector::from_vec(factor.variances().unwrap());
+        let covariance = factor.covariance(4).unwrap();
+        assert!((variances - covariance.diagonal()).amax() < 1e-13);
     }
 
     #[test]
@@ -303,6 +339,9 @@ mod tests {
             near(step(one), step(other));
             let row = j.row(18).transpose();
             assert!((one.leverage(&row).unwrap() - other.leverage(&row).unwrap()).abs() < 1e-13);
+            let [one_by_one, all] = [one, other].map(|f| f.leverages(&j).unwrap()[18]);
+            assert!((one.leverage(&row).unwrap() - all).abs() < 1e-13);
+            assert!((one_by_one - all).abs() < 1e-13);
             assert!((one.condition() / other.condition() - 1.0).abs() < 1e-12);
         }
         // Hidden combination: a column that is the sum of the two others.

@@ -2,8 +2,9 @@
 //! the assumed machine.
 
 use super::Unknown;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem, Weights};
+use super::rows::{Problem, Weights};
 use super::solve::STIFF;
 use super::structure::Structure;
 use super::unidentifiable::Unseen;
@@ -101,7 +102,7 @@ impl Problem<'_> {
             least: 0.0,
         };
         let jacobian = self.jacobian(&self.assumed(errors), &weights);
-        let probed = 3 * self.places.len();
+        let probed = self.measured();
         let mut blocks = vec![DMatrix::zeros(0, 0); self.places.len()];
         for (i, place) in self.places.iter().enumerate() {
             blocks[place.row] = jacobian.rows(3 * i, 3).into_owned();
@@ -110,10 +111,11 @@ impl Problem<'_> {
         (blocks, others.into_owned())
     }
 
-    /// The standard uncertainty of a coordinate of each probing (mm).
+    /// The standard uncertainty of a coordinate of each probing and observation (mm).
     fn stated(&self) -> Vec<f64> {
-        let stated = self.places.iter().map(|p| p.sigma.unwrap_or(UNSTATED));
-        stated.collect()
+        let probed = self.places.iter().map(|row| row.sigma);
+        let all = probed.chain(self.observed.rows.iter().map(|row| row.sigma));
+        all.map(|sigma| sigma.unwrap_or(UNSTATED)).collect()
     }
 
     /// A machine with given errors, and balls at its tip positions.
@@ -129,7 +131,7 @@ impl Problem<'_> {
                 *ball = sum / count;
             }
         }
-        estimate.errors = errors.clone();
+        estimate.errors = Box::new(errors.clone());
         estimate
     }
 }

@@ -1,8 +1,10 @@
 //! Cross-validation with balls that were left out of the fit.
 
+use super::observed::moved;
 use super::rows::order;
 use super::{IdentifyError, Options, Problem, identify};
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter};
@@ -21,7 +23,7 @@ pub struct HeldOut {
 const PARTS: usize = 4;
 const FEW_BALLS: usize = 3;
 
-/// Identifies without the rows of each ball, and measures how well the result predicts them, with the ball placed at
+/// Identifies without the rows of each ball but with all other observations, and measures how well the result predicts them, with the ball placed at
 /// the best position. With fewer than three balls every fourth row is left out instead.
 ///
 /// # Errors
@@ -30,19 +32,29 @@ pub fn held_out(
     machine: &Machine,
     probings: &Probings,
     artefact: &Artefact,
+    observations: &Observations,
     parameters: &[Parameter],
     base: &ErrorModel,
     options: Options,
 ) -> Result<HeldOut, IdentifyError> {
+    if probings.rows.is_empty() {
+        return Err(IdentifyError::NoProbings);
+    }
     let mut squares = 0.0;
     let mut balls = Vec::new();
     for (name, part) in parts(probings) {
         let others = subset(probings, |i| !part.contains(&i));
-        let problem = Problem::new(machine, &others, artefact, parameters, base);
+        let problem = Problem::new(machine, &others, artefact, parameters, base).with(observations);
         let without = identify(&problem, options)?;
         let part = subset(probings, |i| part.contains(&i));
         let problem = Problem::new(machine, &part, artefact, &[], &without.errors);
-        let tips = problem.tips(&without.errors, &without.stylus);
+        let mut tips = problem.tips(&without.errors, &without.stylus);
+        if let Some(drift) = without.place.estimate.drift_of(None) {
+            // These have another middle of their time, which only displaces their balls.
+            for (place, (_, tip)) in problem.places.iter().zip(&mut tips) {
+                *tip = moved(*tip, &drift, place.time);
+            }
+        }
         let part_squares = (0..part.balls.len())
             .map(|ball| scatter(&tips, ball))
             .sum::<f64>();

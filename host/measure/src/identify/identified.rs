@@ -2,8 +2,11 @@
 
 use super::Unseen;
 use super::bars::BarCheck;
+use super::estimate::{Estimate, Row};
 use super::factor::Factor;
-use super::rows::{Estimate, Row, Weights};
+use super::noise::Component;
+use super::rows::Weights;
+use super::setup::{FoundDrift, FoundSetup};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
 
@@ -38,7 +41,8 @@ pub struct Identified {
     pub balls: Vec<Vector3<f64>>,
     /// Position of the stylus tip (mm, spindle frame).
     pub stylus: Vector3<f64>,
-    /// Standard deviation of one coordinate of a probing, from the residuals (mm).
+    /// Standard deviation of one coordinate of a probing, from the residuals (mm); without probings, that of the first
+    /// of [`Self::components`].
     pub noise: f64,
     /// The same in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
     /// values are used.
@@ -51,8 +55,25 @@ pub struct Identified {
     pub bars: Vec<BarCheck>,
     /// Every probing, in the order of the file.
     pub rows: Vec<Row>,
+    /// Every observation other than probings, in the order of the files.
+    pub observed: Vec<Row>,
+    /// The set-ups of instruments.
+    pub setups: Vec<FoundSetup>,
+    /// Drift that was found together with the parameters.
+    pub drift: Vec<FoundDrift>,
+    /// The noise of each source: probings first, then each kind of observation.
+    pub components: Vec<Component>,
     /// The solution, for further evaluation.
     pub(super) place: Solution,
+}
+
+impl Identified {
+    /// Every probing, then every observation.
+    pub(super) fn all_rows(&self) -> impl ExactSizeIterator<Item = &Row> {
+        let (probed, observed) = (&self.rows, &self.observed);
+        let row = move |i: usize| probed.get(i).unwrap_or_else(|| &observed[i - probed.len()]);
+        (0..probed.len() + observed.len()).map(row)
+    }
 }
 
 /// Everything needed to evaluate a solution further.

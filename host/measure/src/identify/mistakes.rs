@@ -37,13 +37,17 @@ const NEARER: usize = 25;
 
 /// Refuses a file that fits the machine only if it is interpreted differently.
 pub(super) fn refuse(problem: &Problem<'_>) -> Result<(), IdentifyError> {
-    match found(problem) {
+    // Observations have set-ups that would take in part of a mistake.
+    match found(&problem.of_probings()) {
         Some(mistake) => Err(IdentifyError::Mistake(mistake)),
         None => Ok(()),
     }
 }
 
 fn found(problem: &Problem<'_>) -> Option<Mistake> {
+    if problem.places.is_empty() {
+        return None;
+    }
     let at_first = left(problem)?;
     if at_first < GROSS {
         return None;
@@ -266,6 +270,7 @@ pub(super) fn stylus(problem: &Problem<'_>, found: &Vector3<f64>) -> Option<Iden
 /// What would put the balls at their stated places: exchanged names, or axes with reversed direction, which the rows
 /// alone cannot show.
 pub(super) fn places(problem: &Problem<'_>) -> Option<Mistake> {
+    let problem = &problem.of_probings();
     let places = setup(problem)?;
     let at_first = off(problem, &places)?;
     for a in 0..places.len() {

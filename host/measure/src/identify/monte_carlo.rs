@@ -5,9 +5,10 @@
 //! those of the exact machine, and the iteration runs until it converges.
 
 use super::descent::descend;
-use super::rows::Estimate;
+use super::estimate::Estimate;
 use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::simulate::{self, Disturbances, SimulateError};
 use rand::{RngExt, SeedableRng};
@@ -152,7 +153,7 @@ pub fn monte_carlo(
         // In the deviation on which the factor's weights are based.
         let scale = (square / first.freedom as f64).sqrt();
         let off = |e: &super::Estimated| {
-            let [found, real] = [&estimate.errors, &truth]
+            let [found, real] = [&*estimate.errors, &truth]
                 .map(|errors| errors.parameters.get(&e.parameter).copied().unwrap_or(0.0));
             (found - real) / (e.uncertainty * scale)
         };
@@ -227,6 +228,7 @@ impl Trial<'_> {
                 self.machine,
                 &measured,
                 self.artefact,
+                &Observations::default(),
                 &perfect,
                 Options::default(),
             );

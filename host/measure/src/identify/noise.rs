@@ -1,134 +1,307 @@
-//! Estimates the noise, and how far each row can be trusted.
+//! Estimates the noise of each kind of observation, and how far each row can be trusted.
 
+use super::factor::Factor;
 use super::root_mean_square;
 use super::rows::{Problem, Weights};
-use nalgebra::Vector3;
+use crate::instrument::Kind;
+use nalgebra::{DMatrix, Vector3};
 
-/// Initial assumption for the noise (mm): probes repeat to 1 µm.
+/// Initial assumption for the noise (mm): probes and instruments repeat to 1 µm.
 const FIRST_NOISE: f64 = 1e-3;
 /// Smallest noise (mm): files have no more digits.
 const LEAST_NOISE: f64 = 1e-6;
 /// Weights and noise have settled if they change by less than this fraction between rounds.
 const SETTLED: f64 = 1e-3;
-/// Median distance in three dimensions with a standard deviation of 1 in each.
-const MEDIAN: f64 = 1.538;
+/// Median distance in one and three dimensions with a standard deviation of 1 in each.
+const MEDIAN: [f64; 2] = [0.6745, 1.538];
 /// Distance, in standard deviations of a coordinate, from which a row gets less weight; exceeded by one good row in
-/// twenty.
-const HUBER: f64 = 2.8;
-/// Distance from which a row is reported; exceeded by one good row in 60 000.
-const DISTRUSTED: f64 = 5.0;
+/// twenty, in one and three dimensions.
+const HUBER: [f64; 2] = [1.96, 2.8];
+/// Distance from which a row is reported; exceeded by one good row in 60 000, in one and three dimensions.
+const DISTRUSTED: [f64; 2] = [4.3, 5.0];
 /// After this many rounds, reported rows are excluded; otherwise they would still have a small influence and add to
 /// the noise.
 const HUBER_ROUNDS: usize = 4;
 /// Weight of excluded rows; a weight of 0 would have no uncertainty.
 const REJECTED: f64 = 1e-6;
 
+/// What was measured in one way, so that one factor applies to its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// Probings of balls.
+    Probings,
+    /// Observations of one kind.
+    Observations(Kind),
+}
+
+impl Source {
+    /// Its name in the plural.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Probings => "probings",
+            Self::Observations(Kind::Length) => "lengths",
+            Self::Observations(Kind::Point) => "points",
+            Self::Observations(Kind::Displacement) => "displacements",
+            Self::Observations(Kind::Angle) => "angles",
+        }
+    }
+
+    /// Unit of its noise: µm, or µrad for angles.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Probings => "µm",
+            Self::Observations(kind) => kind.unit(),
+        }
+    }
+}
+
+/// The noise of one source: a variance component.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Component {
+    /// What.
+    pub source: Source,
+    /// Number of rows.
+    pub rows: usize,
+    /// Standard deviation of a coordinate of an average row, from the residuals (mm; angles over
+    /// [`LEVER`](crate::instrument::LEVER)).
+    pub noise: f64,
+    /// The same in units of the stated uncertainty of each row, if all rows of the source state it; then the stated
+    /// values are used.
+    pub of_stated: Option<f64>,
+    /// Its share of the degrees of freedom.
+    pub freedom: f64,
+}
+
+impl Component {
+    /// True if chance gives a factor as far from 1 less than once in a thousand.
+    #[must_use]
+    pub fn is_misstated(&self) -> bool {
+        /// Standard deviations of a normal distribution, two-sided.
+        const CHANCE: f64 = 3.29;
+        // Below, the logarithm of a standard deviation is not normally distributed.
+        const LEAST: f64 = 3.0;
+        let Some(factor) = self.of_stated.filter(|_| self.freedom >= LEAST) else {
+            return false;
+        };
+        // Wilson and Hilferty: the cube root of χ² over its degrees of freedom.
+        let part = 2.0 / (9.0 * self.freedom);
+        let deviations = (factor.powf(2.0 / 3.0) - (1.0 - part)) / part.sqrt();
+        deviations.abs() > CHANCE
+    }
+}
+
+/// The rows of one source.
+struct Part {
+    source: Source,
+    /// Its rows among those of [`Weights::rows`].
+    rows: Vec<usize>,
+    /// 0 in one dimension, 1 in three: index of the constants above.
+    dimension: usize,
+    is_stated: bool,
+    /// Standard deviation in units of the stated uncertainty.
+    deviation: f64,
+}
+
 /// Current knowledge of the noise.
 pub(super) struct Noise {
     /// Standard uncertainty of a coordinate of each row, as stated (mm), or 1.
     stated: Vec<f64>,
-    pub is_stated: bool,
-    /// Standard deviation in units of `stated`.
-    deviation: f64,
+    /// The sources, probings first.
+    parts: Vec<Part>,
     /// Relative weight of each row: 1, or less.
     pub trust: Vec<f64>,
 }
 
 impl Noise {
     pub fn new(problem: &Problem<'_>) -> Self {
-        let places = &problem.places;
-        let is_stated = places.iter().all(|place| place.sigma.is_some());
-        let stated = places
+        let sigmas: Vec<Option<f64>> = (problem.places.iter().map(|row| row.sigma))
+            .chain(problem.observed.rows.iter().map(|row| row.sigma))
+            .collect();
+        let count = problem.places.len();
+        let mut stated = vec![1.0; sigmas.len()];
+        let observed = problem
+            .observed
+            .rows
             .iter()
-            .map(|p| p.sigma.filter(|_| is_stated).unwrap_or(1.0));
+            .map(|row| Source::Observations(row.kind));
+        let sources: Vec<Source> = (problem.places.iter().map(|_| Source::Probings))
+            .chain(observed)
+            .collect();
+        let mut names = sources.clone();
+        names.sort_unstable();
+        names.dedup();
+        let parts = names.into_iter().map(|source| {
+            let rows: Vec<usize> = (0..sources.len())
+                .filter(|i| sources[*i] == source)
+                .collect();
+            let is_stated = rows.iter().all(|i| sigmas[*i].is_some());
+            for i in &rows {
+                stated[*i] = sigmas[*i].filter(|_| is_stated).unwrap_or(1.0);
+            }
+            let dimension = match rows[0].checked_sub(count) {
+                None => 3,
+                Some(i) => problem.observed.rows[i].kind.dimension(),
+            };
+            Part {
+                source,
+                rows,
+                dimension: usize::from(dimension == 3),
+                is_stated,
+                deviation: if is_stated { 1.0 } else { FIRST_NOISE },
+            }
+        });
+        let parts = parts.collect();
         Self {
-            stated: stated.collect(),
-            is_stated,
-            deviation: if is_stated { 1.0 } else { FIRST_NOISE },
-            trust: vec![1.0; places.len()],
+            trust: vec![1.0; stated.len()],
+            stated,
+            parts,
         }
     }
 
     /// Factors for the residuals of each row (mm).
     pub fn weights(&self, least: f64) -> Weights {
-        let rows = self.trust.iter().zip(&self.stated);
-        let rows = rows.map(|(trust, stated)| trust / (self.deviation * stated));
-        Weights {
-            rows: rows.collect(),
-            least,
+        let mut rows = vec![0.0; self.stated.len()];
+        for part in &self.parts {
+            for i in &part.rows {
+                rows[*i] = self.trust[*i] / (part.deviation * self.stated[*i]);
+            }
         }
+        Weights { rows, least }
     }
 
-    /// Distances in units of the stated uncertainty.
-    fn distances(&self, misses: &[Vector3<f64>]) -> Vec<f64> {
-        let rows = misses.iter().zip(&self.stated);
-        rows.map(|(miss, stated)| miss.norm() / stated).collect()
+    /// Degrees of freedom of each source: its equations in excess of the unknowns that they determine. Together with
+    /// bars and other knowledge these are `freedom`. `None` if the factor is singular.
+    pub fn shares(
+        &self,
+        problem: &Problem<'_>,
+        jacobian: &DMatrix<f64>,
+        factor: &Factor,
+    ) -> Option<Vec<f64>> {
+        let freedom = (problem.equations() - factor.unknowns().len()) as f64;
+        if let [_] = self.parts[..] {
+            return Some(vec![freedom]);
+        }
+        let leverages = factor.leverages(jacobian)?;
+        let blocks: Vec<_> = problem.blocks().collect();
+        let share = |part: &Part| {
+            let equations = part.rows.iter().flat_map(|i| blocks[*i].clone());
+            equations.map(|i| 1.0 - leverages[i]).sum::<f64>()
+        };
+        Some(self.parts.iter().map(share).collect())
+    }
+
+    /// True if shares matter before the noise has been found.
+    pub fn needs_shares(&self) -> bool {
+        self.parts.iter().any(|part| !part.is_stated)
+    }
+
+    /// What each row says (mm) in units of the stated uncertainty.
+    fn distances<'s>(
+        &'s self,
+        part: &'s Part,
+        misses: &'s [Vector3<f64>],
+    ) -> impl Iterator<Item = f64> + 's {
+        part.rows
+            .iter()
+            .map(|i| misses[*i].norm() / self.stated[*i])
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the
     /// share of it that remains after the fit.
-    fn spread(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let mut distances = self.distances(misses);
+    fn spread(&self, part: &Part, misses: &[Vector3<f64>], freedom: f64) -> f64 {
+        let mut distances: Vec<f64> = self.distances(part, misses).collect();
         distances.sort_by(f64::total_cmp);
-        let left = (freedom as f64 / (3 * distances.len()) as f64).sqrt();
-        distances[distances.len() / 2] / MEDIAN / left
+        let dimension = [1, 3][part.dimension];
+        let left = (freedom / (dimension * distances.len()) as f64).sqrt();
+        distances[distances.len() / 2] / MEDIAN[part.dimension] / left
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty.
-    pub fn factor(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let counted = self.distances(misses).into_iter().zip(&self.trust);
+    fn factor(&self, part: &Part, misses: &[Vector3<f64>], freedom: f64) -> f64 {
+        let trust = || part.rows.iter().map(|i| self.trust[*i]);
+        let counted = self.distances(part, misses).zip(trust());
         let squares: f64 = counted.map(|(d, trust)| (d * trust).powi(2)).sum();
-        let rejected = self.trust.iter().filter(|t| **t <= REJECTED).count();
-        (squares / freedom.saturating_sub(3 * rejected).max(1) as f64).sqrt()
+        let rejected = trust().filter(|t| *t <= REJECTED).count();
+        let rejected = ([1, 3][part.dimension] * rejected) as f64;
+        // With less than one degree of freedom, nothing is known.
+        (squares / (freedom - rejected).max(1.0)).sqrt()
     }
 
-    /// The same in mm, for a row of average weight.
-    pub fn left(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let weights = self.stated.iter().map(|stated| stated.recip());
-        self.factor(misses, freedom) / root_mean_square(weights)
+    /// The noise of each source.
+    pub fn components(&self, misses: &[Vector3<f64>], shares: &[f64]) -> Vec<Component> {
+        let of = |(part, freedom): (&Part, &f64)| {
+            let factor = self.factor(part, misses, *freedom);
+            let weights: Vec<f64> = part.rows.iter().map(|i| self.stated[*i].recip()).collect();
+            Component {
+                source: part.source,
+                rows: part.rows.len(),
+                noise: factor / root_mean_square(weights.into_iter()),
+                of_stated: part.is_stated.then_some(factor),
+                freedom: *freedom,
+            }
+        };
+        self.parts.iter().zip(shares).map(of).collect()
     }
 
-    pub fn trusted(&self, misses: &[Vector3<f64>], freedom: usize) -> Vec<bool> {
-        let most = DISTRUSTED * self.spread(misses, freedom).max(LEAST_NOISE);
-        self.distances(misses).iter().map(|d| *d <= most).collect()
+    /// Which rows do not fit so badly that they should be checked.
+    pub fn trusted(&self, misses: &[Vector3<f64>], shares: &[f64]) -> Vec<bool> {
+        let mut trusted = vec![true; self.stated.len()];
+        for (part, freedom) in self.parts.iter().zip(shares) {
+            let spread = self.spread(part, misses, *freedom).max(LEAST_NOISE);
+            let most = DISTRUSTED[part.dimension] * spread;
+            for (i, distance) in part.rows.iter().zip(self.distances(part, misses)) {
+                trusted[*i] = distance <= most;
+            }
+        }
+        trusted
     }
 
     /// Updates the estimate with new residuals; true if hardly anything changes.
     pub(crate) fn learn(
         &mut self,
         misses: &[Vector3<f64>],
-        freedom: usize,
+        shares: &[f64],
         robust: bool,
         round: usize,
     ) -> bool {
         let mut change: f64 = 0.0;
-        let spread = self.spread(misses, freedom);
+        let mut trust = self.trust.clone();
+        let spreads: Vec<f64> = (self.parts.iter().zip(shares))
+            .map(|(part, freedom)| self.spread(part, misses, *freedom))
+            .collect();
         if robust {
-            let most = HUBER * spread;
-            let distances = self.distances(misses);
-            for (trust, distance) in self.trust.iter_mut().zip(distances) {
-                let next = if round >= HUBER_ROUNDS && distance > DISTRUSTED * spread {
-                    REJECTED
-                } else {
-                    (most / distance).sqrt().min(1.0)
-                };
-                change = change.max((next - *trust).abs());
-                *trust = next;
+            for (part, spread) in self.parts.iter().zip(&spreads) {
+                let [most, distrusted] =
+                    [HUBER, DISTRUSTED].map(|limit| limit[part.dimension] * spread);
+                for (i, distance) in part.rows.iter().zip(self.distances(part, misses)) {
+                    let next = if round >= HUBER_ROUNDS && distance > distrusted {
+                        REJECTED
+                    } else {
+                        (most / distance).sqrt().min(1.0)
+                    };
+                    change = change.max((next - trust[*i]).abs());
+                    trust[*i] = next;
+                }
             }
         }
-        if !self.is_stated {
-            let found = if robust && round < HUBER_ROUNDS {
-                spread
-            } else {
-                self.factor(misses, freedom)
-            };
-            let next = if freedom == 0 {
-                self.deviation
-            } else {
+        self.trust = trust;
+        let next: Vec<f64> = (self.parts.iter().zip(shares).zip(spreads))
+            .map(|((part, freedom), spread)| {
+                if part.is_stated || *freedom <= 0.0 {
+                    return part.deviation;
+                }
+                let found = match robust && round < HUBER_ROUNDS {
+                    true => spread,
+                    false => self.factor(part, misses, *freedom),
+                };
                 found.max(LEAST_NOISE)
-            };
-            change = change.max((next / self.deviation - 1.0).abs());
-            self.deviation = next;
+            })
+            .collect();
+        for (part, next) in self.parts.iter_mut().zip(next) {
+            change = change.max((next / part.deviation - 1.0).abs());
+            part.deviation = next;
         }
         change < SETTLED && (!robust || round > HUBER_ROUNDS)
     }

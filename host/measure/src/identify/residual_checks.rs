@@ -1,12 +1,10 @@
 //! Checks of the residuals that show whether the uncertainties can be trusted.
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
-use super::{Identified, Problem};
-use crate::formats::artefact::Artefact;
+use super::{Identified, Problem, Unknown};
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::machine::Machine;
+use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// The quantity that a trend depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,16 +48,9 @@ pub struct Honesty {
 /// Largest number of runs that are compared one by one.
 const RUNS: usize = 20;
 
-/// Checks the residuals of an identification, given its probings, the artefact and the previously known errors.
+/// Checks the residuals of an identification at its probings, given the problem that it solved.
 #[must_use]
-pub fn honesty(
-    machine: &Machine,
-    probings: &Probings,
-    artefact: &Artefact,
-    base: &ErrorModel,
-    identified: &Identified,
-) -> Honesty {
-    let problem = &Problem::new(machine, probings, artefact, &identified.looked_for, base);
+pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identified) -> Honesty {
     let rows = &probings.rows;
     let mut checks = Vec::new();
     let mut check = |along, values: Vec<f64>, is_modelled| {
@@ -75,8 +66,13 @@ pub fn honesty(
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         (high > low).then_some((values, high - low))
     };
+    // Drift that was found together with the parameters has been tested, and so has the rest of it.
+    let is_drift = |unknown: &Unknown| matches!(unknown, Unknown::Drift(None, _));
+    let drifts = problem.unknowns.iter().any(is_drift);
     match all(|row| row.time) {
+        Some(_) if drifts => {}
         Some((times, span)) => check(Along::Time(span), times, false),
+        None if rows.is_empty() => {}
         None => {
             let order = (0..rows.len()).map(|i| i as f64).collect();
             check(Along::Order, order, false);
@@ -121,7 +117,7 @@ pub fn honesty(
     let squares: Vector3<f64> = identified.rows.iter().map(square).sum();
     Honesty {
         balls: by_ball(problem, identified),
-        coordinates: (squares / rows.len() as f64).map(f64::sqrt),
+        coordinates: (squares / rows.len().max(1) as f64).map(f64::sqrt),
         checks,
         repeats: repeats(problem, identified, &keys),
     }

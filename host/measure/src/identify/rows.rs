@@ -1,12 +1,17 @@
-//! The equations: one per coordinate of each probing, per bar, and per known coordinate of the stylus.
+//! The equations: one per coordinate of each probing and each observation, per bar, and per known coordinate of the
+//! stylus or of a set-up.
 
+use super::estimate::{Estimate, Row};
+use super::observed::{Observed, ObservedRow, Period, moved};
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::simulate::{normal, turned};
 use nalgebra::{DVector, Matrix3, Vector3};
 use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
@@ -24,10 +29,14 @@ pub struct Problem<'a> {
     /// Names of the balls, in the order of the file.
     pub(super) balls: Vec<String>,
     pub(super) bars: Vec<Bar>,
+    /// Observations other than probings.
+    pub(super) observed: Observed,
+    /// The time of the probings, if all have one.
+    pub(super) period: Option<Period>,
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
-    pub(super) base: ErrorModel,
+    pub(super) base: Box<ErrorModel>,
     pub(super) spindle: Spindle,
 }
 
@@ -45,6 +54,8 @@ pub(super) struct ProbingRow {
     pub spindle: f64,
     /// Stated standard uncertainty of a coordinate (mm).
     pub sigma: Option<f64>,
+    /// Time (h) from the middle of all probings, or 0 if it is not known.
+    pub time: f64,
 }
 
 /// A known distance.
@@ -65,30 +76,11 @@ struct Stylus {
 /// Weights of the equations.
 #[derive(Clone, Debug)]
 pub(super) struct Weights {
-    /// The inverse standard uncertainty of each probing (1/mm).
+    /// The inverse standard uncertainty of each probing, then of each observation (1/mm).
     pub rows: Vec<f64>,
     /// Lower limit of the uncertainty of bars and stylus (mm), used while the machine is not known yet. Otherwise
     /// they would prevent any step that is not exactly right.
     pub least: f64,
-}
-
-/// Values of all unknowns.
-#[derive(Clone, Debug)]
-pub(super) struct Estimate {
-    pub errors: ErrorModel,
-    pub stylus: Vector3<f64>,
-    pub balls: Vec<Vector3<f64>>,
-}
-
-/// The result for a row of probings: vector from the ball to the tip (mm, workpiece frame).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// With the nominal machine, and balls and stylus fitted to it.
-    pub before: Vector3<f64>,
-    /// With the identified machine.
-    pub after: Vector3<f64>,
-    /// False if it fits so badly that it should be checked.
-    pub is_trusted: bool,
 }
 
 /// Upper limit for the errors of any machine (mm).
@@ -108,6 +100,8 @@ impl<'a> Problem<'a> {
         base: &ErrorModel,
     ) -> Self {
         let index = |name: &String| probings.balls.iter().position(|b| b == name);
+        let times: Option<Vec<f64>> = probings.rows.iter().map(|row| row.time).collect();
+        let period = times.and_then(|times| Period::of(&times));
         let place = |row: usize| {
             let probing = &probings.rows[row];
             ProbingRow {
@@ -122,13 +116,16 @@ impl<'a> Problem<'a> {
                 turned: turned(machine.tool_axis, probing.spindle),
                 spindle: probing.spindle,
                 sigma: probing.sigma,
+                time: Period::hours(period, probing.time),
             }
         };
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
         let parameters = parameters.iter().map(|p| Unknown::Parameter(*p));
-        let setup = (0..3).map(Unknown::Stylus);
+        // Without probings, no row depends on the stylus.
+        let setup = (0..3).filter(|_| !probings.rows.is_empty());
+        let setup = setup.map(Unknown::Stylus);
         let setup = setup.chain(balls.into_iter().flat_map(coordinates));
         let nominal = |name: &String| artefact.balls.iter().find(|b| b.name == *name)?.nominal;
         Self {
@@ -150,12 +147,79 @@ impl<'a> Problem<'a> {
                 sigma: artefact.stylus.uncertainty,
             },
             nominal: probings.balls.iter().map(nominal).collect(),
-            base: base.clone(),
+            base: Box::new(base.clone()),
+            observed: Observed::default(),
+            period,
             spindle: Spindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
             },
         }
+    }
+
+    /// The same with observations of other kinds, and with the drift that these say to look for.
+    #[must_use]
+    pub fn with(mut self, observations: &Observations) -> Self {
+        let observed = Observed::new(self.machine, observations);
+        if observed.has_stylus() && self.places.is_empty() {
+            self.unknowns.extend((0..3).map(Unknown::Stylus));
+        }
+        self.unknowns.extend(&observed.unknowns);
+        let drift = observations.drift.iter();
+        self.unknowns
+            .extend(drift.map(|(of, k)| Unknown::Drift(*of, *k)));
+        self.observed = observed;
+        self
+    }
+
+    /// True if the artefact or a set-up has times at which its rows were measured.
+    pub(super) fn has_times(&self) -> bool {
+        self.period.is_some() || self.observed.periods.iter().any(Option::is_some)
+    }
+
+    /// The same with nothing but probings.
+    pub(super) fn of_probings(&self) -> Self {
+        let mut other = self.clone();
+        other.observed = Observed::default();
+        other.unknowns.retain(|unknown| {
+            !matches!(
+                unknown,
+                Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(..)
+            )
+        });
+        other
+    }
+
+    /// The equations of each probing, then of each observation.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let probed = (0..self.places.len()).map(|i| 3 * i..3 * i + 3);
+        let first = 3 * self.places.len();
+        let observed = self.observed.rows.iter().scan(first, |end, row| {
+            let start = *end;
+            *end += row.kind.dimension();
+            Some(start..*end)
+        });
+        probed.chain(observed)
+    }
+
+    /// Number of equations of probings and observations, which come first.
+    pub(super) fn measured(&self) -> usize {
+        3 * self.places.len() + self.observed.equations()
+    }
+
+    /// Weights for residuals in mm.
+    pub(super) fn unweighted(&self, least: f64) -> Weights {
+        Weights {
+            rows: vec![1.0; self.places.len() + self.observed.rows.len()],
+            least,
+        }
+    }
+
+    /// The command of each probing, then of each observation (mm, rad), and its situation.
+    pub(super) fn commands(&self) -> impl Iterator<Item = (&PerAxis, &Situation)> {
+        let probed = self.places.iter().map(|row| (&row.q, &row.situation));
+        let observed = self.observed.rows.iter();
+        probed.chain(observed.map(|row| (&row.q, &row.situation)))
     }
 
     /// The machine as known, with balls where the stylus was.
@@ -173,21 +237,37 @@ impl<'a> Problem<'a> {
             errors: self.base.clone(),
             stylus: self.stylus.tip,
             balls,
+            settings: self.observed.settings(),
+            tools: self.observed.places(),
+            drift: self.no_drift(),
         }
+    }
+
+    /// The sources whose drift is looked for, without drift.
+    fn no_drift(&self) -> Vec<(Option<usize>, [f64; 6])> {
+        let mut sources: Vec<Option<usize>> = (self.unknowns.iter())
+            .filter_map(|unknown| match unknown {
+                Unknown::Drift(source, _) => Some(*source),
+                _ => None,
+            })
+            .collect();
+        sources.sort_unstable();
+        sources.dedup();
+        sources
+            .into_iter()
+            .map(|source| (source, [0.0; 6]))
+            .collect()
     }
 
     /// Root mean square distance of linear axes from their mean position (mm).
     pub(super) fn lever(&self) -> f64 {
         let linear =
             (0..self.machine.axes.len()).filter(|i| !self.machine.axes[*i].letter.is_rotary());
-        let count = self.places.len() as f64;
+        let at = |i: usize| self.commands().map(move |(q, _)| q[i]);
+        let count = self.commands().count() as f64;
         let variances = linear.map(|i| {
-            let mean = self.places.iter().map(|p| p.q[i]).sum::<f64>() / count;
-            self.places
-                .iter()
-                .map(|p| (p.q[i] - mean).powi(2))
-                .sum::<f64>()
-                / count
+            let mean = at(i).sum::<f64>() / count;
+            at(i).map(|q| (q - mean).powi(2)).sum::<f64>() / count
         });
         // If nothing moves, nothing can be identified either.
         variances.sum::<f64>().sqrt().max(LEAST_LEVER)
@@ -195,7 +275,10 @@ impl<'a> Problem<'a> {
 
     /// Number of equations.
     pub(super) fn equations(&self) -> usize {
-        3 * self.places.len() + self.bars.len() + self.known_coordinates().count()
+        self.measured()
+            + self.bars.len()
+            + self.known_coordinates().count()
+            + self.observed.known.len()
     }
 
     /// Refuses problems that no rows can solve: parameters that the machine does not have, and too few equations.
@@ -218,6 +301,7 @@ impl<'a> Problem<'a> {
                 equations,
                 unknowns,
                 parameters,
+                has_setups: !self.observed.rows.is_empty(),
             });
         }
         Ok(())
@@ -253,36 +337,53 @@ impl<'a> Problem<'a> {
         parallel::map(&self.places, |place| (place.ball, tip(place)))
     }
 
-    /// Vector from ball to tip in each probing (mm, workpiece frame).
+    /// Vector from ball to tip in each probing (mm, workpiece frame), then the reading of each observation less the
+    /// actual one (mm; the components that it lacks are 0).
     pub(super) fn misses(&self, estimate: &Estimate) -> Vec<Vector3<f64>> {
-        let tips = self.tips(&estimate.errors, &estimate.stylus).into_iter();
-        tips.map(|(ball, tip)| tip - estimate.balls[ball]).collect()
+        let mut tips = self.tips(&estimate.errors, &estimate.stylus);
+        if let Some(drift) = estimate.drift_of(None) {
+            for (place, (_, tip)) in self.places.iter().zip(&mut tips) {
+                *tip = moved(*tip, &drift, place.time);
+            }
+        }
+        let probed = tips.into_iter();
+        let probed = probed.map(|(ball, tip)| tip - estimate.balls[ball]);
+        let kinematics = Kinematics::new(self.machine, &estimate.errors);
+        let miss = |row: &ObservedRow| row.miss(self.machine, &kinematics, estimate);
+        let observed = parallel::map(&self.observed.rows, miss);
+        probed.chain(observed).collect()
     }
 
-    /// Residuals of all equations that are not probings, in units of their standard uncertainties.
+    /// Residuals of all equations that are neither probings nor observations, in units of their standard uncertainties.
     fn others(&self, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|i| estimate.balls[i]);
             ((a - b).norm() - bar.length) / bar.sigma.max(weights.least)
         });
         let known = self.known_coordinates();
+        let setups = self.observed.known.iter();
+        let setups = setups.map(|(unknown, value, sigma)| {
+            let (found, _) = self.observed.value(*unknown, estimate);
+            (found - value) / sigma.max(weights.least)
+        });
         bars.chain(
             known.map(|(i, sigma)| {
                 (estimate.stylus[i] - self.stylus.tip[i]) / sigma.max(weights.least)
             }),
         )
+        .chain(setups)
         .collect()
     }
 
-    /// Residuals of all equations in units of their standard uncertainties; for probings these are the inverse of
-    /// `weights`.
+    /// Residuals of all equations in units of their standard uncertainties; for probings and observations these
+    /// are the inverse of `weights`.
     pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
         let misses = self.misses(estimate);
-        let probed = misses.iter().zip(&weights.rows).flat_map(|(miss, w)| {
-            let scaled = miss * *w;
-            [scaled.x, scaled.y, scaled.z]
-        });
-        let all: Vec<f64> = probed.chain(self.others(estimate, weights)).collect();
+        let mut all = Vec::with_capacity(self.equations());
+        for ((block, miss), w) in self.blocks().zip(&misses).zip(&weights.rows) {
+            all.extend((miss * *w).iter().take(block.len()));
+        }
+        all.extend(self.others(estimate, weights));
         DVector::from_vec(all)
     }
 
@@ -413,6 +514,16 @@ impl<'a> Problem<'a> {
                 }
                 Unknown::Stylus(k) => next.stylus[k] += step,
                 Unknown::Ball(ball, k) => next.balls[ball][k] += step,
+                Unknown::Setup(setup, part) => {
+                    next.settings[setup] = next.settings[setup].moved(part, *step);
+                }
+                Unknown::Tool(tool, k) => next.tools[tool][k] += step,
+                Unknown::Drift(source, k) => {
+                    let mut all = next.drift.iter_mut();
+                    if let Some((_, drift)) = all.find(|(of, _)| *of == source) {
+                        drift[k] += step;
+                    }
+                }
             }
         }
         next

@@ -1,17 +1,23 @@
-//! Finds rows, balls, indexed positions and styli that do not fit the others: data snooping as in geodesy (Baarda),
+//! Finds rows, balls, set-ups, indexed positions and styli that do not fit the others: data snooping as in geodesy (Baarda),
 //! one suspect at a time, each with the hypothesis that explains it.
 
 use super::Unknown;
 use super::identified::Identified;
+use super::noise::Source;
 use super::rows::{Problem, Weights};
+use crate::instrument::Kind;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use std::ops::Range;
 use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::machine::PerAxis;
 
 /// A suspected deviation from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Suspect {
-    /// One probing.
+    /// One probing or observation.
     Row,
+    /// A set-up of an instrument that has moved or slipped.
+    Setup(String),
     /// A ball that has moved.
     Ball(String),
     /// A stylus that was bent or changed.
@@ -27,10 +33,13 @@ pub enum Suspect {
 pub struct Suspicion {
     /// The suspect.
     pub suspect: Suspect,
-    /// The rows of the file concerned, by index.
+    /// The probings concerned, by index in their file.
     pub rows: Vec<usize>,
+    /// The observations concerned, by index.
+    pub observations: Vec<usize>,
     /// Displacement (mm): of the tip from the ball in the workpiece frame, or of the stylus in the spindle frame.
-    /// For an indexed position, the angle about its axis (rad) in the first component.
+    /// For an indexed position, the angle about its axis (rad) in the first component; for an observation or a
+    /// set-up, how much too large the reading is (mm; angles over [`LEVER`](crate::instrument::LEVER)).
     pub off: Vector3<f64>,
     /// Standard uncertainty of its length (mm or rad).
     pub uncertainty: f64,
@@ -63,12 +72,12 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
     let mut adjusted = Adjusted::new(problem, identified);
     let groups = groups(problem, &adjusted.stylus);
     let mut found = Vec::new();
-    let most = (problem.places.len() as f64 * MOST).ceil() as usize;
+    let most = (problem.commands().count() as f64 * MOST).ceil() as usize;
     while found.len() < most {
         let Some(best) = adjusted.best(problem, &groups) else {
             break;
         };
-        adjusted.take(&best, &groups);
+        adjusted.take(problem, &best, &groups);
         found.push(best.suspicion(problem, identified));
     }
     found
@@ -77,9 +86,9 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
 /// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
 struct Group {
     suspect: Suspect,
-    /// Places in the order in which they were probed.
+    /// Places in the order in which they were probed, or observations after them in the order of their files.
     places: Vec<usize>,
-    /// The effect in each place: 3 × unknowns, in mm.
+    /// The effect in each place: coordinates × unknowns, in mm.
     effects: Vec<DMatrix<f64>>,
     /// True if every tail of the places is a hypothesis of its own: a change from then on.
     is_from: bool,
@@ -97,10 +106,15 @@ struct Best {
 impl Best {
     fn suspicion(self, problem: &Problem<'_>, identified: &Identified) -> Suspicion {
         let off = Vector3::from_fn(|k, _| self.change.get(k).copied().unwrap_or(0.0));
-        let mut rows: Vec<usize> = self.places.iter().map(|i| problem.places[*i].row).collect();
+        let probed = problem.places.len();
+        let rows = self.places.iter().filter_map(|i| problem.places.get(*i));
+        let mut rows: Vec<usize> = rows.map(|place| place.row).collect();
         rows.sort_unstable();
+        let observations = self.places.iter().filter_map(|i| i.checked_sub(probed));
+        let mut observations: Vec<usize> = observations.collect();
+        observations.sort_unstable();
         let other_ball = match (&self.suspect, &self.places[..]) {
-            (Suspect::Row, [place]) => {
+            (Suspect::Row, [place]) if *place < probed => {
                 let own = problem.places[*place].ball;
                 let tip = identified.balls[own] + off;
                 let mut others = identified.balls.iter().zip(&problem.balls).enumerate();
@@ -113,6 +127,7 @@ impl Best {
         Suspicion {
             suspect: self.suspect,
             rows,
+            observations,
             off,
             uncertainty: self.uncertainty,
             other_ball,
@@ -129,6 +144,8 @@ struct Adjusted {
     freedom: usize,
     /// Inverse standard uncertainty of each place (1/mm).
     weights: Vec<f64>,
+    /// The equations of each place.
+    blocks: Vec<Range<usize>>,
     /// Derivative of the tip by the stylus in each place.
     stylus: Vec<Matrix3<f64>>,
     equations: usize,
@@ -137,16 +154,7 @@ struct Adjusted {
 impl Adjusted {
     /// With all rows weighted as stated, without robust weights.
     fn new(problem: &Problem<'_>, identified: &Identified) -> Self {
-        let is_stated = identified.of_stated.is_some();
-        let rows: Vec<f64> = (problem.places.iter())
-            .map(|place| {
-                place
-                    .sigma
-                    .filter(|_| is_stated)
-                    .unwrap_or(identified.noise)
-                    .recip()
-            })
-            .collect();
+        let rows = stated(problem, identified);
         let weights = Weights {
             rows,
             least: identified.place.weights.least,
@@ -166,8 +174,8 @@ impl Adjusted {
         let residuals = problem.residuals(estimate, &weights);
         let left = &residuals - &basis * basis.tr_mul(&residuals);
         let unit = Weights {
-            rows: vec![1.0; problem.places.len()],
             least: weights.least,
+            ..problem.unweighted(0.0)
         };
         let stylus = problem.derivatives(&[0, 1, 2].map(Unknown::Stylus), estimate, &unit);
         let stylus = (0..problem.places.len()).map(|i| stylus.fixed_view::<3, 3>(3 * i, 0).into());
@@ -177,6 +185,7 @@ impl Adjusted {
             basis,
             left,
             weights: weights.rows,
+            blocks: problem.blocks().collect(),
             stylus: stylus.collect(),
         }
     }
@@ -196,9 +205,10 @@ impl Adjusted {
                 });
             }
         };
-        for place in 0..problem.places.len() {
-            let mut sums = Sums::new(self, 3);
-            sums.add(self, place, &DMatrix::identity(3, 3));
+        for place in 0..self.blocks.len() {
+            let effect = self.of_row(problem, place);
+            let mut sums = Sums::new(self, effect.ncols());
+            sums.add(self, place, &effect);
             offer(&Suspect::Row, &[place], sums.tested(self, false));
         }
         for group in groups {
@@ -218,8 +228,18 @@ impl Adjusted {
         best
     }
 
+    /// The effect of a wrong row on its residual: a displacement of the tip, or a reading that is too large.
+    fn of_row(&self, problem: &Problem<'_>, place: usize) -> DMatrix<f64> {
+        let size = self.blocks[place].len();
+        let effect = DMatrix::identity(size, size);
+        match place < problem.places.len() {
+            true => effect,
+            false => -effect,
+        }
+    }
+
     /// The columns of a hypothesis, in units of standard uncertainties.
-    fn columns(&self, best: &Best, groups: &[Group]) -> DMatrix<f64> {
+    fn columns(&self, problem: &Problem<'_>, best: &Best, groups: &[Group]) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(self.left.len(), best.change.len());
         let group = groups.iter().find(|group| group.suspect == best.suspect);
         for place in &best.places {
@@ -227,15 +247,18 @@ impl Adjusted {
                 let k = group.places.iter().position(|p| p == place)?;
                 Some(group.effects[k].clone())
             });
-            let effect = effect.unwrap_or_else(|| DMatrix::identity(3, 3)) * self.weights[*place];
-            columns.rows_mut(3 * place, 3).copy_from(&effect);
+            let effect = effect.unwrap_or_else(|| self.of_row(problem, *place));
+            let block = self.blocks[*place].clone();
+            columns
+                .rows_range_mut(block)
+                .copy_from(&(effect * self.weights[*place]));
         }
         columns
     }
 
     /// Accepts a hypothesis.
-    fn take(&mut self, best: &Best, groups: &[Group]) {
-        let mut columns = self.columns(best, groups);
+    fn take(&mut self, problem: &Problem<'_>, best: &Best, groups: &[Group]) {
+        let mut columns = self.columns(problem, best, groups);
         columns -= &self.basis * self.basis.tr_mul(&columns);
         // Twice is enough: the first pass leaves rounding.
         columns -= &self.basis * self.basis.tr_mul(&columns);
@@ -276,9 +299,10 @@ impl Sums {
 
     fn add(&mut self, adjusted: &Adjusted, place: usize, effect: &DMatrix<f64>) {
         let effect = effect * adjusted.weights[place];
-        self.in_basis += adjusted.basis.rows(3 * place, 3).tr_mul(&effect);
+        let block = adjusted.blocks[place].clone();
+        self.in_basis += adjusted.basis.rows_range(block.clone()).tr_mul(&effect);
         self.normal += effect.tr_mul(&effect);
-        self.gradient += effect.tr_mul(&adjusted.left.rows(3 * place, 3));
+        self.gradient += effect.tr_mul(&adjusted.left.rows_range(block));
     }
 
     fn tested(&self, adjusted: &Adjusted, is_group: bool) -> Option<Tested> {
@@ -315,10 +339,32 @@ impl Sums {
 }
 
 /// The number of standard deviations of a normal distribution that are as unlikely as this F (Paulson).
-fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
+pub(super) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
     let [one, other] = [count, freedom].map(|n| 2.0 / (9.0 * n as f64));
     let root = f.cbrt();
     ((1.0 - other) * root - (1.0 - one)) / (other * root * root + one).sqrt()
+}
+
+/// The inverse standard uncertainty of each probing and observation (1/mm): as stated, or else from the residuals.
+/// With several sources of noise, what is stated is multiplied by the factor that was found for its source.
+fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
+    let is_alone = identified.components.len() == 1;
+    let weight = |source: Source, sigma: Option<f64>| {
+        let mut components = identified.components.iter();
+        let sigma = components.find(|c| c.source == source).map(|component| {
+            match (sigma, component.of_stated) {
+                (Some(sigma), Some(_)) if is_alone => sigma,
+                (Some(sigma), Some(factor)) => sigma * factor,
+                _ => component.noise,
+            }
+        });
+        sigma.unwrap_or(identified.noise).recip()
+    };
+    let probed = problem.places.iter();
+    let probed = probed.map(|row| weight(Source::Probings, row.sigma));
+    let observed = problem.observed.rows.iter();
+    let observed = observed.map(|row| weight(Source::Observations(row.kind), row.sigma));
+    probed.chain(observed).collect()
 }
 
 /// Hypotheses about more than one row.
@@ -326,6 +372,14 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
     let places = &problem.places;
     let mut probed: Vec<usize> = (0..places.len()).collect();
     probed.sort_by_key(|i| places[*i].row);
+    let observed = &problem.observed;
+    let all: Vec<usize> = probed
+        .iter()
+        .copied()
+        .chain(places.len()..problem.commands().count())
+        .collect();
+    let positions: Vec<&PerAxis> = problem.commands().map(|(q, _)| q).collect();
+    let blocks: Vec<Range<usize>> = problem.blocks().collect();
     let dynamic = |m: &Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
     let mut groups = Vec::new();
     let mut add = |suspect, places: Vec<usize>, effect: &dyn Fn(usize) -> DMatrix<f64>, is_from| {
@@ -350,6 +404,18 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
             true,
         );
     }
+    for (setup, (name, kind, _)) in observed.setups.iter().enumerate() {
+        let rows = (observed.rows.iter().enumerate())
+            .filter(|(_, row)| row.setup == setup)
+            .map(|(i, _)| places.len() + i);
+        let size = kind.dimension();
+        add(
+            Suspect::Setup(name.clone()),
+            rows.collect(),
+            &|_| -DMatrix::identity(size, size),
+            true,
+        );
+    }
     // The displacement that is missing at the tip.
     let at_stylus = |i: usize| -dynamic(&stylus[i]);
     add(Suspect::Stylus, probed.clone(), &at_stylus, true);
@@ -363,17 +429,14 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
             axis: axis.letter.char(),
             kind: ParameterKind::Degree(0),
         });
-        let unit = Weights {
-            rows: vec![1.0; places.len()],
-            least: 1.0,
-        };
-        let turn = problem.derivatives(&[own], &problem.start(), &unit);
-        let turn = |i: usize| -turn.rows(3 * i, 3).into_owned();
-        let position = |place: usize| digits(axis.to_command(places[place].q[i]));
-        for value in values(probed.iter().map(|p| position(*p))) {
-            let rows = of(&|place| (position(place) - value).abs() < SAME);
+        let turn = problem.derivatives(&[own], &problem.start(), &problem.unweighted(1.0));
+        let turn = |i: usize| -turn.rows_range(blocks[i].clone()).into_owned();
+        let position = |place: usize| digits(axis.to_command(positions[place][i]));
+        for value in values(all.iter().map(|p| position(*p))) {
+            let is_in = |place: &usize| (position(*place) - value).abs() < SAME;
+            let rows: Vec<usize> = all.iter().copied().filter(is_in).collect();
             // Nothing is known about an axis that does not move.
-            if rows.len() < probed.len() {
+            if rows.len() < all.len() {
                 add(
                     Suspect::Index(axis.letter.char(), value),
                     rows,
@@ -432,7 +495,13 @@ impl Suspicion {
         );
         let [x, y, z]: [f64; 3] = (self.off * factor).into();
         let off = format!("x {x:.1}, y {y:.1}, z {z:.1}");
+        if let (Suspect::Row | Suspect::Setup(_), Some(number)) =
+            (&self.suspect, self.observations.first())
+        {
+            return self.of_observation(problem, *number);
+        }
         match &self.suspect {
+            Suspect::Setup(name) => format!("the set-up {name} has moved"),
             Suspect::Row => match &self.other_ball {
                 Some(ball) => format!(
                     "line {first} looks like a probing of ball {ball}: it is {:.1} mm from where the other rows put its ball; correct the name, or leave it out with --without \"line {first}\"",
@@ -457,6 +526,37 @@ impl Suspicion {
             Suspect::Spindle(angle) => format!(
                 "at a spindle angle of {angle}° the stylus is {by} ({off}, in the spindle) from where it should be: look whether the spindle was oriented, or leave these {} rows out with --without \"S = {angle}\"",
                 self.rows.len()
+            ),
+        }
+    }
+
+    /// A sentence about an observation, or about a set-up from this observation on.
+    fn of_observation(&self, problem: &Problem<'_>, number: usize) -> String {
+        let observed = &problem.observed;
+        let row = &observed.rows[number];
+        let (file, line) = (&observed.files[row.file], row.line);
+        // A scalar has a sign.
+        let off = match row.kind.dimension() {
+            1 => self.off.x,
+            _ => self.off.norm(),
+        };
+        let (unit, factor) = match row.kind {
+            Kind::Angle => ("µrad", 1e3),
+            _ if off.abs() < 1.0 => ("µm", 1e3),
+            _ => ("mm", 1.0),
+        };
+        let by = format!(
+            "{:.1} ± {:.1} {unit} (k = 2)",
+            off * factor,
+            2.0 * self.uncertainty * factor
+        );
+        match &self.suspect {
+            Suspect::Setup(name) => format!(
+                "{file} line {line}: from here on, {name} reads {by} too much: look whether it has moved or slipped, and give it another name in the column setup from this line on"
+            ),
+            _ => format!(
+                "{file} line {line}: this {} is {by} from what the other rows say; look at the reading, leave it out with --without \"{file} line {line}\", or use --robust",
+                row.kind.name()
             ),
         }
     }

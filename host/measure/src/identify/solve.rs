@@ -94,7 +94,6 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     if has_parameters && !kept.iter().any(is_parameter) {
         return Err(IdentifyError::NothingSeen);
     }
-    let freedom = problem.equations() - kept.len();
     let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
         let rows = misses.iter().zip(&noise.trust);
         root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
@@ -102,6 +101,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     let mut left = at_start;
     let mut arrived = false;
     let mut misses = before.clone();
+    let mut shares = Vec::new();
     for round in 0..ROUNDS {
         let weights = noise.weights(STIFF * left);
         let jacobian = problem.jacobian(&estimate, &weights);
@@ -109,7 +109,11 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
         let last = std::mem::replace(&mut misses, problem.misses(&estimate));
-        let settled = noise.learn(&misses, freedom, options.robust, round);
+        if round == 0 || options.robust || noise.needs_shares() {
+            let found = noise.shares(problem, &jacobian, &factor);
+            shares = found.ok_or_else(|| not_converged(&misses))?;
+        }
+        let settled = noise.learn(&misses, &shares, options.robust, round);
         left = trusted(&misses, &noise);
         if !arrived || !settled || round == 0 {
             continue;
@@ -139,6 +143,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
         let end = End {
             before,
             misses,
+            shares,
             noise,
             given_up,
         };
@@ -163,6 +168,8 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
 struct End {
     before: Vec<Vector3<f64>>,
     misses: Vec<Vector3<f64>>,
+    /// Degrees of freedom of each source of noise.
+    shares: Vec<f64>,
     noise: Noise,
     given_up: Vec<GivenUp>,
 }
@@ -177,6 +184,7 @@ fn identified(
     let End {
         before,
         misses,
+        shares,
         noise,
         given_up,
     } = end;
@@ -210,6 +218,13 @@ fn identified(
     }
     let known = before_that.joined(&seen, &of_rows, &pull);
     let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
+    let components = noise.components(&misses, &shares);
+    let trusted = noise.trusted(&misses, &shares);
+    let variances = factor.variances().unwrap_or_default();
+    let variance = |unknown: Unknown| {
+        let i = kept.iter().position(|i| problem.unknowns[*i] == unknown)?;
+        variances.get(i).copied()
+    };
     let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
     let looked_for = problem.unknowns.iter().filter_map(|unknown| match unknown {
         Unknown::Parameter(parameter) => Some(*parameter),
@@ -226,13 +241,17 @@ fn identified(
             .collect(),
         covariance: covariance.into_owned(),
         unseen: given_up.into_iter().map(|g| g.unseen).collect(),
-        noise: noise.left(&misses, freedom),
-        of_stated: noise.is_stated.then(|| noise.factor(&misses, freedom)),
+        noise: components[0].noise,
+        of_stated: components[0].of_stated,
         freedom,
         condition: factor.condition(),
         bars: bars::checked(problem, (estimate, weights, factor), jacobian),
-        rows: problem.rows(&before, &misses, &noise.trusted(&misses, freedom)),
-        errors: place.estimate.errors.clone(),
+        rows: problem.rows(&before, &misses, &trusted),
+        observed: problem.observed.found(&before, &misses, &trusted),
+        setups: problem.observed.set_up(estimate, &variance),
+        drift: problem.observed.drifts(problem.period, estimate, &variance),
+        components,
+        errors: (*place.estimate.errors).clone(),
         balls: place.estimate.balls.clone(),
         stylus: place.estimate.stylus,
         known,

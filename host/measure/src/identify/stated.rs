@@ -46,11 +46,14 @@ pub fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<Stated> {
             stated: *stated,
         })
         .collect();
-    all.push(Stated {
-        what: "stylus".to_owned(),
-        found: identified.stylus,
-        stated: Some(problem.stated_stylus()),
-    });
+    // Without probings, the stylus is not found.
+    if !problem.places.is_empty() {
+        all.push(Stated {
+            what: "stylus".to_owned(),
+            found: identified.stylus,
+            stated: Some(problem.stated_stylus()),
+        });
+    }
     all
 }
 

@@ -2,8 +2,9 @@
 
 use super::IdentifyError;
 use super::descent::setup_alone;
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem, Weights};
+use super::rows::{Problem, Weights};
 use super::unidentifiable::{GivenUp, seen};
 use crate::simulate::on_ball;
 use trueaxis_model::errors::ErrorModel;
@@ -65,9 +66,9 @@ impl Structure {
 impl<'a> Ideal<'a> {
     pub fn new(problem: &Problem<'a>) -> Result<Self, IdentifyError> {
         let mut ideal = problem.clone();
-        ideal.base = ErrorModel::perfect(problem.machine);
+        ideal.base = Box::new(ErrorModel::perfect(problem.machine));
         let weights = |least| Weights {
-            rows: vec![PROBED.recip(); problem.places.len()],
+            rows: vec![PROBED.recip(); problem.commands().count()],
             least,
         };
         let estimate = setup_alone(&ideal, &weights(f64::INFINITY))?;

@@ -47,6 +47,7 @@ pub(super) fn trend(
     let place = &identified.place;
     let residuals = problem.residuals(&place.estimate, &place.weights);
     let jacobian = problem.jacobian(&place.estimate, &place.weights);
+    // Only probings: an instrument that has moved is a drift of its set-up.
     let mut columns = DMatrix::zeros(residuals.len(), 3);
     for (i, (part, weight)) in parts.iter().zip(&place.weights.rows).enumerate() {
         for k in 0..3 {

@@ -191,6 +191,10 @@ impl Unseen {
         let name = self.unknown.to_string();
         let is_backlash =
             matches!(self.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
+        let setup = self.with.iter().map(|(u, _)| u);
+        let setup = setup.filter(|u| matches!(u, Unknown::Setup(..) | Unknown::Tool(..)));
+        let mut setup: Vec<String> = setup.map(Unknown::to_string).collect();
+        setup.dedup();
         let parameters: Vec<String> = (self.with.iter())
             .filter(|(u, _)| matches!(u, Unknown::Parameter(_)))
             .map(|(u, _)| u.to_string())
@@ -223,6 +227,12 @@ impl Unseen {
                 "{name} cannot be distinguished from {}: {}",
                 [stylus, parameters].concat().join(", "),
                 self.stylus_remedy()
+            );
+        }
+        if !setup.is_empty() {
+            return format!(
+                "{name} cannot be distinguished from {}: state what is known about the set-up, or observe at more positions",
+                [setup, parameters].concat().join(", ")
             );
         }
         if parameters.is_empty() {

@@ -1,6 +1,7 @@
 //! Detects positions in metres or inches by known lengths.
 
-use super::rows::{Estimate, Problem};
+use super::estimate::Estimate;
+use super::rows::Problem;
 use super::{IdentifyError, bars};
 
 /// Size of each unit in mm.

@@ -1,5 +1,6 @@
 //! The unknowns of an identification.
 
+use crate::instrument::Part;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
@@ -12,6 +13,13 @@ pub enum Unknown {
     Stylus(usize),
     /// A coordinate of a ball in the workpiece frame (mm).
     Ball(usize, usize),
+    /// Part of the set-up of an instrument (mm or rad).
+    Setup(usize, Part),
+    /// A coordinate of another point of the tool that instruments observe, in the spindle frame (mm).
+    Tool(usize, usize),
+    /// Drift of the artefact, or of the set-up of an instrument: along (0, 1, 2) or about (3, 4, 5) an axis of the
+    /// workpiece frame (mm/h or rad/h).
+    Drift(Option<usize>, usize),
 }
 
 impl Unknown {
@@ -19,7 +27,8 @@ impl Unknown {
     /// X first, so that the others are relative to it.
     pub(super) fn dispensable(self) -> (u8, u8, u8) {
         match self {
-            Self::Ball(..) => (0, 0, 0),
+            Self::Ball(..) | Self::Setup(..) | Self::Tool(..) => (0, 0, 0),
+            Self::Drift(..) => (3, 0, 0),
             Self::Stylus(_) => (1, 0, 0),
             Self::Parameter(parameter) => {
                 let degree = match parameter.kind {
@@ -45,6 +54,10 @@ impl fmt::Display for Unknown {
             Self::Parameter(parameter) => parameter.fmt(f),
             Self::Stylus(i) => write!(f, "the stylus' {}", coordinate(i)),
             Self::Ball(_, i) => write!(f, "the balls' {}", coordinate(i)),
+            Self::Setup(_, part) => write!(f, "the set-ups' {part}"),
+            Self::Tool(_, i) => write!(f, "the tool points' {}", coordinate(i)),
+            Self::Drift(_, i) if *i < 3 => write!(f, "drift along {}", coordinate(i)),
+            Self::Drift(_, i) => write!(f, "drift about {}", coordinate(&(i - 3))),
         }
     }
 }

@@ -39,7 +39,7 @@ pub fn would_show(
     let is_unseen = |u: &Unknown| identified.unseen.iter().any(|unseen| unseen.unknown == *u);
     let is_parameter = |u: &Unknown| matches!(u, Unknown::Parameter(_));
     let mut unseen = identified.unseen.iter().map(|u| u.unknown);
-    if !unseen.any(|u| is_parameter(&u)) {
+    if !unseen.any(|u| is_parameter(&u)) || probings.rows.is_empty() {
         return Vec::new();
     }
     let ball = |(name, place): (&String, &Vector3<f64>)| Ball {

@@ -5,9 +5,11 @@ use super::super::unidentifiable::added;
 use super::Found;
 use super::compensability::Gone;
 use super::listed::Listed;
+use super::observed::Observed;
 use super::screen::correlated;
 use nalgebra::Vector3;
 use serde::Serialize;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{Along, BarCheck, Checked, Estimated, Form, Level, Unseen};
 use trueaxis_model::machine::Machine;
@@ -26,6 +28,9 @@ pub struct Answer<'a> {
     correlations: Vec<(String, String, f64)>,
     covariance: Vec<Vec<f64>>,
     bars: Vec<Bar<'a>>,
+    /// Readings of instruments, and drift.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    observed: Option<Observed<'a>>,
     /// Comparison with the errors before a compensation (`--before`).
     compensated: Option<Gone>,
     unseen: Vec<NotSeen>,
@@ -178,7 +183,7 @@ impl<'a> Answer<'a> {
         Self {
             machine: &machine.name,
             probings: measured.rows.len(),
-            probed: probed(machine, measured),
+            probed: probed(machine, measured, found.observations),
             balls: (honesty.balls.iter().zip(&identified.balls))
                 .map(|(ball, place)| Ball {
                     name: &ball.name,
@@ -198,6 +203,7 @@ impl<'a> Answer<'a> {
                 .map(|row| row.iter().copied().collect())
                 .collect(),
             bars: identified.bars.iter().map(Bar::new).collect(),
+            observed: Observed::new(found),
             compensated: compared.as_ref().map(Gone::new),
             unseen: (identified.unseen.iter())
                 .map(|unseen| NotSeen::new(unseen, found))
@@ -254,10 +260,11 @@ impl<'a> Answer<'a> {
 }
 
 /// The range that each axis covered.
-fn probed(machine: &Machine, measured: &Probings) -> Vec<Probed> {
+fn probed(machine: &Machine, measured: &Probings, observations: &Observations) -> Vec<Probed> {
     let axes = machine.axes.iter().enumerate();
     axes.map(|(i, axis)| {
         let at = measured.rows.iter().map(|row| row.position[i]);
+        let at = at.chain(observations.rows.iter().map(|row| row.position[i]));
         Probed {
             axis: axis.letter.char(),
             range: at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {

@@ -5,6 +5,7 @@ use super::super::unidentifiable;
 use super::Found;
 use super::compensability::compensability;
 use super::listed::published;
+use super::observed;
 use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
 
 /// Largest number of rows listed.
@@ -38,18 +39,23 @@ pub fn screen(found: &Found<'_>) -> String {
         ..
     } = found;
     let mut text = format!(
-        "{}: {} parameters from {} probings of {}\n\n",
+        "{}: {} parameters from {}\n\n",
         machine.name,
         identified.parameters.len(),
-        measured.rows.len(),
-        count(measured.balls.len(), "ball")
+        observed::counts(found)
     );
     parameters(&mut text, identified);
     compensability(&mut text, found.compared.as_ref());
-    left(&mut text, identified);
-    places(&mut text, found);
-    by_ball(&mut text, found);
-    checks(&mut text, found);
+    if !measured.rows.is_empty() {
+        left(&mut text, identified);
+    }
+    observed::noise(&mut text, found);
+    if !measured.rows.is_empty() {
+        places(&mut text, found);
+        by_ball(&mut text, found);
+        checks(&mut text, found);
+    }
+    observed::setups(&mut text, found);
     bars(&mut text, identified);
     correlations(&mut text, identified);
     unidentifiable::lines(

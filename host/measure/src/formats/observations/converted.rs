@@ -1,0 +1,213 @@
+//! Files of runs and of ball-bar circles as observations.
+
+use super::{Known, Observation, Observations, Setup, ToolPoint};
+use crate::direct::{Line, Measured};
+use crate::formats::radii::{Radii, Readings};
+use crate::formats::runs;
+use crate::instrument::{Given, Kind};
+use nalgebra::{Matrix3, Vector3};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::Bench;
+use trueaxis_model::formats::csv;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::source::FileError;
+
+/// How exactly the direction of a straightedge is known whose slope belongs to the machine (rad): beyond any reading.
+const ALIGNED: f64 = 1e-9;
+
+/// The first column after the lines that begin with `#`, and the line of that header among those that are not empty.
+pub fn first_column(text: &str) -> (&str, usize) {
+    let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let lines = lines.filter(|line| !line.is_empty());
+    let header = lines.enumerate().find(|(_, line)| !line.starts_with('#'));
+    header.map_or(("", 0), |(number, line)| {
+        let name = line.split(',').next().unwrap_or("");
+        (name.trim().trim_matches('"'), number)
+    })
+}
+
+/// One set-up without readings.
+fn setup(file: &str, kind: Kind, given: Given, tool: ToolPoint) -> Observations {
+    Observations {
+        files: vec![file.to_owned()],
+        setups: vec![Setup {
+            name: file.to_owned(),
+            kind,
+            given,
+            tool: 0,
+        }],
+        tools: vec![tool],
+        ..Observations::default()
+    }
+}
+
+/// Runs of a laser, straightedge, level, calibrator or square: one set-up with the name of the file. A straightedge
+/// whose slope is kept is aligned with the machine's axes. The error of a square is subtracted.
+///
+/// # Errors
+/// As for [`runs::read`], and if the linear axes cannot follow a ball.
+pub fn of_runs(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    let (lines, over) = match runs::read(text, machine)? {
+        Measured::Line(line) => (vec![line], 0.0),
+        Measured::Square(square) => (square.lines.to_vec(), square.over),
+    };
+    let perfect = ErrorModel::perfect(machine);
+    let bench = Bench::new(machine, &perfect, Default::default());
+    let first = &lines[0].setup;
+    let kind = match first.is_angular() {
+        true => Kind::Angle,
+        false => Kind::Displacement,
+    };
+    let given = Given {
+        turn: first.keeps_slope.then(Matrix3::identity),
+        turn_sigma: first.keeps_slope.then_some(ALIGNED),
+        ..Given::default()
+    };
+    let tool = ToolPoint {
+        name: file.to_owned(),
+        place: Some(Vector3::from(machine.tip) + first.point(&bench)),
+        known: Known::Exactly,
+    };
+    let mut all = setup(file, kind, given, tool);
+    let header = first_column(text).1;
+    for (number, line) in lines.iter().enumerate() {
+        // In the direction of the second leg, the square's own error is a slope.
+        let slope = if number == 1 { over } else { 0.0 };
+        let above = header + number * lines[0].targets.len();
+        take(&bench, line, kind, slope, above, text, &mut all)?;
+    }
+    Ok(all)
+}
+
+/// Adds the readings of a line, run after run; `above` is the number of lines of text above its first target.
+fn take(
+    bench: &Bench<'_>,
+    line: &Line,
+    kind: Kind,
+    slope: f64,
+    above: usize,
+    text: &str,
+    all: &mut Observations,
+) -> Result<(), FileError> {
+    let machine = bench.machine;
+    let positions = line.positions(machine);
+    let unit = match kind {
+        Kind::Angle => crate::instrument::LEVER,
+        _ => 1.0,
+    };
+    for column in &line.columns {
+        for (k, (q, reading)) in positions.iter().zip(&column.readings).enumerate() {
+            let state = line.setup.state(bench, *q, column.direction);
+            let state = state.ok_or_else(|| {
+                FileError::whole(
+                    "the linear axes cannot follow a ball",
+                    "leave the file out, or give a machine with three linear axes",
+                )
+            })?;
+            let value = unit * (reading - slope * (q - positions[0]));
+            all.rows.push(Observation {
+                reads: Some((line.setup.sense, 1.0)),
+                ..row(
+                    machine.to_command(&state.q),
+                    state.sign,
+                    value,
+                    csv::line_of(text, above + 1 + k).unwrap_or(0),
+                )
+            });
+        }
+    }
+    Ok(())
+}
+
+fn row(position: PerAxis, direction: PerAxis, value: f64, line: usize) -> Observation {
+    Observation {
+        setup: 0,
+        position,
+        direction,
+        spindle: 0.0,
+        reads: None,
+        value: Vector3::new(value, 0.0, 0.0),
+        sigma: None,
+        time: None,
+        temperature: None,
+        file: 0,
+        line,
+    }
+}
+
+/// Circles of a ball-bar: lengths with one set-up that has the name of the file.
+///
+/// # Errors
+/// [`FileError`]: a test on a sphere, whose file has no axis positions; a circle whose file does not say its plane or
+/// where all axes stood.
+pub fn of_circle(
+    text: &str,
+    file: &str,
+    radii: &Radii,
+    machine: &Machine,
+) -> Result<Observations, FileError> {
+    let Readings::Circle(turns) = &radii.readings else {
+        return Err(FileError::whole(
+            "a test on a sphere does not say where the axes stood",
+            "write its readings as lengths: kind,setup,X,Y,Z …,length_mm",
+        ));
+    };
+    let linear = |letter: char| {
+        let index = machine.index(letter)?;
+        (!machine.axes[index].letter.is_rotary()).then_some(index)
+    };
+    let letters = radii.plane.iter().flat_map(|plane| plane.chars());
+    let axes: Option<Vec<usize>> = letters.map(linear).collect();
+    let (Some([a, b]), Some(centre)) = (
+        axes.and_then(|axes| <[usize; 2]>::try_from(axes).ok()),
+        centre(radii, machine),
+    ) else {
+        let example: Vec<String> = (machine.axes.iter())
+            .map(|axis| format!("{} = 0.0", axis.letter))
+            .collect();
+        return Err(FileError::whole(
+            "the file does not say in which plane the circle was, or where the axes stood at its centre",
+            format!(
+                "add # plane = \"XY\" and # at = {{ {} }}",
+                example.join(", ")
+            ),
+        ));
+    };
+    let tool = ToolPoint {
+        name: file.to_owned(),
+        place: None,
+        known: Known::Unknown,
+    };
+    let mut all = setup(file, Kind::Length, Given::default(), tool);
+    let header = first_column(text).1;
+    for (turn, way) in [(&turns.counter_clockwise, 1.0), (&turns.clockwise, -1.0)] {
+        for (k, (angle, deviation)) in turn.iter().enumerate() {
+            let (sine, cosine) = angle.sin_cos();
+            let mut position = centre;
+            position[a] += radii.radius * cosine;
+            position[b] += radii.radius * sine;
+            let mut direction = PerAxis::default();
+            // Where an axis reverses, it is not known from where it came.
+            let sign = |v: f64| if v.abs() < 1e-9 { 0.0 } else { v.signum() };
+            direction[a] = sign(-way * sine);
+            direction[b] = sign(way * cosine);
+            let line = csv::line_of(text, header + 1 + k).unwrap_or(0);
+            all.rows
+                .push(row(position, direction, radii.radius + deviation, line));
+        }
+    }
+    Ok(all)
+}
+
+/// Positions of all axes at the centre (mm, deg).
+fn centre(radii: &Radii, machine: &Machine) -> Option<PerAxis> {
+    let mut centre = PerAxis::default();
+    for (at, axis) in centre.iter_mut().zip(&machine.axes) {
+        let (_, value) = radii
+            .at
+            .iter()
+            .find(|(name, _)| *name == axis.letter.to_string())?;
+        *at = *value;
+    }
+    Some(centre)
+}

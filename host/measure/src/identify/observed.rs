@@ -1,0 +1,460 @@
+//! Observations other than probings as equations, and their set-ups as unknowns.
+
+use super::Unknown;
+use super::estimate::{Estimate, Row};
+use super::setup::{FoundDrift, FoundPart, FoundSetup};
+use crate::formats::observations::{Known, Observations, STYLUS};
+use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
+use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
+use std::collections::BTreeSet;
+use trueaxis_model::errors::{ErrorModel, Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// All observations.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Observed {
+    pub rows: Vec<ObservedRow>,
+    /// Name, kind, and first set-up.
+    pub setups: Vec<(String, Kind, Setting)>,
+    /// Name and first place (mm, spindle frame) of the points of the tool.
+    pub tools: Vec<(String, Vector3<f64>)>,
+    /// The time of the rows of each set-up, if all have one.
+    pub periods: Vec<Option<Period>>,
+    /// Files that the observations come from.
+    pub files: Vec<String>,
+    /// Set-ups and tool points that are to be found.
+    pub unknowns: Vec<Unknown>,
+    /// Unknowns whose value is known beforehand, and the standard uncertainty of it (mm; rotations over [`LEVER`]).
+    pub known: Vec<(Unknown, f64, f64)>,
+}
+
+/// An observation.
+#[derive(Clone, Debug)]
+pub(super) struct ObservedRow {
+    pub setup: usize,
+    pub kind: Kind,
+    /// The point of the tool; `None` for the stylus.
+    pub tool: Option<usize>,
+    pub q: PerAxis,
+    pub situation: Situation,
+    /// Rotation of the tool by the spindle.
+    pub turned: Matrix3<f64>,
+    pub commanded: Commanded,
+    /// The reading (mm).
+    pub read: Vector3<f64>,
+    /// Stated standard uncertainty (mm).
+    pub sigma: Option<f64>,
+    /// Time (h) from the middle of its set-up's rows, or 0 if it is not known.
+    pub time: f64,
+    pub file: usize,
+    pub line: usize,
+}
+
+/// Set-up unknowns with a smaller effect on the observations (root mean square, mm per mm or per mrad) are left as
+/// they are: misplacing a centre by 1 mm would move a reading by less than 0.1 µm.
+const LEAST: f64 = 1e-4;
+/// Effects that differ by less than this factor are equal: rounding must not decide.
+const AS_LARGE: f64 = 1.0 + 1e-6;
+
+impl Observed {
+    pub fn new(machine: &Machine, all: &Observations) -> Self {
+        let commanded = all.commanded(machine);
+        let tools: Vec<(String, Vector3<f64>)> = (all.tools.iter().enumerate())
+            .map(|(number, tool)| (tool.name.clone(), all.tip(machine, number)))
+            .collect();
+        let of_setup = |number: usize| {
+            let own = all.rows.iter().filter(move |row| row.setup == number);
+            let times: Option<Vec<f64>> = own.map(|row| row.time).collect();
+            times.and_then(|times| Period::of(&times))
+        };
+        let periods: Vec<Option<Period>> = (0..all.setups.len()).map(of_setup).collect();
+        let rows: Vec<ObservedRow> = (all.rows.iter().zip(commanded))
+            .map(|(row, commanded)| {
+                let setup = &all.setups[row.setup];
+                ObservedRow {
+                    setup: row.setup,
+                    kind: setup.kind,
+                    tool: (tools[setup.tool].0 != STYLUS).then_some(setup.tool),
+                    q: machine.to_kinematic(&row.position),
+                    situation: Situation {
+                        sign: row.direction,
+                        ..Situation::default()
+                    },
+                    turned: turned(machine.tool_axis, row.spindle),
+                    commanded,
+                    read: row.value,
+                    sigma: row.sigma,
+                    time: Period::hours(periods[row.setup], row.time),
+                    file: row.file,
+                    line: row.line,
+                }
+            })
+            .collect();
+        let setups = all.setups.iter().enumerate();
+        let setups = setups.map(|(number, setup)| {
+            let own = rows.iter().filter(|row| row.setup == number);
+            let samples: Vec<Sample> = own
+                .map(|row| Sample {
+                    commanded: row.commanded,
+                    read: row.read,
+                })
+                .collect();
+            let setting = setup.kind.start(&setup.given, &samples);
+            (setup.name.clone(), setup.kind, setting)
+        });
+        let mut known = Vec::new();
+        let mut candidates = Vec::new();
+        for (number, setup) in all.setups.iter().enumerate() {
+            // Without observations (left out, or in a file without rows) there is nothing to find.
+            if !rows.iter().any(|row| row.setup == number) {
+                continue;
+            }
+            for part in setup.kind.instrument().parts() {
+                let unknown = Unknown::Setup(number, *part);
+                match (part, setup.given.sigma(*part)) {
+                    (_, None) => candidates.push(unknown),
+                    (Part::Length, Some(sigma)) => {
+                        known.push((unknown, setup.given.length.unwrap_or(0.0), sigma));
+                    }
+                    // A rotation is one from the orientation as stated, and counts over a lever.
+                    (_, Some(sigma)) => known.push((unknown, 0.0, sigma * LEVER)),
+                }
+            }
+        }
+        for (number, tool) in all.tools.iter().enumerate() {
+            if !rows.iter().any(|row| row.tool == Some(number)) {
+                continue;
+            }
+            for k in 0..3 {
+                let unknown = Unknown::Tool(number, k);
+                match tool.known {
+                    Known::Unknown => candidates.push(unknown),
+                    Known::Within(sigma) => known.push((unknown, tools[number].1[k], sigma)),
+                    Known::Exactly => {}
+                }
+            }
+        }
+        let mut observed = Self {
+            setups: setups.collect(),
+            rows,
+            tools,
+            periods,
+            files: all.files.clone(),
+            unknowns: Vec::new(),
+            known,
+        };
+        observed.unknowns = observed.independent(machine, &candidates);
+        observed
+            .unknowns
+            .extend(observed.known.iter().map(|(unknown, ..)| *unknown));
+        observed
+    }
+
+    /// Those of the candidates whose effect on the observations differs from that of the others, on the nominal
+    /// machine: again and again the one whose effect is largest, apart from what the chosen ones can do, and the first
+    /// of several equal ones.
+    fn independent(&self, machine: &Machine, candidates: &[Unknown]) -> Vec<Unknown> {
+        let perfect = ErrorModel::perfect(machine);
+        let kinematics = Kinematics::new(machine, &perfect);
+        let estimate = Estimate {
+            errors: Box::new(perfect.clone()),
+            stylus: Vector3::zeros(),
+            balls: Vec::new(),
+            settings: self.settings(),
+            tools: self.places(),
+            drift: Vec::new(),
+        };
+        let nominal = |row: &ObservedRow| {
+            let tip = row.turned
+                * row
+                    .tool
+                    .map_or(Vector3::from(machine.tip), |t| self.tools[t].1);
+            let pose = kinematics.nominal(&row.q, None);
+            (row.commanded.seen(machine, &pose, &tip), pose.r)
+        };
+        let seen: Vec<_> = self.rows.iter().map(nominal).collect();
+        let column = |unknown: &Unknown| {
+            let mut column = DVector::zeros(3 * self.rows.len());
+            for (i, (row, (seen, by_tool))) in self.rows.iter().zip(&seen).enumerate() {
+                let effect = row.by_unknown(*unknown, &estimate, seen, by_tool);
+                column.fixed_rows_mut::<3>(3 * i).copy_from(&effect);
+            }
+            let scale = match unknown {
+                Unknown::Setup(_, Part::Turn(_)) => LEVER,
+                _ => 1.0,
+            };
+            column / scale
+        };
+        let least = LEAST * (self.rows.len() as f64).sqrt();
+        let mut left: Vec<(Unknown, DVector<f64>, f64)> = (candidates.iter())
+            .map(|unknown| {
+                let column = column(unknown);
+                let whole = column.norm();
+                (*unknown, column, least.max(LEAST * whole))
+            })
+            .collect();
+        let mut chosen = Vec::new();
+        loop {
+            left.retain(|(_, column, least)| column.norm() > *least);
+            let best = (left.iter().enumerate()).fold(None, |best, (i, (_, column, _))| {
+                let size = column.norm();
+                match best {
+                    Some((_, most)) if size <= most * AS_LARGE => best,
+                    _ => Some((i, size)),
+                }
+            });
+            let Some((best, size)) = best else {
+                break;
+            };
+            let (unknown, column, _) = left.remove(best);
+            chosen.push(unknown);
+            let unit = column / size;
+            for (_, column, _) in &mut left {
+                column.axpy(-unit.dot(column), &unit, 1.0);
+            }
+        }
+        // In the order of the candidates.
+        candidates
+            .iter()
+            .copied()
+            .filter(|u| chosen.contains(u))
+            .collect()
+    }
+
+    /// The value (mm; a rotation over [`LEVER`]) of one of [`Self::known`], and its derivative by the unknown.
+    pub fn value(&self, unknown: Unknown, estimate: &Estimate) -> (f64, f64) {
+        match unknown {
+            Unknown::Tool(tool, k) => (estimate.tools[tool][k], 1.0),
+            Unknown::Setup(setup, Part::Turn(k)) => {
+                let first = &self.setups[setup].2.turn;
+                let turn = estimate.settings[setup].turn * first.transpose();
+                let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+                (turn[k] * LEVER, LEVER)
+            }
+            Unknown::Setup(setup, _) => (estimate.settings[setup].length, 1.0),
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// First set-ups.
+    pub fn settings(&self) -> Vec<Setting> {
+        self.setups.iter().map(|(_, _, setting)| *setting).collect()
+    }
+
+    /// First places of tool points.
+    pub fn places(&self) -> Vec<Vector3<f64>> {
+        self.tools.iter().map(|(_, place)| *place).collect()
+    }
+
+    /// The residuals, in the order of the files: `before`, `after` and `trusted` are those of probings, then these.
+    pub fn found(
+        &self,
+        before: &[Vector3<f64>],
+        after: &[Vector3<f64>],
+        trusted: &[bool],
+    ) -> Vec<Row> {
+        let first = after.len() - self.rows.len();
+        let row = |i: usize| Row {
+            before: before[i],
+            after: after[i],
+            is_trusted: trusted[i],
+        };
+        (first..after.len()).map(row).collect()
+    }
+
+    /// The set-ups as found; `variance` is that of an unknown, if it was determined.
+    pub fn set_up(
+        &self,
+        estimate: &Estimate,
+        variance: &dyn Fn(Unknown) -> Option<f64>,
+    ) -> Vec<FoundSetup> {
+        let of = |(number, (name, kind, first)): (usize, &(String, Kind, Setting))| {
+            let own = self.rows.iter().filter(|row| row.setup == number);
+            let tools: BTreeSet<usize> = own.filter_map(|row| row.tool).collect();
+            let found = &estimate.settings[number];
+            let parts = kind.instrument().parts().iter().map(|part| {
+                let value = match *part {
+                    Part::Place(k) => found.place[k],
+                    Part::Turn(k) => {
+                        Rotation3::from_matrix_unchecked(found.turn * first.turn.transpose())
+                            .scaled_axis()[k]
+                    }
+                    Part::Length => found.length,
+                };
+                (Unknown::Setup(number, *part), part.to_string(), value)
+            });
+            let points = tools.into_iter().flat_map(|tool| {
+                (0..3).map(move |k| {
+                    let what = format!("tool point in {}", ["x", "y", "z"][k]);
+                    (Unknown::Tool(tool, k), what, estimate.tools[tool][k])
+                })
+            });
+            let parts = parts.chain(points).filter_map(|(unknown, what, value)| {
+                Some(FoundPart {
+                    what,
+                    value,
+                    uncertainty: variance(unknown)?.sqrt(),
+                })
+            });
+            FoundSetup {
+                name: name.clone(),
+                kind: *kind,
+                parts: parts.collect(),
+            }
+        };
+        self.setups.iter().enumerate().map(of).collect()
+    }
+
+    /// Drift as found; `artefact` is the time of the probings.
+    pub fn drifts(
+        &self,
+        artefact: Option<Period>,
+        estimate: &Estimate,
+        variance: &dyn Fn(Unknown) -> Option<f64>,
+    ) -> Vec<FoundDrift> {
+        let all = estimate.drift.iter().flat_map(|(source, drift)| {
+            drift
+                .iter()
+                .enumerate()
+                .map(move |(k, value)| (*source, k, *value))
+        });
+        all.filter_map(|(setup, component, value)| {
+            let period = setup.map_or(artefact, |number| self.periods[number])?;
+            let hours = period.seconds / HOUR;
+            Some(FoundDrift {
+                setup: setup.map(|number| self.setups[number].0.clone()),
+                component,
+                value: value * hours,
+                uncertainty: variance(Unknown::Drift(setup, component))?.sqrt() * hours,
+                seconds: period.seconds,
+            })
+        })
+        .collect()
+    }
+
+    /// True if an instrument observes the stylus.
+    pub fn has_stylus(&self) -> bool {
+        self.rows.iter().any(|row| row.tool.is_none())
+    }
+
+    /// Number of equations.
+    pub fn equations(&self) -> usize {
+        self.rows.iter().map(|row| row.kind.dimension()).sum()
+    }
+}
+
+/// The time in which rows were measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Period {
+    /// Its middle and its length (s).
+    middle: f64,
+    pub seconds: f64,
+}
+
+/// Seconds in an hour.
+pub(super) const HOUR: f64 = 3600.0;
+
+impl Period {
+    /// `None` if all times are the same.
+    pub fn of(times: &[f64]) -> Option<Self> {
+        let low = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (high > low).then_some(Self {
+            middle: 0.5 * (low + high),
+            seconds: high - low,
+        })
+    }
+
+    /// A time (s) as hours from the middle of a period; 0 if there is none.
+    pub fn hours(period: Option<Self>, time: Option<f64>) -> f64 {
+        match (period, time) {
+            (Some(period), Some(time)) => (time - period.middle) / HOUR,
+            _ => 0.0,
+        }
+    }
+}
+
+impl ObservedRow {
+    pub fn instrument(&self) -> &'static dyn Instrument {
+        self.kind.instrument()
+    }
+
+    /// The observed point of the tool (mm, spindle frame, turned by the spindle).
+    pub fn tip(&self, estimate: &Estimate) -> Vector3<f64> {
+        self.turned
+            * self
+                .tool
+                .map_or(estimate.stylus, |tool| estimate.tools[tool])
+    }
+
+    /// What the instrument, which may have drifted, sees of the tool.
+    pub fn drifted(&self, seen: Seen, estimate: &Estimate) -> Seen {
+        match estimate.drift_of(Some(self.setup)) {
+            None => seen,
+            Some(drift) => Seen {
+                point: moved(seen.point, &drift, self.time),
+                turn: Rotation3::from_scaled_axis(-self.time * turn(&drift)).matrix() * seen.turn,
+            },
+        }
+    }
+
+    /// The reading according to an estimate less the actual one (mm).
+    pub fn miss(
+        &self,
+        machine: &Machine,
+        kinematics: &Kinematics<'_>,
+        estimate: &Estimate,
+    ) -> Vector3<f64> {
+        let actual = kinematics.actual(&self.q, &self.situation, &Switches::ALL);
+        let seen = self.commanded.seen(machine, &actual, &self.tip(estimate));
+        let seen = self.drifted(seen, estimate);
+        let setting = &estimate.settings[self.setup];
+        self.instrument().reads(&self.commanded, setting, &seen) - self.read
+    }
+
+    /// Derivative of the reading by an unknown of its set-up, tool point or drift: mm per mm or rad. `by_tool` is the
+    /// derivative of the point by the point in the spindle frame.
+    pub fn by_unknown(
+        &self,
+        unknown: Unknown,
+        estimate: &Estimate,
+        seen: &Seen,
+        by_tool: &Matrix3<f64>,
+    ) -> Vector3<f64> {
+        let instrument = self.instrument();
+        let (commanded, setting) = (&self.commanded, &estimate.settings[self.setup]);
+        let by_point = || instrument.by_point(commanded, setting, seen);
+        match unknown {
+            Unknown::Setup(setup, part) if setup == self.setup => {
+                instrument.by_part(commanded, setting, seen, part)
+            }
+            Unknown::Tool(tool, k) if self.tool == Some(tool) => {
+                by_point() * by_tool * self.turned.column(k)
+            }
+            Unknown::Stylus(k) if self.tool.is_none() => {
+                by_point() * by_tool * self.turned.column(k)
+            }
+            Unknown::Drift(Some(setup), k) if setup == self.setup => match k {
+                0..3 => -self.time * by_point().column(k),
+                _ => {
+                    let axis = Vector3::ith(k - 3, 1.0);
+                    let about = instrument.about(commanded).unwrap_or_default();
+                    let turned = Vector3::new(LEVER * about[k - 3], 0.0, 0.0);
+                    -self.time * (by_point() * axis.cross(&seen.point) + turned)
+                }
+            },
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+/// A point as seen from a set-up that drifts (mm/h and rad/h), at a time (h) from the middle of its rows.
+pub(super) fn moved(point: Vector3<f64>, drift: &[f64; 6], time: f64) -> Vector3<f64> {
+    let shift = Vector3::new(drift[0], drift[1], drift[2]);
+    point - time * (shift + turn(drift).cross(&point))
+}
+
+fn turn(drift: &[f64; 6]) -> Vector3<f64> {
+    Vector3::new(drift[3], drift[4], drift[5])
+}

@@ -1,0 +1,40 @@
+//! Set-ups of instruments, and drift, as found.
+
+use crate::instrument::Kind;
+
+/// One unknown of a set-up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundPart {
+    /// What: `place in x`, `dead length`, `tool point in x`.
+    pub what: String,
+    /// Its value (mm); for a rotation, what was added to the first orientation (rad).
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub uncertainty: f64,
+}
+
+/// An instrument as it was found to be set up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundSetup {
+    /// Its name.
+    pub name: String,
+    /// What it reads.
+    pub kind: Kind,
+    /// Its unknowns that the observations determine.
+    pub parts: Vec<FoundPart>,
+}
+
+/// Drift of the artefact or of an instrument over the time of its rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundDrift {
+    /// Name of the set-up; `None` for the artefact.
+    pub setup: Option<String>,
+    /// Along (0, 1, 2) or about (3, 4, 5) which axis of the workpiece frame.
+    pub component: usize,
+    /// How far it moved from the first to the last row (mm or rad).
+    pub value: f64,
+    /// Standard uncertainty of that.
+    pub uncertainty: f64,
+    /// The time from the first to the last row (s).
+    pub seconds: f64,
+}

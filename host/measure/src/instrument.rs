@@ -1,0 +1,467 @@
+//! Instruments: what each reads of the tool, and how that depends on its set-up.
+//!
+//! An instrument stands on the workpiece and observes a point of the tool or the tool's orientation. Each kind is one
+//! file with its reading from exact poses, and one line of [`Kind::instrument`]. All readings are in mm; angles are
+//! read over [`LEVER`], so that 1 µrad counts as 1 µm.
+
+mod angle;
+mod displacement;
+mod length;
+mod point;
+
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+use std::fmt;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::{Bench, Sense};
+use trueaxis_model::kinematics::Htm;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// The lever (mm) over which an angle counts as a length: 1 µrad as 1 µm.
+pub const LEVER: f64 = 1000.0;
+
+/// A kind of observation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Distance from a point of the workpiece to a point of the tool: ball-bar, telescoping bar, tracking
+    /// interferometer.
+    Length,
+    /// A point of the tool in the frame of the instrument: R-test, tracker, photogrammetry.
+    Point,
+    /// Deviation of the tool from its command along one direction: laser, straightedge, square, dial.
+    Displacement,
+    /// Deviation of the tool's orientation from its command about one axis: angle interferometer, level, calibrator.
+    Angle,
+}
+
+/// How an instrument is set up. Each kind uses some of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// Its place in the workpiece frame (mm).
+    pub place: Vector3<f64>,
+    /// Its orientation: a rotation matrix.
+    pub turn: Matrix3<f64>,
+    /// Length (mm) that its readings lack.
+    pub length: f64,
+}
+
+impl Default for Setting {
+    fn default() -> Self {
+        Self {
+            place: Vector3::zeros(),
+            turn: Matrix3::identity(),
+            length: 0.0,
+        }
+    }
+}
+
+/// One unknown of a [`Setting`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// A coordinate (0, 1, 2) of its place (mm).
+    Place(usize),
+    /// A rotation (rad) about an axis (0, 1, 2), added to its orientation.
+    Turn(usize),
+    /// Its length (mm).
+    Length,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let coordinate = |i: &usize| ["x", "y", "z"][*i];
+        match self {
+            Self::Place(i) => write!(f, "place in {}", coordinate(i)),
+            Self::Turn(i) => write!(f, "rotation about {}", coordinate(i)),
+            Self::Length => write!(f, "dead length"),
+        }
+    }
+}
+
+impl Setting {
+    /// The same with a part changed (mm or rad).
+    #[must_use]
+    pub fn moved(mut self, part: Part, change: f64) -> Self {
+        match part {
+            Part::Place(k) => self.place[k] += change,
+            Part::Turn(k) => {
+                let turn = Rotation3::from_scaled_axis(Vector3::ith(k, change));
+                self.turn = turn.matrix() * self.turn;
+            }
+            Part::Length => self.length += change,
+        }
+        self
+    }
+}
+
+/// What was commanded, as far as readings depend on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Commanded {
+    /// Nominal position of the tool point (mm, workpiece frame).
+    pub point: Vector3<f64>,
+    /// The same less that of the first observation with this set-up.
+    pub travel: Vector3<f64>,
+    /// Orthonormal directions of the linear axes (workpiece frame): the frame in which a direction of reading turns.
+    pub ways: Matrix3<f64>,
+    /// Direction along or about which a growing reading means that the tool has gone too far (workpiece frame).
+    pub along: Vector3<f64>,
+    nominal: Matrix3<f64>,
+}
+
+impl Commanded {
+    /// For a command `q` (mm, rad) with the tool point at `tip` (mm, spindle frame) turned by the spindle, and the
+    /// direction of the reading with its sign.
+    #[must_use]
+    pub fn at(
+        machine: &Machine,
+        q: &PerAxis,
+        tip: &Vector3<f64>,
+        reads: Option<(Sense, f64)>,
+    ) -> Self {
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
+        let pose = bench.nominal(q);
+        let along = reads.map_or(Vector3::zeros(), |(sense, sign)| {
+            sign * match sense {
+                Sense::In(axis) => bench.way(q, axis),
+                Sense::About(axis) => bench.about(q, axis),
+                Sense::From(a, b) => bench.way(q, a).cross(&bench.way(q, b)).normalize(),
+            }
+        });
+        Self {
+            point: pose.r * (tip - Vector3::from(machine.tip)) + pose.t,
+            travel: Vector3::zeros(),
+            ways: ways(&bench, q),
+            along,
+            nominal: pose.r,
+        }
+    }
+
+    /// What an instrument sees of the actual tool, whose pose is given as by
+    /// [`Kinematics::actual`](trueaxis_kinematics::Kinematics::actual).
+    #[must_use]
+    pub fn seen(&self, machine: &Machine, actual: &Htm, tip: &Vector3<f64>) -> Seen {
+        let point = actual.r * (tip - Vector3::from(machine.tip)) + actual.t;
+        self.seen_at(point, &actual.r)
+    }
+
+    /// The same for a point (mm) and an orientation of the actual tool in the workpiece frame.
+    #[must_use]
+    pub fn seen_at(&self, point: Vector3<f64>, orientation: &Matrix3<f64>) -> Seen {
+        Seen {
+            point,
+            turn: orientation * self.nominal.transpose(),
+        }
+    }
+
+    /// The same on a machine without errors.
+    fn seen_nominally(&self) -> Seen {
+        Seen {
+            point: self.point,
+            turn: Matrix3::identity(),
+        }
+    }
+}
+
+/// Rotation of the tool in the spindle frame by a spindle angle (deg).
+pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
+    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
+}
+
+/// An orthonormal frame along the first three linear axes in the order of their letters; that of the workpiece if
+/// they do not span space.
+fn ways(bench: &Bench<'_>, q: &PerAxis) -> Matrix3<f64> {
+    let mut linear: Vec<usize> = bench.linear().take(3).collect();
+    linear.sort_by_key(|i| bench.machine.axes[*i].letter.component());
+    let all: Vec<Vector3<f64>> = linear.into_iter().map(|i| bench.way(q, i)).collect();
+    let [x, y, _] = all[..] else {
+        return Matrix3::identity();
+    };
+    let y = (y - x * x.dot(&y)).try_normalize(1e-3);
+    y.map_or(Matrix3::identity(), |y| {
+        Matrix3::from_columns(&[x, y, x.cross(&y)])
+    })
+}
+
+/// What there is to see of the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Its point (mm, workpiece frame).
+    pub point: Vector3<f64>,
+    /// Its rotation in excess of the commanded one (workpiece frame).
+    pub turn: Matrix3<f64>,
+}
+
+/// One observation on a machine without errors, for a first set-up.
+pub struct Sample {
+    /// What was commanded.
+    pub commanded: Commanded,
+    /// What was read (mm).
+    pub read: Vector3<f64>,
+}
+
+/// What is known about a set-up beforehand; what is `None` is found from the readings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Given {
+    /// Its place (mm, workpiece frame).
+    pub place: Option<Vector3<f64>>,
+    /// Its orientation, and the standard uncertainty of each rotation (rad) if it is known.
+    pub turn: Option<Matrix3<f64>>,
+    /// See there.
+    pub turn_sigma: Option<f64>,
+    /// Its dead length (mm), and the standard uncertainty of that (mm) if it was calibrated.
+    pub length: Option<f64>,
+    /// See there.
+    pub length_sigma: Option<f64>,
+}
+
+impl Given {
+    /// The standard uncertainty of a part (mm or rad), if it is known beforehand.
+    #[must_use]
+    pub fn sigma(&self, part: Part) -> Option<f64> {
+        match part {
+            Part::Place(_) => None,
+            Part::Turn(_) => self.turn_sigma,
+            Part::Length => self.length_sigma,
+        }
+    }
+
+    /// The set-up as stated, with defaults.
+    #[must_use]
+    pub fn setting(&self) -> Setting {
+        let usual = Setting::default();
+        Setting {
+            place: self.place.unwrap_or(usual.place),
+            turn: self.turn.unwrap_or(usual.turn),
+            length: self.length.unwrap_or(usual.length),
+        }
+    }
+}
+
+/// The reading of a kind of instrument, and its derivatives. A scalar is the first component; the others are 0.
+pub trait Instrument: Sync {
+    /// Its unknowns, in order of preference where several have the same effect.
+    fn parts(&self) -> &'static [Part];
+
+    /// The reading (mm).
+    fn reads(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64>;
+
+    /// Its derivative with respect to the tool point: mm per mm.
+    fn by_point(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Matrix3<f64>;
+
+    /// The axis about which it reads a rotation of the tool, if it does: [`LEVER`] mm per rad.
+    fn about(&self, _commanded: &Commanded) -> Option<Vector3<f64>> {
+        None
+    }
+
+    /// Its derivative with respect to a part of the set-up: mm per mm or rad.
+    fn by_part(
+        &self,
+        commanded: &Commanded,
+        setting: &Setting,
+        seen: &Seen,
+        part: Part,
+    ) -> Vector3<f64>;
+
+    /// A first set-up, from what is given and from readings of a machine without errors.
+    fn start(&self, given: &Given, samples: &[Sample]) -> Setting;
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; 4] = [Self::Length, Self::Point, Self::Displacement, Self::Angle];
+
+    /// Its reading.
+    #[must_use]
+    pub fn instrument(self) -> &'static dyn Instrument {
+        match self {
+            Self::Length => &length::Length,
+            Self::Point => &point::Point,
+            Self::Displacement => &displacement::Displacement,
+            Self::Angle => &angle::Angle,
+        }
+    }
+
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Length => "length",
+            Self::Point => "point",
+            Self::Displacement => "displacement",
+            Self::Angle => "angle",
+        }
+    }
+
+    /// Its name with an article.
+    #[must_use]
+    pub fn one(self) -> &'static str {
+        match self {
+            Self::Length => "a length",
+            Self::Point => "a point",
+            Self::Displacement => "a displacement",
+            Self::Angle => "an angle",
+        }
+    }
+
+    /// The columns of its reading in files, and the size of their unit in mm.
+    #[must_use]
+    pub fn columns(self) -> (&'static [&'static str], f64) {
+        match self {
+            Self::Length => (&["length_mm"], 1.0),
+            Self::Point => (&["x_mm", "y_mm", "z_mm"], 1.0),
+            Self::Displacement => (&["displacement_um"], 1e-3),
+            Self::Angle => (&["angle_urad"], 1e-6 * LEVER),
+        }
+    }
+
+    /// Number of coordinates of a reading.
+    #[must_use]
+    pub fn dimension(self) -> usize {
+        self.columns().0.len()
+    }
+
+    /// True if it reads along or about a direction that a file must name.
+    #[must_use]
+    pub fn has_direction(self) -> bool {
+        matches!(self, Self::Displacement | Self::Angle)
+    }
+
+    /// The column of its standard uncertainty in files.
+    #[must_use]
+    pub fn sigma(self) -> &'static str {
+        match self {
+            Self::Angle => "sigma_urad",
+            _ => "sigma_um",
+        }
+    }
+
+    /// The unit in which its residuals are shown: µm, or µrad for angles.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Angle => "µrad",
+            _ => "µm",
+        }
+    }
+
+    /// A first set-up: [`Instrument::start`], improved by least squares.
+    #[must_use]
+    pub fn start(self, given: &Given, samples: &[Sample]) -> Setting {
+        /// Each round reduces the error to its square.
+        const ROUNDS: usize = 12;
+        /// Combinations with a smaller effect than this part of the largest are left as they are.
+        const LEAST: f64 = 1e-6;
+        let instrument = self.instrument();
+        let mut setting = instrument.start(given, samples);
+        let parts: Vec<Part> = (instrument.parts().iter().copied())
+            .filter(|part| given.sigma(*part).is_none())
+            .collect();
+        let scale = |part: Part| match part {
+            Part::Turn(_) => LEVER,
+            _ => 1.0,
+        };
+        for _ in 0..ROUNDS {
+            let rows = 3 * samples.len();
+            let (mut jacobian, mut rest) =
+                (DMatrix::zeros(rows, parts.len()), DVector::zeros(rows));
+            for (i, Sample { commanded, read }) in samples.iter().enumerate() {
+                let seen = commanded.seen_nominally();
+                let reads = instrument.reads(commanded, &setting, &seen);
+                rest.fixed_rows_mut::<3>(3 * i).copy_from(&(read - reads));
+                for (k, part) in parts.iter().enumerate() {
+                    let column = instrument.by_part(commanded, &setting, &seen, *part);
+                    let column = column / scale(*part);
+                    jacobian.fixed_view_mut::<3, 1>(3 * i, k).copy_from(&column);
+                }
+            }
+            let svd = jacobian.svd(true, true);
+            let least = LEAST * svd.singular_values.max();
+            let Ok(step) = svd.solve(&rest, least.max(f64::MIN_POSITIVE)) else {
+                break;
+            };
+            if !step.iter().all(|v| v.is_finite()) {
+                break;
+            }
+            for (part, step) in parts.iter().zip(step.iter()) {
+                setting = setting.moved(*part, step / scale(*part));
+            }
+        }
+        setting
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Something of everything, far from any symmetry.
+    fn case(kind: Kind) -> (Commanded, Setting, Seen) {
+        let turn =
+            |x: f64, y: f64, z: f64| *Rotation3::from_scaled_axis(Vector3::new(x, y, z)).matrix();
+        let commanded = Commanded {
+            point: Vector3::new(120.0, -50.0, 80.0),
+            travel: Vector3::new(40.0, 10.0, -30.0),
+            ways: turn(0.2, -0.4, 0.7),
+            along: Vector3::new(2.0, -1.0, 0.5).normalize(),
+            nominal: turn(0.5, 0.1, 0.3),
+        };
+        let setting = Setting {
+            place: Vector3::new(-30.0, 20.0, 10.0),
+            // The twist that an angle reads has derivatives that are exact at zero only.
+            turn: match kind {
+                Kind::Angle => Matrix3::identity(),
+                _ => turn(0.3, 0.2, -0.6),
+            },
+            length: 7.0,
+        };
+        let seen = Seen {
+            point: Vector3::new(120.3, -50.2, 80.1),
+            turn: Matrix3::identity(),
+        };
+        (commanded, setting, seen)
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_reading() {
+        let h = 1e-4;
+        for kind in Kind::ALL {
+            let (commanded, setting, seen) = case(kind);
+            let instrument = kind.instrument();
+            // Central differences: h² of third derivatives, and rounding of 1e-13 over 2 h. Angles are over a metre.
+            let near = |exact: Vector3<f64>, ahead: Vector3<f64>, behind: Vector3<f64>| {
+                let numeric = (ahead - behind) / (2.0 * h);
+                let off = (exact - numeric).norm();
+                assert!(
+                    off < 1e-5 * (1.0 + exact.norm()),
+                    "{kind:?}: {exact} {numeric}"
+                );
+            };
+            for part in instrument.parts() {
+                let at = |change: f64| {
+                    instrument.reads(&commanded, &setting.moved(*part, change), &seen)
+                };
+                let exact = instrument.by_part(&commanded, &setting, &seen, *part);
+                near(exact, at(h), at(-h));
+            }
+            let by_point = instrument.by_point(&commanded, &setting, &seen);
+            for k in 0..3 {
+                let at = |change: f64| {
+                    let mut seen = seen;
+                    seen.point[k] += change;
+                    instrument.reads(&commanded, &setting, &seen)
+                };
+                near(by_point.column(k).into(), at(h), at(-h));
+                let turned = |change: f64| {
+                    let turn = Rotation3::from_scaled_axis(Vector3::ith(k, change));
+                    let turn = turn.matrix() * seen.turn;
+                    instrument.reads(&commanded, &setting, &Seen { turn, ..seen })
+                };
+                let about = instrument.about(&commanded).unwrap_or_default();
+                near(
+                    Vector3::new(about[k] * LEVER, 0.0, 0.0),
+                    turned(h),
+                    turned(-h),
+                );
+            }
+        }
+    }
+}

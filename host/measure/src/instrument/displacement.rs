@@ -1,0 +1,66 @@
+//! Displacements along one direction.
+
+use super::{Commanded, Given, Instrument, Part, Sample, Seen, Setting};
+use nalgebra::{Matrix3, Vector3};
+
+/// Reads n·(p − place) − n₀·(p₀ − place₀): how much farther the tool point p has gone along n than commanded. n₀ is
+/// the direction of the axis, n the same turned by the alignment of the instrument, in a frame along the linear axes;
+/// p₀ is the nominal tool point, place₀ that of the first observation.
+pub struct Displacement;
+
+/// The direction in which it reads.
+fn direction(commanded: &Commanded, setting: &Setting) -> Vector3<f64> {
+    commanded.ways * setting.turn * commanded.ways.tr_mul(&commanded.along)
+}
+
+impl Instrument for Displacement {
+    fn parts(&self) -> &'static [Part] {
+        &[
+            Part::Place(0),
+            Part::Place(1),
+            Part::Place(2),
+            Part::Turn(0),
+            Part::Turn(1),
+            Part::Turn(2),
+        ]
+    }
+
+    fn reads(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64> {
+        let actual = direction(commanded, setting).dot(&(seen.point - setting.place));
+        Vector3::new(actual - commanded.along.dot(&commanded.travel), 0.0, 0.0)
+    }
+
+    fn by_point(&self, commanded: &Commanded, setting: &Setting, _: &Seen) -> Matrix3<f64> {
+        let mut rows = Matrix3::zeros();
+        rows.set_row(0, &direction(commanded, setting).transpose());
+        rows
+    }
+
+    fn by_part(
+        &self,
+        commanded: &Commanded,
+        setting: &Setting,
+        seen: &Seen,
+        part: Part,
+    ) -> Vector3<f64> {
+        let value = match part {
+            Part::Place(k) => -direction(commanded, setting)[k],
+            Part::Turn(k) => {
+                let axis = commanded.ways * Vector3::ith(k, 1.0);
+                let change = axis.cross(&direction(commanded, setting));
+                change.dot(&(seen.point - setting.place))
+            }
+            Part::Length => 0.0,
+        };
+        Vector3::new(value, 0.0, 0.0)
+    }
+
+    fn start(&self, given: &Given, samples: &[Sample]) -> Setting {
+        let mut setting = given.setting();
+        if let (None, Some(first)) = (given.place, samples.first()) {
+            let Commanded { point, travel, .. } = first.commanded;
+            setting.place = point - travel;
+        }
+        setting
+    }
+}

@@ -1,0 +1,78 @@
+//! Simulated observations of any kind.
+
+use super::normal;
+use crate::formats::observations::Observations;
+use crate::instrument::{Kind, Sample, turned};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::{Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+
+/// Disturbances of observations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OfObservations {
+    /// Standard deviation of each reading as a multiple of the standard uncertainty that its row states.
+    pub noise: f64,
+    /// Movement of every instrument from the first to the last time (mm, workpiece frame).
+    pub drift: [f64; 3],
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// The same observations with the readings on a machine with known errors. Set-ups and tool points are as stated;
+/// what is not stated is zero, and a displacement is zero at the first row.
+#[must_use]
+pub fn observations(
+    kinematics: &Kinematics<'_>,
+    strategy: &Observations,
+    disturbances: &OfObservations,
+) -> Observations {
+    let machine = kinematics.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
+    let commanded = strategy.commanded(machine);
+    let settings: Vec<_> = (strategy.setups.iter().enumerate())
+        .map(|(number, setup)| {
+            let own = strategy.rows.iter().zip(&commanded);
+            let own = own.filter(|(row, _)| row.setup == number);
+            let samples: Vec<Sample> = own
+                .map(|(_, commanded)| Sample {
+                    commanded: *commanded,
+                    read: Vector3::zeros(),
+                })
+                .collect();
+            match setup.kind {
+                Kind::Displacement => setup.kind.instrument().start(&setup.given, &samples),
+                _ => setup.given.setting(),
+            }
+        })
+        .collect();
+    let times = strategy.rows.iter().filter_map(|row| row.time);
+    let first = times.clone().fold(f64::INFINITY, f64::min);
+    let span = times.fold(f64::NEG_INFINITY, f64::max) - first;
+    let last = (strategy.rows.len().max(2) - 1) as f64;
+    let mut measured = strategy.clone();
+    for (number, (row, commanded)) in measured.rows.iter_mut().zip(&commanded).enumerate() {
+        let setup = &strategy.setups[row.setup];
+        let tip = turned(machine.tool_axis, row.spindle) * strategy.tip(machine, setup.tool);
+        let situation = Situation {
+            sign: row.direction,
+            ..Situation::default()
+        };
+        let q = machine.to_kinematic(&row.position);
+        let actual = kinematics.actual(&q, &situation, &Switches::ALL);
+        let mut seen = commanded.seen(machine, &actual, &tip);
+        let at = match row.time {
+            Some(time) if span > 0.0 => (time - first) / span,
+            _ => number as f64 / last,
+        };
+        seen.point -= Vector3::from(disturbances.drift) * at;
+        let instrument = setup.kind.instrument();
+        row.value = instrument.reads(commanded, &settings[row.setup], &seen);
+        let sigma = disturbances.noise * row.sigma.unwrap_or(0.0);
+        for k in 0..setup.kind.dimension() {
+            row.value[k] += sigma * normal(&mut random);
+        }
+    }
+    measured
+}
