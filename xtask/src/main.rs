@@ -30,6 +30,7 @@ mod random_machines;
 mod report;
 mod reproduce;
 mod test;
+mod web;
 
 use std::process::ExitCode;
 
@@ -63,6 +64,7 @@ usage: cargo xtask COMMAND
                                  beside the general evaluation: the same bits at COUNT (10 million) inputs; servos
                                  with either; and on a Cortex-M4F (bare-metal: only that)
   report                         the report of every example in a browser: what it computes, shows, prints
+  web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
   reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
@@ -94,6 +96,7 @@ fn main() -> ExitCode {
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
+        ["web", ref options @ ..] => web::execute(options),
         ["gcode", ref options @ ..] => gcode::execute(options),
         ["generated", ref options @ ..] => generated::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),

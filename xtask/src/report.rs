@@ -10,11 +10,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Inputs of a report: name, machine, errors, and the options for tables, if any.
-struct Case {
-    name: &'static str,
-    machine: &'static str,
-    errors: &'static str,
-    tables: Option<&'static str>,
+pub struct Case {
+    pub name: &'static str,
+    pub machine: &'static str,
+    pub errors: &'static str,
+    pub tables: Option<&'static str>,
     /// Options of the report.
     options: &'static str,
 }
@@ -175,6 +175,13 @@ const CASES: [Case; 19] = [
 ];
 const COARSE: &str = "--tolerance 5";
 
+/// The cases of machines that users find in `examples`.
+pub fn examples() -> impl Iterator<Item = &'static Case> {
+    CASES
+        .iter()
+        .filter(|case| case.tables.is_some() && case.machine.starts_with("examples/"))
+}
+
 /// Limits of a report's size, and of the time to make it.
 const MOST_BYTES: usize = 3_000_000;
 const MOST_TIME: Duration = Duration::from_secs(5);
@@ -183,7 +190,7 @@ const MOST_TIME: Duration = Duration::from_secs(5);
 /// If something cannot be installed, built or made, or fails.
 pub fn execute() -> Result<(), String> {
     let folder = target("report");
-    let browser = provide(&folder)?;
+    let browser = provide_browser(&folder)?;
     let trueaxis = trueaxis()?;
     let mut made = Vec::new();
     println!("reports, made by the debug build of trueaxis:");
@@ -202,7 +209,7 @@ pub fn execute() -> Result<(), String> {
 }
 
 /// Installs the browser, the reader for printed pages, and the browser driver; returns the driver's path.
-fn provide(folder: &Path) -> Result<PathBuf, String> {
+pub fn provide_browser(folder: &Path) -> Result<PathBuf, String> {
     let missing: Vec<&str> = [
         ("chromium", "chromium"),
         ("pdftotext", "poppler-utils"),

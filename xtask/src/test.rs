@@ -123,6 +123,7 @@ fn rest() -> Vec<Step> {
         step("generated code", "xtask generated 300000"),
         step("programs beside another interpreter", "xtask gcode"),
         step("reports in a browser", "xtask report"),
+        step("the command in browsers", "xtask web --check"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

@@ -1,5 +1,6 @@
 //! `trueaxis gcode`
 
+#[cfg_attr(target_family = "wasm", path = "gcode/ahead_in_browser.rs")]
 mod ahead;
 mod arguments;
 mod expand;

@@ -18,6 +18,8 @@ mod generate;
 mod hal;
 mod identify;
 mod import;
+#[cfg(target_family = "wasm")]
+mod in_browser;
 mod inspect;
 mod iso230_2;
 mod iso230_3;
@@ -33,6 +35,7 @@ mod port;
 mod pose;
 mod position_argument;
 mod probings;
+#[cfg_attr(target_family = "wasm", path = "progress_in_browser.rs")]
 mod progress;
 mod quantity;
 mod random;
@@ -49,7 +52,9 @@ mod verdict;
 mod verify;
 
 use bad_input::BadInput;
-use clap::{Parser, Subcommand};
+use clap::Parser;
+#[cfg(target_family = "wasm")]
+use in_browser::Command;
 use std::process::ExitCode;
 
 /// Compensates the geometric errors of machine tools with tables in their controllers.
@@ -65,7 +70,8 @@ struct Cli {
     command: Command,
 }
 
-#[derive(Subcommand)]
+#[cfg(not(target_family = "wasm"))]
+#[derive(clap::Subcommand)]
 enum Command {
     Compile(compile::Arguments),
     Verify(verify::Arguments),
@@ -127,6 +133,7 @@ fn run_words(words: &[String]) -> Result<Outcome, BadInput> {
     cli.command.run()
 }
 
+#[cfg(not(target_family = "wasm"))]
 impl Command {
     fn run(self) -> Result<Outcome, BadInput> {
         match self {

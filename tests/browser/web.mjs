@@ -1,0 +1,397 @@
+// The page of `cargo xtask web` in real browsers, beside the command. Started by `cargo xtask web --check`:
+//   node web.mjs PAGE FOLDER DRIVER TRUEAXIS
+// FOLDER has the blobs of all examples as the command makes them, and gets pictures.
+
+import { execFileSync, spawnSync } from "node:child_process";
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import * as checks from "./checks.mjs";
+
+const [page, folder, driver, trueaxis] = process.argv.slice(2);
+const resolved = createRequire(join(driver, "package.json")).resolve("puppeteer-core");
+const { default: puppeteer } = await import(pathToFileURL(resolved));
+
+const BROWSERS = {
+  chromium: {
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"],
+  },
+  firefox: { browser: "firefox", executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr" },
+};
+/** Milliseconds from opening to the verdict of the Huron, at the best of so many times. */
+const [MOST_OPEN, OPENINGS] = [3000, 5];
+/** Longest pause between two pictures while a command runs, and until it is cancelled: milliseconds. */
+const [MOST_PAUSE, MOST_CANCEL] = [400, 1000];
+/** Longest command: milliseconds. */
+const MOST_WAIT = 300_000;
+
+const faults = [];
+const examples = JSON.parse(
+  /<script type="application\/json" id="examples">([^]*?)<\/script>/.exec(readFileSync(page, "utf8"))[1],
+);
+
+/** A new page; what it asks for and complains about is a fault. */
+async function open(browser, name, width = 1400) {
+  const tab = await browser.newPage();
+  const fault = (words) => faults.push(`${name}: ${words}`);
+  await tab.setViewport({ width, height: 900 });
+  tab.on("console", (message) => fault(`console: ${message.text()}`));
+  tab.on("pageerror", (error) => fault(`error: ${error.message}`));
+  tab.on("request", (request) => {
+    const url = request.url();
+    // Firefox reports its own font and icon.
+    if (url !== `file://${page}` && !/^(blob|data):/.test(url)) fault(`asks for ${url}`);
+  });
+  await tab.goto(`file://${page}`);
+  return { tab, fault };
+}
+
+const text = (tab, selector) => tab.$eval(selector, (e) => e.textContent);
+
+async function ended(tab) {
+  await tab.waitForFunction(() => document.querySelector("#cancel").disabled, { timeout: MOST_WAIT });
+  return text(tab, "#state");
+}
+
+async function press(tab, selector) {
+  await tab.$eval(selector, (button) => button.click());
+  return ended(tab);
+}
+
+/** Drops files, names to texts. */
+const drop = (tab, files) =>
+  tab.evaluate(
+    (all) => window.trueaxisPage.take(Object.entries(all).map(([name, content]) => new File([content], name))),
+    files,
+  );
+
+/** A file that the page offers, or has. */
+async function bytes(tab, name) {
+  const list = await tab.evaluate((name) => {
+    const { made, files } = window.trueaxisPage;
+    const found = made()[name] ?? files.get(name)?.bytes;
+    return found ? btoa(Array.from(found, (b) => String.fromCharCode(b)).join("")) : null;
+  }, name);
+  return list === null ? null : Buffer.from(list, "base64");
+}
+
+/** An empty folder with these files, for the command. */
+function place(name, files) {
+  const where = join(folder, name);
+  rmSync(where, { recursive: true, force: true });
+  mkdirSync(where, { recursive: true });
+  for (const [file, content] of Object.entries(files)) writeFileSync(join(where, file), content);
+  return where;
+}
+
+/** What the command says and writes. */
+function native(where, args) {
+  const { status, stdout, stderr } = spawnSync(trueaxis, args, { cwd: where, encoding: "utf8" });
+  return { status, stdout, stderr, file: (name) => readFileSync(join(where, name)) };
+}
+
+/** The blob of an example. Sines and products of matrices differ between platforms in the last bits (the command's own
+ * blobs differ between processors for that reason), and some tables then do in theirs. Such a blob must have the same
+ * size, and the command must find it as good as its own. */
+async function sameTables(tab, fault, name) {
+  const [own, found] = [readFileSync(join(folder, `${name}.trax`)), await bytes(tab, "machine.trax")];
+  if (!found) {
+    fault(`${name}: no tables: ${await text(tab, "#problem")}`);
+    return "";
+  }
+  if (found.equals(own)) return "same bytes";
+  if (name === "huron-13") fault(`${name}: other bytes than the command's`);
+  const { files } = examples[name];
+  const where = place("verified", { ...files, "own.trax": own, "page.trax": found });
+  const [a, b] = ["own.trax", "page.trax"].map((blob) =>
+    native(where, ["verify", ...Object.keys(files), blob, "--random", "2000"]),
+  );
+  if (found.length !== own.length || a.status !== b.status || a.status === 2)
+    fault(`${name}: ${found.length} bytes, not ${own.length}; verified: ${b.status}, not ${a.status}\n${b.stderr}`);
+  const count = own.reduce((sum, byte, k) => sum + (byte !== found[k]), 0);
+  return `${count} of ${own.length} bytes differ`;
+}
+
+async function same(tab, fault, what, name, wanted) {
+  const found = await bytes(tab, name);
+  if (!found) fault(`${what}: there is no ${name}: ${await text(tab, "#problem")}`);
+  else if (!found.equals(wanted)) fault(`${what}: ${name} differs from the command's`);
+}
+
+/** Every example gives the bytes of the command. */
+async function compiles(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  for (const name of Object.keys(examples)) {
+    await tab.select("#example", name);
+    const start = Date.now();
+    const state = await press(tab, "#compile");
+    const alike = await sameTables(tab, fault, name);
+    const agrees = await tab.$("#agreement:not(.disagreement)");
+    if (!agrees) fault(`${name}: no report, or one that does not agree`);
+    console.log(`  ${kind} ${name.padEnd(22)} ${Date.now() - start} ms  ${state}  ${alike}`);
+  }
+  await tab.close();
+}
+
+/** From opening to the verdict of the Huron. */
+async function opens(browser, kind) {
+  let best = Infinity;
+  for (let k = 0; k < OPENINGS && best > MOST_OPEN; k++) {
+    const start = Date.now();
+    const { tab } = await open(browser, kind);
+    await tab.select("#example", "huron-13");
+    await press(tab, "#compile");
+    await tab.waitForSelector("#report .verdict");
+    best = Math.min(best, Date.now() - start);
+    await tab.close();
+  }
+  console.log(`  ${kind}: from opening to the verdict ${best} ms`);
+  if (best > MOST_OPEN) faults.push(`${kind}: from opening to the verdict ${best} ms`);
+}
+
+/** An error is marked at its line, with the words of the command. */
+async function marks(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  const good = examples["huron-13"].files;
+  const wrong = [
+    ["machine.toml", (t) => t.replace('branch = "tool"', 'branch = "toool"')],
+    ["machine.toml", (t) => t.replace("range", "rnage")],
+    ["errors-13.toml", (t) => t.replace("EB0A", "EB0Q")],
+    ["errors-13.toml", (t) => `${t}\n[[[`],
+  ];
+  for (const [file, change] of wrong) {
+    const files = { ...good, [file]: change(good[file]) };
+    await tab.$eval("#clear", (button) => button.click());
+    if (await tab.$("#problem pre")) fault("a problem remains without files");
+    await drop(tab, files);
+    await tab.waitForFunction(() => document.querySelector("#problem pre"));
+    const { status, stderr } = native(place("wrong", files), ["explain", "machine.toml", "errors-13.toml"]);
+    const [said, marked] = [await text(tab, "#problem"), await text(tab, "#numbers b").catch(() => "")];
+    const line = / --> .*:(\d+):\d+$/m.exec(stderr)?.[1];
+    if (status !== 2 || said.trim() !== stderr.trim()) fault(`${file}: says\n${said}\nnot\n${stderr}`);
+    if (!line || marked !== line) fault(`${file}: marks line “${marked}”, not ${line}`);
+  }
+  // Put right in the editor.
+  await tab.evaluate((t) => {
+    const box = document.querySelector("#text");
+    box.value = t;
+    box.dispatchEvent(new Event("input"));
+  }, good["errors-13.toml"]);
+  await tab.waitForFunction(() => !document.querySelector("#problem pre"));
+  await tab.close();
+}
+
+/** A long command leaves the page alive, and can be cancelled. */
+async function cancels(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  await tab.select("#example", "hu40-84");
+  const { pause, stages } = await tab.evaluate(async () => {
+    document.querySelector("#compile").click();
+    const stages = new Set();
+    let [pause, before] = [0, performance.now()];
+    for (const end = before + 2500; before < end; ) {
+      await new Promise(requestAnimationFrame);
+      const now = performance.now();
+      pause = Math.max(pause, now - before);
+      before = now;
+      stages.add(document.querySelector("#state").textContent);
+    }
+    return { pause, stages: [...stages] };
+  });
+  const start = Date.now();
+  const state = await press(tab, "#cancel");
+  console.log(`  ${kind}: longest pause ${pause.toFixed(0)} ms, cancelled in ${Date.now() - start} ms (${stages.join("; ")})`);
+  if (pause > MOST_PAUSE) fault(`the page does not move for ${pause} ms`);
+  if (!/Cancelled/.test(state) || Date.now() - start > MOST_CANCEL) fault(`not cancelled: ${state}`);
+  if (stages.length < 2) fault("no progress is shown");
+  await tab.select("#example", "router-10");
+  await press(tab, "#compile");
+  await same(tab, fault, "after cancelling", "machine.trax", readFileSync(join(folder, "router-10.trax")));
+  await tab.close();
+}
+
+/** Names and texts of files are words, never markup or options. */
+async function hostile(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  const evil = '<img src=x onerror="window.ran=1"><script>window.ran=1</script>';
+  const quoted = JSON.stringify(evil);
+  const { "machine.toml": machine, "errors-10.toml": errors } = examples["router-10"].files;
+  const files = {
+    [`--help ${evil.replaceAll("/", "")}.toml`]: machine.replace('"Router"', quoted),
+    "-o.toml": errors.replace('"Router"', quoted),
+    [`${evil.replaceAll("/", "")}.ngc`]: `(${evil})\nM2\n`,
+  };
+  await drop(tab, files);
+  await press(tab, "#compile");
+  if (!(await bytes(tab, "machine.trax"))) fault(`hostile names: ${await text(tab, "#problem")}`);
+  await drop(tab, { "-o.toml": `[parameters]\n${evil} = 1\n` });
+  await tab.waitForFunction(() => document.querySelector("#problem pre"));
+  const [ran, elements] = await tab.evaluate(() => [window.ran ?? null, document.querySelectorAll("img").length]);
+  if (ran !== null || elements) fault("something from a file was run or became markup");
+  const violated = await tab.evaluate(
+    () =>
+      new Promise((done) => {
+        document.addEventListener("securitypolicyviolation", () => done(true));
+        const script = document.createElement("script");
+        script.textContent = "window.ran = 1";
+        document.body.append(script);
+        setTimeout(() => done(false), 1000);
+      }),
+  );
+  if (!violated || (await tab.evaluate(() => window.ran)) !== undefined) fault("the policy lets foreign scripts run");
+  // The console reports the violation that was asked for.
+  faults.splice(0, faults.length, ...faults.filter((f) => !/Content.Security.Policy|inline script/i.test(f)));
+  await tab.evaluate(() =>
+    window.trueaxisPage.take([new File([new Uint8Array(100e6)], "large.csv")]),
+  );
+  if (!/large\.csv is not opened: 100 MB/.test(await text(tab, "#problem"))) fault("100 MB are not refused");
+  if (await tab.evaluate(() => window.trueaxisPage.files.has("large.csv"))) fault("100 MB are taken");
+  await tab.close();
+}
+
+/** A machine from nothing to a blob. */
+async function builds(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  await tab.$eval("#builder details", (e) => (e.open = true));
+  await tab.$eval("#layout", (e) => {
+    e.value = "wCAYFXZSt";
+    e.dispatchEvent(new Event("input"));
+  });
+  await press(tab, "#build");
+  await tab.waitForSelector("#machine-drawing polygon");
+  const before = await tab.$eval("#machine-drawing svg", (e) => e.innerHTML);
+  await tab.$eval("#error-EXX1", (e) => {
+    e.value = e.max;
+    e.dispatchEvent(new Event("input"));
+  });
+  await tab.waitForFunction((old) => document.querySelector("#machine-drawing svg").innerHTML !== old, {}, before);
+  await tab.waitForFunction(() => /laser/.test(document.querySelector("#error-EXX1-note").textContent));
+  const files = {};
+  for (const name of ["machine.toml", "errors.toml"]) files[name] = await bytes(tab, name);
+  if (!/EXX1 = 1\.5e-4/.test(files["errors.toml"])) fault("the slider does not write the error file");
+  await press(tab, "#compile");
+  const where = place("built", files);
+  const { status, stderr } = native(where, ["compile", "machine.toml", "errors.toml", "-o", "machine.trax"]);
+  if (status !== 0) fault(`the built machine: ${stderr}`);
+  else await same(tab, fault, "the built machine", "machine.trax", readFileSync(join(where, "machine.trax")));
+  await tab.close();
+}
+
+/** Identification, runs, and everything that is made from tables: the files of the command. */
+async function others(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  const root = new URL("../../", import.meta.url).pathname;
+  const example = (name) => readFileSync(join(root, "examples", name), "utf8");
+  const { "machine.toml": machine, "errors-10.toml": errors } = examples["kolibri-10"].files;
+  const where = place("identify", {
+    "machine.toml": machine,
+    "errors-10.toml": errors,
+    "artefact.toml": example("kolibri/artefact.toml"),
+    "strategy.csv": example("kolibri/strategy.csv"),
+  });
+  const simulate = "simulate probings machine.toml errors-10.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o p.csv";
+  execFileSync(trueaxis, simulate.split(" "), { cwd: where });
+  // One row that a probe did not touch well.
+  const rows = readFileSync(join(where, "p.csv"), "utf8").split("\n");
+  rows[20] = rows[20].replace(/^([^,]*,)([^,]*)/, (_, ball, x) => `${ball}${(Number(x) + 0.2).toFixed(4)}`);
+  const probings = rows.join("\n");
+  writeFileSync(join(where, "p.csv"), probings);
+  const said = native(where, "identify machine.toml p.csv -o errors.toml".split(" "));
+  await drop(tab, { "machine.toml": machine, "p.csv": probings });
+  await press(tab, "#identify");
+  await same(tab, fault, "identify", "errors.toml", said.file("errors.toml"));
+  const shown = await text(tab, "#said");
+  if (!shown.includes(said.stdout.trim())) fault(`identify says\n${shown}\nnot\n${said.stdout}`);
+  if (!shown.includes("line 21")) fault("identify does not name the suspect");
+  await press(tab, "#compile");
+  const args = ["compile", "machine.toml", "errors.toml", "-o", "machine.trax"];
+  const made = native(where, args);
+  if (made.status > 1) fault(made.stderr);
+  await same(tab, fault, "identified", "machine.trax", made.file("machine.trax"));
+
+  const program = "G21 G90 G53 G0 X0 Y0 Z100 A0 C0\nG53 G1 X50 Y20 F1000\nM2\n";
+  writeFileSync(join(where, "part.ngc"), program);
+  await drop(tab, { "part.ngc": program });
+  const conversions = [
+    ["#rust", "corrections.rs", "generate machine.trax -o corrections.rs"],
+    ["#c", "corrections.c", "generate machine.trax -o corrections.c"],
+    [
+      "#cec",
+      "cec.mpf",
+      "export cec machine.trax --axes C=AX1,A=AX2,Y=AX3,X=AX4,Z=AX5 --factor-tables not-added --machine machine.toml -o cec.mpf",
+    ],
+    [
+      "#gcode",
+      "corrected-part.ngc",
+      "gcode part.ngc --compensation machine.trax --machine machine.toml --units mm -o corrected-part.ngc",
+    ],
+  ];
+  await tab.$eval("#cec-axes", (e) => (e.value = "C=AX1,A=AX2,Y=AX3,X=AX4,Z=AX5"));
+  for (const [button, name, words] of conversions) {
+    const { status, stderr } = native(where, words.split(" "));
+    await press(tab, button);
+    if (status === 0) await same(tab, fault, words, name, readFileSync(join(where, name)));
+    else if (status === 2 && !(await text(tab, "#problem")).includes(stderr.trim())) fault(`${words}: says other than\n${stderr}`);
+  }
+
+  // Runs of a laser.
+  const runs = {
+    "x.csv": '# axis = "X"\n# reads = "tool +X"\n# unit = "um"\n# at = { Y = 600.0, Z = -100.0 }\ntarget,+1,-1\n0,0.2,-3.9\n200,3.1,-1.2\n400,7.4,3.0\n600,9.8,5.9\n',
+    "pitch.csv": '# axis = "X"\n# reads = "tool +Z to +X"\n# unit = "arcsec"\ntarget,+1,-1\n0,0.0,0.2\n200,1.1,1.0\n400,2.4,2.6\n600,3.3,3.4\n',
+  };
+  await tab.$eval("#clear", (button) => button.click());
+  const router = examples["router-10"].files["machine.toml"];
+  await drop(tab, { "machine.toml": router, ...runs });
+  await press(tab, "#measured");
+  const bench = place("runs", { "machine.toml": router, ...runs });
+  const measured = native(bench, "measured machine.toml x.csv pitch.csv -o errors.toml".split(" "));
+  if (measured.status > 1) fault(measured.stderr);
+  await same(tab, fault, "measured", "errors.toml", measured.file("errors.toml"));
+  await tab.close();
+}
+
+/** The page can be read, and used without a mouse. */
+async function looks(browser, kind) {
+  for (const width of [390, 1400]) {
+    const { tab, fault } = await open(browser, `${kind}, ${width} px`, width);
+    await tab.select("#example", "huron-13");
+    await press(tab, "#compile");
+    await tab.waitForSelector("#machine-drawing polygon");
+    await tab.$$eval("details", (all) => all.forEach((e) => (e.open = true)));
+    for (const scheme of ["light", "dark"]) {
+      await tab.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+      const { faults: found } = await tab.evaluate(checks.contrast);
+      found.forEach((words) => fault(`${scheme}: ${words}`));
+      await tab.screenshot({ path: join(folder, `page-${width}-${scheme}.png`), clip: { x: 0, y: 0, width, height: 3600 } });
+    }
+    (await tab.evaluate(checks.overflow)).forEach(fault);
+    if (width > 1000) await checks.keyboard(tab, fault);
+    await tab.emulateMediaType("print");
+    const hidden = await tab.$$eval("main > .screen-only", (all) => all.every((e) => !e.checkVisibility()));
+    if (!hidden) fault("controls are printed");
+    await tab.pdf({ path: join(folder, `page-${width}.pdf`) });
+    await tab.close();
+  }
+}
+
+for (const [kind, options] of Object.entries(BROWSERS)) {
+  const browser = await puppeteer.launch({ headless: true, protocolTimeout: MOST_WAIT, ...options });
+  try {
+    await opens(browser, kind);
+    const all = [marks, cancels, hostile, builds, others, compiles];
+    if (kind === "chromium") all.unshift(looks);
+    for (const check of all) {
+      const start = Date.now();
+      await check(browser, kind);
+      console.log(`  ${kind}: ${check.name} in ${((Date.now() - start) / 1000).toFixed(0)} s`);
+    }
+  } finally {
+    await browser.close();
+  }
+}
+if (faults.length) {
+  console.error(`${faults.length} faults:\n${faults.slice(0, 60).join("\n")}`);
+  process.exit(1);
+}

@@ -1,0 +1,259 @@
+//! `cargo xtask web`: the command for browsers, and the page around it, in one file: `target/web/index.html`.
+
+use crate::packages::provide;
+use crate::process::{cargo, root, run, target, trueaxis};
+use crate::{blob, files, report};
+use std::fmt::Write;
+use std::io::{Read, Write as _};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const TRIPLE: &str = "wasm32-wasip1";
+/// Largest page, compressed.
+const MOST_BYTES: usize = 1_800_000;
+/// Scripts of the report that the page uses, in their order; the last one draws a report.
+const REPORT: &str = "host/report/src/page";
+const DRAWING: [&str; 6] = [
+    "engine.js",
+    "scene.js",
+    "layout.js",
+    "machine.js",
+    "field.js",
+    "sliders.js",
+];
+
+/// # Errors
+/// If something cannot be installed or built, or a check fails.
+pub fn execute(options: &[&str]) -> Result<(), String> {
+    let page = build()?;
+    match options {
+        [] => Ok(()),
+        ["--serve"] => serve(&page),
+        ["--check"] => check(&page),
+        _ => Err("write `cargo xtask web`, with --serve or --check or nothing".into()),
+    }
+}
+
+/// Builds the page; returns its path.
+fn build() -> Result<PathBuf, String> {
+    let folder = files::folder(target("web"))?;
+    let page = folder.join("index.html");
+    let text = page_text(&command(&folder)?)?;
+    files::write(&page, &text)?;
+    let compressed = piped(
+        Command::new("gzip").args(["-9", "-n", "-c"]),
+        text.as_bytes(),
+    )?;
+    println!(
+        "{}: {} kB, {} kB compressed",
+        page.display(),
+        text.len() / 1000,
+        compressed.len() / 1000
+    );
+    if compressed.len() > MOST_BYTES {
+        return Err(format!("more than {MOST_BYTES} bytes compressed"));
+    }
+    Ok(page)
+}
+
+/// The command as WebAssembly, as small as it gets, compressed.
+fn command(folder: &Path) -> Result<Vec<u8>, String> {
+    if Command::new("rustup")
+        .args(["target", "add", TRIPLE])
+        .output()
+        .is_err()
+    {
+        eprintln!("there is no rustup: the target {TRIPLE} must be installed");
+    }
+    provide("wasm-opt", &["binaryen"], "`web`")?;
+    let words = "rustc -q --profile web -p trueaxis-cli --bin trueaxis --target";
+    // Identification needs more stack than the usual 1 MB.
+    let stack = "-Clink-arg=-zstack-size=8388608";
+    run(cargo().args(words.split(' ')).args([TRIPLE, "--", stack]))?;
+    let built = target(TRIPLE).join("web/trueaxis.wasm");
+    let small = folder.join("trueaxis.wasm");
+    let mut optimise = Command::new("wasm-opt");
+    optimise.args([
+        "-Oz",
+        "--enable-bulk-memory",
+        "--enable-sign-ext",
+        "--enable-mutable-globals",
+    ]);
+    optimise.args([
+        "--enable-nontrapping-float-to-int",
+        "--strip-producers",
+        "-o",
+    ]);
+    run(optimise.arg(&small).arg(built))?;
+    piped(
+        Command::new("gzip").args(["-9", "-n", "-c"]),
+        &files::read(&small)?,
+    )
+}
+
+/// The page: templates, scripts, examples and the command.
+fn page_text(command: &[u8]) -> Result<String, String> {
+    let own = |name: &str| files::read_text(&root().join("web").join(name));
+    let shared = |name: &str| files::read_text(&root().join(REPORT).join(name));
+    let mut script = String::new();
+    for name in DRAWING {
+        script += &shared(name)?;
+    }
+    // The report's last script, run once for each report.
+    let _ = write!(
+        script,
+        "const drawReport = (window) => {{\n{}\n}};\n",
+        shared("view.js")?
+    );
+    script += &own("page.js")?;
+    let hash = hash(&script)?;
+    // The styles are the report's and the page's own; user content sets none.
+    let policy = format!(
+        "default-src 'none'; script-src 'sha256-{hash}' 'wasm-unsafe-eval'; worker-src blob:; \
+         style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+    );
+    let style = [shared("style.css")?, shared("view.css")?, own("page.css")?].concat();
+    let parts = [
+        ("policy", policy),
+        ("style", style),
+        ("examples", examples()?),
+        ("worker", own("system.js")? + &own("worker.js")?),
+        ("script", script),
+        ("wasm", base64(command)),
+    ];
+    let mut page = own("page.html")?;
+    for (name, text) in parts {
+        if name != "policy" && text.contains("</script") {
+            return Err(format!("{name} would end its element"));
+        }
+        page = page.replace(&format!("{{{{{name}}}}}"), &text);
+    }
+    Ok(page)
+}
+
+/// The examples as JSON: their files, and the options that they are compiled with.
+fn examples() -> Result<String, String> {
+    let mut all = Vec::new();
+    for case in report::examples() {
+        let mut texts = Vec::new();
+        for file in [case.machine, case.errors] {
+            let name = file.rsplit('/').next().unwrap_or(file);
+            let text = files::read_text(&root().join(file))?;
+            texts.push(format!("{}: {}", json(name), json(&text)));
+        }
+        let options = case.tables.unwrap_or_default();
+        let (name, files) = (json(case.name), texts.join(","));
+        all.push(format!(
+            "{name}: {{\"options\": {}, \"files\": {{{files}}}}}",
+            json(options)
+        ));
+    }
+    Ok(format!("{{{}}}", all.join(",\n")))
+}
+
+/// A text as JSON that cannot end its element.
+fn json(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            '<' | '\0'..='\x1f' => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted + "\""
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let bits = (0..3).fold(0, |bits, k| {
+            bits << 8 | usize::from(three.get(k).copied().unwrap_or(0))
+        });
+        for k in 0..4 {
+            let letter = LETTERS[bits >> (18 - 6 * k) & 63];
+            text.push(if k > three.len() {
+                '='
+            } else {
+                char::from(letter)
+            });
+        }
+    }
+    text
+}
+
+/// SHA-256 as a content security policy has it.
+fn hash(text: &str) -> Result<String, String> {
+    let printed = piped(&mut Command::new("sha256sum"), text.as_bytes())?;
+    let digits = printed.get(..64).ok_or("sha256sum prints no sum")?;
+    let digits: Option<Vec<u32>> = digits.iter().map(|&c| char::from(c).to_digit(16)).collect();
+    let digits = digits.ok_or("sha256sum prints no sum")?;
+    let bytes: Vec<u8> = digits
+        .chunks(2)
+        .map(|two| (two[0] << 4 | two[1]) as u8)
+        .collect();
+    Ok(base64(&bytes))
+}
+
+/// What a program makes of its standard input.
+fn piped(command: &mut Command, input: &[u8]) -> Result<Vec<u8>, String> {
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("a program is missing: {error}"))?;
+    let stdin = child.stdin.take();
+    let output = std::thread::scope(|scope| {
+        scope.spawn(move || stdin.map(|mut stdin| stdin.write_all(input)));
+        child.wait_with_output()
+    });
+    match output {
+        Ok(output) if output.status.success() => Ok(output.stdout),
+        Ok(output) => Err(format!("{command:?}: {}", output.status)),
+        Err(error) => Err(format!("{command:?}: {error}")),
+    }
+}
+
+/// Serves the page on the loopback address until interrupted.
+fn serve(page: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("the page cannot be served: {error}");
+    let listener = TcpListener::bind("127.0.0.1:8000")
+        .or_else(|_| TcpListener::bind("127.0.0.1:0"))
+        .map_err(failed)?;
+    println!("http://{}/", listener.local_addr().map_err(failed)?);
+    for stream in listener.incoming() {
+        let text = files::read(page)?;
+        let Ok(mut stream) = stream else { continue };
+        // Whatever is asked for, there is one page. A client that goes away is not an error.
+        let _ = stream.read(&mut [0; 4096]);
+        let head = "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=utf-8\r\nConnection: close";
+        let _ = write!(stream, "{head}\r\nContent-Length: {}\r\n\r\n", text.len());
+        let _ = stream.write_all(&text);
+    }
+    Ok(())
+}
+
+/// Drives the page in real browsers and compares what it makes with the command's.
+fn check(page: &Path) -> Result<(), String> {
+    let folder = files::folder(target("web").join("check"))?;
+    let driver = report::provide_browser(&target("report"))?;
+    provide("firefox-esr", &["firefox-esr"], "`web --check`")?;
+    let trueaxis = trueaxis()?;
+    for case in report::examples() {
+        let output = folder.join(format!("{}.trax", case.name));
+        let sources = [case.machine, case.errors];
+        blob::compile(
+            &trueaxis,
+            &sources,
+            case.tables.unwrap_or_default(),
+            &output,
+        )?;
+    }
+    run(Command::new("node")
+        .arg(root().join("tests/browser/web.mjs"))
+        .args([page, &folder, &driver, &trueaxis]))
+}
