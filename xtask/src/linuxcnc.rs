@@ -37,6 +37,7 @@ const PARTS: &[(&str, Check)] = &[
     ("touches", touches::check),
     ("calibrate", calibrate::check),
     ("calibrate-twenty", calibrate::twenty),
+    ("calibrate-drifting", calibrate::drifting),
     ("times", times::check),
     ("package", package::check),
 ];
@@ -47,7 +48,7 @@ const BESIDE: [&str; 2] = ["panel", "calibrate"];
 /// Run only if named. The twenty machines take 20 minutes. And on busy processors LinuxCNC 2.9 may end a program of
 /// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
 /// or without a message.
-const ONLY_NAMED: [&str; 2] = ["touches", "calibrate-twenty"];
+const ONLY_NAMED: [&str; 3] = ["touches", "calibrate-twenty", "calibrate-drifting"];
 
 /// `chosen`: only these parts.
 ///

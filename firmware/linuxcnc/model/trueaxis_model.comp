@@ -48,6 +48,7 @@ pin in  float pretravel "Distance that the stylus moves on from the surface befo
 pin in  float lobing "Amplitude of its change around the tool axis, with three lobes, µm";
 pin in  float noise "Standard deviation of a touch, µm";
 pin in  float moved "How far the first ball has been pushed along x, mm";
+pin in  float drift "How fast all balls move along each axis of the workpiece, µm/h";
 pin out bit   touching "The stylus has contact with a ball";
 pin in  float tool_length = NAN "Tool length along its axis from the spindle frame, machine units; until set, that of the machine file";
 
@@ -185,13 +186,13 @@ static double drawn_at_random(void)
 /* How far the centre of the stylus is inside the sphere on which it touches the nearest ball, mm, and how far the probe
  * trips inside it. */
 static double inside(const double tip[3], const double direction[3], double tip_diameter, double trips, double lobes,
-                     double pushed)
+                     double pushed, double drifted)
 {
     double deepest = -INFINITY;
     for (int b = 0; b < ball_count; b++) {
         double way[3], square = 0, along = 0, apart, least;
         for (int i = 0; i < 3; i++) {
-            way[i] = tip[i] - ball[b].centre[i] - (b == 0 && i == 0 ? pushed : 0);
+            way[i] = tip[i] - ball[b].centre[i] - drifted - (b == 0 && i == 0 ? pushed : 0);
             square += way[i] * way[i];
             along += way[i] * direction[i];
         }
@@ -251,7 +252,7 @@ FUNCTION(_)
     double commands[TRUEAXIS_AXES], positions[TRUEAXIS_AXES], off[3], across = 0;
     trueaxis_model_pose_facts pose = {{0}, {0}, {0}, {0}};
     bool right = count > 0;
-    (void)period;
+    static double drifted; /* mm */
     for (int k = 0; k < count; k++) {
         int j = joint_of[k];
         commands[k] = joint_pos_in(j) * unit[k];
@@ -279,7 +280,9 @@ FUNCTION(_)
     direction_y = pose.direction[1];
     direction_z = pose.direction[2];
     if (ball_count > 0) {
-        double deep = inside(pose.tip, pose.direction, stylus, pretravel, lobing, moved);
+        double deep;
+        drifted += drift * 1e-3 / 3600 * (double)period * 1e-9;
+        deep = inside(pose.tip, pose.direction, stylus, pretravel, lobing, moved, drifted);
         if (!drawn)
             off_by = noise * drawn_at_random() * 1e-3;
         drawn = true;
