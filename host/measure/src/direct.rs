@@ -10,6 +10,7 @@ mod block;
 mod direct_error;
 mod error_file;
 pub mod iso230_2;
+pub mod iso230_3;
 mod measurement;
 mod motion;
 mod solve;

@@ -20,6 +20,7 @@ mod identify;
 mod import;
 mod inspect;
 mod iso230_2;
+mod iso230_3;
 mod linuxcnc;
 mod measured;
 mod monitor;
@@ -81,6 +82,8 @@ enum Command {
     Measured(measured::Arguments),
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
+    #[command(name = "iso230-3")]
+    Iso2303(iso230_3::Arguments),
     Ballbar(ballbar::Arguments),
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
@@ -141,6 +144,7 @@ impl Command {
             Self::Probings(arguments) => probings::run(&arguments),
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Iso2302(arguments) => iso230_2::run(&arguments),
+            Self::Iso2303(arguments) => iso230_3::run(&arguments),
             Self::Ballbar(arguments) => ballbar::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),

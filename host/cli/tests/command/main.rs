@@ -11,6 +11,7 @@ mod gcode;
 mod generate;
 mod hints;
 mod identify;
+mod iso230_3;
 mod large_files;
 mod linuxcnc;
 mod linuxcnc_probe;

@@ -1,6 +1,8 @@
-//! Measurement files: artefacts, probings, readings of instruments and of ball-bars, validations.
+//! Measurement files: artefacts, probings, readings of instruments, of ball-bars and of displacement sensors,
+//! validations.
 
 pub mod artefact;
+pub mod displacements;
 pub mod probings;
 pub mod radii;
 pub mod runs;

@@ -1,0 +1,285 @@
+//! `trueaxis iso230-3`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::direct::iso230_3::{Analysis, Displacements, Drift, Test, Unit, analysis};
+use trueaxis_measure::formats::displacements;
+use trueaxis_report::picture::{Chart, Ink, Mark, Picture, Scale, Series};
+
+/// Evaluate thermal drift to ISO 230-3: environment, rotating spindle, moving linear axis
+///
+/// Takes readings of up to five displacement sensors over time and prints how far each direction drifted (the range of
+/// its readings), how the spindle inclined about X and Y, and the values after the times that you state. Drift counts
+/// from the first reading.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis iso230-3 spindle.csv --at 60,240 --pictures drift\n\n\
+The file begins with how it was measured; sensors, temperatures and a position of the axis may be left out:\n  \
+# test = \"spindle\"            # or \"environment\"; or \"axis\", with # axis = \"X\"\n  \
+# sensors_apart_mm = 120.0      # how far X2 and Y2 are from X1 and Y1 in +Z\n  \
+# stops_at_s = 14400            # when the spindle stopped\n  \
+time_s,x1_um,y1_um,x2_um,y2_um,z_um,housing_C\n  0,0.0,0.1,0.0,0.0,0.2,20.1\n  60,0.3,0.1,0.2,0.0,1.4,20.6"
+)]
+pub struct Arguments {
+    /// Readings (CSV)
+    readings: PathBuf,
+    /// Print the values at these times after the first reading, in minutes
+    #[arg(long, value_name = "MIN,…", value_delimiter = ',')]
+    at: Vec<f64>,
+    /// Write the courses over time into this folder, as SVG files
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let text = Text::read(&arguments.readings)?;
+    let measured = displacements::read(&text.text).map_err(|error| text.bad(error))?;
+    let [first, last] = measured.span();
+    for minutes in &arguments.at {
+        if !(0.0..=(last - first) / 60.0).contains(minutes) {
+            return Err(BadInput::new(
+                format!("--at {minutes}: nothing was read after {minutes} min"),
+                format!("write times up to {:.1} min", (last - first) / 60.0),
+            ));
+        }
+    }
+    let at: Vec<f64> = arguments.at.iter().map(|m| first + m * 60.0).collect();
+    let found = analysis(&measured, &at);
+    if let Some(folder) = &arguments.pictures {
+        pictures(folder, &measured, &found)?;
+    }
+    match arguments.json {
+        true => files::print_json(&Answer::new(&measured, &found, &arguments.at))?,
+        false => files::print(&screen(&text.name, &measured, &found, &arguments.at))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// The test with its clause.
+fn title(test: Test) -> String {
+    match test {
+        Test::Environment => {
+            "environmental temperature variation error, ETVE (ISO 230-3, clause 5)".to_owned()
+        }
+        Test::Spindle => {
+            "thermal distortion by the rotating spindle (ISO 230-3, clause 6)".to_owned()
+        }
+        Test::Axis(axis) => {
+            format!("thermal distortion by moving {axis} (ISO 230-3, clause 7)")
+        }
+    }
+}
+
+/// Factor and unit as printed.
+fn shown(unit: Unit) -> (f64, &'static str) {
+    match unit {
+        Unit::Length => (1e3, "µm"),
+        Unit::Angle => (1e6, "µrad"),
+        Unit::Temperature => (1.0, "°C"),
+        Unit::Expansion => (1e6, "µm/m"),
+    }
+}
+
+/// The text output.
+fn screen(name: &str, measured: &Displacements, found: &[Analysis], at: &[f64]) -> String {
+    let [first, last] = measured.span();
+    let mut text = format!(
+        "{name}: {}\n{} readings in {:.1} min",
+        title(measured.test),
+        measured.readings.len(),
+        (last - first) / 60.0
+    );
+    if let Some(stop) = measured.stop {
+        text += &format!(", stopped after {:.1} min", (stop - first) / 60.0);
+    }
+    text.push('\n');
+    for analysis in found {
+        text.push('\n');
+        if let Some(position) = analysis.position {
+            text += &format!("at {position} mm\n");
+        }
+        text += &format!("{:<28}{:>10}", "", "range");
+        if measured.stop.is_some() {
+            text += &format!("{:>12}{:>10}", "until stop", "after");
+        }
+        for minutes in at {
+            text += &format!("{:>13}", format!("at {minutes} min"));
+        }
+        text.push('\n');
+        for drift in &analysis.drifts {
+            let (factor, unit) = shown(drift.unit);
+            // Avoids "-0.00".
+            let number = |v: f64| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0);
+            text += &format!(
+                "{:<28}{:>10}",
+                format!("{} ({unit})", drift.name),
+                number(drift.range)
+            );
+            if let Some([until, after]) = drift.stopped {
+                text += &format!("{:>12}{:>10}", number(until), number(after));
+            }
+            for value in &drift.at {
+                text += &format!("{:>13}", value.map_or_else(|| "–".to_owned(), number));
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// Writes the courses of what has the same unit, each into its own file.
+fn pictures(folder: &Path, measured: &Displacements, found: &[Analysis]) -> Result<(), BadInput> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        BadInput::new(
+            format!("{} cannot be made: {error}", folder.display()),
+            "give a folder that can be written to",
+        )
+    })?;
+    for analysis in found {
+        for (unit, what) in [
+            (Unit::Length, "displacement"),
+            (Unit::Angle, "tilt"),
+            (Unit::Temperature, "temperature"),
+            (Unit::Expansion, "expansion"),
+        ] {
+            let drifts = analysis.drifts.iter().filter(|d| d.unit == unit);
+            let drifts: Vec<&Drift> = drifts.collect();
+            if drifts.is_empty() {
+                continue;
+            }
+            let place = analysis.position;
+            let name = match place {
+                Some(position) => format!("{what}-at-{position}"),
+                None => what.to_owned(),
+            };
+            let path = folder.join(format!("{name}.svg"));
+            files::write(&path, picture(measured, what, &drifts).file().as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// Courses over time.
+fn picture(measured: &Displacements, what: &str, drifts: &[&Drift]) -> Picture {
+    const INKS: [Ink; 6] = [
+        Ink::Accent,
+        Ink::Before,
+        Ink::Other,
+        Ink::After,
+        Ink::Text,
+        Ink::Muted,
+    ];
+    let [first, last] = measured.span();
+    let (factor, unit) = shown(drifts[0].unit);
+    let hours = |time: f64| (time - first) / 3600.0;
+    let series = drifts.iter().enumerate().map(|(k, drift)| Series {
+        name: drift.name.clone(),
+        ink: INKS[k % INKS.len()],
+        mark: if k < INKS.len() {
+            Mark::Line
+        } else {
+            Mark::Dashed
+        },
+        points: (drift.course.iter())
+            .map(|[time, value]| [hours(*time), value * factor])
+            .collect(),
+    });
+    let mut series: Vec<Series> = series.collect();
+    let values: Vec<f64> = series
+        .iter()
+        .flat_map(|s| &s.points)
+        .map(|p| p[1])
+        .collect();
+    let y = match drifts[0].unit {
+        // Temperatures are far from zero.
+        Unit::Temperature => {
+            let (low, high) =
+                (values.iter()).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+            Scale::exact(format!("{what} ({unit})"), [low - 0.5, high + 0.5])
+        }
+        _ => Scale::around(format!("{what} ({unit})"), values.iter().copied()),
+    };
+    if let Some(stop) = measured.stop {
+        series.push(Series {
+            name: "stop".to_owned(),
+            ink: Ink::Muted,
+            mark: Mark::Dashed,
+            points: y.range.map(|v| [hours(stop), v]).to_vec(),
+        });
+    }
+    Chart {
+        title: format!("{what} over time: {}", title(measured.test)),
+        x: Scale::exact("time (h)", [0.0, hours(last)]),
+        y,
+        shaded: Vec::new(),
+        series,
+    }
+    .draw()
+}
+
+/// The results as JSON; names state the units.
+#[derive(Serialize)]
+struct Answer<'a> {
+    test: String,
+    minutes: f64,
+    stopped_after_minutes: Option<f64>,
+    sensors_apart_mm: Option<f64>,
+    at_minutes: &'a [f64],
+    results: Vec<At<'a>>,
+}
+
+#[derive(Serialize)]
+struct At<'a> {
+    position_mm: Option<f64>,
+    drifts: Vec<One<'a>>,
+}
+
+#[derive(Serialize)]
+struct One<'a> {
+    name: &'a str,
+    unit: &'static str,
+    range: f64,
+    range_until_stop: Option<f64>,
+    range_after_stop: Option<f64>,
+    at: Vec<Option<f64>>,
+}
+
+impl<'a> Answer<'a> {
+    fn new(measured: &Displacements, found: &'a [Analysis], at: &'a [f64]) -> Self {
+        let [first, last] = measured.span();
+        let one = |drift: &'a Drift| {
+            let (factor, unit) = shown(drift.unit);
+            let stopped = drift
+                .stopped
+                .map(|ranges| ranges.map(|range| range * factor));
+            One {
+                name: &drift.name,
+                unit,
+                range: drift.range * factor,
+                range_until_stop: stopped.map(|[until, _]| until),
+                range_after_stop: stopped.map(|[_, after]| after),
+                at: drift.at.iter().map(|v| v.map(|v| v * factor)).collect(),
+            }
+        };
+        Self {
+            test: title(measured.test),
+            minutes: (last - first) / 60.0,
+            stopped_after_minutes: measured.stop.map(|stop| (stop - first) / 60.0),
+            sensors_apart_mm: measured.apart,
+            at_minutes: at,
+            results: (found.iter())
+                .map(|analysis| At {
+                    position_mm: analysis.position,
+                    drifts: analysis.drifts.iter().map(one).collect(),
+                })
+                .collect(),
+        }
+    }
+}

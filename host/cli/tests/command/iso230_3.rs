@@ -1,0 +1,104 @@
+//! Thermal drift to ISO 230-3.
+
+use crate::program::{Folder, answer, refused, trueaxis};
+use std::fmt::Write;
+
+/// Ten hours in a hall whose temperature swings by 2 K, with sensors that follow it: 3 µm/K in X1, 5 µm/K in Z.
+fn environment() -> String {
+    let mut text = "# test = \"environment\"\ntime_s,x1_um,z_um,air_C\n".to_owned();
+    for k in 0..=60 {
+        let time = f64::from(k) * 600.0;
+        let kelvin = (std::f64::consts::TAU * time / 36_000.0).sin();
+        let _ = writeln!(
+            text,
+            "{time},{:.4},{:.4},{:.4}",
+            3.0 * kelvin,
+            5.0 * kelvin,
+            20.0 + kelvin
+        );
+    }
+    text
+}
+
+#[test]
+fn ranges_values_and_pictures_are_written() {
+    let folder = Folder::new();
+    let (readings, pictures) = (folder.file("hall.csv", environment()), folder.at("drift"));
+    let said = answer(
+        0,
+        &[
+            "iso230-3",
+            &readings,
+            "--at",
+            "150,450",
+            "--pictures",
+            &pictures,
+        ],
+    );
+    assert!(
+        said.contains("ETVE (ISO 230-3, clause 5)\n61 readings in 600.0 min\n"),
+        "{said}"
+    );
+    // Swings of ±1 K; the extremes are read at 150 and 450 min.
+    let row = |name: &str| {
+        let line = said.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split_whitespace()
+            .skip(2)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(row("X1"), ["6.00", "3.00", "-3.00"]);
+    assert_eq!(row("Z"), ["10.00", "5.00", "-5.00"]);
+    assert_eq!(row("air"), ["2.00", "21.00", "19.00"]);
+    for (name, words) in [
+        ("displacement", "displacement (µm)"),
+        ("temperature", "temperature (°C)"),
+    ] {
+        let picture = std::fs::read_to_string(format!("{pictures}/{name}.svg")).unwrap();
+        assert!(
+            picture.contains(words) && picture.contains("time (h)"),
+            "{name}"
+        );
+    }
+    let json = answer(0, &["iso230-3", &readings, "--at", "150", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let z = &json["results"][0]["drifts"][1];
+    assert_eq!(
+        (z["name"].as_str(), z["unit"].as_str()),
+        (Some("Z"), Some("µm"))
+    );
+    assert!(
+        (z["range"].as_f64().unwrap() - 10.0).abs() < 1e-9
+            && (z["at"][0].as_f64().unwrap() - 5.0).abs() < 1e-9
+    );
+}
+
+#[test]
+fn bad_readings_and_times_are_refused() {
+    let folder = Folder::new();
+    let readings = folder.file("hall.csv", environment());
+    for minutes in ["700", "-1", "nan"] {
+        let at = format!("--at={minutes}");
+        refused(
+            &["iso230-3", &readings, &at],
+            &["nothing was read after", "write times up to 600.0 min"],
+        );
+    }
+    let bad = folder.file("bad.csv", environment().replacen("600,0", "600,O", 1));
+    refused(
+        &["iso230-3", &bad],
+        &[
+            "bad.csv, line 4",
+            "column 2 (x1_um)",
+            "is not a finite number",
+        ],
+    );
+    let empty = folder.file("empty.csv", "");
+    refused(&["iso230-3", &empty], &["empty.csv", "the file is empty"]);
+    assert_eq!(
+        trueaxis(&["iso230-3", &readings, "--pictures", &bad])
+            .status
+            .code(),
+        Some(2)
+    );
+}

@@ -1,0 +1,213 @@
+//! Readings of displacement sensors at a spindle over time, for tests to ISO 230-3, as CSV.
+
+use crate::direct::iso230_3::{Displacements, Reading, SENSORS, Test};
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+use trueaxis_model::formats::csv::{self, Row, Table};
+use trueaxis_model::source::FileError;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Heading {
+    test: Option<Spanned<String>>,
+    axis: Option<Spanned<String>>,
+    sensors_apart_mm: Option<Spanned<f64>>,
+    stops_at_s: Option<Spanned<f64>>,
+    #[serde(rename = "machine")]
+    _machine: Option<String>,
+}
+
+const HEADING: &str =
+    "begin the file with # test = \"environment\", \"spindle\" or \"axis\", in a line of its own";
+const COLUMNS: &str = "name the columns: time_s, then x1_um, y1_um, x2_um, y2_um, z_um as far as there are sensors, position_mm for an axis, and temperatures such as air_C";
+const VALUES: &str = "write one value per column, with a decimal point";
+/// Largest plausible distance between sensors, and position (mm).
+const FAR: f64 = 1e4;
+/// Largest plausible reading (µm).
+const LARGE: f64 = 1e4;
+const TEMPERATURES: Range<f64> = -50.0..200.0;
+
+#[derive(Clone, PartialEq)]
+enum Column {
+    Time,
+    Position,
+    Sensor(usize),
+    Temperature(String),
+}
+
+impl Column {
+    fn named(name: &str) -> Option<Self> {
+        let sensor = |sensor: &&str| format!("{}_um", sensor.to_lowercase()) == name;
+        Some(match name {
+            "time_s" => Self::Time,
+            "position_mm" => Self::Position,
+            _ => match SENSORS.iter().position(sensor) {
+                Some(sensor) => Self::Sensor(sensor),
+                None => {
+                    let place = name.strip_suffix("_C").filter(|place| !place.is_empty())?;
+                    Self::Temperature(place.to_owned())
+                }
+            },
+        })
+    }
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, an unknown test, missing columns, times that do
+/// not increase, readings that no sensor gives.
+pub fn read(text: &str) -> Result<Displacements, FileError> {
+    let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
+    let table = Table::open(text, end, COLUMNS, VALUES)?;
+    let columns = table.columns(0, Column::named)?;
+    let place = |column: &Column| columns.iter().position(|c| c == column);
+    let time = place(&Column::Time).ok_or_else(|| table.missing("time_s"))?;
+    let position = place(&Column::Position);
+    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&Column::Sensor(k)));
+    if sensors == [None; 5] {
+        return Err(table.wrong_header("there is no column with readings of a sensor"));
+    }
+    let test = heading.test()?;
+    match (test, position) {
+        (Test::Axis(_), None) => return Err(table.missing("position_mm")),
+        (Test::Environment | Test::Spindle, Some(_)) => {
+            return Err(table
+                .wrong_header("there is a column `position_mm`, but no axis moves in this test"));
+        }
+        _ => {}
+    }
+    let temperatures: Vec<(usize, String)> = (columns.iter().enumerate())
+        .filter_map(|(k, column)| match column {
+            Column::Temperature(place) => Some((k, place.clone())),
+            _ => None,
+        })
+        .collect();
+    let mut readings: Vec<Reading> = Vec::new();
+    for row in table {
+        let row = row?;
+        let last = readings.last().map(|reading| reading.time);
+        let mut displacements = [0.0; 5];
+        for (value, column) in displacements.iter_mut().zip(sensors) {
+            if let Some(column) = column {
+                *value = within(&row, column, -LARGE..LARGE, "µm")? * 1e-3;
+            }
+        }
+        let celsius = temperatures.iter();
+        let celsius = celsius.map(|(column, _)| within(&row, *column, TEMPERATURES, "°C"));
+        readings.push(Reading {
+            time: row.increasing(time, last, "write the rows in the order of their times")?,
+            position: position
+                .map(|column| within(&row, column, -FAR..FAR, "mm"))
+                .transpose()?,
+            displacements,
+            celsius: celsius.collect::<Result<_, _>>()?,
+        });
+    }
+    if readings.len() < 2 {
+        return Err(FileError::whole(
+            "a drift needs at least two readings",
+            "write one row for each time at which the sensors were read",
+        ));
+    }
+    Ok(Displacements {
+        test,
+        apart: heading.apart()?,
+        stop: heading.stop(&readings)?,
+        sensors: sensors.map(|column| column.is_some()),
+        temperatures: temperatures.into_iter().map(|(_, place)| place).collect(),
+        readings,
+    })
+}
+
+/// A number in a column that must be within a range.
+fn within(row: &Row<'_>, column: usize, range: Range<f64>, unit: &str) -> Result<f64, FileError> {
+    let value = row.number(column)?;
+    match range.contains(&value) {
+        true => Ok(value),
+        false => Err(row.error(
+            column,
+            format!("{value} {unit} is beyond what is measured in such a test"),
+            "here",
+            VALUES,
+        )),
+    }
+}
+
+impl Heading {
+    fn test(&self) -> Result<Test, FileError> {
+        let Some(test) = &self.test else {
+            return Err(FileError::whole("the file does not say `test`", HEADING));
+        };
+        match (&test.get_ref()[..], &self.axis) {
+            ("environment", None) => Ok(Test::Environment),
+            ("spindle", None) => Ok(Test::Spindle),
+            ("axis", Some(axis)) => match &axis.get_ref()[..] {
+                "X" => Ok(Test::Axis('X')),
+                "Y" => Ok(Test::Axis('Y')),
+                "Z" => Ok(Test::Axis('Z')),
+                name => Err(FileError::at(
+                    axis.span(),
+                    format!("`{name}` is not a linear axis with sensors along it"),
+                    "here",
+                    "write # axis = \"X\", \"Y\" or \"Z\"",
+                )),
+            },
+            ("axis", None) => Err(FileError::at(
+                test.span(),
+                "the file does not say which axis moved",
+                "here",
+                "add # axis = \"X\"",
+            )),
+            ("environment" | "spindle", Some(axis)) => Err(FileError::at(
+                axis.span(),
+                "no axis moves in this test",
+                "here",
+                "leave out `axis`, or write # test = \"axis\"",
+            )),
+            (name, _) => Err(FileError::at(
+                test.span(),
+                format!("`{name}` is not a known test"),
+                "here",
+                HEADING,
+            )),
+        }
+    }
+
+    fn apart(&self) -> Result<Option<f64>, FileError> {
+        let Some(apart) = &self.sensors_apart_mm else {
+            return Ok(None);
+        };
+        match (0.1..FAR).contains(&apart.get_ref().abs()) {
+            true => Ok(Some(*apart.get_ref())),
+            false => Err(FileError::at(
+                apart.span(),
+                format!("sensors cannot be {} mm apart", apart.get_ref()),
+                "here",
+                "write how far X2 and Y2 are from X1 and Y1 in +Z, in mm",
+            )),
+        }
+    }
+
+    fn stop(&self, readings: &[Reading]) -> Result<Option<f64>, FileError> {
+        let Some(stop) = &self.stops_at_s else {
+            return Ok(None);
+        };
+        let ends = [readings.first(), readings.last()].map(|r| r.map_or(0.0, |r| r.time));
+        match (ends[0]..=ends[1]).contains(stop.get_ref()) {
+            true => Ok(Some(*stop.get_ref())),
+            false => Err(FileError::at(
+                stop.span(),
+                format!(
+                    "nothing was read at {} s: the readings are from {} to {} s",
+                    stop.get_ref(),
+                    ends[0],
+                    ends[1]
+                ),
+                "here",
+                "write the time at which the motion stopped, or leave it out",
+            )),
+        }
+    }
+}
