@@ -13,6 +13,9 @@ pub struct Identification {
     pub probed: Vec<Probed>,
     /// The balls.
     pub balls: Vec<Ball>,
+    /// Balls and stylus, found and as stated. Older files do not have them.
+    #[serde(default)]
+    pub places: Vec<Place>,
     /// The parameters found.
     pub parameters: Vec<Estimate>,
     /// Pairs of parameters whose correlation is above 0.9.
@@ -64,6 +67,17 @@ pub struct Ball {
     pub left_um: f64,
     /// Largest residual.
     pub most_um: f64,
+}
+
+/// A ball or the stylus.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Its name.
+    pub what: String,
+    /// Where it was found: balls in the workpiece frame, the stylus in the spindle frame.
+    pub found_mm: [f64; 3],
+    /// Where it was stated to be, if it was.
+    pub stated_mm: Option<[f64; 3]>,
 }
 
 /// A parameter.

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod budget;
+pub mod certificate;
 mod compare;
 mod document;
 mod figures;
@@ -31,7 +32,7 @@ pub use document::{Document, File};
 pub use identification::{Identification, Probed};
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
-pub use page::{page, pictures};
+pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
@@ -209,6 +210,7 @@ pub fn verdict(
 }
 
 /// The subject of a report.
+#[derive(Clone)]
 struct Subject<'a> {
     machine: &'a Machine,
     errors: &'a ErrorModel,

@@ -1,5 +1,6 @@
 //! The page: templates, figures and data in one file.
 
+use super::certificate::{Certificate, Judged};
 use super::words::{figure, quantity};
 use super::{Model, Report, figures};
 use crate::picture::Picture;
@@ -8,7 +9,7 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
 
 /// Named parts of the page.
-const TEMPLATES: [(&str, &str); 9] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("page.html", include_str!("page/page.html")),
     ("machine.html", include_str!("page/machine.html")),
     ("field.html", include_str!("page/field.html")),
@@ -21,10 +22,15 @@ const TEMPLATES: [(&str, &str); 9] = [
         include_str!("page/identification.html"),
     ),
     ("document.html", include_str!("page/document.html")),
+    ("certificate.html", include_str!("page/certificate.html")),
 ];
 const STYLE: &str = concat!(
     include_str!("page/style.css"),
     include_str!("page/view.css")
+);
+const CERTIFICATE_STYLE: &str = concat!(
+    include_str!("page/style.css"),
+    include_str!("page/certificate.css")
 );
 /// Scripts for computing and drawing.
 const SCRIPTS: [&str; 7] = [
@@ -59,14 +65,7 @@ struct Figure {
 /// # Errors
 /// A wrong template, or data that cannot be written as JSON: a bug in the program.
 pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment.add_filter("figure", |value: f64| figure(value));
-    environment.add_filter("plain", |value: f64| crate::picture::tick(value));
-    environment.add_filter("quantity", |name: &str, value: f64| quantity(name, value));
-    for (name, text) in TEMPLATES {
-        environment.add_template(name, text)?;
-    }
+    let environment = environment()?;
     let identification = report.identification.as_ref();
     environment.get_template("page.html")?.render(context! {
             report => Value::from(Serde(report)),
@@ -90,6 +89,47 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             balls => svg(identification.and_then(figures::balls)),
             residuals => svg(identification.and_then(figures::residuals)),
     })
+}
+
+/// The page of a certificate: one self-contained file without scripts.
+///
+/// # Errors
+/// A wrong template: a bug in the program.
+pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<String, Error> {
+    let identification = report.identification.as_ref();
+    environment()?
+        .get_template("certificate.html")?
+        .render(context! {
+            report => Value::from(Serde(report)),
+            certificate => Value::from(Serde(certificate)),
+            judged => certificate.judged.iter().map(Judged::printed).collect::<Vec<_>>(),
+            style => Value::from_safe_string(CERTIFICATE_STYLE.to_owned()),
+            balls => svg(identification.and_then(figures::balls)),
+            residuals => svg(identification.and_then(figures::residuals)),
+        })
+}
+
+/// The templates, and how they show numbers.
+fn environment() -> Result<Environment<'static>, Error> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("plain", |value: f64| crate::picture::tick(value));
+    environment.add_filter("plain1", |value: f64| decimals(value, 1));
+    environment.add_filter("mm", |value: f64| decimals(value, 4));
+    environment.add_filter("quantity", |name: &str, value: f64| quantity(name, value));
+    for (name, text) in TEMPLATES {
+        environment.add_template(name, text)?;
+    }
+    Ok(environment)
+}
+
+/// A number with so many decimals and a true minus sign.
+fn decimals(value: f64, count: i32) -> String {
+    let unit = 10_f64.powi(count);
+    // Avoids "-0.0".
+    let rounded = (value * unit).round() / unit + 0.0;
+    format!("{rounded:.*}", count as usize).replace('-', "−")
 }
 
 fn motions(report: &Report) -> Vec<Motions<'_>> {

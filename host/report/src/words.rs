@@ -29,15 +29,22 @@ pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
 /// The value of a parameter with its unit: `−0.87 µm/m`; for a coefficient of a motion `12.00 µrad/m²`, per kelvin
 /// `1.50 µm/K`. As in files if it is not a parameter.
 pub fn quantity(name: &str, value: f64) -> String {
+    let text = match in_unit(name) {
+        Some((factor, unit)) => format!("{:.2} {unit}", value * factor),
+        None => number(value),
+    };
+    text.replace('-', "−")
+}
+
+/// The factor for a parameter's value and the unit that it is then in, as [`quantity`] shows it; `None` if it is not a
+/// parameter.
+pub(crate) fn in_unit(name: &str) -> Option<(f64, String)> {
     let (name, per_kelvin) = match name.split_once(" (per K") {
         Some((name, _)) => (name, "/K"),
         None => (name, ""),
     };
-    let text = match Parameter::parse(name).map(shown) {
-        Some((factor, unit)) => format!("{:.2} {unit}{per_kelvin}", value * factor),
-        None => number(value),
-    };
-    text.replace('-', "−")
+    let (factor, unit) = Parameter::parse(name).map(shown)?;
+    Some((factor, format!("{unit}{per_kelvin}")))
 }
 
 /// Like [`unit()`], with coefficients of motions in µm or µrad per metre or radian to the power of their degree.

@@ -12,8 +12,10 @@ use clap::Args;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
+use trueaxis_measure::formats::validation::Validation;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_report::certificate::{self, Calibration, Certificate};
 use trueaxis_report::{
     self as report, Compensation, Document, Identification, Model, Report, ReportError,
 };
@@ -31,7 +33,9 @@ use trueaxis_tables::validate::Runtime;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis report machine.toml errors.toml machine.trax -o report.html --date 2026-11-23\n  \
-trueaxis report machine.toml errors.toml --json > now.json"
+trueaxis report machine.toml errors.toml --json > now.json\n  \
+trueaxis report machine.toml errors.toml machine.trax --certificate -o certificate.html \\\n    \
+--calibration calibration.toml --identification found.json --validation validation.json"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -56,6 +60,15 @@ pub struct Arguments {
     /// An older report of the machine, as printed by --json: shows what has changed since
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
+    /// Write a certificate of calibration instead of the page: four A4 pages at most
+    #[arg(long)]
+    certificate: bool,
+    /// Operator, instruments, temperatures and limits for the certificate (calibration.toml)
+    #[arg(long, value_name = "FILE.toml", requires = "certificate")]
+    calibration: Option<PathBuf>,
+    /// What was measured without and with the compensation: validation.json of `linuxcnc calibrate`
+    #[arg(long, value_name = "FILE.json", requires = "certificate")]
+    validation: Option<PathBuf>,
     /// Date to print on the page, in any format (default: none)
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
@@ -78,6 +91,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     inputs.extend(blob.as_deref());
     inputs.extend(arguments.identification.as_deref());
     inputs.extend(arguments.compare.as_deref());
+    inputs.extend(arguments.calibration.as_deref());
+    inputs.extend(arguments.validation.as_deref());
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
     }
@@ -112,6 +127,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .files
             .push(files::described("identification", path)?);
     }
+    let calibration = match &arguments.calibration {
+        Some(path) => {
+            document.files.push(files::described("calibration", path)?);
+            let text = Text::read(path)?;
+            Calibration::from_toml(&text.text, &machine).map_err(|error| text.bad(error))?
+        }
+        None => Calibration::default(),
+    };
+    let validation: Option<Validation> = match &arguments.validation {
+        Some(path) => {
+            document.files.push(files::described("validation", path)?);
+            Some(read_json(
+                path,
+                "validation.json of `trueaxis linuxcnc calibrate`",
+            )?)
+        }
+        None => None,
+    };
     let runtime = match (&bytes, blob) {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
         _ => None,
@@ -162,6 +195,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
+    if arguments.certificate {
+        let certificate = certificate::certificate(
+            &machine,
+            &errors,
+            compensation,
+            &report,
+            calibration,
+            validation,
+        )
+        .map_err(|error| bad(&error))?;
+        if let Some(output) = &arguments.output {
+            let page = report::certificate_page(&report, &certificate);
+            files::write(output, made(page)?.as_bytes())?;
+        }
+        match arguments.json {
+            true => files::print_json(&certificate)?,
+            false => files::print(&certified(
+                &report,
+                &certificate,
+                arguments.output.as_deref(),
+            ))?,
+        }
+        return Ok(match certificate.conforms() && mismatch.is_none() {
+            true => Outcome::Done,
+            false => Outcome::CheckFailed,
+        });
+    }
     let zero = schemes::Options {
         policy: of_blob(policy),
         zero_at: zero_at.filter(|_| runtime.is_some()),
@@ -189,13 +249,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// Writes the page of a report.
 pub fn write_page(path: &Path, report: &Report, model: &Model) -> Result<(), BadInput> {
-    let page = report::page(report, model).map_err(|error| {
+    files::write(path, made(report::page(report, model))?.as_bytes())
+}
+
+/// A page, or why it cannot be made.
+fn made(page: Result<String, impl std::fmt::Display>) -> Result<String, BadInput> {
+    page.map_err(|error| {
         BadInput::new(
             format!("the page cannot be made: {error}"),
             "this is a mistake of trueaxis: please report it; --json writes the figures",
         )
-    })?;
-    files::write(path, page.as_bytes())
+    })
 }
 
 /// Writes the pictures of a report, each into its own file.
@@ -277,6 +341,19 @@ impl Arguments {
 /// Describes why there is no report.
 pub fn bad(error: &ReportError) -> BadInput {
     BadInput::new(error.to_string(), error.remedy())
+}
+
+/// The text output of a certificate.
+fn certified(report: &Report, certificate: &Certificate, output: Option<&Path>) -> String {
+    let mut text = String::new();
+    if let Some(output) = output {
+        text += &format!("{}: {}\n", output.display(), report.document.machine);
+    }
+    text += &certificate.conformity;
+    for sentence in &certificate.missing {
+        text += &format!("\n  {sentence}");
+    }
+    text + "\n"
 }
 
 /// The text output.

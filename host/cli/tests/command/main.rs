@@ -6,6 +6,7 @@ mod bad_machines;
 mod bad_positions;
 mod ballbar;
 mod cec;
+mod certificate;
 mod endless;
 mod gcode;
 mod generate;

@@ -1,0 +1,374 @@
+//! The certificate: one example as it is read, what is missing, hostile text, limits, and messages about bad input.
+
+use crate::identify::probings;
+use crate::program::{Folder, answer, blob, example, refused, trueaxis};
+use trueaxis_tests::shown::same;
+
+/// The files of a calibration of the Kolibri: error parameters and the identification.
+fn kolibri(folder: &Folder) -> [String; 3] {
+    let machine = example("kolibri/machine.toml");
+    let artefact = example("kolibri/artefact.toml");
+    let (probings, errors) = (probings(folder, &["--seed", "3"]), folder.at("errors.toml"));
+    let found = answer(
+        0,
+        &[
+            "identify",
+            &machine,
+            &probings,
+            "--artefact",
+            &artefact,
+            "--model",
+            "10",
+            "-o",
+            &errors,
+            "--json",
+        ],
+    );
+    [machine, errors, folder.file("found.json", found)]
+}
+
+const VALIDATION: &str = r#"{ "probings": 10, "before": { "rms_um": 61.2, "largest_um": 88.0 },
+    "after": { "rms_um": 2.4, "largest_um": 3.9 }, "probing_um": 1.8, "band_um": 1.2, "expected_um": 2.9,
+    "is_kept": true }"#;
+
+/// Writes a certificate; checks that it exits with `code`, and returns the page and what was printed.
+fn certificate(folder: &Folder, code: i32, arguments: &[&str]) -> [String; 2] {
+    let out = folder.at("certificate.html");
+    let start = ["report", "--certificate", "-o", &out];
+    let said = answer(code, &[&start, arguments].concat());
+    [std::fs::read_to_string(out).unwrap(), said]
+}
+
+/// What is read on a page, a line for each line of its source that has words.
+fn read(page: &str) -> String {
+    let mut text = String::new();
+    let (mut is_tag, mut is_picture) = (false, false);
+    let main = &page[page.find("<main>").unwrap()..page.find("</main>").unwrap()];
+    for (at, c) in main.char_indices() {
+        is_picture |= main[at..].starts_with("<svg");
+        is_picture &= !main[..at].ends_with("</svg>");
+        match c {
+            '<' => is_tag = true,
+            '>' => {
+                is_tag = false;
+                text.push(' ');
+            }
+            _ if is_tag || is_picture => {}
+            _ => text.push(c),
+        }
+    }
+    let lines = text
+        .lines()
+        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    let lines: Vec<String> = lines.filter(|line| !line.is_empty()).collect();
+    lines.join("\n").replace("&#x2f;", "/") + "\n"
+}
+
+#[test]
+fn a_certificate_is_read_as_it_was_approved() {
+    let folder = Folder::new();
+    let [machine, errors, found] = kolibri(&folder);
+    let validation = folder.file("validation.json", VALIDATION);
+    let [page, said] = certificate(
+        &folder,
+        1,
+        &[
+            &machine,
+            &errors,
+            "--calibration",
+            &example("kolibri/calibration.toml"),
+            "--identification",
+            &found,
+            "--validation",
+            &validation,
+            "--date",
+            "2026-11-26",
+        ],
+    );
+    // Checksums and lengths of files depend on the last bit, their names on where they are.
+    let text = read(&page);
+    let text = &text[..text.find("Files\n").unwrap()];
+    let golden = format!(
+        "{}/tests/command/certificate.txt",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    if std::env::var_os("UPDATE_CERTIFICATE").is_some() {
+        std::fs::write(&golden, text).unwrap();
+    }
+    let approved = std::fs::read_to_string(&golden).unwrap();
+    for (approved, line) in approved.lines().zip(text.lines()) {
+        assert!(same(line, approved, 0.0), "{approved}\n{line}");
+    }
+    assert_eq!(approved.lines().count(), text.lines().count());
+    assert!(said.contains("No compensation is given"), "{said}");
+    assert!(page.matches("<svg").count() == 2 && !page.contains("<script"));
+    for address in ["http", "src=", "url(", "@import"] {
+        assert!(!page.contains(address), "{address}");
+    }
+}
+
+#[test]
+fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_conformity() {
+    let folder = Folder::new();
+    let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
+    let [page, said] = certificate(&folder, 0, &[&files[0], &files[1]]);
+    for missing in [
+        "serial number of the machine is not stated",
+        "operator is not stated",
+        "laboratory is not stated",
+        "date of the measurement is not stated",
+        "method is not described",
+        "No instrument is stated: the results are not traceable",
+        "No temperature",
+        "No identification is given",
+        "No compensation is given",
+        "not validated by measurements",
+        "No limits are stated: nothing is said about conformity.",
+    ] {
+        assert!(
+            said.contains(missing) && read(&page).contains(missing),
+            "{missing}: {said}"
+        );
+    }
+    assert!(page.contains("not stated"));
+    // Errors without uncertainties.
+    let router = ["machine", "errors-10"].map(|name| example(&format!("router/{name}.toml")));
+    let limits = "[[limit]]\nquantity = \"tip mean\"\num = 1e3\n";
+    let limits = folder.file("limits.toml", limits);
+    let [page, said] = certificate(
+        &folder,
+        1,
+        &[&router[0], &router[1], "--calibration", &limits],
+    );
+    assert!(said.starts_with(&folder.at("certificate.html")), "{said}");
+    assert!(
+        said.contains("NOT DECIDED: of the stated limit, 0 proven, 1 not decided."),
+        "{said}"
+    );
+    assert!(
+        said.contains("No error parameter has an uncertainty"),
+        "{said}"
+    );
+    assert!(
+        read(&page).contains("not decided : its uncertainty is not known"),
+        "{}",
+        read(&page)
+    );
+}
+
+#[test]
+fn limits_are_judged_with_their_uncertainty_and_the_tables() {
+    let folder = Folder::new();
+    let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
+    // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: proven to be more than 30, and less than 90.
+    let limit =
+        |quantity: &str, um: f64| format!("[[limit]]\nquantity = \"{quantity}\"\num = {um}\n");
+    let judged = |all: &[(&str, f64)], more: &[&str]| {
+        let text: String = all
+            .iter()
+            .map(|(quantity, um)| limit(quantity, *um))
+            .collect();
+        let path = folder.file("limits.toml", text);
+        let start = [
+            "report",
+            &files[0],
+            &files[1],
+            "--certificate",
+            "--json",
+            "--calibration",
+            &path,
+        ];
+        let output = trueaxis(&[&start, more].concat());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let decisions = json["judged"].as_array().unwrap().iter();
+        let all: Vec<String> = decisions
+            .map(|one| one["decision"].as_str().unwrap().to_owned())
+            .collect();
+        (output.status.code(), all, json)
+    };
+    let (code, decisions, _) = judged(&[("EZ0S", 30.0), ("EZ0S", 90.0), ("EZ0S", 56.0)], &[]);
+    assert_eq!(
+        (code, &decisions.join(" ")[..]),
+        (Some(1), "fail pass not_decided")
+    );
+    let (code, decisions, _) = judged(&[("EZ0S", 90.0)], &[]);
+    assert_eq!((code, &decisions[0][..]), (Some(0), "pass"));
+    // 68 µm at the tip without tables, and what is not known of the parameters with them.
+    let tables = blob("huron");
+    let volumetric = [("tip mean", 30.0), ("G XY", 1000.0), ("E +X+Y-Z", 1000.0)];
+    let (_, before, _) = judged(&volumetric, &[]);
+    let (_, after, json) = judged(&volumetric, &[&tables, "--random", "500"]);
+    assert_eq!(before, ["fail", "pass", "pass"]);
+    assert_eq!(after, ["pass", "pass", "pass"]);
+    let interval = &json["judged"][0]["interval"];
+    assert!(
+        interval[0].as_f64().unwrap() > 0.5 && interval[1].as_f64().unwrap() < 20.0,
+        "{interval}"
+    );
+}
+
+#[test]
+fn nothing_of_a_statement_is_run() {
+    let folder = Folder::new();
+    let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
+    let evil = "</td><script>alert(1)</script> <b>& ' \\\"\\u2028";
+    let mut text = String::new();
+    for key in [
+        "number",
+        "serial_number",
+        "operator",
+        "laboratory",
+        "date",
+        "method",
+    ] {
+        text += &format!("{key} = \"{evil}\"\n");
+    }
+    text += &format!(
+        "[[instrument]]\nname = \"{evil}\"\nserial_number = \"{evil}\"\ncertificate = \"{evil}\"\n"
+    );
+    text += &format!("[[temperature]]\nplace = \"{evil}\"\ncelsius = [20.0, 21.0]\n");
+    text += &format!("[[limit]]\ntest = \"{evil}\"\nquantity = \"EZ0S\"\num = 500.0\n");
+    let calibration = folder.file("<i>calibration.toml", text);
+    let [page, _] = certificate(
+        &folder,
+        0,
+        &[&files[0], &files[1], "--calibration", &calibration],
+    );
+    assert!(!page.contains("<script") && !page.contains("<b>&") && !page.contains("<i>cal"));
+    assert_eq!(page.matches("&lt;script&gt;alert(1)").count(), 11);
+}
+
+#[test]
+fn a_bad_calibration_is_refused_with_line_and_remedy() {
+    let folder = Folder::new();
+    let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
+    let long = "x".repeat(49);
+    let limit = |rest: &str| format!("operator = \"A\"\n[[limit]]\n{rest}\n");
+    let seven = "[[instrument]]\nname = \"A\"\n".repeat(7);
+    for (text, parts) in [
+        (
+            "operater = \"A\"\n",
+            &["line 1", "unknown field `operater`"][..],
+        ),
+        (
+            &format!("operator = \"A\"\nlaboratory = \"{long}\"\n"),
+            &["line 2", "49 characters", "room for 48", "shorten it"],
+        ),
+        (
+            "operator = \" \"\n",
+            &[
+                "line 1",
+                "this text is empty",
+                "leave out what is not known",
+            ],
+        ),
+        (
+            "[[temperature]]\nplace = \"air\"\ncelsius = [293.0, 294.0]\n",
+            &["line 3", "not a range of temperatures", "in °C"],
+        ),
+        (
+            "[[temperature]]\nplace = \"air\"\ncelsius = [21.0, 20.0]\n",
+            &["line 3", "21 to 20 °C"],
+        ),
+        (
+            "[[temperature]]\nplace = \"air\"\ncelsius = [20,0, 21,0]\n",
+            &["line 3", "decimal point, not a comma"],
+        ),
+        (&seven, &["line 13", "7 instruments", "room for 6"]),
+        (
+            &limit("quantity = \"EZ0B\"\num = 1.0"),
+            &["line 3", "no parameter EZ0B"],
+        ),
+        (
+            &limit("quantity = \"roundness\"\num = 1.0"),
+            &["line 3", "cannot be", "tip mean"][..1],
+        ),
+        (
+            &limit("quantity = \"G XW\"\num = 1.0"),
+            &["line 3", "not a quantity that can be limited", "\"G XY\""],
+        ),
+        (
+            &limit("quantity = \"E W\"\num = 1.0"),
+            &["line 3", "no linear axis W"],
+        ),
+        (
+            &limit("quantity = \"EXX2\"\num = 1.0"),
+            &["line 3", "EXX2 is a coefficient", "limit what it does"],
+        ),
+        (
+            &limit("quantity = \"EA0Z\"\num = 1.0"),
+            &[
+                "line 4",
+                "`EA0Z` is not in um",
+                "urad = 10.0 or um_per_m = 10.0",
+            ],
+        ),
+        (
+            &limit("quantity = \"EZ0S\""),
+            &["line 2", "a limit needs a number", "um = 10.0"],
+        ),
+        (
+            &limit("quantity = \"EZ0S\"\num = 1.0\nurad = 2.0"),
+            &["line 5", "a limit has one number"],
+        ),
+        (
+            &limit("quantity = \"EZ0S\"\num = -1.0"),
+            &["line 4", "-1 is not a limit"],
+        ),
+        (
+            &limit("quantity = \"EZ0S\"\num = nan"),
+            &["line 4", "NaN is not a limit"],
+        ),
+    ] {
+        let path = folder.file("calibration.toml", text);
+        let out = folder.at("c.html");
+        let arguments = [
+            "report",
+            &files[0],
+            &files[1],
+            "--certificate",
+            "-o",
+            &out,
+            "--calibration",
+            &path,
+        ];
+        refused(&arguments, parts);
+        assert_eq!(folder.names(), ["calibration.toml"]);
+    }
+    let path = folder.file("calibration.toml", "operator = \"A\"\n");
+    refused(
+        &[
+            "report",
+            &files[0],
+            &files[1],
+            "--certificate",
+            "--json",
+            "--validation",
+            &path,
+        ],
+        &["this is not validation.json of `trueaxis linuxcnc calibrate`"],
+    );
+    refused(
+        &[
+            "report",
+            &files[0],
+            &files[1],
+            "--certificate",
+            "-o",
+            &path,
+            "--calibration",
+            &path,
+        ],
+        &["the output", "is the input"],
+    );
+    // Statements without a certificate.
+    let output = trueaxis(&[
+        "report",
+        &files[0],
+        &files[1],
+        "--json",
+        "--calibration",
+        &path,
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}

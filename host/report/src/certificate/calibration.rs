@@ -1,0 +1,268 @@
+//! `calibration.toml`: who calibrated the machine, with what, and which limits it has to keep. Everything is optional.
+
+use super::limits::{Limit, Quantity};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use toml::Spanned;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::{Exactly, FileError};
+
+/// Longest text, in characters, and the longest description of the method: a certificate has four pages.
+const LONGEST: usize = 48;
+const LONGEST_METHOD: usize = 400;
+/// Most instruments, temperatures and limits, for the same reason.
+const MOST_LISTED: usize = 6;
+const MOST_LIMITS: usize = 20;
+
+/// The circumstances of a calibration, and the limits to judge by.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Calibration {
+    /// Number of the certificate.
+    pub number: Option<String>,
+    /// Serial number of the machine.
+    pub serial_number: Option<String>,
+    /// Who measured.
+    pub operator: Option<String>,
+    /// Laboratory, company or workshop.
+    pub laboratory: Option<String>,
+    /// Date of the measurement, as written.
+    pub date: Option<String>,
+    /// How it was measured.
+    pub method: Option<String>,
+    /// What it was measured with.
+    pub instruments: Vec<Instrument>,
+    /// Temperatures during the measurement.
+    pub temperatures: Vec<Temperature>,
+    /// What the machine has to keep.
+    pub limits: Vec<Limit>,
+}
+
+/// An instrument or artefact.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Instrument {
+    /// Its name.
+    pub name: String,
+    /// Its serial number.
+    pub serial_number: Option<String>,
+    /// Its own calibration certificate.
+    pub certificate: Option<String>,
+    /// The last day on which that is valid, as written.
+    pub valid_until: Option<String>,
+    /// Its lowest and highest temperature during the measurement (°C).
+    pub celsius: Option<[f64; 2]>,
+}
+
+/// A temperature.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Temperature {
+    /// Where it was measured.
+    pub place: String,
+    /// Lowest and highest (°C).
+    pub celsius: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    number: Option<Spanned<String>>,
+    serial_number: Option<Spanned<String>>,
+    operator: Option<Spanned<String>>,
+    laboratory: Option<Spanned<String>>,
+    date: Option<Spanned<Date>>,
+    method: Option<Spanned<String>>,
+    #[serde(default)]
+    instrument: Vec<Spanned<InstrumentEntry>>,
+    #[serde(default)]
+    temperature: Vec<Spanned<TemperatureEntry>>,
+    #[serde(default)]
+    limit: Vec<Spanned<LimitEntry>>,
+}
+
+/// A date in quotes or without.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Date {
+    Written(String),
+    Toml(toml::value::Datetime),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InstrumentEntry {
+    name: Spanned<String>,
+    serial_number: Option<Spanned<String>>,
+    certificate: Option<Spanned<String>>,
+    valid_until: Option<Spanned<Date>>,
+    celsius: Option<Spanned<Exactly<2>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TemperatureEntry {
+    place: Spanned<String>,
+    celsius: Spanned<Exactly<2>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitEntry {
+    test: Option<Spanned<String>>,
+    quantity: Spanned<String>,
+    um: Option<Spanned<f64>>,
+    urad: Option<Spanned<f64>>,
+    um_per_m: Option<Spanned<f64>>,
+}
+
+impl Calibration {
+    /// Parses the file for a machine.
+    ///
+    /// # Errors
+    /// [`FileError`]: syntax, unknown keys, texts or lists that are too long for a certificate, impossible
+    /// temperatures, and limits of quantities that the machine does not have, or in another unit.
+    pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
+        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        few(&file.instrument, MOST_LISTED, "instruments")?;
+        few(&file.temperature, MOST_LISTED, "temperatures")?;
+        few(&file.limit, MOST_LIMITS, "limits")?;
+        let text = |value: Option<Spanned<String>>| optional(value, LONGEST);
+        let mut calibration = Self {
+            number: text(file.number)?,
+            serial_number: text(file.serial_number)?,
+            operator: text(file.operator)?,
+            laboratory: text(file.laboratory)?,
+            date: date(file.date)?,
+            method: optional(file.method, LONGEST_METHOD)?,
+            ..Self::default()
+        };
+        for entry in file.instrument {
+            let entry = entry.into_inner();
+            calibration.instruments.push(Instrument {
+                name: short(entry.name, LONGEST)?,
+                serial_number: text(entry.serial_number)?,
+                certificate: text(entry.certificate)?,
+                valid_until: date(entry.valid_until)?,
+                celsius: entry.celsius.map(celsius).transpose()?,
+            });
+        }
+        for entry in file.temperature {
+            let entry = entry.into_inner();
+            calibration.temperatures.push(Temperature {
+                place: short(entry.place, LONGEST)?,
+                celsius: celsius(entry.celsius)?,
+            });
+        }
+        for entry in file.limit {
+            let limit = limit(entry, machine)?;
+            calibration.limits.push(limit);
+        }
+        Ok(calibration)
+    }
+}
+
+fn few<T>(all: &[Spanned<T>], most: usize, what: &str) -> Result<(), FileError> {
+    match all.get(most) {
+        None => Ok(()),
+        Some(next) => Err(FileError::at(
+            next.span(),
+            format!(
+                "there are {} {what}, and a certificate has room for {most}",
+                all.len()
+            ),
+            "one too many",
+            "leave out those that matter least, or write a second certificate",
+        )),
+    }
+}
+
+fn short(text: Spanned<String>, longest: usize) -> Result<String, FileError> {
+    let span = text.span();
+    let text = text.into_inner();
+    let bad = |message: String, remedy: &str| Err(FileError::at(span, message, "here", remedy));
+    if text.trim().is_empty() {
+        return bad(
+            "this text is empty".to_owned(),
+            "leave out what is not known",
+        );
+    }
+    match text.chars().count() {
+        n if n > longest => bad(
+            format!("this text has {n} characters, and a certificate has room for {longest}"),
+            "shorten it",
+        ),
+        _ => Ok(text),
+    }
+}
+
+fn optional(text: Option<Spanned<String>>, longest: usize) -> Result<Option<String>, FileError> {
+    text.map(|text| short(text, longest)).transpose()
+}
+
+fn date(date: Option<Spanned<Date>>) -> Result<Option<String>, FileError> {
+    let Some(date) = date else { return Ok(None) };
+    let span = date.span();
+    let written = match date.into_inner() {
+        Date::Written(text) => text,
+        Date::Toml(date) => date.to_string(),
+    };
+    short(Spanned::new(span, written), LONGEST).map(Some)
+}
+
+fn celsius(range: Spanned<Exactly<2>>) -> Result<[f64; 2], FileError> {
+    let [low, high] = range.get_ref().0;
+    // Below any workshop and above any: a Fahrenheit or kelvin scale, or a slip.
+    match (-40.0..=100.0).contains(&low) && (low..=100.0).contains(&high) {
+        true => Ok([low, high]),
+        false => Err(FileError::at(
+            range.span(),
+            format!("{low} to {high} °C is not a range of temperatures in a workshop"),
+            "here",
+            "write the lowest and the highest in °C: [19.8, 20.6]",
+        )),
+    }
+}
+
+fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileError> {
+    let whole = entry.span();
+    let entry = entry.into_inner();
+    let span = entry.quantity.span();
+    let quantity = Quantity::parse(entry.quantity.get_ref(), machine)
+        .map_err(|(message, remedy)| FileError::at(span, message, "here", remedy))?;
+    let given = [
+        ("um", entry.um),
+        ("urad", entry.urad),
+        ("um_per_m", entry.um_per_m),
+    ];
+    let mut given = given.into_iter().filter_map(|(key, at)| Some((key, at?)));
+    let keys = quantity.keys();
+    let each: Vec<String> = keys.iter().map(|key| format!("{key} = 10.0")).collect();
+    let write = format!("write {}", each.join(" or "));
+    let (key, at_most) = match (given.next(), given.next()) {
+        (Some(one), None) => one,
+        (None, _) => return Err(missing(whole, "a limit needs a number", &write)),
+        (Some(_), Some((_, second))) => {
+            return Err(missing(second.span(), "a limit has one number", &write));
+        }
+    };
+    let number = *at_most.get_ref();
+    if !keys.contains(&key) {
+        let message = format!("`{}` is not in {key}", entry.quantity.get_ref());
+        return Err(missing(at_most.span(), &message, &write));
+    }
+    if !(number > 0.0 && number < 1e6) {
+        return Err(missing(
+            at_most.span(),
+            &format!("{number} is not a limit"),
+            &write,
+        ));
+    }
+    Ok(Limit {
+        test: optional(entry.test, LONGEST)?,
+        unit: quantity.unit(),
+        quantity,
+        at_most: number,
+    })
+}
+
+fn missing(span: Range<usize>, message: &str, remedy: &str) -> FileError {
+    FileError::at(span, message, "here", remedy)
+}

@@ -1,0 +1,294 @@
+//! Expected results of tests, and how far the uncertain error parameters let them be known: each is computed on
+//! machines whose errors are drawn with their uncertainties (propagation of distributions, JCGM 101:2008).
+
+use super::limits::Quantity;
+use crate::tested::{self, CircleFound, PositioningFound, Tests};
+use crate::volumetric::quality;
+use crate::{ReportError, Subject};
+use nalgebra::DVector;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use trueaxis_measure::simulate::normal;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::parallel;
+use trueaxis_tables::validate::{Command, Region, direction, random_commands};
+
+/// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
+pub(crate) const DRAWS: usize = 1000;
+/// Random positions at which the volumetric error of each is computed. Their choice widens the interval.
+const POSITIONS: usize = 1000;
+/// Standard uncertainty of what 95 % of n values do not exceed, in standard deviations over √n: that of the normal
+/// distribution, √(0.95·0.05) over its density there.
+const OF_P95: f64 = 2.11;
+/// Makes the draws differ from those of positions.
+const OWN: u64 = 0x00ce_47f1;
+
+/// A value that is expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Expected {
+    /// Mean of the draws; without uncertainties the value with the parameters as they are.
+    pub value: f64,
+    /// Contains the value with 95 %; `None` if no uncertainty is known.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// Computes quantities of volumetric error and tests (µm, µrad); `None` for those that the machine has no room for.
+pub(crate) fn expected(
+    subject: &Subject<'_>,
+    quantities: &[Quantity],
+) -> Result<Vec<Option<Expected>>, ReportError> {
+    let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
+    let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
+    let of = |errors: &ErrorModel| {
+        let drawn = Subject {
+            errors,
+            ..subject.clone()
+        };
+        values(&drawn, &commands, quantities)
+    };
+    let drawn = draws(subject);
+    if drawn.is_empty() {
+        let all = of(subject.errors)?.into_iter();
+        let known = |found: Option<Sampled>| {
+            Some(Expected {
+                value: found?.value,
+                interval: None,
+            })
+        };
+        return Ok(all.map(known).collect());
+    }
+    let found = parallel::try_map(&drawn, of)?;
+    let one = |k: usize| {
+        let all: Option<Vec<Sampled>> = found.iter().map(|values| values[k]).collect();
+        all.map(|all| summary(&all))
+    };
+    Ok((0..quantities.len()).map(one).collect())
+}
+
+/// A value, and its standard uncertainty from the choice of random positions.
+#[derive(Clone, Copy, Debug)]
+struct Sampled {
+    value: f64,
+    choice: f64,
+}
+
+impl Sampled {
+    fn exact(value: f64) -> Self {
+        Self { value, choice: 0.0 }
+    }
+}
+
+/// Mean and 95 % interval, with equal probabilities beyond both ends.
+fn summary(found: &[Sampled]) -> Expected {
+    let mut values: Vec<f64> = found.iter().map(|found| found.value).collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let beyond = n / 40;
+    let mean = |of: fn(&Sampled) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
+    let choice = 2.0 * mean(|found| found.choice);
+    Expected {
+        value: mean(|found| found.value),
+        interval: Some([
+            (values[beyond] - choice).max(0.0),
+            values[n - 1 - beyond] + choice,
+        ]),
+    }
+}
+
+/// The errors with their uncertainties, so many times; none if no uncertainty is known.
+fn draws(subject: &Subject<'_>) -> Vec<ErrorModel> {
+    let errors = subject.errors;
+    let covariance = errors.covariance();
+    if covariance.parameters.is_empty() && errors.table_uncertainty.is_empty() {
+        return Vec::new();
+    }
+    let root = covariance.root();
+    let mut random = Pcg64Mcg::seed_from_u64(subject.seed ^ OWN);
+    let mut draw = || {
+        let mut drawn = errors.clone();
+        let off = &root * DVector::from_fn(root.ncols(), |_, _| normal(&mut random));
+        for (parameter, off) in covariance.parameters.iter().zip(off.iter()) {
+            let value = errors.parameters.get(parameter).copied().unwrap_or(0.0);
+            drawn.set(subject.machine, *parameter, value + off);
+        }
+        for ((axis, component), uncertainty) in &errors.table_uncertainty {
+            let Some(table) = &mut drawn.motions[*axis][*component].table else {
+                continue;
+            };
+            let both = [Some(&mut table.positive), table.negative.as_mut()];
+            for values in both.into_iter().flatten() {
+                for (value, u) in values.iter_mut().zip(uncertainty) {
+                    *value += u * normal(&mut random);
+                }
+            }
+        }
+        drawn
+    };
+    (0..DRAWS).map(|_| draw()).collect()
+}
+
+/// The quantities of one machine, with the tables if it has any.
+fn values(
+    subject: &Subject<'_>,
+    commands: &[Command],
+    quantities: &[Quantity],
+) -> Result<Vec<Option<Sampled>>, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
+    let volumetric = match quantities.iter().any(is_volumetric) {
+        false => None,
+        true => {
+            let kinematics = Kinematics::new(machine, errors);
+            let zero = subject.subtracted.zero(machine, errors)?;
+            let left = commands.iter().map(|command| {
+                let (q, situation) = command.kinematic(machine);
+                let mut dq = zero;
+                if let Some(compensation) = subject.compensation {
+                    let corrections = compensation.runtime.evaluate(command).map(f64::from);
+                    let tables = machine.to_kinematic(&corrections);
+                    dq = std::array::from_fn(|i| zero[i] + tables[i]);
+                }
+                let error = kinematics.volumetric_error(&q, &dq, &situation);
+                [error.t.norm(), direction(machine, &error)]
+            });
+            let left: Vec<[f64; 2]> = left.collect();
+            Some(quality(left.into_iter()))
+        }
+    };
+    let tests = match quantities.iter().all(is_volumetric) {
+        true => Tests::default(),
+        false => tested::tests(subject, &mut Vec::new()),
+    };
+    let of = |quantity: &Quantity| match quantity {
+        Quantity::Volumetric { at_tip, is_mean } => volumetric.map(|found| {
+            let found = match at_tip {
+                true => found.translation_um,
+                false => found.direction_urad,
+            };
+            let scatter = (found.rms * found.rms - found.mean * found.mean)
+                .max(0.0)
+                .sqrt();
+            let choice = scatter / (POSITIONS as f64).sqrt();
+            let (value, choice) = match is_mean {
+                true => (found.mean, choice),
+                false => (found.p95, OF_P95 * choice),
+            };
+            Sampled { value, choice }
+        }),
+        Quantity::Circle(what, plane) => {
+            let plane: String = plane.iter().collect();
+            let test = tests.circles.iter().find(|test| test.plane == plane)?;
+            let found: &CircleFound = test.after.as_ref().unwrap_or(&test.before);
+            Some(Sampled::exact(match what {
+                'G' => found.deviation_um,
+                'F' => found
+                    .radial_um
+                    .iter()
+                    .fold(0.0, |most, r| r.abs().max(most)),
+                _ => found.hysteresis_um,
+            }))
+        }
+        Quantity::Positioning(what, axis) => {
+            let test = tests.positioning.iter().find(|test| test.axis == *axis)?;
+            let found: &PositioningFound = test.after.as_ref().unwrap_or(&test.before);
+            let found = match what {
+                'E' => found.systematic_um,
+                'M' => found.mean_range_um,
+                _ => found.reversal_um,
+            };
+            found.map(Sampled::exact)
+        }
+        Quantity::Diagonal(_) => {
+            let name = quantity.name().replace("E ", "").replace('-', "−");
+            let test = tests.diagonals.iter().find(|test| test.name == name)?;
+            let found = test
+                .systematic_after_um
+                .unwrap_or(test.systematic_before_um);
+            Some(Sampled::exact(found))
+        }
+        Quantity::Parameter(_) | Quantity::Validation { .. } => None,
+    };
+    Ok(quantities.iter().map(of).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_model::machine::Machine;
+
+    fn found(errors: &str, names: &[&str]) -> Vec<Option<Expected>> {
+        let text = include_str!("../../../../examples/mill-21/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let text = format!("machine = \"{}\"\n{errors}", machine.name);
+        let errors = ErrorModel::from_toml(&text, &machine).unwrap();
+        let names: Vec<Quantity> = (names.iter())
+            .map(|name| Quantity::parse(name, &machine).unwrap())
+            .collect();
+        expected(&Subject::new(&machine, &errors, None, 3), &names).unwrap()
+    }
+
+    #[test]
+    fn a_squareness_is_expected_in_the_circle_as_far_as_it_is_known() {
+        // G in XY is the squareness times the radius: 40 ± 2·4 µrad at 150 mm or another bar. 1000 draws know both ends
+        // to 6 % of the standard uncertainty; 0.2 of it is three times that.
+        let errors = "[parameters]\nEC0X = 40e-6\n[standard_uncertainty]\nEC0X = 4e-6\n";
+        let all = found(errors, &["G XY", "H XY", "G YZ"]);
+        let exact = found("[parameters]\nEC0X = 40e-6\n", &["G XY"])[0].unwrap();
+        assert_eq!(exact.interval, None);
+        let g = all[0].unwrap();
+        let unit = exact.value / 40.0;
+        assert!((g.value - exact.value).abs() < 0.2 * 4.0 * unit, "{g:?}");
+        let [low, high] = g.interval.unwrap();
+        assert!(
+            (low - unit * (40.0 - 1.96 * 4.0)).abs() < 0.3 * 4.0 * unit,
+            "{g:?}"
+        );
+        assert!(
+            (high - unit * (40.0 + 1.96 * 4.0)).abs() < 0.3 * 4.0 * unit,
+            "{g:?}"
+        );
+        for other in &all[1..] {
+            assert!(other.unwrap().interval.unwrap()[1] < 1e-3, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_scale_is_expected_in_positioning_and_at_the_tip() {
+        let errors = "[parameters]\nEXX1 = 20e-6\n[standard_uncertainty]\nEXX1 = 1e-6\n";
+        let all = found(errors, &["E X", "B X", "tip mean"]);
+        let e = all[0].unwrap();
+        let [low, high] = e.interval.unwrap();
+        // ± 1.96 standard uncertainties of 20: ± 9.8 %.
+        assert!((high / e.value - 1.098).abs() < 0.015, "{e:?}");
+        assert!((low / e.value - 0.902).abs() < 0.015, "{e:?}");
+        assert!(all[1].unwrap().value.abs() < 1e-9);
+        // At positions along X from its start, the error is the scale times the distance: evenly spread, with a standard
+        // deviation of its mean over √3. Its mean over 1000 positions is known to 2/√3000 of itself.
+        let tip = all[2].unwrap();
+        let high = tip.interval.unwrap()[1] / tip.value;
+        assert!(
+            (high - 1.098 - 2.0 / 3000.0_f64.sqrt()).abs() < 0.015,
+            "{tip:?}"
+        );
+    }
+
+    #[test]
+    fn values_of_a_table_scatter_independently() {
+        let errors = "[tabulated.EXX]\nat = [0.0, 500.0]\nvalue = [0.0, 0.0]\nstandard_uncertainty = 0.001\n";
+        let all = found(errors, &["E X"]);
+        let e = all[0].unwrap();
+        // |difference of two values| of 1 µm: mean 2/√π, 95 % interval of a half-normal distribution with σ = √2; the
+        // ends of the travel are those of the table.
+        assert!(
+            (e.value - 2.0 / std::f64::consts::PI.sqrt()).abs() < 0.1,
+            "{e:?}"
+        );
+        let [_, high] = e.interval.unwrap();
+        assert!(
+            (high - 2.241 * std::f64::consts::SQRT_2).abs() < 0.3,
+            "{e:?}"
+        );
+    }
+}
