@@ -70,10 +70,16 @@ export async function prints(page, report, folder, fault) {
   );
   if (seen) fault(`${seen} controls are printed`);
   const axes = await page.evaluate(() => window.trueaxis.machine.model.axes.length);
+  return paper(page, report.name, folder, fault, axes === 5 ? MOST_PAGES : Infinity);
+}
+
+/** The page as it is printed on `most` pages. */
+export async function paper(page, name, folder, fault, most) {
+  await page.emulateMedia({ media: "print" });
   const names = await page.evaluate(mark);
   const sheets = [];
   for (const format of ["A4", "Letter"]) {
-    const file = join(folder, `${report.name}-${format}.pdf`);
+    const file = join(folder, `${name}-${format}.pdf`);
     await page.pdf({ path: file, format, printBackground: true });
     const text = pages(file);
     const where = (name) => text.findIndex((t) => t.includes(`${name};`));
@@ -90,8 +96,7 @@ export async function prints(page, report, folder, fault) {
     }
     const full = filled(file);
     sheets.push(full.length);
-    if (axes === 5 && full.length > MOST_PAGES)
-      fault(`${format}: it takes ${full.length} pages, more than ${MOST_PAGES}`);
+    if (full.length > most) fault(`${format}: it takes ${full.length} pages, more than ${most}`);
     full.slice(0, -1).forEach((part, k) => {
       if (part < LEAST_FILLED) fault(`${format}: page ${k + 1} is filled to ${Math.round(100 * part)} % only`);
     });

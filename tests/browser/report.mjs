@@ -1,10 +1,11 @@
 // The reports of all examples in a real browser. Started by `cargo xtask report`:
 //   node report.mjs FOLDER BROWSER TRUEAXIS
-// FOLDER has reports.json, and gets pictures and printed pages; BROWSER has playwright-core.
+// FOLDER has reports.json and certificates.json, and gets pictures and printed pages; BROWSER has playwright-core.
 
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
+import { certified } from "./certificate.mjs";
 import * as checks from "./checks.mjs";
 import { agreesEverywhere, pointsRight } from "./positions.mjs";
 import { prints } from "./printed.mjs";
@@ -12,6 +13,7 @@ import { prints } from "./printed.mjs";
 const [folder, driver, trueaxis] = process.argv.slice(2);
 const { chromium } = createRequire(join(driver, "package.json"))("playwright-core");
 const reports = JSON.parse(readFileSync(join(folder, "reports.json"), "utf8"));
+const certificates = JSON.parse(readFileSync(join(folder, "certificates.json"), "utf8"));
 const pictures = join(folder, "pictures");
 mkdirSync(pictures, { recursive: true });
 
@@ -140,6 +142,7 @@ try {
     for (let report = rest.shift(); report; report = rest.shift()) await look(browser, report);
   };
   await Promise.all([worker(), worker()]);
+  for (const one of certificates) await certified(browser, one, pictures, faults);
 } finally {
   await browser.close();
 }

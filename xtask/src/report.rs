@@ -2,7 +2,7 @@
 //! and reads it (`tests/browser`). Pages and pictures stay under `target/report`.
 
 use crate::packages::install;
-use crate::process::{output, root, run, target, trueaxis, works};
+use crate::process::{output, root, run, said, target, trueaxis, works};
 use crate::{blob, files};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -193,6 +193,9 @@ pub fn execute() -> Result<(), String> {
     let list = folder.join("reports.json");
     let text = format!("[\n{}\n]\n", made.join(",\n"));
     files::write(&list, text)?;
+    let made = certificates(&trueaxis, &folder)?;
+    let text = format!("[\n{}\n]\n", made.join(",\n"));
+    files::write(&folder.join("certificates.json"), text)?;
     run(Command::new("node")
         .arg(root().join("tests/browser/report.mjs"))
         .args([&folder, &browser, &trueaxis]))
@@ -232,6 +235,74 @@ fn provide(folder: &Path) -> Result<PathBuf, String> {
             .current_dir(&place))?;
     }
     Ok(place)
+}
+
+/// Makes certificates: of a usual calibration, of one with as much as there is room for, and without any statement.
+/// Returns the data for the browser's test, as JSON.
+fn certificates(trueaxis: &Path, folder: &Path) -> Result<Vec<String>, String> {
+    let machines = root().join("tests/browser/machines");
+    let mut made = Vec::new();
+    for (name, example, model, calibration) in [
+        (
+            "certificate",
+            "kolibri",
+            "10",
+            root().join("examples/kolibri/calibration.toml"),
+        ),
+        (
+            "certificate-full",
+            "hu40",
+            "84",
+            machines.join("full-calibration.toml"),
+        ),
+    ] {
+        let of = |file: &str| root().join("examples").join(example).join(file);
+        let [machine, artefact] = ["machine.toml", "artefact.toml"].map(of);
+        let own = |end: &str| folder.join(format!("{name}{end}"));
+        let [probings, errors, found] = [".csv", ".toml", ".json"].map(own);
+        let mut simulate = Command::new(trueaxis);
+        simulate.args(["simulate", "probings"]);
+        simulate.args([&machine, &of(&format!("errors-{model}.toml"))]);
+        simulate.args([Path::new("--artefact"), &artefact]);
+        simulate.args([Path::new("--strategy"), &of("strategy.csv")]);
+        simulate.args(["--noise", "1", "--outliers", "6", "-o"]);
+        output(simulate.arg(&probings))?;
+        let mut identify = Command::new(trueaxis);
+        identify.arg("identify").args([&machine, &probings]);
+        identify.args(["--model", model, "--json", "--artefact"]);
+        identify.arg(&artefact).arg("-o").arg(&errors);
+        files::write(&found, output(&mut identify)?)?;
+        let mut report = certificate(trueaxis, &[&machine, &errors], &own(".html"));
+        report.arg("--calibration").arg(calibration);
+        report.arg("--identification").arg(&found);
+        report
+            .arg("--validation")
+            .arg(machines.join("validation.json"));
+        made.push(certified(&mut report, name, &own(".html"))?);
+    }
+    let files = ["machine.toml", "errors-13.toml"];
+    let [machine, errors] = files.map(|file| root().join("examples/huron-k2x8").join(file));
+    let page = folder.join("certificate-bare.html");
+    let mut report = certificate(trueaxis, &[&machine, &errors], &page);
+    made.push(certified(&mut report, "certificate-bare", &page)?);
+    Ok(made)
+}
+
+/// The command that writes a certificate.
+fn certificate(trueaxis: &Path, files: &[&Path; 2], page: &Path) -> Command {
+    let mut report = Command::new(trueaxis);
+    report.arg("report").args(files).arg("--certificate");
+    report.arg("-o").arg(page);
+    report
+}
+
+/// Writes it; a limit that is not proven to be kept is as good here.
+fn certified(report: &mut Command, name: &str, page: &Path) -> Result<String, String> {
+    let said = said(report)?;
+    match said.status.code() {
+        Some(0 | 1) => Ok(format!("  {{\"name\": {name:?}, \"page\": {page:?}}}")),
+        _ => Err(format!("{name}: {}", said.errors)),
+    }
 }
 
 impl Case {
