@@ -21,6 +21,7 @@ mod grblhal;
 mod hil;
 mod linuxcnc;
 mod mutants;
+mod oldest;
 mod packages;
 mod portable;
 mod process;
@@ -68,6 +69,7 @@ usage: cargo xtask COMMAND
   prove                          what the unsafe code rests on, with every f32 and every short stream; generated
                                  code at 10 million inputs: minutes
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
+  oldest                         the workspace built with the oldest supported compiler, `rust-version`
   deny                           licences, advisories and sources of the dependencies";
 
 fn main() -> ExitCode {
@@ -95,6 +97,7 @@ fn main() -> ExitCode {
         ["gcode", ref options @ ..] => gcode::execute(options),
         ["generated", ref options @ ..] => generated::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
+        ["oldest"] => oldest::execute(),
         ["mutants", ref names @ ..] => mutants::execute(names),
         ["prove"] => test::prove(),
         ["deny"] => test::deny(),

@@ -111,6 +111,7 @@ fn rest() -> Vec<Step> {
         ),
         step("30 random machines", "xtask random-machines 30 --quick"),
         with(native, "RUSTFLAGS", "-C target-cpu=native"),
+        step("the oldest supported compiler", "xtask oldest"),
         step("kinematics on the target", "xtask bare"),
         step(
             "C interface that catches panics",
