@@ -105,6 +105,7 @@ fn check(folder: &Folder, shown: &Shown) {
     // Pages show files by their name only.
     let here = format!("{}/", folder.path().display());
     let printed = String::from_utf8(printed).unwrap().replace(&here, "");
+    let printed = printed.replace(&example(""), "examples/");
     let least = if arguments[0] == "eval" { EVAL } else { 0.0 };
     let mut printed_lines = printed.trim_end().lines();
     let end = lines.iter().rposition(|line| !line.trim().is_empty());

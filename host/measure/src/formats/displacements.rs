@@ -42,7 +42,7 @@ impl Column {
         Some(match name {
             "time_s" => Self::Time,
             "position_mm" => Self::Position,
-            _ => match SENSORS.iter().position(|s| sensor(&s)) {
+            _ => match SENSORS.iter().position(sensor) {
                 Some(sensor) => Self::Sensor(sensor),
                 None => {
                     let place = name.strip_suffix("_C").filter(|place| !place.is_empty())?;

@@ -24,7 +24,8 @@ pub fn rounded(value: f64, uncertainty: f64) -> Option<Rounded> {
     let mut place = uncertainty.log10().floor() as i32 - 1;
     let digits = uncertainty / 10_f64.powi(place);
     let below = digits.floor();
-    let mut digits = match digits - below > MAY_LOSE * digits {
+    let rest = digits - below;
+    let mut digits = match rest >= 0.5 || rest > MAY_LOSE * digits {
         true => below + 1.0,
         false => below,
     };
