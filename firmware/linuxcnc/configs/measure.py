@@ -5,7 +5,8 @@
     DISPLAY = ../measure.py        in [DISPLAY] of the INI file
 
 Every position of demo.ngc is approached twice, first without, then with the compensation. Writes record.csv:
-a line now and then along the way, and one with `stop` 1 at each position, when nothing moves any more.
+a line now and then along the way, and one with `stop` 1 at each position, when nothing moves any more; x, y and z are
+where LinuxCNC's kinematics have the tool.
 """
 
 import re
@@ -48,7 +49,7 @@ def row(stop):
     places = [hal.get_value("joint.%d.pos-cmd" % n) for n in range(stat.joints)]
     values = [hal.get_value("trueaxis-model." + name) for name in shown]
     faults = [hal.get_value(name) for name in ("trueaxis.fault", "trueaxis-model.fault")]
-    return places + values + [hal.get_value("trueaxis.factor"), int(any(faults)), stop]
+    return places + values + [hal.get_value("trueaxis.factor"), int(any(faults)), stop] + list(stat.position[:3])
 
 
 def move(line, rows):
@@ -85,7 +86,7 @@ def main():
             rows.append(row(1))
     with open("record.csv", "w") as out:
         letters = "XYZ" if stat.joints == 3 else "XYZAC"
-        out.write(",".join(list(letters) + shown + ["factor", "fault", "stop"]) + "\n")
+        out.write(",".join(list(letters) + shown + ["factor", "fault", "stop", "x", "y", "z"]) + "\n")
         for values in rows:
             out.write(",".join(repr(v) for v in values) + "\n")
 

@@ -156,8 +156,12 @@ def main():
     position = list(stat.position)
     press("calibrate")
     answer("OK", "Calibrate the machine?")
-    now = wait(lambda now: now["output"] and now["output"].endswith("[y/N] "), "a question", 60)
+    asks = lambda question: lambda now: now["output"] and now["output"].endswith(question + " [y/N] ")
+    now = wait(asks("may the machine move?"), "a question", 60)
     require("strategy.csv" in now["output"], "the output of the command")
+    press("Yes")
+    # The tool centre point is in force; nothing has moved yet.
+    wait(asks("be switched to identity (M68 E3 Q1) until the end?"), "the next question", 60)
     press("No")
     wait(lambda now: now["output"] is None, "the end of the command")
     press("Close")

@@ -114,8 +114,8 @@ pub fn certificate(
     compensation: Option<Compensation<'_>>,
     report: &Report,
     calibration: Calibration,
-    validation: Option<Validation>,
 ) -> Result<Certificate, ReportError> {
+    let validation = report.validation.clone();
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
     let judged = judged(&subject, report, &calibration.limits, validation.as_ref())?;
     let shares = &report.budget.shares;

@@ -5,6 +5,7 @@ use super::{
     Positioning, Share,
 };
 use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series, Turn};
+use trueaxis_measure::formats::validation::{Scatter, Validation};
 
 /// Largest number of bars in one figure.
 const BARS: usize = 30;
@@ -299,6 +300,30 @@ pub fn balls(identification: &Identification) -> Option<String> {
         bars,
     };
     (!bars.bars.is_empty()).then(|| bars.draw().inline())
+}
+
+/// What was measured before and after, beside what was predicted.
+pub fn validation(found: &Validation) -> String {
+    let bar = |name: &str, mean: f64, max: f64| Bar {
+        name: name.to_owned(),
+        mean,
+        max,
+        uncertainty: None,
+    };
+    let measured = |name: &str, scatter: Scatter| bar(name, scatter.rms_um, scatter.largest_um);
+    let bars = Bars {
+        title: "Scatter of the tip around the balls, before, after and as predicted, in µm"
+            .to_owned(),
+        label: "scatter of the tip (µm)".to_owned(),
+        legend: ["root mean square", "maximum", ""].map(str::to_owned),
+        ink: Ink::After,
+        bars: vec![
+            measured("before", found.before),
+            measured("with the tables", found.after),
+            bar("predicted, at most", found.expected_um, found.expected_um),
+        ],
+    };
+    bars.draw().inline()
 }
 
 /// Residuals of an identification over time, or over the rows if no time is known.

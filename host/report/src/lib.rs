@@ -36,6 +36,7 @@ pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
+use trueaxis_measure::formats::validation::Validation;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::Machine;
@@ -93,6 +94,8 @@ pub struct Report {
     pub axes: Vec<AxisMotions>,
     /// How the errors were found, if known.
     pub identification: Option<Identification>,
+    /// What was measured without and with the compensation, if it was. The computed figures do not depend on it.
+    pub validation: Option<Validation>,
     /// Changes since an older report, if one was given.
     pub changes: Option<Changes>,
 }
@@ -175,6 +178,7 @@ pub fn report(
         tests,
         axes,
         identification,
+        validation: None,
         changes: None,
     };
     report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares);

@@ -11,6 +11,7 @@ use serde::Serialize;
 /// Named parts of the page.
 const TEMPLATES: [(&str, &str); 10] = [
     ("page.html", include_str!("page/page.html")),
+    ("validation.html", include_str!("page/validation.html")),
     ("machine.html", include_str!("page/machine.html")),
     ("field.html", include_str!("page/field.html")),
     ("budget.html", include_str!("page/budget.html")),
@@ -87,6 +88,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
                 .collect::<Vec<_>>()),
             balls => svg(identification.and_then(figures::balls)),
+            validation => svg(report.validation.as_ref().map(figures::validation)),
             residuals => svg(identification.and_then(figures::residuals)),
     })
 }

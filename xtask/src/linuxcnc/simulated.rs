@@ -75,6 +75,9 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
     let record = files::read_text(&record).map_err(|e| format!("{e}\n{said}"))?;
     let rows = numbers(&record)?;
     let exact = exact(bench, &machine, &errors, &record, axes)?;
+    if axes == 5 {
+        nominal(bench, &machine, &errors, &rows).map_err(|e| format!("{e}\n{said}"))?;
+    }
     compare(&rows, &exact, axes).map_err(|e| format!("{e}\n{said}"))
         .map(|[off, on]| {
             println!(
@@ -108,6 +111,34 @@ fn exact(
         .iter()
         .map(|row| [apart(row, 0, 1e3), apart(row, 3, 1e6)])
         .collect())
+}
+
+/// Compares where LinuxCNC's kinematics have the tool, at each stop, with `trueaxis pose`: what `linuxcnc check` relies on
+/// when it compares directions and locations of axes with those of the module.
+fn nominal(bench: &Bench, machine: &str, errors: &str, rows: &[Vec<f64>]) -> Result<(), String> {
+    let poses = bench.trueaxis(&["pose", machine, errors, "--positions", "positions.csv"])?;
+    let mut stops = 0;
+    for (row, pose) in rows.iter().zip(numbers(&poses)?) {
+        let end = row.len() - 3;
+        if row[end - 1] == 0.0 {
+            continue;
+        }
+        stops += 1;
+        let apart = (0..3).map(|k| (row[end + k] - pose[k]).abs());
+        // Feedback is the command without the correction, to the rounding of a sum; `pose` prints 0.1 nm.
+        if apart.fold(0.0, f64::max) > 1e-6 {
+            return Err(format!(
+                "at {:?} LinuxCNC has the tool at {:?}, `pose` at {:?} mm",
+                &row[..5],
+                &row[end..],
+                &pose[..3]
+            ));
+        }
+    }
+    match stops {
+        0 => Err("no stop to compare".to_owned()),
+        _ => Ok(()),
+    }
 }
 
 /// Compares the positions of the machine; returns the largest errors without and with the compensation.

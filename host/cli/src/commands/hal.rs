@@ -276,3 +276,21 @@ fn halcmd(words: &[&str]) -> Result<String, BadInput> {
         "start LinuxCNC first; a pin on a signal that a switch or panel writes is set there",
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_panel_says_the_same_words() {
+        let panel = include_str!("../../../../firmware/linuxcnc/panel/trueaxis_panel.py");
+        let list = |name: &str| -> Vec<&str> {
+            let (_, list) = panel.split_once(&format!("\n{name} = [\n")).unwrap();
+            let lines = list.lines().take_while(|line| *line != "]");
+            let word = |line: &'static str| line.trim().strip_prefix('"')?.strip_suffix("\",");
+            lines.map(|line| word(line).unwrap()).collect()
+        };
+        assert_eq!(list("STATES"), STATES);
+        assert_eq!(list("FAULTS"), FAULTS);
+    }
+}

@@ -57,6 +57,10 @@ pub struct Arguments {
     /// How the errors were found: output of `identify --json`
     #[arg(long, value_name = "FILE.json")]
     identification: Option<PathBuf>,
+    /// What was measured without and with the compensation: validation.json of `linuxcnc calibrate` (default: the one
+    /// beside ERRORS and FILE.trax, if these are in one folder)
+    #[arg(long, value_name = "FILE.json")]
+    validation: Option<PathBuf>,
     /// An older report of the machine, as printed by --json: shows what has changed since
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
@@ -66,9 +70,6 @@ pub struct Arguments {
     /// Operator, instruments, temperatures and limits for the certificate (calibration.toml)
     #[arg(long, value_name = "FILE.toml", requires = "certificate")]
     calibration: Option<PathBuf>,
-    /// What was measured without and with the compensation: validation.json of `linuxcnc calibrate`
-    #[arg(long, value_name = "FILE.json", requires = "certificate")]
-    validation: Option<PathBuf>,
     /// Date to print on the page, in any format (default: none)
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
@@ -92,7 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     inputs.extend(arguments.identification.as_deref());
     inputs.extend(arguments.compare.as_deref());
     inputs.extend(arguments.calibration.as_deref());
-    inputs.extend(arguments.validation.as_deref());
+    let validated = arguments.validated();
+    inputs.extend(validated.as_deref());
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
     }
@@ -111,6 +113,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => Some(read_json(path, "what `trueaxis identify --json` prints")?),
         None => None,
     };
+    let validation: Option<Validation> = match &validated {
+        Some(path) => Some(read_json(
+            path,
+            "a validation.json of `trueaxis linuxcnc calibrate`",
+        )?),
+        None => None,
+    };
     let old: Option<Report> = match &arguments.compare {
         Some(path) => Some(read_old(path)?),
         None => None,
@@ -127,6 +136,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .files
             .push(files::described("identification", path)?);
     }
+    if let Some(path) = &validated {
+        document.files.push(files::described("validation", path)?);
+    }
     let calibration = match &arguments.calibration {
         Some(path) => {
             document.files.push(files::described("calibration", path)?);
@@ -134,16 +146,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             Calibration::from_toml(&text.text, &machine).map_err(|error| text.bad(error))?
         }
         None => Calibration::default(),
-    };
-    let validation: Option<Validation> = match &arguments.validation {
-        Some(path) => {
-            document.files.push(files::described("validation", path)?);
-            Some(read_json(
-                path,
-                "validation.json of `trueaxis linuxcnc calibrate`",
-            )?)
-        }
-        None => None,
     };
     let runtime = match (&bytes, blob) {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
@@ -178,6 +180,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     document.tolerance_urad = tolerance_urad(of_blob(policy), arguments.tolerance);
     let mut report = report::report(&machine, &errors, compensation, identification, document)
         .map_err(|error| bad(&error))?;
+    report.validation = validation;
     if let Some(mismatch) = &mismatch {
         let remark = format!(
             "The compensation is left out: {mismatch}. What is shown is the machine without it."
@@ -202,7 +205,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             compensation,
             &report,
             calibration,
-            validation,
         )
         .map_err(|error| bad(&error))?;
         if let Some(output) = &arguments.output {
@@ -310,6 +312,16 @@ fn read_old(path: &Path) -> Result<Report, BadInput> {
 }
 
 impl Arguments {
+    /// The validation that was given, or that is beside both files of a calibration.
+    fn validated(&self) -> Option<PathBuf> {
+        let beside = |path: &Path| path.with_file_name("validation.json");
+        let found = || {
+            let found = beside(self.blob.as_ref()?);
+            (found == beside(&self.files.errors) && found.is_file()).then_some(found)
+        };
+        self.validation.clone().or_else(found)
+    }
+
     /// Compares the tables with the exact model, and computes the error that uncertain parameters leave.
     fn prove(
         &self,

@@ -1256,3 +1256,81 @@ fn the_component_is_watched_and_switched_through_its_pins() {
         "{said}"
     );
 }
+
+#[test]
+fn an_axis_of_the_wrong_sign_is_named() {
+    let machine = simulated("xyzac-trt");
+    let text = std::fs::read_to_string(example("linuxcnc-xyzac-trt/machine.toml")).unwrap();
+    let kinematics = "KINEMATICS = xyzac-trt-kins";
+    for letter in ["A", "C"] {
+        let name = format!("name = \"{letter}\"\n");
+        let other = text.replace(&name, &format!("{name}reversed = true\n"));
+        assert_ne!(other, text);
+        let other = machine.folder.file("other.toml", other);
+        machine.finds(
+            &["--machine", &other],
+            [
+                "refused",
+                kinematics,
+                &format!("{letter} has the wrong sign in the machine file"),
+                &format!("reversed = false for {letter}"),
+            ],
+        );
+    }
+    // X moves the table, and counts what the tool does.
+    let other = text.replacen("reversed = true\n", "", 1);
+    let other = machine.folder.file("other.toml", other);
+    machine.finds(
+        &["--machine", &other],
+        [
+            "warning",
+            kinematics,
+            "a positive command of Y moves the tool in −Y",
+            "reversed = true for Y",
+        ],
+    );
+    // The pin that turns both axes the other way, and the machine for it.
+    let pin = "setp xyzac-trt-kins.tool-offset 100\n";
+    machine.change(
+        "machine.hal",
+        pin,
+        &format!("{pin}setp xyzac-trt-kins.conventional-directions 1\n"),
+    );
+    let both = text.replace("name = \"A\"\n", "name = \"A\"\nreversed = true\n");
+    let both = both.replace("name = \"C\"\n", "name = \"C\"\nreversed = true\n");
+    let both = machine.folder.file("both.toml", both);
+    assert!(machine.findings(&["--machine", &both]).is_empty());
+    machine.finds(
+        &["--machine", &example("linuxcnc-xyzac-trt/machine.toml")],
+        [
+            "refused",
+            kinematics,
+            "A has the wrong sign",
+            "reversed = true",
+        ],
+    );
+}
+
+#[test]
+fn the_last_line_is_what_to_do_next() {
+    let machine = simulated("mill-21");
+    let next = || -> String {
+        let arguments = machine.arguments();
+        let arguments: Vec<&str> = arguments[..4].iter().map(String::as_str).collect();
+        let said = plain(&trueaxis(&arguments).stdout);
+        said.split_once("next: ").unwrap().1.to_owned()
+    };
+    assert!(next().ends_with("then press Enable in the tab Compensation"));
+    machine.change("machine.ini", "trueaxis-panel -x", "another -x");
+    machine.change("machine.ini", "trueaxis-panel.ui", "another.ui");
+    assert!(next().ends_with("then trueaxis control --hal enable"));
+    // With the description beside it, it is compared as well.
+    machine.folder.file("machine.toml", "");
+    assert!(next().ends_with(&format!("--machine {}", machine.at("machine.toml"))));
+    machine.change("machine.ini", "[JOINT_0]\n", "[JOINT_0]\nCOMP_FILE = x\n");
+    assert!(next().starts_with("change what is refused, then trueaxis linuxcnc check"));
+    machine.change("machine.ini", "HALFILE = trueaxis.hal\n", "");
+    assert!(next().starts_with("write HALFILE = trueaxis.hal below [HAL]"));
+    std::fs::remove_file(machine.at("trueaxis.hal")).unwrap();
+    assert!(next().starts_with("trueaxis linuxcnc setup"));
+}

@@ -196,7 +196,9 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
             "the INI file already compensates X",
         );
     }
-    answer(0, &[&start[..], &["--scale", "Y=1/100"]].concat());
+    // It is still in the INI file, and would compensate twice.
+    let said = answer(1, &[&start[..], &["--scale", "Y=1/100"]].concat());
+    assert!(said.contains("write: BACKLASH = 0"), "{said}");
     let errors = read(&folder, "errors.toml");
     let parameters: Vec<&str> = errors
         .lines()

@@ -355,3 +355,50 @@ fn pictures_of_the_readme_are_what_the_command_writes() {
     }
     assert_eq!(compared, 2);
 }
+
+#[test]
+fn a_validation_is_shown_as_measured_and_found_beside_its_files() {
+    let folder = Folder::new();
+    let [machine, its] = huron();
+    let errors = folder.file("errors.toml", read(&its));
+    let tables = folder.at("machine.trax");
+    std::fs::copy(blob("huron"), &tables).unwrap();
+    let measured = r#"{"probings": 10, "before": {"rms_um": 39.18, "largest_um": 61.2},
+        "after": {"rms_um": 1.68, "largest_um": 3.1}, "probing_um": 2.0, "band_um": 4.24,
+        "expected_um": 6.1, "is_kept": true}"#;
+    let given = folder.file("measured.json", measured);
+    let files = [machine.as_str(), &errors, &tables];
+    let shown = |files: &[&str]| {
+        let (page, _) = page(&folder, 0, files);
+        let text = text(&page);
+        let parts = [
+            "as measured",
+            "39",
+            "1.7",
+            "predicted, at most",
+            "6.1",
+            "± 4.2 µm",
+        ];
+        text.contains("Before and after, as measured")
+            && parts.iter().all(|part| text.contains(part))
+    };
+    assert!(!shown(&files));
+    assert!(shown(&[&files[..], &["--validation", &given]].concat()));
+    folder.file("validation.json", measured);
+    assert!(shown(&files));
+    let report = figures(&files);
+    assert_eq!(report.validation.map(|v| v.after.rms_um), Some(1.68));
+    assert!(
+        report
+            .document
+            .files
+            .iter()
+            .any(|file| file.role == "validation")
+    );
+    // Not that of tables elsewhere.
+    assert!(!shown(&[&machine, &its, &tables]));
+    refused(
+        &["report", &machine, &its, "--json", "--validation", &its],
+        &["this is not a validation.json of `trueaxis linuxcnc calibrate`"],
+    );
+}

@@ -101,6 +101,17 @@ impl Shape {
         }
     }
 
+    /// How a positive command of a rotary axis turns the tool relative to the workpiece: 1 as the right hand, −1 against
+    /// it.
+    #[must_use]
+    pub fn turns(self, letter: char) -> f64 {
+        match letter {
+            _ if self.workpiece.contains(letter) => -1.0,
+            'B' => -1.0,
+            _ => 1.0,
+        }
+    }
+
     /// Rotary axes of a branch, from the foundation outwards; `None` if one of them carries a linear axis.
     #[must_use]
     pub fn rotary(machine: &Machine, branch: Branch) -> Option<String> {

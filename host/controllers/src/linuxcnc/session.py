@@ -204,8 +204,9 @@ def by_program():
     return ["M68 E%d Q%%d" % int(output[1])] if output else []
 
 
-def joints(_):
-    """Kinematics in which every axis is a joint, until the end; what was in force comes back then."""
+def joints(asked):
+    """Kinematics in which every axis is a joint, until the end; what was in force comes back then. With `look`, only the
+    line that would switch them."""
     named = linuxcnc.ini(stat.ini_filename).find("KINS", "KINEMATICS") or ""
     if named.split()[:1] == ["trivkins"]:
         return {"changed": None}
@@ -227,6 +228,8 @@ def joints(_):
     remaps = linuxcnc.ini(stat.ini_filename).findall("RS274NGC", "REMAP")
     codes = [remap.split()[0].upper() for remap in remaps]
     lines = by_program() or [code for code in ("M429", "M428", "M430") if code in codes]
+    if asked.get("look") and lines:
+        return {"changed": lines[0] % wanted if "%" in lines[0] else lines[0]}
     for line in lines:
         mdi(line % wanted if "%" in line else line)
         wait(lambda: True, "", 1)

@@ -150,6 +150,15 @@ impl Session {
         self.ask(&json!({"do": "begin"}))
     }
 
+    /// What [`joints`](Self::joints) would switch the kinematics by, if it has to.
+    ///
+    /// # Errors
+    /// They cannot be switched.
+    pub fn joints_by(&mut self) -> Result<Option<String>, SessionError> {
+        let switched: Switched = self.ask(&json!({"do": "joints", "look": true}))?;
+        Ok(switched.changed)
+    }
+
     /// Switches to kinematics in which each axis is a joint, until the end of the session; returns what did it, if
     /// anything had to.
     ///

@@ -1,7 +1,7 @@
 //! `trueaxis linuxcnc calibrate`
 
 use super::configuration;
-use super::probe::{SpeedOptions, Work, asked, bad, started, take_over};
+use super::probe::{CLEAR, SpeedOptions, Work, asked, bad, started, take_over};
 use crate::commands::Outcome;
 use crate::commands::Outcome::CheckFailed;
 use crate::commands::bad_input::BadInput;
@@ -76,7 +76,7 @@ pub struct Arguments {
     /// Home the joints if they are not
     #[arg(long)]
     home: bool,
-    /// Do everything without asking
+    /// Do everything without asking (otherwise it asks before homing, switching kinematics, probing, loading)
     #[arg(long)]
     yes: bool,
 }
@@ -107,7 +107,9 @@ const SCATTER: f64 = 1.3;
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     // Before anything is asked of the machine.
     arguments.touching.stated()?;
-    let mut session = started(arguments.home)?;
+    let Some(mut session) = started(arguments.home, arguments.yes)? else {
+        return Ok(CheckFailed);
+    };
     Calibration::new(arguments, &mut session)?.run(&mut session)
 }
 
@@ -303,13 +305,17 @@ impl<'a> Calibration<'a> {
             (seconds / 60.0).ceil()
         );
         files::print(&text)?;
-        let question = "Is the stylus clear of everything, and may the machine move?";
-        if !self.arguments.yes && !asked(question)? {
+        let yes = self.arguments.yes;
+        if !yes && !asked(CLEAR)? || !take_over(session, yes)? {
             return Ok(false);
         }
-        take_over(session)?;
         let [(validation, before), (strategy, touches)] = &logs;
         self.touch(session, validation, before)?;
+        let question =
+            "May the corrections be switched off, and the strategy be probed without them?";
+        if !yes && !asked(question)? {
+            return Ok(false);
+        }
         session.set("trueaxis.enable", 0.0).map_err(bad)?;
         faded(session, 0.0)?;
         self.touch(session, strategy, touches)?;
@@ -387,10 +393,7 @@ impl<'a> Calibration<'a> {
             return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
         }
         let blob = self.file("machine.trax");
-        let question = format!(
-            "May {} be loaded, switched on, and validated by probing?",
-            blob.display()
-        );
+        let question = format!("May {} be loaded and switched on?", blob.display());
         files::print("\n")?;
         if !self.arguments.yes && !asked(&question)? {
             return self.stop("you did not want it");
@@ -403,8 +406,12 @@ impl<'a> Calibration<'a> {
         (session.load(COMPONENT, &self.active, &blob)).map_err(bad)?;
         session.set("trueaxis.enable", 1.0).map_err(bad)?;
         faded(session, 1.0)?;
-        if self.arguments.from > Step::Probe {
-            take_over(session)?;
+        let yes = self.arguments.yes;
+        let question = "May it be validated by probing with the corrections on?";
+        if !yes && !asked(question)?
+            || self.arguments.from > Step::Probe && !take_over(session, yes)?
+        {
+            return self.stop("you did not want it probed; the old compensation is back");
         }
         let log = self.file("after.csv");
         // An older one was made with another compensation, and would count as this one's.

@@ -30,7 +30,8 @@ use trueaxis_tables::compile::Progress;
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
 --ball-diameter 20 --stylus-diameter 6 -o touches.csv\n\n\
-The machine must be on, with the stylus in the spindle and clear of everything. It is homed with --home. Moves are in\n\
+The machine must be on, with the stylus in the spindle and clear of everything. It is homed with --home. It asks before\n\
+homing, before switching kinematics, and before the first touch. Moves are in\n\
 machine coordinates and change no work offset. If LinuxCNC uses kinematics for the tool centre point, they are\n\
 switched to identity for the time. Next: trueaxis probings machine.toml touches.csv --strategy strategy.csv"
 )]
@@ -94,19 +95,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         &arguments.speeds,
         output,
     )?;
-    let mut session = started(arguments.home)?;
+    let Some(mut session) = started(arguments.home, arguments.yes)? else {
+        return Ok(Outcome::CheckFailed);
+    };
     files::print(&work.announced())?;
-    if !arguments.yes && !asked("Is the stylus clear of everything, and may the machine move?")? {
+    if !arguments.yes && !asked(CLEAR)? || !take_over(&mut session, arguments.yes)? {
         return Ok(Outcome::CheckFailed);
     }
-    take_over(&mut session)?;
     let touches = work.probe(&mut session)?;
     files::print(&format!("{}: {touches} touches\n", output.display()))?;
     Ok(Outcome::Done)
 }
 
-/// Connects to LinuxCNC, homed and able to move each joint as an axis.
-pub fn started(may_home: bool) -> Result<Session, BadInput> {
+/// The question before the first move.
+pub const CLEAR: &str = "Is the stylus clear of everything, and may the machine move?";
+
+/// Connects to LinuxCNC, homed; `None` if the operator does not want it homed.
+pub fn started(may_home: bool, yes: bool) -> Result<Option<Session>, BadInput> {
     let (mut session, state) = Session::start().map_err(bad)?;
     if !state.is_on {
         return Err(BadInput::new(
@@ -121,18 +126,29 @@ pub fn started(may_home: bool) -> Result<Session, BadInput> {
                 "home them, or give --home",
             ));
         }
+        if !yes && !asked("Is the way clear, and may all joints be homed?")? {
+            return Ok(None);
+        }
         session.home(HOMING).map_err(bad)?;
     }
-    Ok(session)
+    Ok(Some(session))
 }
 
-/// Takes the machine over, with kinematics in which each joint is an axis.
-pub fn take_over(session: &mut Session) -> Result<(), BadInput> {
+/// Takes the machine over, with kinematics in which each joint is an axis; false if the operator does not want them
+/// switched.
+pub fn take_over(session: &mut Session, yes: bool) -> Result<bool, BadInput> {
     session.begin().map_err(bad)?;
+    if let Some(line) = session.joints_by().map_err(bad)? {
+        let question =
+            format!("May the kinematics be switched to identity ({line}) until the end?");
+        if !yes && !asked(&question)? {
+            return Ok(false);
+        }
+    }
     if let Some(line) = session.joints().map_err(bad)? {
         files::print(&format!("kinematics: identity ({line}) until the end\n"))?;
     }
-    Ok(())
+    Ok(true)
 }
 
 /// Longest time for homing (s).

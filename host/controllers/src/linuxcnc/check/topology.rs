@@ -2,10 +2,24 @@
 
 use super::Checked;
 use crate::linuxcnc::kinematics::Shape;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};
 
 /// Permitted distance (mm) of a rotary axis from its location in the module.
 const APART: f64 = 1e-3;
+
+/// Least component of a direction along its axis; oblique axes are not judged.
+const ALONG: f64 = 0.9;
+
+/// What makes an axis count the other way.
+fn other_way(machine: &Machine, index: usize) -> String {
+    let axis = &machine.axes[index];
+    format!(
+        "reversed = {} for {} in the machine file, then compile again",
+        !axis.reversed, axis.letter
+    )
+}
 
 impl Checked<'_> {
     pub(super) fn topology(&mut self) {
@@ -24,6 +38,7 @@ impl Checked<'_> {
                 return;
             }
         }
+        self.linear();
         let shape = match (module.name.as_str(), Shape::of(&module.name)) {
             ("trivkins", _) => return,
             (_, Some(shape)) => shape,
@@ -64,8 +79,60 @@ impl Checked<'_> {
             );
             return;
         }
+        self.rotary(machine, shape);
         if !shape.workpiece.is_empty() {
             self.offsets(machine, shape);
+        }
+    }
+
+    /// Linear axes whose positive command moves the tool the negative way: LinuxCNC counts what the tool does.
+    fn linear(&mut self) {
+        let Some(machine) = self.against.machine else {
+            return;
+        };
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
+        let home = bench.home();
+        for index in bench.linear() {
+            let letter = machine.axes[index].letter;
+            if bench.way(&home, index)[letter.component() % 3] < -ALONG {
+                let place = self.configuration.module.place.clone();
+                self.warn(
+                    &place,
+                    format!("in the machine file a positive command of {letter} moves the tool in −{letter}, seen from the workpiece; LinuxCNC counts it in +{letter}"),
+                    other_way(machine, index),
+                );
+            }
+        }
+    }
+
+    /// Rotary axes that turn the other way in the module. With the same order, directions and locations, the poses are
+    /// the same at every position.
+    fn rotary(&mut self, machine: &Machine, shape: Shape) {
+        let module = &self.configuration.module;
+        let conventional = format!("{}.conventional-directions", module.name);
+        let conventional = self.configuration.hal.value(&conventional);
+        let is_conventional = conventional.is_some_and(|(value, _)| value != 0.0);
+        let place = module.place.clone();
+        let name = module.name.clone();
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
+        let home = bench.home();
+        for index in bench.rotary() {
+            let letter = machine.axes[index].letter;
+            // By default it is the table that turns by +A; a head's B turns against the right hand.
+            let expected = match shape.turns(letter.char()) {
+                _ if shape.workpiece.contains(letter.char()) && is_conventional => 1.0,
+                turns => turns,
+            };
+            let shown = bench.about(&home, index)[letter.component() % 3];
+            if shown * expected < -ALONG {
+                self.refuse(
+                    &place,
+                    format!("{letter} has the wrong sign in the machine file: {name} turns it the other way"),
+                    other_way(machine, index),
+                );
+            }
         }
     }
 
