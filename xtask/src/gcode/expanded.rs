@@ -86,13 +86,19 @@ fn given(work: &Path, inch: bool) -> Result<[PathBuf; 3], String> {
     let mut setup = format!("units = \"{}\"\n", if inch { "inch" } else { "mm" });
     setup += "[start]\nX = 0\nY = 0\nZ = 0\nA = 0\nB = 0\nC = 0\ntool = 0\nretract = \"G98\"\n";
     let mut parameters: BTreeMap<usize, f64> = BTreeMap::new();
-    for first in [5161, 5181, 5211, 5221, 5241, 5261, 5281, 5301, 5321, 5341, 5361, 5381] {
+    for first in [
+        5161, 5181, 5211, 5221, 5241, 5261, 5281, 5301, 5321, 5341, 5361, 5381,
+    ] {
         parameters.extend((first..first + 10).map(|number| (number, 0.0)));
     }
     parameters.extend([(5210, 0.0), (5220, 1.0)]);
     for place in 0..9 {
         let values = SYSTEMS.get(place).copied().unwrap_or_default();
-        let name = if place < 6 { format!("G{}", 54 + place) } else { format!("G59.{}", place - 5) };
+        let name = if place < 6 {
+            format!("G{}", 54 + place)
+        } else {
+            format!("G59.{}", place - 5)
+        };
         let _ = writeln!(setup, "[offset.\"{name}\"]");
         for (axis, letter) in letters.iter().enumerate() {
             let _ = writeln!(setup, "{letter} = {:?}", values[axis]);
@@ -127,7 +133,11 @@ fn given(work: &Path, inch: bool) -> Result<[PathBuf; 3], String> {
 
 /// Motions of `rs274`. An axis that an arc leaves where it is keeps the digits of the motion before, which may have been
 /// printed in inches.
-fn rivals(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Vec<rs274::Motion>, String> {
+fn rivals(
+    program: &Path,
+    tools: &Path,
+    options: &[(&str, &Path)],
+) -> Result<Vec<rs274::Motion>, String> {
     let mut motions = rs274::run(program, tools, options)?;
     let mut before = 0.0;
     for motion in &mut motions {
@@ -193,7 +203,8 @@ fn random(work: &Path) -> Result<(), String> {
             let text = files::read_text(&program)?;
             let may = cause.contains("cutter compensation") && text.contains("G4")
                 || cause.contains("motion with the spindle") && text.contains("G33")
-                || cause.contains("G28.1") || cause.contains("G30.1");
+                || cause.contains("G28.1")
+                || cause.contains("G30.1");
             if !may {
                 return Err(format!("{}: {cause}", program.display()));
             }
@@ -222,15 +233,30 @@ fn parameters(work: &Path) -> Result<(), String> {
         let unit = if inch { 25.4 } else { 1.0 };
         let [g54, g55, _] = SYSTEMS;
         let expected = [
-            [g54[0] * unit, 2.0 * g54[1] * unit, (HOME[2] + 1.0) * unit, g55[3] + HOME[3]],
-            [g55[1] / g55[0] * unit, 2.0 * g54[1] * unit, LENGTHS[0] / 2.0 * unit, 1.0],
+            [
+                g54[0] * unit,
+                2.0 * g54[1] * unit,
+                (HOME[2] + 1.0) * unit,
+                g55[3] + HOME[3],
+            ],
+            [
+                g55[1] / g55[0] * unit,
+                2.0 * g54[1] * unit,
+                LENGTHS[0] / 2.0 * unit,
+                1.0,
+            ],
         ];
-        let motions: Vec<_> = ours.iter().filter_map(|line| rs274::Motion::read(line)).collect();
+        let motions: Vec<_> = ours
+            .iter()
+            .filter_map(|line| rs274::Motion::read(line))
+            .collect();
         for (motion, expected) in motions.iter().zip(&expected) {
             // Half of the digit of its word, and our fifth decimal.
             let near = (0..4).all(|i| (motion.to[i] - expected[i]).abs() < 0.6e-4 * unit);
             if !near {
-                return Err(format!("parameters in {unit} mm: {motion:?}, expected {expected:?}"));
+                return Err(format!(
+                    "parameters in {unit} mm: {motion:?}, expected {expected:?}"
+                ));
             }
         }
         if motions.len() != expected.len() {
@@ -242,7 +268,49 @@ fn parameters(work: &Path) -> Result<(), String> {
 }
 
 /// Why programs of the package are refused: what the message contains, and in short. Each must occur.
-const REASONS: [(&str, &str); 0] = [];
+const REASONS: [(&str, &str); 23] = [
+    (
+        "no percent sign",
+        "a file of subroutines, which does not run alone",
+    ),
+    ("a pin of the machine", "reads a HAL pin"),
+    ("the result of probing", "reads a result of probing"),
+    ("(G38)", "probes"),
+    ("M66 waits", "waits for an input"),
+    ("INI file", "reads an entry of the INI file"),
+    ("cutter compensation", "cutter compensation"),
+    (
+        "does not know the units of the machine",
+        "asks for the units of the machine",
+    ),
+    ("a message with a length", "shows an offset in a message"),
+    ("nknown m code", "M words of a configuration"),
+    ("M-code greater", "M words of a configuration, beyond M199"),
+    ("a spline", "splines"),
+    (
+        "not found in the tool table",
+        "a tool that the setup does not have",
+    ),
+    (
+        "the length of tool",
+        "the length of a tool that the setup does not have",
+    ),
+    ("motion with the spindle", "motion with the spindle"),
+    ("no axis A", "moves an axis that mill-21 does not have"),
+    ("outside its travel", "leaves the travel of mill-21"),
+    ("a pocket of the tool changer", "reads a pocket"),
+    ("is set by its number", "sets a parameter of the machine"),
+    ("M61: ", "M61"),
+    (
+        "Unexpected character after O-word",
+        "an error, which LinuxCNC refuses too",
+    ),
+    (
+        "a subroutine that is not found",
+        "a subroutine that the package does not have",
+    ),
+    ("Bad character 'w'", "moves W"),
+];
 
 /// Folders of subroutines in the package.
 const SUBROUTINES: [&str; 6] = [
@@ -259,27 +327,43 @@ fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
     let blob = super::compensation(trueaxis, work)?;
     let mut text = "units = \"mm\"\n".to_owned();
     let place = "X = 200\nY = 100\nZ = -200\n";
-    let _ = write!(text, "[start]\n{place}tool = 0\nretract = \"G98\"\n[home.G28]\n{place}[home.G30]\n{place}");
+    let _ = write!(
+        text,
+        "[start]\n{place}tool = 0\nretract = \"G98\"\n[home.G28]\n{place}[home.G30]\n{place}"
+    );
     let mut var = "5161\t0\n5181\t0\n5211\t0\n5220\t1\n".to_owned();
     for system in 0..9 {
         let _ = writeln!(var, "{}\t0", 5221 + 20 * system);
-        let name = if system < 6 { format!("G{}", 54 + system) } else { format!("G59.{}", system - 5) };
+        let name = if system < 6 {
+            format!("G{}", 54 + system)
+        } else {
+            format!("G59.{}", system - 5)
+        };
         let _ = write!(text, "[offset.\"{name}\"]\n{place}");
     }
     let setup = work.join("package.toml");
     files::write(&setup, text)?;
     // Diameters, in mm on the machine.
     let tools = work.join("package.tbl");
-    let table: String = super::TOOLS.iter().map(|t| format!("T{t} P{t} Z0 D6\n")).collect();
+    let table: String = super::TOOLS
+        .iter()
+        .map(|t| format!("T{t} P{t} Z0 D6\n"))
+        .collect();
     files::write(&tools, table)?;
     let root = Path::new("/usr/share/linuxcnc/ncfiles");
     let folders: Vec<PathBuf> = SUBROUTINES.iter().map(|f| root.join(f)).collect();
     let names = |options: &[PathBuf]| -> Vec<String> {
-        options.iter().map(|f| format!("--subroutines={}", f.display())).collect()
+        options
+            .iter()
+            .map(|f| format!("--subroutines={}", f.display()))
+            .collect()
     };
     let zero = work.join("zero.toml");
     let at_zero = fs::read_to_string(&setup).map_err(|e| e.to_string())?;
-    let at_zero = at_zero.replace(" = 200", " = 0").replace(" = 100", " = 0").replace(" = -200", " = 0");
+    let at_zero = at_zero
+        .replace(" = 200", " = 0")
+        .replace(" = 100", " = 0")
+        .replace(" = -200", " = 0");
     files::write(&zero, at_zero + "[tool.1]\nlength = 0\n")?;
     let (mut counts, mut wrong) = (BTreeMap::<String, Vec<String>>::new(), Vec::new());
     let (mut corrected, mut compared, mut motions) = (0, 0, 0);
@@ -291,18 +375,29 @@ fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
         let out = work.join("corrected.ngc");
         let _ = fs::remove_file(&out);
         let mut command = super::correct(trueaxis, &path, &out, &blob, &setup);
-        command.args(["--expand", "--check", "--block-delete", "off", "--tools"]).arg(&tools);
+        command
+            .args(["--expand", "--check", "--block-delete", "off", "--tools"])
+            .arg(&tools);
         let answer = said(command.args(names(&folders)))?;
+        // Without the frames and line breaks of a message.
+        let words = answer
+            .errors
+            .split_whitespace()
+            .filter(|w| !["│", "·", "×"].contains(w));
+        let said_of = words.collect::<Vec<_>>().join(" ");
         match (answer.status.code(), out.exists()) {
             (Some(0), true) => corrected += 1,
             (Some(2), false) => {
-                let reason = REASONS.iter().find(|(part, _)| answer.output.contains(part));
+                let reason = REASONS.iter().find(|(part, _)| said_of.contains(part));
                 match reason {
-                    Some((_, reason)) => counts.entry((*reason).to_owned()).or_default().push(name.clone()),
-                    None => wrong.push(format!("{name}: {}", answer.output)),
+                    Some((_, reason)) => counts
+                        .entry((*reason).to_owned())
+                        .or_default()
+                        .push(name.clone()),
+                    None => wrong.push(format!("{name}: {said_of}")),
                 }
             }
-            other => wrong.push(format!("{name}: {other:?}: {}", answer.output)),
+            other => wrong.push(format!("{name}: {other:?}: {said_of}")),
         }
         // What is written out, also of programs for other axes and larger machines.
         let mut options = names(&folders);
@@ -319,7 +414,10 @@ fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
         let ini = work.join("original.ini");
         let mut paths = vec![path.parent().unwrap_or(root).display().to_string()];
         paths.extend(folders.iter().map(|f| f.display().to_string()));
-        files::write(&ini, format!("[RS274NGC]\nSUBROUTINE_PATH = {}\n", paths.join(":")))?;
+        files::write(
+            &ini,
+            format!("[RS274NGC]\nSUBROUTINE_PATH = {}\n", paths.join(":")),
+        )?;
         let rivals = rivals(&copy, &tools, &[("-v", &parameters), ("-i", &ini)]);
         match rivals.and_then(|rivals| same(&ours, &rivals)) {
             Ok(count) => {
@@ -329,12 +427,17 @@ fn package(trueaxis: &Path, work: &Path) -> Result<(), String> {
             Err(cause) => wrong.push(format!("{name}: {cause}")),
         }
     }
-    println!("{motions:>4} motions of {compared} programs of the package that compute, the same as rs274's");
+    println!(
+        "{motions:>4} motions of {compared} programs of the package that compute, the same as rs274's"
+    );
     println!("{corrected:>4} of them are corrected for mill-21 and checked; refused:");
     for (reason, names) in &counts {
         println!("{:>4} {reason}", names.len());
     }
-    for (_, reason) in REASONS.iter().filter(|(_, reason)| !counts.contains_key(*reason)) {
+    for (_, reason) in REASONS
+        .iter()
+        .filter(|(_, reason)| !counts.contains_key(*reason))
+    {
         wrong.push(format!("no program is refused because of: {reason}"));
     }
     match wrong.is_empty() {

@@ -124,11 +124,7 @@ impl Offsets {
 ///
 /// # Errors
 /// If `rs274` refuses it.
-pub fn run(
-    program: &Path,
-    tools: &Path,
-    options: &[(&str, &Path)],
-) -> Result<Vec<Motion>, String> {
+pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Vec<Motion>, String> {
     let mut command = Command::new("rs274");
     command
         .arg("-t")

@@ -95,9 +95,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => arguments.program.as_path(),
     };
     let bad_program = |error: &StreamError| match (&expanded, error) {
-        (Some(expanded), StreamError::Refused(refusal)) => {
-            bad_program(&arguments.program, &StreamError::Refused(expanded.refusal(refusal)))
-        }
+        (Some(expanded), StreamError::Refused(refusal)) => bad_program(
+            &arguments.program,
+            &StreamError::Refused(expanded.refusal(refusal)),
+        ),
         _ => bad_program(&arguments.program, error),
     };
     let bytes = std::fs::metadata(program).map_or(0, |m| m.len());

@@ -23,6 +23,9 @@ use std::path::{Path, PathBuf};
 const KNOWN: f64 = 1e6;
 /// Stands for a position or an offset that the setup does not give (mm, degrees), far beyond every machine.
 const UNKNOWN: f64 = 4e6;
+/// The advice for what only the machine can do.
+const FLAT: &str =
+    "write that part of the program out flat, or use the compensation in the controller";
 /// Digits of the interpreter's numbers after the point.
 pub const DECIMALS: usize = 4;
 
@@ -54,7 +57,10 @@ impl Expanded {
     pub fn original(&self, line: u64) -> u64 {
         let place = usize::try_from(line).unwrap_or(0).checked_sub(1);
         place.map_or(line, |place| {
-            self.lines.get(place).or(self.lines.last()).map_or(line, |l| u64::from(*l))
+            self.lines
+                .get(place)
+                .or(self.lines.last())
+                .map_or(line, |l| u64::from(*l))
         })
     }
 
@@ -119,11 +125,18 @@ pub fn expand(
     for (name, text) in source.subroutines() {
         put(&name, &text)?;
     }
-    put(interpreter::TOOLS, given::tools(given, source.tools()).as_bytes())?;
-    put(interpreter::PARAMETERS, given::parameters(given, None).as_bytes())?;
+    put(
+        interpreter::TOOLS,
+        given::tools(given, source.tools()).as_bytes(),
+    )?;
+    put(
+        interpreter::PARAMETERS,
+        given::parameters(given, None).as_bytes(),
+    )?;
     let first = interpreter::run(folder, "canonical", given.block_delete, &source)?;
-    let after = std::fs::read_to_string(folder.join(interpreter::PARAMETERS))
-        .map_err(failed("the parameters that the interpreter leaves cannot be read"))?;
+    let after = std::fs::read_to_string(folder.join(interpreter::PARAMETERS)).map_err(failed(
+        "the parameters that the interpreter leaves cannot be read",
+    ))?;
     let others = given::parameters(given, Some(7.8125));
     put(interpreter::PARAMETERS, others.as_bytes())?;
     let second = interpreter::run(folder, "canonical-2", given.block_delete, &source);
@@ -163,8 +176,15 @@ fn depends(
         let (Ok(a), Ok(b)) = next else {
             return Err(refused(line).into());
         };
-        if let Some(call) = a.as_deref().and_then(canonical::Line::parse) {
-            line = source.line_of(call.block, line);
+        let command = a.as_deref().and_then(canonical::Line::parse);
+        let other = b.as_deref().and_then(canonical::Line::parse);
+        line = command.map_or(line, |command| source.line_of(command.block, line));
+        // Messages and logs move nothing.
+        if let (Some(command), Some(other)) = (command, other)
+            && command.name == other.name
+            && ["MESSAGE", "LOG"].contains(&command.name)
+        {
+            continue;
         }
         match (a, b) {
             (None, None) => return Ok(()),

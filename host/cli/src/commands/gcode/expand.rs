@@ -80,8 +80,14 @@ impl Program {
     /// Puts lines of the original in place of those of the flat program.
     pub fn relabel(&self, report: &mut Report, found: Option<&mut CheckResult>) {
         let original = |line: &mut u64| *line = self.expanded.original(*line);
-        report.largest.iter_mut().for_each(|(_, line)| original(line));
-        report.written_out.iter_mut().for_each(|(line, _)| original(line));
+        report
+            .largest
+            .iter_mut()
+            .for_each(|(_, line)| original(line));
+        report
+            .written_out
+            .iter_mut()
+            .for_each(|(line, _)| original(line));
         let Some(found) = found else {
             return;
         };
@@ -102,7 +108,11 @@ impl Program {
     /// What people read.
     pub fn note(&self) -> String {
         let digit = 0.5 * 0.1_f64.powi(DECIMALS as i32) * 1e3;
-        let (unit, factor) = if self.expanded.inches { ("inches", 25.4) } else { ("mm", 1.0) };
+        let (unit, factor) = if self.expanded.inches {
+            ("inches", 25.4)
+        } else {
+            ("mm", 1.0)
+        };
         format!(
             "expanded by LinuxCNC's interpreter to {} lines; cycles are single moves. It prints {DECIMALS} decimals, in {unit}: \
              up to {:.2} µm on each axis\n",

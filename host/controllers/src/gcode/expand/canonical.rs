@@ -66,16 +66,29 @@ mod tests {
     fn commands_are_read_with_their_blocks() {
         let line = "   26 N16    STRAIGHT_FEED(5.0000, -3.5000, 5.0000, 10.0000, 0.0000, 0.0000)";
         let line = Line::parse(line).unwrap();
-        assert_eq!((line.count, line.block, line.name), (26, Some(16), "STRAIGHT_FEED"));
+        assert_eq!(
+            (line.count, line.block, line.name),
+            (26, Some(16), "STRAIGHT_FEED")
+        );
         assert_eq!(line.numbers::<6>(), Some([5.0, -3.5, 5.0, 10.0, 0.0, 0.0]));
         assert_eq!(line.numbers::<5>(), None);
         let line = Line::parse("    8 N1000000000007STRAIGHT_TRAVERSE(1.0000)").unwrap();
-        assert_eq!((line.block, line.name), (Some(1_000_000_000_007), "STRAIGHT_TRAVERSE"));
+        assert_eq!(
+            (line.block, line.name),
+            (Some(1_000_000_000_007), "STRAIGHT_TRAVERSE")
+        );
         let line = Line::parse("    7 N..... COMMENT(\"a (b) c\")").unwrap();
         assert_eq!((line.block, line.text()), (None, Some("a (b) c")));
         let offset = "   13 N..... USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 76.2000, 0.0000 0.0000 0.0000, 0.0000 0.0000 9.0)";
         assert_eq!(Line::parse(offset).unwrap().numbers::<9>().unwrap()[8], 9.0);
-        for other in ["", " hello", "    7 N..... NAME", "    7 NAME(1)", "x N.. NAME(1)", "7 N1 A B(1)"] {
+        for other in [
+            "",
+            " hello",
+            "    7 N..... NAME",
+            "    7 NAME(1)",
+            "x N.. NAME(1)",
+            "7 N1 A B(1)",
+        ] {
             assert_eq!(Line::parse(other), None, "{other}");
         }
         assert_eq!(Line::parse("7 N1 A(nan)").unwrap().numbers::<1>(), None);

@@ -3,7 +3,7 @@
 use super::canonical::Line;
 use super::given::{BEGIN, HOME, UNKNOWN_ROTATION};
 use super::source::{CALL, Source};
-use super::{DECIMALS, ExpandError, Expanded, Given, KNOWN, failed, refusal};
+use super::{DECIMALS, ExpandError, Expanded, FLAT, Given, KNOWN, failed, refusal};
 use crate::gcode::axes::{self, COUNT, PerLetter};
 use crate::gcode::fault::Refusal;
 use crate::gcode::interpret::bits;
@@ -23,8 +23,6 @@ type Bad = (String, String);
 fn bad<T>(cause: impl Into<String>, remedy: impl Into<String>) -> Result<T, Bad> {
     Err((cause.into(), remedy.into()))
 }
-
-const FLAT: &str = "write that part of the program out flat, or use the compensation in the controller";
 
 /// A flat program while it is written.
 pub struct Flat<'s> {
@@ -177,13 +175,23 @@ impl<'s> Flat<'s> {
     fn left_behind(&mut self, parameters: &str) -> Result<(), Bad> {
         let number = |line: &str| {
             let mut cells = line.split_whitespace();
-            Some((cells.next()?.parse::<u32>().ok()?, cells.next()?.parse::<f64>().ok()?))
+            Some((
+                cells.next()?.parse::<u32>().ok()?,
+                cells.next()?.parse::<f64>().ok()?,
+            ))
         };
         let left: BTreeMap<u32, f64> = parameters.lines().filter_map(number).collect();
         let group = |first: u32| -> PerLetter {
             std::array::from_fn(|axis| {
-                let value = left.get(&(first + axis as u32)).copied().unwrap_or_default();
-                if axes::is_rotary(axis) { value } else { value * 25.4 }
+                let value = left
+                    .get(&(first + axis as u32))
+                    .copied()
+                    .unwrap_or_default();
+                if axes::is_rotary(axis) {
+                    value
+                } else {
+                    value * 25.4
+                }
             })
         };
         // As the values were printed, at most in inches.
@@ -199,8 +207,12 @@ impl<'s> Flat<'s> {
             if machine.iter().any(|axis| moved(&axis)) {
                 let name = ["G28", "G30"][home];
                 return bad(
-                    format!("the program stores where {name} goes ({name}.1): no canonical command shows it"),
-                    format!("give it in the setup, [home.{name}], and take {name}.1 out of the program"),
+                    format!(
+                        "the program stores where {name} goes ({name}.1): no canonical command shows it"
+                    ),
+                    format!(
+                        "give it in the setup, [home.{name}], and take {name}.1 out of the program"
+                    ),
                 );
             }
         }
@@ -213,7 +225,10 @@ impl<'s> Flat<'s> {
             let (which, known) = match self.offsets.systems.get(&number) {
                 Some(known) => {
                     let differs = |axis: &&usize| !same(known.origin[**axis], origin[**axis]);
-                    (machine.iter().filter(differs).copied().collect(), Some(*known))
+                    (
+                        machine.iter().filter(differs).copied().collect(),
+                        Some(*known),
+                    )
                 }
                 None if machine.iter().any(is_set) || turned => (machine.clone(), None),
                 None => (Vec::new(), None),
@@ -233,7 +248,11 @@ impl<'s> Flat<'s> {
                 );
             }
             let words = self.words(&which, &origin);
-            let rotation = if turns { format!(" R{rotation}") } else { String::new() };
+            let rotation = if turns {
+                format!(" R{rotation}")
+            } else {
+                String::new()
+            };
             self.write(&format!("G10 L2 P{number}{words}{rotation}"));
         }
         Ok(())
@@ -251,7 +270,9 @@ impl<'s> Flat<'s> {
         }
         self.text.push_str(line);
         self.text.push('\n');
-        self.expanded.lines.push(u32::try_from(number).unwrap_or(u32::MAX));
+        self.expanded
+            .lines
+            .push(u32::try_from(number).unwrap_or(u32::MAX));
     }
 
     /// The first lines: the modes that hold.
@@ -391,13 +412,18 @@ impl<'s> Flat<'s> {
                 // Exact stop and exact path do not use it; G64 P sets both.
                 (Some(_), None) => {}
                 (Some([naive]), Some(tolerance)) if (naive - tolerance).abs() < 1e-4 => {}
-                (Some([naive]), Some(tolerance)) => self.write(&format!("G64 P{tolerance} Q{naive}")),
+                (Some([naive]), Some(tolerance)) => {
+                    self.write(&format!("G64 P{tolerance} Q{naive}"))
+                }
                 (None, _) => return unexpected(),
             },
             "SET_SPINDLE_MODE" => match command.numbers::<2>() {
                 Some([0.0, 0.0]) => {}
                 Some([0.0, _]) => {
-                    return bad("constant surface speed (G96): a diameter decides the speed", FLAT);
+                    return bad(
+                        "constant surface speed (G96): a diameter decides the speed",
+                        FLAT,
+                    );
                 }
                 _ => return self.other_spindle(),
             },
@@ -405,7 +431,9 @@ impl<'s> Flat<'s> {
                 Some([0.0, speed]) => self.write(&format!("S{speed}")),
                 _ => return self.other_spindle(),
             },
-            "START_SPINDLE_CLOCKWISE" | "START_SPINDLE_COUNTERCLOCKWISE" | "STOP_SPINDLE_TURNING" => {
+            "START_SPINDLE_CLOCKWISE"
+            | "START_SPINDLE_COUNTERCLOCKWISE"
+            | "STOP_SPINDLE_TURNING" => {
                 if command.numbers::<1>() != Some([0.0]) {
                     return self.other_spindle();
                 }
@@ -436,7 +464,9 @@ impl<'s> Flat<'s> {
                 let on = u8::from(name == "ENABLE_SPEED_OVERRIDE");
                 self.write(&format!("M51 P{on}"));
             }
-            "SET_MOTION_OUTPUT_BIT" | "CLEAR_MOTION_OUTPUT_BIT" | "SET_AUX_OUTPUT_BIT"
+            "SET_MOTION_OUTPUT_BIT"
+            | "CLEAR_MOTION_OUTPUT_BIT"
+            | "SET_AUX_OUTPUT_BIT"
             | "CLEAR_AUX_OUTPUT_BIT" => {
                 let Some([pin]) = command.numbers::<1>() else {
                     return unexpected();
@@ -453,7 +483,11 @@ impl<'s> Flat<'s> {
                 let Some([pin, value]) = command.numbers::<2>() else {
                     return unexpected();
                 };
-                let word = if name == "SET_MOTION_OUTPUT_VALUE" { "M67" } else { "M68" };
+                let word = if name == "SET_MOTION_OUTPUT_VALUE" {
+                    "M67"
+                } else {
+                    "M68"
+                };
                 self.write(&format!("{word} E{pin} Q{value}"));
             }
             "SELECT_TOOL" => match command.numbers::<1>() {
@@ -563,7 +597,9 @@ impl<'s> Flat<'s> {
         if self.begun && (!words.is_empty() || turned || known.is_none()) {
             let mut system = before;
             let mut line = format!("G10 L2 P{number}{}", self.words(&words, &origin));
-            words.iter().for_each(|axis| system.origin[*axis] = origin[*axis]);
+            words
+                .iter()
+                .for_each(|axis| system.origin[*axis] = origin[*axis]);
             if turned || known.is_none() {
                 let _ = write!(line, " R{rotation}");
                 system.rotation = rotation;
@@ -599,7 +635,9 @@ impl<'s> Flat<'s> {
         }
         let words = self.words(&which, &shift);
         self.write(&format!("G52{words}"));
-        which.iter().for_each(|axis| self.offsets.g92[*axis] = shift[*axis]);
+        which
+            .iter()
+            .for_each(|axis| self.offsets.g92[*axis] = shift[*axis]);
         self.printed[1] = true;
         self.changed = true;
         Ok(())
@@ -720,7 +758,9 @@ impl<'s> Flat<'s> {
     }
 
     fn feed_word(&mut self) -> String {
-        self.feed.take().map_or(String::new(), |feed| format!(" F{feed}"))
+        self.feed
+            .take()
+            .map_or(String::new(), |feed| format!(" F{feed}"))
     }
 
     fn arc(&mut self, command: &Line<'_>, numbers: &[f64; 9]) -> Result<(), Bad> {
@@ -747,7 +787,12 @@ impl<'s> Flat<'s> {
         }
         for (axis, centre) in [(i, centre_1), (j, centre_2)] {
             let by = centre - from[axis] / self.unit(axis);
-            let _ = write!(line, " {}{}", ["I", "J", "K"][axis], trimmed(&format!("{by:.6}")));
+            let _ = write!(
+                line,
+                " {}{}",
+                ["I", "J", "K"][axis],
+                trimmed(&format!("{by:.6}"))
+            );
         }
         if turns.abs() > 1.0 {
             let _ = write!(line, " P{}", turns.abs());
@@ -772,7 +817,11 @@ fn trimmed(number: &str) -> String {
         true => number.trim_end_matches('0').trim_end_matches('.'),
         false => number,
     };
-    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+    if short == "-0" {
+        "0".to_owned()
+    } else {
+        short.to_owned()
+    }
 }
 
 /// Why a canonical command has no words of its own.
@@ -781,11 +830,14 @@ fn not_representable(name: &str) -> String {
         "STRAIGHT_PROBE" | "TURN_PROBE_ON" | "TURN_PROBE_OFF" => {
             "probing (G38): where it ends, only the machine knows"
         }
-        "START_SPEED_FEED_SYNC" | "START_SPEED_FEED_SYNCH" | "STOP_SPEED_FEED_SYNCH" | "RIGID_TAP" => {
-            "motion with the spindle (G33, G33.1, G76)"
-        }
+        "START_SPEED_FEED_SYNC"
+        | "START_SPEED_FEED_SYNCH"
+        | "STOP_SPEED_FEED_SYNCH"
+        | "RIGID_TAP" => "motion with the spindle (G33, G33.1, G76)",
         "NURBS_FEED" => "a spline (G5, G5.1, G5.2): the interpreter does not print its points",
-        "SET_TOOL_TABLE_ENTRY" | "RELOAD_TOOLDATA" => "the tool table is changed (G10 L1, L10, L11)",
+        "SET_TOOL_TABLE_ENTRY" | "RELOAD_TOOLDATA" => {
+            "the tool table is changed (G10 L1, L10, L11)"
+        }
         "CHANGE_TOOL_NUMBER" => "M61: the stand-alone interpreter does not follow it",
         _ => return format!("the canonical command {name} is not known"),
     };

@@ -90,7 +90,12 @@ pub fn tools(given: &Given<'_>, named: &BTreeSet<u32>) -> String {
         let offset = setup.tools.get(&number).unwrap_or(&unknown);
         let _ = write!(text, "T{number} P{}", pocket + 1);
         for axis in 0..6 {
-            let _ = write!(text, " {}{}", axes::name(axis), in_inches(axis, offset[axis]));
+            let _ = write!(
+                text,
+                " {}{}",
+                axes::name(axis),
+                in_inches(axis, offset[axis])
+            );
         }
         let diameter = setup.diameters.get(&number).unwrap_or(&0.0);
         let _ = writeln!(text, " W{number} D{diameter}");
@@ -112,7 +117,11 @@ pub fn prelude(given: &Given<'_>) -> String {
     text += "G53 G0";
     let start = filled(Some(&setup.start), given.axes, START);
     for axis in bits(0b11_1111) {
-        let unit = if axes::is_rotary(axis) { 1.0 } else { units.mm() };
+        let unit = if axes::is_rotary(axis) {
+            1.0
+        } else {
+            units.mm()
+        };
         let _ = write!(text, " {}{}", axes::name(axis), start[axis] / unit);
     }
     text += "\nG80\n";

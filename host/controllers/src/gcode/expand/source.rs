@@ -3,7 +3,7 @@
 
 use super::canonical::Line;
 use super::given::BEGIN;
-use super::{ExpandError, Given, failed, refusal};
+use super::{ExpandError, FLAT, Given, failed, refusal};
 use crate::gcode::axes;
 use crate::gcode::fault::Refusal;
 use crate::gcode::interpret::bits;
@@ -22,8 +22,6 @@ pub const CALL: &str = "trueaxis: a call";
 const OF_MACHINE: std::ops::RangeInclusive<u32> = 5061..=5428;
 
 const WAITS: &str = "M66 waits for an input of the machine";
-
-const FLAT: &str = "write that part of the program out flat, or use the compensation in the controller";
 
 /// A file: its name, the lines as they are, and as the interpreter gets them.
 struct Text {
@@ -117,7 +115,8 @@ impl Source {
         let missing = tools.find(|tool| !setup.diameters.contains_key(tool));
         if let (Some(line), Some(tool)) = (scan.diameter, missing) {
             let (line, name) = source.place(line, 1);
-            let cause = format!("the diameter of the tool, and that of tool {tool} is not known{name}");
+            let cause =
+                format!("the diameter of the tool, and that of tool {tool} is not known{name}");
             let remedy = "give LinuxCNC's tool table: --tools FILE.tbl";
             return Err(refusal(line, "#5410", cause, remedy).into());
         }
@@ -234,18 +233,29 @@ impl Source {
         let (line, name) = self.place(block.unwrap_or(last), last);
         let word = match block {
             Some(block) if block < FILE => {
-                let line = usize::try_from(block).ok().and_then(|b| self.files[0].lines.get(b - 1));
+                let line = usize::try_from(block)
+                    .ok()
+                    .and_then(|b| self.files[0].lines.get(b - 1));
                 line.map_or(String::new(), |l| String::from_utf8_lossy(l).into_owned())
             }
             _ => String::new(),
         };
+        let sought = cause.split_once("seeking o-word: ").map(|(_, rest)| rest);
+        if let Some(name) = sought.and_then(|rest| rest.split(' ').next()) {
+            let of = |line: &Vec<u8>| String::from_utf8_lossy(line).contains(name);
+            let found = self.files[0].copy.iter().position(of);
+            return refusal(
+                found.map_or(last, |place| place as u64 + 1),
+                name,
+                "a subroutine that is not found, or an O-word that does not end",
+                "name the folder of the subroutine: --subroutines FOLDER",
+            );
+        }
         if cause.contains(WAITS) {
             return refusal(line, &word, format!("{WAITS}{name}"), FLAT);
         }
         let remedy = if cause.contains("not found in the tool table") {
             "give the tool in the setup: [tool.N] length = …, or LinuxCNC's tool table: --tools FILE.tbl"
-        } else if cause.contains("seeking o-word") {
-            "name the folder of the subroutine: --subroutines FOLDER"
         } else if cause.contains("no percent sign") {
             "end the program with M2, or put % into its first and last lines"
         } else if cause.starts_with("Bad character") {
@@ -305,7 +315,10 @@ impl Scan<'_> {
             if comment.starts_with("py,") {
                 return Err(bad("(py,", "a line in Python", FLAT));
             }
-            if !["debug", "log,"].iter().any(|kind| comment.starts_with(kind)) {
+            if !["debug", "log,"]
+                .iter()
+                .any(|kind| comment.starts_with(kind))
+            {
                 continue;
             }
             for (at, _) in comment.match_indices('#') {
@@ -352,7 +365,10 @@ impl Scan<'_> {
                     (None, _) => computed = Some(copy.len() + 1),
                 },
                 b'a'..=b'z' if depth == 0 => guard(&mut computed, &copy, code, guards),
-                b'0'..=b'9' if before.is_none_or(|b| !b.is_ascii_alphanumeric() && !b"#.>".contains(&b)) => {
+                b'0'..=b'9'
+                    if before
+                        .is_none_or(|b| !b.is_ascii_alphanumeric() && !b"#.>".contains(&b)) =>
+                {
                     let number = digits(&words[at..]).0.filter(|n| OF_MACHINE.contains(n));
                     // Those that are not lengths are as they are.
                     if let Some(number) = number.filter(|n| ![5210, 5220, 5400].contains(n)) {
@@ -403,11 +419,7 @@ impl Scan<'_> {
     }
 
     /// What follows `#`: the length of its number, and the parameter as the interpreter gets it.
-    fn number_of_parameter(
-        &mut self,
-        rest: &[u8],
-        code: u64,
-    ) -> Result<(usize, Vec<u8>), Bad> {
+    fn number_of_parameter(&mut self, rest: &[u8], code: u64) -> Result<(usize, Vec<u8>), Bad> {
         let same = |length: usize| (length, [b"#", &rest[..length]].concat());
         if rest.first() == Some(&b'<') {
             let end = rest.iter().position(|b| *b == b'>');
@@ -415,7 +427,12 @@ impl Scan<'_> {
             let name = String::from_utf8_lossy(&rest[..length]).into_owned();
             return Ok(match self.named(&name)? {
                 None => same(length),
-                Some(value) => (length, value.replace("LINE", &(code % FILE).to_string()).into_bytes()),
+                Some(value) => (
+                    length,
+                    value
+                        .replace("LINE", &(code % FILE).to_string())
+                        .into_bytes(),
+                ),
             });
         }
         let (Some(number), length) = digits(rest) else {
@@ -458,13 +475,17 @@ impl Scan<'_> {
                 of_machine("a pocket of the tool changer: it is not in the setup")
             }
             "_current_tool" => self.parameter(5400).map(|_| None),
-            _ if inner.starts_with("_hal[") => of_machine("a pin of the machine, while the program runs"),
+            _ if inner.starts_with("_hal[") => {
+                of_machine("a pin of the machine, while the program runs")
+            }
             _ if inner.starts_with("_ini[") => of_machine("an entry of the machine's INI file"),
             _ => {
-                let axis = inner.strip_prefix("_abs_").or_else(|| inner.strip_prefix('_'));
+                let axis = inner
+                    .strip_prefix("_abs_")
+                    .or_else(|| inner.strip_prefix('_'));
                 let is_axis = |a: &str| a.len() == 1 && "xyzabcuvw".contains(a);
                 match axis.is_some_and(is_axis) {
-                    true => self.position(name).map(|()| None),
+                    true => self.position(&format!("#{name}")).map(|()| None),
                     false => Ok(None),
                 }
             }
@@ -498,19 +519,36 @@ impl Scan<'_> {
         let setup = self.given.setup;
         let word = format!("#{number}");
         let refused = |cause: &str, remedy: &str| Err(bad(&word, cause, remedy));
-        let place = |first: u32| number.checked_sub(first).filter(|p| *p < 9).map(|p| p as usize);
+        let place = |first: u32| {
+            number
+                .checked_sub(first)
+                .filter(|p| *p < 9)
+                .map(|p| p as usize)
+        };
         let not_known = |what: String, remedy: String| {
-            Err(bad(&word, format!("{what}, which is not known"), format!("give it in the setup: {remedy}")))
+            Err(bad(
+                &word,
+                format!("{what}, which is not known"),
+                format!("give it in the setup: {remedy}"),
+            ))
         };
         let axis = match number {
-            5061..=5070 => return refused("the result of probing, which only the machine has", FLAT),
+            5061..=5070 => {
+                return refused("the result of probing, which only the machine has", FLAT);
+            }
             5399 => return refused("the value of an input of the machine (M66)", FLAT),
             5400..=5406 | 5410 if setup.tool.is_none() => {
-                return not_known("the tool in the spindle".to_owned(), "[start] tool = …".to_owned());
+                return not_known(
+                    "the tool in the spindle".to_owned(),
+                    "[start] tool = …".to_owned(),
+                );
             }
             5401..=5406 => place(5401),
             5407..=5409 | 5411..=5413 => {
-                return refused("a number of the tool that the stand-alone interpreter does not have", FLAT);
+                return refused(
+                    "a number of the tool that the stand-alone interpreter does not have",
+                    FLAT,
+                );
             }
             5420..=5428 => {
                 self.position(&word)?;
@@ -519,7 +557,9 @@ impl Scan<'_> {
             5161..=5169 | 5181..=5189 => {
                 let home = usize::from(number > 5180);
                 let axis = place([5161, 5181][home]);
-                let known = setup.homes[home].zip(axis).is_some_and(|(at, axis)| at.knows(axis));
+                let known = setup.homes[home]
+                    .zip(axis)
+                    .is_some_and(|(at, axis)| at.knows(axis));
                 if !known {
                     let name = ["G28", "G30"][home];
                     return not_known(format!("where {name} goes"), format!("[home.{name}]"));
@@ -552,7 +592,10 @@ fn guard(computed: &mut Option<usize>, copy: &[u8], code: u64, guards: &mut Vec<
     };
     let place = guards.len();
     for line in [
-        format!("o<trueaxis_{code}_{place}> if [{} EQ 66]\n", String::from_utf8_lossy(number)),
+        format!(
+            "o<trueaxis_{code}_{place}> if [{} EQ 66]\n",
+            String::from_utf8_lossy(number)
+        ),
         format!("N{code} (abort,{WAITS})\n"),
         format!("o<trueaxis_{code}_{place}> endif\n"),
     ] {
@@ -564,7 +607,9 @@ fn guard(computed: &mut Option<usize>, copy: &[u8], code: u64, guards: &mut Vec<
 fn digits(text: &[u8]) -> (Option<u32>, usize) {
     let end = text.iter().position(|b| !b.is_ascii_digit());
     let end = end.unwrap_or(text.len());
-    let number = std::str::from_utf8(&text[..end]).ok().and_then(|t| t.parse().ok());
+    let number = std::str::from_utf8(&text[..end])
+        .ok()
+        .and_then(|t| t.parse().ok());
     (number, end)
 }
 
@@ -599,7 +644,11 @@ fn parted(line: &[u8]) -> (Vec<u8>, Vec<u8>) {
         comments[comma] = b' ';
     }
     // The marks of the copy are its own.
-    if comments.windows(9).any(|w| w == b"trueaxis:") && [BEGIN, CALL].iter().any(|m| String::from_utf8_lossy(&comments).contains(m)) {
+    if comments.windows(9).any(|w| w == b"trueaxis:")
+        && [BEGIN, CALL]
+            .iter()
+            .any(|m| String::from_utf8_lossy(&comments).contains(m))
+    {
         comments.clear();
     }
     (words, comments)
