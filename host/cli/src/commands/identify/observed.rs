@@ -56,7 +56,8 @@ pub fn setups(text: &mut String, found: &Found<'_>) {
                 "  {:<14}{:<20}{:>12.4}{:>12.4} {unit}\n",
                 setup.name,
                 part.what,
-                part.value * factor,
+                // Avoids -0.
+                (part.value * factor * 1e4).round() / 1e4 + 0.0,
                 EXPANDED * part.uncertainty * factor
             );
         }
