@@ -355,6 +355,9 @@ impl Kind {
         let parts: Vec<Part> = (instrument.parts().iter().copied())
             .filter(|part| given.sigma(*part).is_none())
             .collect();
+        if samples.is_empty() || parts.is_empty() {
+            return setting;
+        }
         let scale = |part: Part| match part {
             Part::Turn(_) => LEVER,
             _ => 1.0,

@@ -532,6 +532,33 @@ fn anything(machine: &Machine, random: &mut Fixed) -> String {
 }
 
 #[test]
+fn what_is_written_is_read_again() {
+    let (case, _) = kolibri();
+    let strategy = mixed(&case.machine, &ALL, &mut Fixed::new(5));
+    let plan = SETUPS.to_owned() + &strategy.text();
+    let plan = observations::read(&plan, "mixed.csv", &case.machine).unwrap();
+    let kinematics = Kinematics::new(&case.machine, &case.errors);
+    let all = simulate::observations(&kinematics, &plan, &OfObservations::default());
+    let text = observations::write(&all, &case.machine);
+    let again = observations::read(&text, "mixed.csv", &case.machine).unwrap();
+    assert_eq!(observations::write(&again, &case.machine), text);
+    assert_eq!(
+        (again.rows.len(), &again.tools),
+        (all.rows.len(), &all.tools)
+    );
+    // Another file with the same set-ups adds rows, one that describes them differently is refused.
+    let mut both = again.clone();
+    both.add(again.clone()).unwrap();
+    assert_eq!(
+        (both.rows.len(), both.setups.len()),
+        (2 * again.rows.len(), again.setups.len())
+    );
+    let mut other = again.clone();
+    other.setups[0].given.length = Some(31.0);
+    assert!(both.add(other).is_err());
+}
+
+#[test]
 fn readings_of_every_kind_are_those_of_rigid_bodies() {
     let python = std::env::var("PYTHON").unwrap_or("python3".to_owned());
     let has = Command::new(&python)

@@ -29,13 +29,13 @@ fn instruments_and_probings_give_one_answer_that_can_be_compiled() {
         "-o",
         &errors,
     ];
-    let said = answer(0, &arguments);
+    let said = plain(answer(0, &arguments).as_bytes());
     for part in [
         "from 168 probings of 4 balls and 53 observations with 3 set-ups",
-        "  lengths             30",
-        "  displacements       23",
-        "  square        rotation about z",
-        "  EXX1",
+        "lengths 30",
+        "displacements 23",
+        "square rotation about z",
+        " EXX1 ",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
@@ -139,7 +139,33 @@ fn instruments_alone_and_files_of_runs_and_circles_are_read() {
             .unwrap()
             .contains("X = [-130.000, 130.000]")
     );
-    // Its own text can be read and written again.
+    // Points on a sphere.
+    let text = "# radius_mm = 100.0\n# unit = \"um\"\n# at = { X = 0.0, Y = 0.0, Z = 74.0, A = 0.0, C = 0.0 }\nX,Y,Z,radial\n";
+    let mut sphere = text.to_owned();
+    for k in 0..40 {
+        let (up, round) = (f64::from(k) * 2.0, f64::from(k) * 55.0);
+        let [(sine, cosine), (y, x)] = [up, round].map(|v| v.to_radians().sin_cos());
+        let (x, y, z) = (100.0 * cosine * x, 100.0 * cosine * y, 100.0 * sine);
+        // A scale of X of 100 µm/m.
+        let radial = 1e-4 * x * x / 100.0 * 1e3;
+        sphere += &format!("{x:.6},{y:.6},{z:.6},{radial:.4}\n");
+    }
+    let sphere = folder.file("sphere.csv", sphere);
+    let said = answer(
+        0,
+        &[
+            "identify",
+            &machine,
+            "--observations",
+            &sphere,
+            "--model",
+            "EXX1",
+            "--json",
+        ],
+    );
+    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let scale = json["parameters"][0]["value"].as_f64().unwrap();
+    assert!((scale - 1e-4).abs() < 1e-6, "{scale}");
     let text = answer(
         0,
         &[
@@ -263,7 +289,7 @@ fn bad_observations_are_refused_with_their_place() {
         ),
         (
             "# radius_mm = 100.0\n# unit = \"um\"\nangle,ccw\n0,1\n90,2\n".to_owned(),
-            &["in which plane", "# plane"],
+            &["where all axes stood", "# plane"],
         ),
     ] {
         let file = folder.file("bad.csv", &text);

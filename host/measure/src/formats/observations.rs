@@ -166,7 +166,7 @@ impl Column {
 }
 
 /// Reads observations. `file` is the name of the file, which is also that of its set-up if there is no column
-/// `setup`. Files of [`runs`](super::runs) and circles of a [ball-bar](super::radii) are read, too.
+/// `setup`. Files of [`runs`](super::runs) and of a [ball-bar](super::radii) are read, too.
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a heading with unknown keys or a
@@ -175,7 +175,10 @@ impl Column {
 pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
     match converted::first_column(text).0 {
         "target" | "line" => return converted::of_runs(text, file, machine),
-        "angle" => return converted::of_circle(text, file, &radii::read(text)?, machine),
+        "angle" => return converted::of_radii(text, file, &radii::read(text)?, machine),
+        _ if text.contains("radius_mm") => {
+            return converted::of_radii(text, file, &radii::read(text)?, machine);
+        }
         _ => {}
     }
     let (heading, start) = Heading::read(text)?;

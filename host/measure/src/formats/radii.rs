@@ -27,7 +27,7 @@ pub struct Radii {
 pub enum Readings {
     /// On a circle.
     Circle(Turns),
-    /// On a sphere: nominal directions of the bar (unit vectors), and its length minus the nominal (mm).
+    /// On a sphere: positions from its centre (mm), and the length of the bar minus the nominal (mm).
     Sphere(Vec<(Vector3<f64>, f64)>),
 }
 
@@ -169,7 +169,7 @@ fn readings(table: Table<'_>, radius: f64, factor: f64) -> Result<Readings, File
                         "positions count from the centre of the test, in mm",
                     ));
                 }
-                found.push((place.normalize(), row.number(radial)? * factor));
+                found.push((place, row.number(radial)? * factor));
             }
             Ok(Readings::Sphere(found))
         }
@@ -196,7 +196,10 @@ mod tests {
         let Readings::Sphere(read) = read(sphere).unwrap().readings else {
             panic!("a sphere")
         };
-        assert_eq!(read, [(Vector3::x(), 0.01), (Vector3::z(), -0.02)]);
+        assert_eq!(
+            read,
+            [(Vector3::x() * 150.0, 0.01), (Vector3::z() * 150.0, -0.02)]
+        );
     }
 
     #[test]

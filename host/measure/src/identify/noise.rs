@@ -22,6 +22,8 @@ const DISTRUSTED: [f64; 2] = [4.3, 5.0];
 /// After this many rounds, reported rows are excluded; otherwise they would still have a small influence and add to
 /// the noise.
 const HUBER_ROUNDS: usize = 4;
+/// With fewer degrees of freedom, the residuals of a source say nothing about its noise.
+const LEAST_FREEDOM: f64 = 0.5;
 /// Weight of excluded rows; a weight of 0 would have no uncertainty.
 const REJECTED: f64 = 1e-6;
 
@@ -209,8 +211,11 @@ impl Noise {
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the
-    /// share of it that remains after the fit.
+    /// share of it that remains after the fit. Infinite if nothing is known about it, so that all rows are trusted.
     fn spread(&self, part: &Part, misses: &[Vector3<f64>], freedom: f64) -> f64 {
+        if freedom < LEAST_FREEDOM {
+            return f64::INFINITY;
+        }
         let mut distances: Vec<f64> = self.distances(part, misses).collect();
         distances.sort_by(f64::total_cmp);
         let dimension = [1, 3][part.dimension];
@@ -289,7 +294,7 @@ impl Noise {
         self.trust = trust;
         let next: Vec<f64> = (self.parts.iter().zip(shares).zip(spreads))
             .map(|((part, freedom), spread)| {
-                if part.is_stated || *freedom <= 0.0 {
+                if part.is_stated || *freedom < LEAST_FREEDOM {
                     return part.deviation;
                 }
                 let found = match robust && round < HUBER_ROUNDS {

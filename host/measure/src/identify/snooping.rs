@@ -50,8 +50,8 @@ pub struct Suspicion {
 /// Hypotheses are accepted beyond this many standard deviations of a normal distribution: one wrong one in ten
 /// million. A thousand good files with ten thousand hypotheses each give one false alarm.
 const CRITICAL: f64 = 5.2;
-/// A hypothesis about a group must explain this fraction of the residuals (sums of squares). A model that lacks
-/// something also makes groups significant, but they explain little.
+/// A hypothesis about a group must explain this fraction of the residuals (sums of squares) of the same sources of
+/// noise. A model that lacks something also makes groups significant, but they explain little.
 const EXPLAINS: f64 = 0.5;
 /// The fraction of a hypothesis' effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 1e-3;
@@ -146,6 +146,8 @@ struct Adjusted {
     weights: Vec<f64>,
     /// The equations of each place.
     blocks: Vec<Range<usize>>,
+    /// The source of noise of each place.
+    sources: Vec<Source>,
     /// Derivative of the tip by the stylus in each place.
     stylus: Vec<Matrix3<f64>>,
     equations: usize,
@@ -186,6 +188,7 @@ impl Adjusted {
             left,
             weights: weights.rows,
             blocks: problem.blocks().collect(),
+            sources: sources(problem).collect(),
             stylus: stylus.collect(),
         }
     }
@@ -209,9 +212,10 @@ impl Adjusted {
             let effect = self.of_row(problem, place);
             let mut sums = Sums::new(self, effect.ncols());
             sums.add(self, place, &effect);
-            offer(&Suspect::Row, &[place], sums.tested(self, false));
+            offer(&Suspect::Row, &[place], sums.tested(self, None));
         }
         for group in groups {
+            let own = self.squares(&group.places);
             let mut sums = Sums::new(self, group.effects[0].ncols());
             for (k, place) in group.places.iter().enumerate().rev() {
                 sums.add(self, *place, &group.effects[k]);
@@ -221,11 +225,31 @@ impl Adjusted {
                     false => k == 0,
                 };
                 if is_hypothesis {
-                    offer(&group.suspect, &group.places[k..], sums.tested(self, true));
+                    offer(
+                        &group.suspect,
+                        &group.places[k..],
+                        sums.tested(self, Some(own)),
+                    );
                 }
             }
         }
         best
+    }
+
+    /// Sum of the squared residuals of all that has the same sources of noise as some places.
+    fn squares(&self, places: &[usize]) -> f64 {
+        let mut own: Vec<Source> = places.iter().map(|i| self.sources[*i]).collect();
+        own.sort_unstable();
+        own.dedup();
+        let is_own = |source: &Source| own.contains(source);
+        if self.sources.iter().all(is_own) {
+            return self.left.norm_squared();
+        }
+        let blocks = self.blocks.iter().zip(&self.sources);
+        let blocks = blocks.filter(|(_, source)| is_own(source));
+        blocks
+            .map(|(block, _)| self.left.rows_range(block.clone()).norm_squared())
+            .sum()
     }
 
     /// The effect of a wrong row on its residual: a displacement of the tip, or a reading that is too large.
@@ -305,7 +329,8 @@ impl Sums {
         self.gradient += effect.tr_mul(&adjusted.left.rows_range(block));
     }
 
-    fn tested(&self, adjusted: &Adjusted, is_group: bool) -> Option<Tested> {
+    /// For a group, `own` is [`Adjusted::squares`] of its places.
+    fn tested(&self, adjusted: &Adjusted, own: Option<f64>) -> Option<Tested> {
         let count = self.gradient.len();
         if adjusted.freedom <= count {
             return None;
@@ -324,7 +349,7 @@ impl Sums {
         let rest = (all - explained).max(f64::MIN_POSITIVE);
         let freedom = adjusted.freedom - count;
         let ratio = explained / count as f64 / (rest / freedom as f64);
-        let is_explained = !is_group || explained > EXPLAINS * all;
+        let is_explained = own.is_none_or(|own| explained > EXPLAINS * own);
         if !is_explained || deviations(ratio, count, freedom) < CRITICAL {
             return None;
         }
@@ -360,11 +385,17 @@ fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
         });
         sigma.unwrap_or(identified.noise).recip()
     };
-    let probed = problem.places.iter();
-    let probed = probed.map(|row| weight(Source::Probings, row.sigma));
+    let probed = problem.places.iter().map(|row| row.sigma);
+    let sigmas = probed.chain(problem.observed.rows.iter().map(|row| row.sigma));
+    let rows = sources(problem).zip(sigmas);
+    rows.map(|(source, sigma)| weight(source, sigma)).collect()
+}
+
+/// The source of noise of each probing, then of each observation.
+fn sources(problem: &Problem<'_>) -> impl Iterator<Item = Source> {
+    let probed = problem.places.iter().map(|_| Source::Probings);
     let observed = problem.observed.rows.iter();
-    let observed = observed.map(|row| weight(Source::Observations(row.kind), row.sigma));
-    probed.chain(observed).collect()
+    probed.chain(observed.map(|row| Source::Observations(row.kind)))
 }
 
 /// Hypotheses about more than one row.

@@ -33,7 +33,11 @@ impl Analyse {
         let mut answer = Answer::default();
         match &found.readings {
             Readings::Sphere(readings) => {
-                answer.measured = Some(OnSphere::of(found.radius, readings)?);
+                let directions = readings.iter();
+                let directions: Vec<_> = directions
+                    .map(|(place, radial)| (place.normalize(), *radial))
+                    .collect();
+                answer.measured = Some(OnSphere::of(found.radius, &directions)?);
             }
             Readings::Circle(turns) => {
                 answer.circle = Some(OnCircle::of(found.radius, found.plane.as_deref(), turns)?);

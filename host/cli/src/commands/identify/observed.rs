@@ -10,11 +10,13 @@ use trueaxis_measure::instrument::Kind;
 pub fn counts(found: &Found<'_>) -> String {
     let (probed, observed) = (&found.measured.rows, &found.observations.rows);
     let balls = count(found.measured.balls.len(), "ball");
-    let setups = found.observations.setups.len();
+    let mut setups: Vec<usize> = observed.iter().map(|row| row.setup).collect();
+    setups.sort_unstable();
+    setups.dedup();
     let setups = format!(
         "{} with {}",
         count(observed.len(), "observation"),
-        count(setups, "set-up")
+        count(setups.len(), "set-up")
     );
     match (probed.len(), observed.len()) {
         (probings, 0) => format!("{probings} probings of {balls}"),
@@ -56,7 +58,8 @@ pub fn setups(text: &mut String, found: &Found<'_>) {
                 "  {:<14}{:<20}{:>12.4}{:>12.4} {unit}\n",
                 setup.name,
                 part.what,
-                part.value * factor,
+                // Avoids -0.
+                (part.value * factor * 1e4).round() / 1e4 + 0.0,
                 EXPANDED * part.uncertainty * factor
             );
         }
@@ -96,8 +99,9 @@ fn sentence(drift: &FoundDrift) -> String {
 pub fn warnings(found: &Found<'_>) -> Vec<String> {
     let identified = found.identified;
     let mut warnings = Vec::new();
-    // With probings alone, the screen says how their noise compares with what they state.
-    if !found.observations.rows.is_empty() {
+    // With probings alone, the screen says how their noise compares with what they state; and wrong readings make the
+    // residuals of a whole source larger.
+    if !found.observations.rows.is_empty() && found.suspicions.is_empty() {
         let wrong = identified
             .components
             .iter()

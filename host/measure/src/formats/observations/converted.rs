@@ -1,4 +1,4 @@
-//! Files of runs and of ball-bar circles as observations.
+//! Files of runs and of ball-bars as observations.
 
 use super::{Known, Observation, Observations, Setup, ToolPoint};
 use crate::direct::{Line, Measured};
@@ -135,44 +135,38 @@ fn row(position: PerAxis, direction: PerAxis, value: f64, line: usize) -> Observ
     }
 }
 
-/// Circles of a ball-bar: lengths with one set-up that has the name of the file.
+/// Readings of a ball-bar on a circle or a sphere: lengths with one set-up that has the name of the file. On a sphere,
+/// the direction of travel is not known.
 ///
 /// # Errors
-/// [`FileError`]: a test on a sphere, whose file has no axis positions; a circle whose file does not say its plane or
-/// where all axes stood.
-pub fn of_circle(
+/// [`FileError`]: the file does not say where all axes stood at the centre, or the plane of a circle.
+pub fn of_radii(
     text: &str,
     file: &str,
     radii: &Radii,
     machine: &Machine,
 ) -> Result<Observations, FileError> {
-    let Readings::Circle(turns) = &radii.readings else {
-        return Err(FileError::whole(
-            "a test on a sphere does not say where the axes stood",
-            "write its readings as lengths: kind,setup,X,Y,Z …,length_mm",
-        ));
-    };
     let linear = |letter: char| {
         let index = machine.index(letter)?;
         (!machine.axes[index].letter.is_rotary()).then_some(index)
     };
     let letters = radii.plane.iter().flat_map(|plane| plane.chars());
-    let axes: Option<Vec<usize>> = letters.map(linear).collect();
-    let (Some([a, b]), Some(centre)) = (
-        axes.and_then(|axes| <[usize; 2]>::try_from(axes).ok()),
-        centre(radii, machine),
-    ) else {
+    let plane: Option<Vec<usize>> = letters.map(linear).collect();
+    let plane = plane.and_then(|axes| <[usize; 2]>::try_from(axes).ok());
+    let all_three = ['X', 'Y', 'Z'].map(linear);
+    let missing = || {
         let example: Vec<String> = (machine.axes.iter())
             .map(|axis| format!("{} = 0.0", axis.letter))
             .collect();
-        return Err(FileError::whole(
-            "the file does not say in which plane the circle was, or where the axes stood at its centre",
+        FileError::whole(
+            "the file does not say where all axes stood at the centre of the test, or in which plane a circle was",
             format!(
-                "add # plane = \"XY\" and # at = {{ {} }}",
+                "add # at = {{ {} }}, and # plane = \"XY\" for a circle",
                 example.join(", ")
             ),
-        ));
+        )
     };
+    let centre = centre(radii, machine).ok_or_else(missing)?;
     let tool = ToolPoint {
         name: file.to_owned(),
         place: None,
@@ -180,20 +174,37 @@ pub fn of_circle(
     };
     let mut all = setup(file, Kind::Length, Given::default(), tool);
     let header = first_column(text).1;
-    for (turn, way) in [(&turns.counter_clockwise, 1.0), (&turns.clockwise, -1.0)] {
-        for (k, (angle, deviation)) in turn.iter().enumerate() {
-            let (sine, cosine) = angle.sin_cos();
-            let mut position = centre;
-            position[a] += radii.radius * cosine;
-            position[b] += radii.radius * sine;
-            let mut direction = PerAxis::default();
-            // Where an axis reverses, it is not known from where it came.
-            let sign = |v: f64| if v.abs() < 1e-9 { 0.0 } else { v.signum() };
-            direction[a] = sign(-way * sine);
-            direction[b] = sign(way * cosine);
-            let line = csv::line_of(text, header + 1 + k).unwrap_or(0);
-            all.rows
-                .push(row(position, direction, radii.radius + deviation, line));
+    let mut add = |number: usize, position: PerAxis, direction: PerAxis, deviation: f64| {
+        let line = csv::line_of(text, header + 1 + number).unwrap_or(0);
+        let length = radii.radius + deviation;
+        all.rows.push(row(position, direction, length, line));
+    };
+    match &radii.readings {
+        Readings::Circle(turns) => {
+            let [a, b] = plane.ok_or_else(missing)?;
+            for (turn, way) in [(&turns.counter_clockwise, 1.0), (&turns.clockwise, -1.0)] {
+                for (k, (angle, deviation)) in turn.iter().enumerate() {
+                    let (sine, cosine) = angle.sin_cos();
+                    let mut position = centre;
+                    position[a] += radii.radius * cosine;
+                    position[b] += radii.radius * sine;
+                    let mut direction = PerAxis::default();
+                    // Where an axis reverses, it is not known from where it came.
+                    let sign = |v: f64| if v.abs() < 1e-9 { 0.0 } else { v.signum() };
+                    direction[a] = sign(-way * sine);
+                    direction[b] = sign(way * cosine);
+                    add(k, position, direction, *deviation);
+                }
+            }
+        }
+        Readings::Sphere(readings) => {
+            for (k, (place, deviation)) in readings.iter().enumerate() {
+                let mut position = centre;
+                for (axis, at) in all_three.iter().zip(place.iter()) {
+                    position[axis.ok_or_else(missing)?] += at;
+                }
+                add(k, position, PerAxis::default(), *deviation);
+            }
         }
     }
     Ok(all)
