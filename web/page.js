@@ -319,10 +319,6 @@
     );
   }
 
-  /** What a command has written, less what it was given. */
-  const written = (done, names) =>
-    Object.fromEntries(names.filter((name) => done.files[name]).map((name) => [name, done.files[name]]));
-
   const [BLOB, PAGE, ERRORS] = ["machine.trax", "report.html", "errors.toml"];
 
   function options() {
@@ -341,7 +337,7 @@
     const inputs = [last("machine"), last("errors")];
     const done = await command("Compiling", ["compile", ...inputs, "-o", BLOB, "--report", PAGE, ...options()]);
     if (!done) return;
-    offer(written(done, [BLOB, PAGE]));
+    offer(done.files);
     if (!made[BLOB]) return;
     const inspected = await run(["inspect", BLOB], made);
     $("inspected").textContent = inspected?.out ?? "";
@@ -357,7 +353,7 @@
     const done = await command("Computing", args);
     if (!done) return;
     $("more").hidden = $("inside").hidden = true;
-    offer(written(done, [PAGE]));
+    offer(done.files);
     showReport(decode(done.files[PAGE]));
   }
 
@@ -367,9 +363,10 @@
     offer({});
     const done = await command(words, [...args, "-o", ERRORS], Object.fromEntries(inputs));
     if (!done?.files[ERRORS]) return;
-    offer(written(done, [ERRORS, PAGE]));
+    offer(done.files);
     of("errors").forEach((old) => files.delete(old));
-    put(ERRORS, done.files[ERRORS]);
+    // With the covariances that it refers to.
+    for (const [name, bytes] of Object.entries(done.files)) if (name !== PAGE) put(name, bytes);
     shown = ERRORS;
     if (made[PAGE]) showReport(decode(made[PAGE]));
     changed();
@@ -384,14 +381,14 @@
   const measured = () => toErrors("Evaluating the runs", ["measured", last("machine"), ...of("runs").map(word)], []);
 
   /** Makes one more file from the tables. */
-  async function convert(words, name, args) {
+  async function convert(words, args) {
     const done = await command(words, args, { [BLOB]: made[BLOB] });
-    if (done) offer(written(done, [name]));
+    if (done) offer(done.files);
   }
 
-  const generate = (name) => convert("Writing code", name, ["generate", BLOB, "-o", name, "--compared", "100000"]);
+  const generate = (name) => convert("Writing code", ["generate", BLOB, "-o", name, "--compared", "100000"]);
   const cec = () =>
-    convert("Writing tables", "cec.mpf", [
+    convert("Writing tables", [
       "export",
       "cec",
       BLOB,
@@ -401,7 +398,7 @@
   const gcode = () => {
     const name = `corrected-${$("program").value}`;
     const setup = last("setup");
-    return convert("Correcting the program", name, [
+    return convert("Correcting the program", [
       ...["gcode", word($("program").value), "--compensation", BLOB, "--machine", last("machine")],
       ...(setup ? ["--setup", setup] : ["--units", "mm"]),
       ...["--dialect", $("dialect").value, "-o", name],
@@ -441,6 +438,8 @@
     $("errors").hidden = true;
     document.querySelector("main").insertBefore($("errors"), $("report"));
     $("report").replaceChildren();
+    $("summary").replaceChildren();
+    $("output").open = true;
     document.title = "trueaxis in the browser";
     if (html === null) return;
     const page = new DOMParser().parseFromString(html, "text/html");
@@ -454,8 +453,28 @@
       addEventListener: (type, does) => window.addEventListener(type, does, { signal }),
     };
     drawReport(pageWindow);
+    const verdict = document.querySelector("#report .verdict").textContent;
+    $("summary").replaceChildren(element("b", {}, verdict), " ", element("a", { href: "#report" }, "The report"));
+    $("output").open = false;
     $("axis-sliders").after($("errors"));
+    switchable();
     parameters();
+  }
+
+  /** Lets the drawn machine move by what the tables add, as many times as large as its errors are drawn. */
+  function switchable() {
+    const { machine } = pageWindow.trueaxis;
+    const frames = machine.frames.bind(machine);
+    machine.frames = (state, wrong, added) => {
+      if (wrong && !added && $("on").checked) {
+        const times = Number((10 ** Number($("exaggeration-slider").value)).toPrecision(2));
+        added = machine.correction(state).map((d) => d * times);
+      }
+      return frames(state, wrong, added);
+    };
+    $("on").checked = false;
+    $("on").disabled = !machine.model.tables;
+    $("on").onchange = () => pageWindow.trueaxis.redraw();
   }
 
   /* Errors, one by one. */
@@ -536,7 +555,7 @@
             setInModel(machine.model, name, value);
             write(name, value);
           },
-          say: (now) => String(now).replace("-", "−"),
+          say: (now) => `${Number((1e6 * now).toPrecision(3))}e-6`.replace(/^-/, "−"),
         },
         element("small", { id: `error-${name}-note` }),
       );

@@ -23,6 +23,7 @@ const runCommand = (() => {
     constructor(bytes = new Uint8Array()) {
       this.bytes = bytes;
       this.length = bytes.length;
+      this.isWritten = false;
     }
 
     write(at, piece) {
@@ -33,6 +34,7 @@ const runCommand = (() => {
         this.bytes = larger;
       }
       this.bytes.set(piece, at);
+      this.isWritten = true;
       this.length = Math.max(this.length, end);
     }
 
@@ -46,7 +48,7 @@ const runCommand = (() => {
 
   /**
    * Runs `trueaxis` with arguments and files (names to bytes). Returns its exit code, what it printed to both streams,
-   * and the files that are there at its end. `progress` gets "done total stage".
+   * and the files that it has written. `progress` gets "done total stage".
    */
   return async (module, args, inputs, progress) => {
     const files = new Map(Object.entries(inputs).map(([name, bytes]) => [name, new Bytes(bytes)]));
@@ -235,7 +237,9 @@ const runCommand = (() => {
       code,
       out: decode(streams[1].content()),
       err: decode(streams[2].content()),
-      files: Object.fromEntries([...files].map(([file, content]) => [file, content.content()])),
+      files: Object.fromEntries(
+        [...files].filter(([, { isWritten }]) => isWritten).map(([file, bytes]) => [file, bytes.content()]),
+      ),
     };
   };
 })();

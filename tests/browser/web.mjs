@@ -276,6 +276,19 @@ async function builds(browser, kind) {
   const { status, stderr } = native(where, ["compile", "machine.toml", "errors.toml", "-o", "machine.trax"]);
   if (status !== 0) fault(`the built machine: ${stderr}`);
   else await same(tab, fault, "the built machine", "machine.trax", readFileSync(join(where, "machine.trax")));
+  // With its tables on, the drawn machine lies on the one without errors: every dashed outline is a drawn face.
+  const apart = () =>
+    tab.evaluate(() => {
+      const all = (style) => [...document.querySelectorAll(`#machine-drawing polygon${style}`)];
+      const corners = (e) => e.getAttribute("points").split(/[ ,]/).map(Number);
+      const drawn = all(":not(.ideal):not(.head)").map(corners);
+      const far = (a) => Math.min(...drawn.map((b) => (a.length === b.length ? Math.max(...a.map((v, k) => Math.abs(v - b[k]))) : Infinity)));
+      return Math.max(...all(".ideal").map(corners).map(far));
+    });
+  const off = await apart();
+  await tab.$eval("#on", (box) => box.click());
+  const on = await apart();
+  if (!(off > 5) || !(on < 0.2 * off)) fault(`drawn with tables off ${off} px from the ideal machine, on ${on} px`);
   await tab.close();
 }
 

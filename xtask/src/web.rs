@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 
 const TRIPLE: &str = "wasm32-wasip1";
 /// Largest page, compressed.
-const MOST_BYTES: usize = 1_800_000;
+const MOST_BYTES: usize = 1_900_000;
 /// Scripts of the report that the page uses, in their order; the last one draws a report.
 const REPORT: &str = "host/report/src/page";
 const DRAWING: [&str; 6] = [
@@ -73,6 +73,18 @@ fn command(folder: &Path) -> Result<Vec<u8>, String> {
     run(cargo().args(words.split(' ')).args([TRIPLE, "--", stack]))?;
     let built = target(TRIPLE).join("web/trueaxis.wasm");
     let small = folder.join("trueaxis.wasm");
+    let pack = |small: &Path| {
+        piped(
+            Command::new("gzip").args(["-9", "-n", "-c"]),
+            &files::read(small)?,
+        )
+    };
+    let age = |path: &Path| std::fs::metadata(path).and_then(|found| found.modified());
+    if let (Ok(built), Ok(made)) = (age(&built), age(&small))
+        && made > built
+    {
+        return pack(&small);
+    }
     let mut optimise = Command::new("wasm-opt");
     optimise.args([
         "-Oz",
@@ -86,10 +98,7 @@ fn command(folder: &Path) -> Result<Vec<u8>, String> {
         "-o",
     ]);
     run(optimise.arg(&small).arg(built))?;
-    piped(
-        Command::new("gzip").args(["-9", "-n", "-c"]),
-        &files::read(&small)?,
-    )
+    pack(&small)
 }
 
 /// The page: templates, scripts, examples and the command.
