@@ -115,7 +115,7 @@ pub fn certificate(
     report: &Report,
     calibration: Calibration,
 ) -> Result<Certificate, ReportError> {
-    let validation = report.validation.clone();
+    let validation = report.validation;
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
     let judged = judged(&subject, report, &calibration.limits, validation.as_ref())?;
     let shares = &report.budget.shares;

@@ -9,7 +9,7 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
 
 /// Named parts of the page.
-const TEMPLATES: [(&str, &str); 10] = [
+const TEMPLATES: [(&str, &str); 11] = [
     ("page.html", include_str!("page/page.html")),
     ("validation.html", include_str!("page/validation.html")),
     ("machine.html", include_str!("page/machine.html")),
