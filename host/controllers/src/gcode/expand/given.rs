@@ -89,13 +89,9 @@ pub fn tools(given: &Given<'_>, named: &BTreeSet<u32>) -> String {
         let unknown = [0.0, 0.0, UNKNOWN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let offset = setup.tools.get(&number).unwrap_or(&unknown);
         let _ = write!(text, "T{number} P{}", pocket + 1);
-        for axis in 0..6 {
-            let _ = write!(
-                text,
-                " {}{}",
-                axes::name(axis),
-                in_inches(axis, offset[axis])
-            );
+        for (axis, value) in offset.iter().enumerate().take(6) {
+            let value = in_inches(axis, *value);
+            let _ = write!(text, " {}{value}", axes::name(axis));
         }
         let diameter = setup.diameters.get(&number).unwrap_or(&0.0);
         let _ = writeln!(text, " W{number} D{diameter}");

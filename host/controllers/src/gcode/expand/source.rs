@@ -214,8 +214,8 @@ impl Source {
             file.read_to_end(&mut text)
         });
         let text = String::from_utf8_lossy(&text);
-        let blocks = text.lines().filter_map(Line::parse).filter_map(|l| l.block);
-        let last = blocks.filter(|b| *b < FILE).last();
+        let mut blocks = text.lines().filter_map(Line::parse).filter_map(|l| l.block);
+        let last = blocks.rfind(|block| *block < FILE);
         end.ok().and(last).unwrap_or(1)
     }
 
@@ -225,7 +225,7 @@ impl Source {
         let mut lines = lines.filter(|l| !l.is_empty() && *l != "executing");
         let cause = lines.next().unwrap_or("it ends without a message");
         let last = self.last_line_in(output);
-        let block = lines.last().and_then(|line| {
+        let block = lines.next_back().and_then(|line| {
             let digits = line.trim_start_matches('/').strip_prefix(['N', 'n'])?;
             let end = digits.find(|c: char| !c.is_ascii_digit());
             digits[..end.unwrap_or(digits.len())].parse::<u64>().ok()
