@@ -65,7 +65,7 @@ pub struct Arguments {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
     /// Write a certificate of calibration instead of the page: four A4 pages at most
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["pictures", "compare"])]
     certificate: bool,
     /// Operator, instruments, temperatures and limits for the certificate (calibration.toml)
     #[arg(long, value_name = "FILE.toml", requires = "certificate")]
