@@ -39,3 +39,9 @@ impl Progress for Bar {
         }
     }
 }
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        write("", 0, 0);
+    }
+}
