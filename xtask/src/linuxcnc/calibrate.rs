@@ -354,12 +354,7 @@ fn switched(bench: &Bench) -> Result<String, String> {
 }
 
 /// Runs machines beside each other; prints a line for each.
-fn all(
-    bench: &Bench,
-    machines: &[(u64, Fault)],
-    drift: f64,
-    beside: usize,
-) -> Result<(), String> {
+fn all(bench: &Bench, machines: &[(u64, Fault)], drift: f64, beside: usize) -> Result<(), String> {
     let mut failed = Vec::new();
     for some in machines.chunks(beside) {
         let results: Vec<Result<String, String>> = thread::scope(|scope| {

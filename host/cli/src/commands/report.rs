@@ -199,14 +199,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     if arguments.certificate {
-        let certificate = certificate::certificate(
-            &machine,
-            &errors,
-            compensation,
-            &report,
-            calibration,
-        )
-        .map_err(|error| bad(&error))?;
+        let certificate =
+            certificate::certificate(&machine, &errors, compensation, &report, calibration)
+                .map_err(|error| bad(&error))?;
         if let Some(output) = &arguments.output {
             let page = report::certificate_page(&report, &certificate);
             files::write(output, made(page)?.as_bytes())?;
