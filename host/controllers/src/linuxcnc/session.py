@@ -91,7 +91,8 @@ def to_mode(mode):
 
 
 def finish(line, seconds):
-    """Waits until a command is done, longer while the operator holds the machine."""
+    """Waits until a command is done, longer while the operator holds the machine. Returns whether it is: False if
+    LinuxCNC reports an error without a message, which was seen on a very busy computer."""
     said = []
     end = time.monotonic() + seconds
     while True:
@@ -101,7 +102,12 @@ def finish(line, seconds):
         if done == linuxcnc.RCS_ERROR or said:
             command.abort()
             command.wait_complete()
-            why = "; ".join(said) or "refused"
+            # A message may come after the error.
+            time.sleep(0.2)
+            said += messages()
+            if not said:
+                return False
+            why = "; ".join(said)
             if "tripped" in why:
                 remedy = "the stylus met something on its way: check its length and diameter, and where the balls are"
             else:
@@ -109,7 +115,7 @@ def finish(line, seconds):
             raise Refused("%s: %s" % (line, why), remedy)
         still = stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos and stat.queue == 0
         if done == linuxcnc.RCS_DONE and still:
-            return
+            return True
         if is_called():
             raise Stopped()
         if is_held():
@@ -126,8 +132,12 @@ def mdi(line, seconds=600):
     if stat.task_mode != linuxcnc.MODE_MDI:
         raise Refused("the operator has taken the machine over", "start again: what was probed stays")
     messages()
-    command.mdi(line)
-    finish(line, seconds)
+    # A move to a machine position can be repeated.
+    for _ in range(2 if line.startswith("G53 ") else 1):
+        command.mdi(line)
+        if finish(line, seconds):
+            return
+    raise Refused("%s: refused without a message" % line, "look at the machine, then start again")
 
 
 def in_mm(position):
