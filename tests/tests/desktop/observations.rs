@@ -239,6 +239,20 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
         // 50 µm or µrad, to a few standard uncertainties of 2 at most.
         assert!((one.off.x - 0.05).abs() < 0.012, "{kind:?}: {}", one.off.x);
     }
+    // Nor does a wrong reading hide in a source of few rows.
+    let mut strategy = Strategy::new(&case.machine, "");
+    let x = case.machine.index('X').unwrap();
+    let mut position = strategy.anywhere(0.0, &mut Fixed::new(1));
+    for k in 0..15 {
+        position[x] = -112.0 + 16.0 * f64::from(k);
+        strategy.add("displacement", "laser", &position, "tool +X", 0.3);
+    }
+    let mut few = observed(&case.machine, &case.errors, &strategy, "", 1.0, 4);
+    assert_eq!(suspected(&few), Vec::new());
+    few.rows[6].value.x += 0.02;
+    let found = suspected(&few);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0].1.observations, [6]);
     // The bar slips by 20 µm half-way.
     let rows = of_kind(Kind::Length);
     let mut all = clean.clone();

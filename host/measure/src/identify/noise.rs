@@ -74,6 +74,9 @@ pub struct Component {
     pub of_stated: Option<f64>,
     /// Its share of the degrees of freedom.
     pub freedom: f64,
+    /// The noise (mm, or in units of the stated uncertainty) of the median row, which wrong rows hardly change; `None`
+    /// if there are too few degrees of freedom.
+    pub(super) typical: Option<f64>,
 }
 
 impl Component {
@@ -245,6 +248,7 @@ impl Noise {
                 noise: factor / root_mean_square(weights.into_iter()),
                 of_stated: part.is_stated.then_some(factor),
                 freedom: *freedom,
+                typical: Some(self.spread(part, misses, *freedom)).filter(|s| s.is_finite()),
             }
         };
         self.parts.iter().zip(shares).map(of).collect()

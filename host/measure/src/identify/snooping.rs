@@ -61,6 +61,9 @@ const OTHER_BALL: f64 = 1.0;
 const MOST: f64 = 0.2;
 /// Rotary positions (deg) that differ by less are equal.
 const SAME: f64 = 1e-3;
+/// Smallest noise of a source: in units of what it states, and in mm.
+const LEAST_FACTOR: f64 = 0.1;
+const LEAST_NOISE: f64 = 1e-6;
 
 /// Finds what does not fit the others.
 ///
@@ -371,7 +374,8 @@ pub(super) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
 }
 
 /// The inverse standard uncertainty of each probing and observation (1/mm): as stated, or else from the residuals.
-/// With several sources of noise, what is stated is multiplied by the factor that was found for its source.
+/// With several sources of noise, each has that of its median row, so that a wrong row does not hide among the others
+/// of its source.
 fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
     let is_alone = identified.components.len() == 1;
     let weight = |source: Source, sigma: Option<f64>| {
@@ -379,8 +383,14 @@ fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
         let sigma = components.find(|c| c.source == source).map(|component| {
             match (sigma, component.of_stated) {
                 (Some(sigma), Some(_)) if is_alone => sigma,
-                (Some(sigma), Some(factor)) => sigma * factor,
-                _ => component.noise,
+                (Some(sigma), Some(_)) => {
+                    sigma * component.typical.unwrap_or(1.0).max(LEAST_FACTOR)
+                }
+                _ if is_alone => component.noise,
+                _ => component
+                    .typical
+                    .unwrap_or(component.noise)
+                    .max(LEAST_NOISE),
             }
         });
         sigma.unwrap_or(identified.noise).recip()

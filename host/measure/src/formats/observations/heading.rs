@@ -143,7 +143,7 @@ impl Entry {
             ));
         }
         if let Some(length) = &self.dead_length_mm
-            && !(length.get_ref().abs() < LARGEST)
+            && (length.get_ref().is_nan() || length.get_ref().abs() >= LARGEST)
         {
             let message = "this is not a length on a machine";
             return Err(FileError::at(length.span(), message, "here", "write mm"));
