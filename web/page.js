@@ -32,9 +32,10 @@
     const bytes = await wasm;
     const made = new Worker(address);
     made.postMessage({ wasm: bytes });
-    made.onmessage = ({ data: { id, progress, done } }) => {
+    made.onmessage = ({ data: { id, progress, said, done } }) => {
       const call = waiting.get(id);
       if (progress !== undefined) call?.progress(progress);
+      if (said !== undefined) call?.print(said);
       if (!done) return;
       waiting.delete(id);
       call?.resolve(done);
@@ -49,12 +50,12 @@
   }
 
   /** Runs a command; files are all of the page's, and these. `null` if it was cancelled. */
-  async function run(args, more = {}, progress = () => {}) {
+  async function run(args, more = {}, progress = () => {}, print = () => {}) {
     worker ??= start();
     const id = ++calls;
     const inputs = { ...Object.fromEntries([...files].map(([name, { bytes }]) => [name, bytes])), ...more };
     return new Promise((resolve) => {
-      waiting.set(id, { resolve, progress });
+      waiting.set(id, { resolve, progress, print });
       worker.then((made) => waiting.has(id) && made.postMessage({ id, args, files: inputs }));
     });
   }
@@ -278,11 +279,16 @@
     $("bar").removeAttribute("value");
     $("state").textContent = words;
     const begun = performance.now();
-    const done = await run(args, more, (progress) => {
+    const shows = (progress) => {
       const [, at, total, stage] = /^(\d+) (\d+) (.*)$/.exec(progress) ?? [];
       if (Number(total)) $("bar").value = at / total;
       else $("bar").removeAttribute("value");
       $("state").textContent = stage ?? "";
+    };
+    $("said").textContent = "";
+    const done = await run(args, more, shows, (said) => {
+      $("results").hidden = false;
+      $("said").append(said);
     });
     busy = false;
     $("cancel").disabled = true;

@@ -48,9 +48,10 @@ const runCommand = (() => {
 
   /**
    * Runs `trueaxis` with arguments and files (names to bytes). Returns its exit code, what it printed to both streams,
-   * and the files that it has written. `progress` gets "done total stage".
+   * and the files that it has written. `progress` gets "done total stage", and
+   * `print` what is printed to standard output, when it is.
    */
-  return async (module, args, inputs, progress) => {
+  return async (module, args, inputs, progress, print) => {
     const files = new Map(Object.entries(inputs).map(([name, bytes]) => [name, new Bytes(bytes)]));
     const streams = [null, new Bytes(), new Bytes()];
     // Open files: what they are, and where they are read and written.
@@ -216,6 +217,7 @@ const runCommand = (() => {
         let sum = 0;
         for (const piece of pieces(at, count)) {
           file.bytes.write(file.at, piece);
+          if (fd === 1) print(decode(piece));
           file.at += piece.length;
           sum += piece.length;
         }

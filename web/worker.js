@@ -9,7 +9,9 @@ self.onmessage = async ({ data }) => {
   }
   const { id, args, files } = data;
   try {
-    const done = await runCommand(await module, args, files, (progress) => self.postMessage({ id, progress }));
+    const progress = (progress) => self.postMessage({ id, progress });
+    const print = (said) => self.postMessage({ id, said });
+    const done = await runCommand(await module, args, files, progress, print);
     self.postMessage({ id, done });
   } catch (error) {
     self.postMessage({ id, done: { code: 101, out: "", err: `error: ${error.message}\n`, files: {} } });
