@@ -346,7 +346,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             "--validation",
             &path,
         ],
-        &["this is not validation.json of `trueaxis linuxcnc calibrate`"],
+        &["this is not a validation.json of `trueaxis linuxcnc calibrate`"],
     );
     refused(
         &[

@@ -22,7 +22,7 @@ impl<'l> Line<'l> {
         let (block, rest) = rest.split_at(rest.find(|c| !is_number(c))?);
         let (name, inside) = rest.trim_start().strip_suffix(')')?.split_once('(')?;
         let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
-        if name.is_empty() || !name.chars().all(is_name) {
+        if block.is_empty() || name.is_empty() || !name.chars().all(is_name) {
             return None;
         }
         let block = match block.bytes().all(|b| b == b'.') {
