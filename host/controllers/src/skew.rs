@@ -132,7 +132,9 @@ impl Firmware {
         let bad = || SkewError::Read(text.trim().to_owned());
         let word = |start: &str| -> Option<&str> {
             let words = text.lines().flat_map(str::split_whitespace);
-            words.filter_map(|word| word.strip_prefix(start)).last()
+            words
+                .filter_map(|word| word.strip_prefix(start))
+                .next_back()
         };
         let number = |start: &str| {
             word(start)
