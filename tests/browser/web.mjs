@@ -128,7 +128,7 @@ async function compiles(browser, kind) {
     const start = Date.now();
     const state = await press(tab, "#compile");
     const alike = await sameTables(tab, fault, name);
-    const agrees = await tab.$("#agreement:not(.disagreement)");
+    const agrees = await tab.waitForSelector("#agreement:not(.disagreement)").catch(() => null);
     if (!agrees) fault(`${name}: no report, or one that does not agree`);
     console.log(`  ${kind} ${name.padEnd(22)} ${Date.now() - start} ms  ${state}  ${alike}`);
   }
@@ -206,7 +206,7 @@ async function cancels(browser, kind) {
   console.log(`  ${kind}: longest pause ${pause.toFixed(0)} ms, cancelled in ${Date.now() - start} ms (${stages.join("; ")})`);
   if (pause > MOST_PAUSE) fault(`the page does not move for ${pause} ms`);
   if (!/Cancelled/.test(state) || Date.now() - start > MOST_CANCEL) fault(`not cancelled: ${state}`);
-  if (stages.length < 2) fault("no progress is shown");
+  if (!stages.some((stage) => /\w/.test(stage) && stage !== "Compiling")) fault("no progress is shown");
   await tab.select("#example", "router-10");
   await press(tab, "#compile");
   await same(tab, fault, "after cancelling", "machine.trax", readFileSync(join(folder, "router-10.trax")));
