@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 
 const TRIPLE: &str = "wasm32-wasip1";
 /// Largest page, compressed.
-const MOST_BYTES: usize = 1_900_000;
+const MOST_BYTES: usize = 2_000_000;
 /// Scripts of the report that the page uses, in their order; the last one draws a report.
 const REPORT: &str = "host/report/src/page";
 const DRAWING: [&str; 6] = [
