@@ -1,6 +1,7 @@
 //! Packages of the distribution needed by the commands.
 
-use crate::process::{has, is_root, output, run};
+use crate::process::{has, is_root, output, run, target};
+use std::fs::File;
 use std::process::Command;
 
 /// Installs packages unless a program reports its version.
@@ -26,6 +27,9 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     }
     eprintln!("{what_for} needs {names}: installing");
     let by_hand = |cause: String| format!("{by_hand} ({cause})");
+    // Steps that run beside each other install one after the other; the lock ends with the file.
+    let lock = File::create(target("packages.lock")).map_err(|e| by_hand(e.to_string()))?;
+    lock.lock().map_err(|e| by_hand(e.to_string()))?;
     // The local package list may be older than the contents of the mirror.
     run(as_root("apt-get").args(["-q", "update"])).map_err(by_hand)?;
     let install = |options: &[&str]| {

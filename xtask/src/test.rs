@@ -2,6 +2,7 @@
 
 use crate::process::{self, NOT_RUN, cargo, nightly, provide, target, works};
 use std::process::Command;
+use std::thread;
 use std::time::Instant;
 
 /// One check.
@@ -36,6 +37,9 @@ const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test 
 
 /// Tests, of which `--all` tries more cases (`usual_or_all` in the crate `trueaxis-tests`).
 const TESTS: &str = "all tests";
+
+/// A step that mostly waits.
+const LINUXCNC: &str = "LinuxCNC";
 
 /// A step included in a longer one.
 const SIX: &str = "6 random machines";
@@ -119,7 +123,7 @@ fn rest() -> Vec<Step> {
         ),
         step("C interface from C and C++", "xtask capi"),
         step("plugin for grblHAL", "xtask grblhal"),
-        step("LinuxCNC", "xtask linuxcnc"),
+        step(LINUXCNC, "xtask linuxcnc"),
         step("generated code", "xtask generated 300000"),
         step("programs beside another interpreter", "xtask gcode"),
         step("reports in a browser", "xtask report"),
@@ -137,31 +141,66 @@ fn rest() -> Vec<Step> {
 /// Number of error lines of a failed step repeated in the summary: the last ones name the cause.
 const LINES_OF_FAILED: usize = 5;
 
-/// Runs all steps, continuing after failures, and prints a summary. Its end lists what could not be checked here:
-/// `not_run` and the steps' own reports.
+/// A step that has run: its name, its seconds, and what it says was not run.
+struct Ran {
+    name: String,
+    seconds: u64,
+    result: Result<Vec<String>, String>,
+}
+
+fn ran(mut step: Step) -> Ran {
+    println!("\n== {}", step.name);
+    let start = Instant::now();
+    let result = process::run_keeping(&mut step.command, LINES_OF_FAILED);
+    Ran {
+        name: step.name,
+        seconds: start.elapsed().as_secs(),
+        result,
+    }
+}
+
+/// Runs all steps, continuing after failures, and prints a summary. LinuxCNC, which mostly waits for its machines, runs
+/// beside the others of the `rest`. The summary ends with what could not be checked here: `not_run` and the steps'
+/// own reports.
 ///
 /// # Errors
 /// The names of the failed steps.
-fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
-    let count = steps.len();
+fn run_steps(
+    steps: Vec<Step>,
+    mut rest: Vec<Step>,
+    mut not_run: Vec<String>,
+) -> Result<(), String> {
+    let count = steps.len() + rest.len();
+    let waits = rest.iter().position(|step| step.name == LINUXCNC);
+    let waits = waits.map(|number| rest.remove(number));
+    let mut all: Vec<Ran> = steps.into_iter().map(ran).collect();
+    thread::scope(|scope| {
+        let beside = waits.map(|step| scope.spawn(|| ran(step)));
+        all.extend(rest.into_iter().map(ran));
+        all.extend(beside.map(|thread| {
+            thread.join().unwrap_or_else(|_| Ran {
+                name: LINUXCNC.to_owned(),
+                seconds: 0,
+                result: Err("a thread has panicked".to_owned()),
+            })
+        }));
+    });
     let mut summary = Vec::new();
     let mut failed = Vec::new();
-    for mut step in steps {
-        println!("\n== {}", step.name);
-        let start = Instant::now();
-        let result = process::run_keeping(&mut step.command, LINES_OF_FAILED);
+    for Ran {
+        name,
+        seconds,
+        result,
+    } in all
+    {
         let verdict = if result.is_ok() { "ok    " } else { "FAILED" };
-        summary.push(format!(
-            "{verdict} {:>5} s  {}",
-            start.elapsed().as_secs(),
-            step.name
-        ));
+        summary.push(format!("{verdict} {seconds:>5} s  {name}"));
         match result {
             Ok(lines) => not_run.extend(lines),
             Err(message) => {
                 eprintln!("{message}");
                 summary.extend(message.lines().map(|line| format!("          {line}")));
-                failed.push(step.name.clone());
+                failed.push(name);
             }
         }
     }
@@ -210,6 +249,7 @@ fn miri() -> Option<Step> {
 /// The names of the failed steps.
 pub fn run(all: bool) -> Result<(), String> {
     let mut steps = usual();
+    let mut further = Vec::new();
     let mut not_run = Vec::new();
     if all {
         // These are included in the thirty.
@@ -217,9 +257,9 @@ pub fn run(all: bool) -> Result<(), String> {
         for step in steps.iter_mut().filter(|step| step.name == TESTS) {
             step.command.env("TRUEAXIS_CASES", "all");
         }
-        steps.extend(rest());
+        further = rest();
         match miri() {
-            Some(step) => steps.push(step),
+            Some(step) => further.push(step),
             None => not_run.push(format!(
                 "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
             )),
@@ -231,7 +271,7 @@ pub fn run(all: bool) -> Result<(), String> {
             names.join(", ")
         ));
     }
-    run_steps(steps, not_run)
+    run_steps(steps, further, not_run)
 }
 
 /// `cargo xtask prove`: checks with all values there are, which take minutes.
@@ -245,7 +285,7 @@ pub fn prove() -> Result<(), String> {
         step("every f32 and every short stream", exhaustive),
         step("generated code", "xtask generated 10000000"),
     ];
-    run_steps(steps, Vec::new())
+    run_steps(steps, Vec::new(), Vec::new())
 }
 
 /// `cargo xtask deny`: installs a tool and queries the advisory database, so it is not part of `test`.
@@ -270,5 +310,5 @@ pub fn deny() -> Result<(), String> {
         )
     }));
     steps.push(step("advisories", "deny --all-features check advisories"));
-    run_steps(steps, Vec::new())
+    run_steps(steps, Vec::new(), Vec::new())
 }
