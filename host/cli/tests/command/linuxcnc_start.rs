@@ -103,8 +103,13 @@ fn a_scale_and_a_square_become_a_checked_compensation() {
         "trueaxis.hal",
     ];
     let contents = files.map(|name| std::fs::read(folder.at(name)).unwrap());
-    let said = answer(1, &path(&ini));
-    assert!(said.contains("errors.toml stays as it is"), "{said}");
+    let done = trueaxis(&path(&ini));
+    let said = plain(&done.stderr);
+    assert_eq!(done.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("errors.toml exists") && said.contains("--overwrite"),
+        "{said}"
+    );
     assert_eq!(
         files.map(|name| std::fs::read(folder.at(name)).unwrap()),
         contents
@@ -255,4 +260,49 @@ fn wrong_readings_are_refused() {
         &["linuxcnc", "start", &folder.at("none.ini"), "--yes"],
         &["none.ini"],
     );
+}
+
+#[test]
+fn a_second_run_replaces_the_readings_of_the_first() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let run = |more: &[&str]| {
+        let words = ["linuxcnc", "start", &ini, "--table", "XY", "--yes"];
+        // Without --install, `check` says what is missing in the INI file.
+        trueaxis(&[&words[..], more].concat())
+    };
+    run(&["--scale", "X=2/100"]);
+    assert!(read(&folder, "errors.toml").contains("EXX1"));
+    let done = run(&["--square", "XY=-3/100", "--overwrite"]);
+    let errors = read(&folder, "errors.toml");
+    assert!(
+        !errors.contains("EXX1") && errors.contains("EC0"),
+        "{errors}"
+    );
+    assert!(read(&folder, "errors.toml.before-trueaxis").contains("EXX1"));
+    let said = String::from_utf8(done.stdout).unwrap();
+    assert!(said.contains("errors.toml: 1 reading\n"), "{said}");
+}
+
+#[test]
+fn readings_that_are_not_understood_change_nothing() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let before = folder.names();
+    let words = [
+        "linuxcnc",
+        "start",
+        &ini,
+        "--table",
+        "XY",
+        "--install",
+        "--yes",
+    ];
+    for wrong in ["X=2:100", "W=2/100"] {
+        refused(
+            &[&words[..], &["--scale", wrong]].concat(),
+            &["--scale", wrong, "X=2/100"],
+        );
+        assert_eq!(folder.names(), before);
+    }
 }

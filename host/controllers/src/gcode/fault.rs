@@ -32,7 +32,7 @@ pub enum Kind {
 
 /// The advice for programs that compute.
 pub const FLAT: &str = "use the compensation in the controller, or write the program out flat: numbers only, no \
-parameters, expressions, loops or subprograms";
+parameters, expressions, loops or subprograms (--expand does that with LinuxCNC's interpreter)";
 
 impl Fault {
     /// Of the kind [`Kind::Other`].

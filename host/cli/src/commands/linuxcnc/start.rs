@@ -4,6 +4,7 @@ use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
+use crate::commands::quantity::count;
 use crate::commands::run_words;
 use clap::Args;
 use std::fmt::Write;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Configuration;
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::machine::{Axis, Machine};
+use trueaxis_model::machine::Machine;
 
 /// Ask what is there and what has been measured, and make a first compensation of it
 ///
@@ -65,6 +66,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let configuration = configuration::read(&ini)?;
     let [machine, errors, blob] =
         ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
+    // Before anything is written.
+    let joints = configuration.axes();
+    arguments.given(&joints.iter().map(|joint| joint.letter).collect::<Vec<_>>())?;
     let is_new = arguments.set_up(&ini, &configuration, &machine, &errors)?;
     let described = files::read_machine(&machine)?;
     let singles = arguments.singles(&described)?;
@@ -80,15 +84,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         && !arguments.overwrite
         && !arguments.agrees(&format!("{} exists. Replace it?", errors.display()))?
     {
-        files::print(&format!("{} stays as it is\n", errors.display()))?;
-        return Ok(Outcome::CheckFailed);
+        return Err(BadInput::new(
+            format!(
+                "{} exists: it was not replaced, and nothing was compiled",
+                errors.display()
+            ),
+            "give --overwrite, or compile what it says with `trueaxis compile`",
+        ));
     }
     let text = error_file(&described, &singles, imported)?;
     files::write(&errors, text.as_bytes())?;
     files::print(&format!(
-        "\n{}: {} readings\n",
+        "\n{}: {}\n",
         errors.display(),
-        singles.len()
+        count(singles.len(), "reading")
     ))?;
     let [machine, errors, blob] = [machine, errors, blob].map(|path| path.display().to_string());
     let ini = ini.display().to_string();
@@ -230,21 +239,32 @@ impl Arguments {
         if !there.is_empty() {
             words.push("--overwrite".to_owned());
         }
+        if errors.exists() {
+            // What `setup` imports from the INI file must not be taken for what an earlier run has written.
+            let kept = errors.with_extension("toml.before-trueaxis");
+            std::fs::rename(errors, &kept).map_err(|error| {
+                BadInput::new(
+                    format!("{} cannot be moved: {error}", errors.display()),
+                    "move it away, then start again",
+                )
+            })?;
+            files::print(&format!("{} is now {}\n", errors.display(), kept.display()))?;
+        }
         step(&words.iter().map(String::as_str).collect::<Vec<_>>()).map(|_| true)
+    }
+
+    /// What has been measured, from options; axes count as their letters do.
+    fn given(&self, letters: &[char]) -> Result<Vec<Single>, BadInput> {
+        let scales = self.scale.iter().map(|text| scale(letters, text));
+        let squares = self.square.iter().map(|text| square(letters, text));
+        let dials = self.dial.iter().map(|text| dial(letters, text));
+        scales.chain(squares).chain(dials).collect()
     }
 
     /// What has been measured, from options or by asking.
     fn singles(&self, machine: &Machine) -> Result<Vec<Single>, BadInput> {
-        let mut found = Vec::new();
-        for text in &self.scale {
-            found.push(scale(machine, text)?);
-        }
-        for text in &self.square {
-            found.push(square(machine, text)?);
-        }
-        for text in &self.dial {
-            found.push(dial(machine, text)?);
-        }
+        let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
+        let mut found = self.given(&letters)?;
         if self.yes || !found.is_empty() {
             return Ok(found);
         }
@@ -277,7 +297,7 @@ impl Arguments {
         for letter in &linear {
             let question = format!("Scale along {letter}: µm too much / mm of travel (2/100):");
             one(&question, &|answer| {
-                scale(machine, &format!("{letter}={answer}"))
+                scale(&letters, &format!("{letter}={answer}"))
             })?;
         }
         for (k, a) in linear.iter().enumerate() {
@@ -286,14 +306,14 @@ impl Arguments {
                     "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
                 );
                 one(&question, &|answer| {
-                    square(machine, &format!("{a}{b}={answer}"))
+                    square(&letters, &format!("{a}{b}={answer}"))
                 })?;
             }
         }
         for letter in &linear {
             let question = format!("Dial along {letter}: reading after + less after − travel, µm:");
             one(&question, &|answer| {
-                dial(machine, &format!("{letter}={answer}"))
+                dial(&letters, &format!("{letter}={answer}"))
             })?;
         }
         Ok(found)
@@ -427,16 +447,16 @@ fn words(machine: &Machine, single: &Single) -> String {
     }
 }
 
-/// A linear axis of a machine.
-fn axis(machine: &Machine, letter: char) -> Option<usize> {
+/// A linear axis, by its letter.
+fn axis(letters: &[char], letter: char) -> Option<usize> {
     let letter = letter.to_ascii_uppercase();
-    let is = |axis: &Axis| axis.letter.char() == letter && !axis.letter.is_rotary();
-    machine.axes.iter().position(is)
+    let is = |known: &char| *known == letter && !"ABC".contains(letter);
+    letters.iter().position(is)
 }
 
 /// Reads `X=2/100`: axes and the slope.
 fn sloped(
-    machine: &Machine,
+    known: &[char],
     text: &str,
     axes: usize,
     option: &str,
@@ -457,7 +477,7 @@ fn sloped(
             .filter(|value| value.is_finite())
     };
     let (um, mm) = number(um).zip(number(mm)).ok_or_else(wrong)?;
-    let found: Option<Vec<usize>> = letters.trim().chars().map(|l| axis(machine, l)).collect();
+    let found: Option<Vec<usize>> = letters.trim().chars().map(|l| axis(known, l)).collect();
     let found = found
         .filter(|found| found.len() == axes)
         .ok_or_else(wrong)?;
@@ -469,16 +489,16 @@ fn sloped(
 /// The largest slope (mm per mm, rad), as error files permit.
 const LARGEST: f64 = 0.1;
 
-fn scale(machine: &Machine, text: &str) -> Result<Single, BadInput> {
-    let (axes, slope) = sloped(machine, text, 1, "scale")?;
+fn scale(letters: &[char], text: &str) -> Result<Single, BadInput> {
+    let (axes, slope) = sloped(letters, text, 1, "scale")?;
     Ok(Single::Scale {
         axis: axes[0],
         slope,
     })
 }
 
-fn square(machine: &Machine, text: &str) -> Result<Single, BadInput> {
-    let (axes, slope) = sloped(machine, text, 2, "square")?;
+fn square(letters: &[char], text: &str) -> Result<Single, BadInput> {
+    let (axes, slope) = sloped(letters, text, 2, "square")?;
     Ok(Single::Square {
         aligned: axes[0],
         moved: axes[1],
@@ -486,12 +506,12 @@ fn square(machine: &Machine, text: &str) -> Result<Single, BadInput> {
     })
 }
 
-fn dial(machine: &Machine, text: &str) -> Result<Single, BadInput> {
+fn dial(letters: &[char], text: &str) -> Result<Single, BadInput> {
     let parsed = text.split_once('=').and_then(|(letter, um)| {
-        let mut letters = letter.trim().chars();
-        let axis = axis(machine, letters.next()?)?;
+        let mut words = letter.trim().chars();
+        let axis = axis(letters, words.next()?)?;
         let um: f64 = um.trim().parse().ok()?;
-        (letters.next().is_none() && um.is_finite() && um.abs() <= 1000.0).then_some((axis, um))
+        (words.next().is_none() && um.is_finite() && um.abs() <= 1000.0).then_some((axis, um))
     });
     match parsed {
         Some((axis, um)) => Ok(Single::Reversal {

@@ -16,8 +16,8 @@ pub const PARAMETERS: &str = "parameters.var";
 pub const TOOLS: &str = "tools.tbl";
 /// A program that does nothing for so long does not end.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Most bytes of output: some twenty million motions.
-const MOST: u64 = 2 << 30;
+/// Most bytes of output: some three million motions, a minute.
+const MOST: u64 = 256 << 20;
 
 /// Runs the interpreter in a folder with its three files; where its output is.
 pub fn run(
