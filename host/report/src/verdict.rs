@@ -86,7 +86,8 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
         Some(most) => {
             let (words, name) = (capital(&most.words), &most.name);
             let alone = mean(&most.alone);
-            match alone <= all {
+            // A single error differs from the whole by rounding only.
+            match alone <= all * (1.0 + 1e-9) {
                 true => format!(
                     "{words} ({name}) causes {} of {} {unit} on average.",
                     figure(alone),

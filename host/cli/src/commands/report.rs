@@ -181,6 +181,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut report = report::report(&machine, &errors, compensation, identification, document)
         .map_err(|error| bad(&error))?;
     report.validation = validation;
+    if let (true, Some(path), None) = (
+        arguments.certificate,
+        &arguments.identification,
+        &report.identification,
+    ) {
+        return Err(BadInput::new(
+            format!(
+                "{}: this identification is of another machine",
+                path.display()
+            ),
+            "give what `trueaxis identify --json` printed for this machine, or leave it out",
+        ));
+    }
     if let Some(mismatch) = &mismatch {
         let remark = format!(
             "The compensation is left out: {mismatch}. What is shown is the machine without it."

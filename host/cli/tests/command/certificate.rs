@@ -372,3 +372,26 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
     ]);
     assert_eq!(output.status.code(), Some(2));
 }
+
+#[test]
+fn an_identification_of_another_machine_is_refused() {
+    let folder = Folder::new();
+    let [_, _, found] = kolibri(&folder);
+    let [machine, errors] =
+        ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
+    let out = folder.at("certificate.html");
+    refused(
+        &[
+            "report",
+            &machine,
+            &errors,
+            "--certificate",
+            "-o",
+            &out,
+            "--identification",
+            &found,
+        ],
+        &["found.json", "of another machine", "leave it out"],
+    );
+    assert!(!std::path::Path::new(&out).exists());
+}
