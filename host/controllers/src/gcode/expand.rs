@@ -3,7 +3,7 @@
 //!
 //! The interpreter gets a copy of the program whose block numbers are line numbers (`source`), behind a prelude that
 //! puts the machine where the setup says (`given`). Every canonical command is known and has its effect, or the
-//! program is refused (`canonical`, `flat`). What is not known of the machine is [`UNKNOWN`] there, so that whatever
+//! program is refused (`canonical`, `flat`). What is not known of the machine is `UNKNOWN` there, so that whatever
 //! depends on it shows. A second run gives other values to all parameters that the program did not set: if it makes
 //! another program, the program is refused.
 
