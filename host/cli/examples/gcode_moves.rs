@@ -247,8 +247,10 @@ fn main() {
             continue;
         }
         if let Some(file) = argument.strip_prefix("--setup=") {
-            let text = std::fs::read_to_string(file).unwrap_or_default();
-            match Setup::from_toml(&text) {
+            let text = std::fs::read_to_string(file).map_err(|error| error.to_string());
+            let setup =
+                text.and_then(|text| Setup::from_toml(&text).map_err(|error| error.to_string()));
+            match setup {
                 Ok(setup) => asked.setup = Some(setup),
                 Err(error) => println!("no setup: {error}"),
             }

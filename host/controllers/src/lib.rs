@@ -9,4 +9,5 @@ pub mod formats;
 pub mod gcode;
 pub mod link;
 pub mod linuxcnc;
+mod positions;
 pub mod skew;

@@ -5,14 +5,12 @@
 //! of the whole work, which does not matter because work is aligned by itself (and a bed is levelled). The text is read
 //! again, evaluated as the firmware does it, and compared with the compensation.
 
+use crate::positions::random;
 use nalgebra::{DMatrix, DVector};
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
-use trueaxis::{AUXILIARIES, AuxiliaryKind, Axis, Travel};
-use trueaxis_model::machine::MAX_AXES;
+use trueaxis::{AuxiliaryKind, Axis};
 use trueaxis_model::parallel;
-use trueaxis_tables::validate::{Command, Runtime};
+use trueaxis_tables::validate::Runtime;
 
 /// A firmware of printers and light routers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -77,9 +75,9 @@ pub struct Left {
     pub left_with_steps_um: f64,
 }
 
-/// The side (mm) of the square whose diagonals Klipper is told.
+/// Side (mm) of the rhombus whose diagonals are given to Klipper.
 const SIDE: f64 = 100.0;
-/// The height (mm) over which RepRapFirmware is told how far an axis leans.
+/// Length (mm) over which `M556` gives the deviations of the axes.
 const HEIGHT: f64 = 1000.0;
 /// Marlin accepts factors up to this.
 const MARLIN: f64 = 1.0;
@@ -202,14 +200,13 @@ pub fn skew(
 ) -> Result<(String, Found), SkewError> {
     let axes = runtime.compensation().axes();
     let [x, y, z] = indices(axes)?;
-    let lengths = runtime.compensation().auxiliaries().iter();
-    let mut auxiliaries = [0.0; AUXILIARIES];
-    for (value, input) in auxiliaries.iter_mut().zip(lengths) {
-        if input.kind == AuxiliaryKind::ToolLength {
-            *value = input.reference;
+    let mut commands = random(axes, positions, seed);
+    let inputs = runtime.compensation().auxiliaries().iter().enumerate();
+    for (i, length) in inputs.filter(|(_, input)| input.kind == AuxiliaryKind::ToolLength) {
+        for command in &mut commands {
+            command.auxiliaries[i] = length.reference;
         }
     }
-    let commands = random(axes, auxiliaries, positions, seed);
     let corrections = parallel::map(&commands, |command| {
         let found = runtime.evaluate(command);
         [x, y, z].map(|i| f64::from(found[i]))
@@ -272,28 +269,6 @@ pub fn skew(
         positions,
     };
     Ok((text, found))
-}
-
-/// Positions over the travel, each with the directions from which the axes have arrived.
-fn random(axes: &[Axis], auxiliaries: [f32; AUXILIARIES], count: usize, seed: u64) -> Vec<Command> {
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let one = |_| {
-        let mut command = Command {
-            axes: [0.0; MAX_AXES],
-            travel: [Travel::Unknown; MAX_AXES],
-            auxiliaries,
-        };
-        for (i, axis) in axes.iter().enumerate() {
-            let [low, high] = axis.travel.map(f64::from);
-            command.axes[i] = (low + (high - low) * random.random::<f64>()) as f32;
-            command.travel[i] = match random.random_range(0..2) {
-                0 => Travel::Positive,
-                _ => Travel::Negative,
-            };
-        }
-        command
-    };
-    (0..count).map(one).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,13 @@
 //! `--expand`: what is written out flat, read with our interpreter, beside `rs274` on the original.
 
-use super::{moves, programs, rs274, same};
+use super::{moves, own, programs, rs274, same};
 use crate::files;
-use crate::process::{example, said};
+use crate::process::said;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Number of random programs.
-const RANDOM: usize = 300;
 /// Offsets of the work coordinate systems G54, G55 and G56: X Y Z A and R, in the unit of the machine. More decimals than
 /// the interpreter prints.
 const SYSTEMS: [[f64; 5]; 3] = [
@@ -186,21 +184,12 @@ fn own(work: &Path) -> Result<(), String> {
 
 /// The programs with all modes that our own interpreter is compared on.
 fn random(work: &Path) -> Result<(), String> {
-    let folder = files::folder(work.join("random"))?;
-    let mut writing = example("gcode_moves");
-    writing.arg(format!("--random={RANDOM}")).arg(&folder);
-    let written = said(&mut writing)?.output;
-    if !written.is_empty() {
-        return Err(written);
-    }
-    let tools = folder.join("random.tbl");
-    files::write(&tools, "T1 P1 Z0\n")?;
+    let (programs, tools) = own::random_programs(work)?;
     let (mut count, mut refused) = (0, 0);
-    for seed in 0..RANDOM {
-        let program = folder.join(format!("{seed}.ngc"));
-        let ours = flat(&program, work, &["--tool=1=0".to_owned()])?;
+    for program in &programs {
+        let ours = flat(program, work, &["--tool=1=0".to_owned()])?;
         if let Some(cause) = ours.iter().find_map(|l| l.strip_prefix("refused ")) {
-            let text = files::read_text(&program)?;
+            let text = files::read_text(program)?;
             let may = cause.contains("cutter compensation") && text.contains("G4")
                 || cause.contains("motion with the spindle") && text.contains("G33")
                 || cause.contains("G28.1")
@@ -211,13 +200,13 @@ fn random(work: &Path) -> Result<(), String> {
             refused += 1;
             continue;
         }
-        let rivals = rivals(&program, &tools, &[])?;
+        let rivals = rivals(program, &tools, &[])?;
         count += same(&ours, &rivals).map_err(|cause| format!("{}: {cause}", program.display()))?;
     }
     println!(
         "{count:>4} motions of {} random programs, expanded, the same as rs274's; {refused} refused for a word that canonical \
          motions cannot say",
-        RANDOM - refused
+        programs.len() - refused
     );
     Ok(())
 }

@@ -55,7 +55,8 @@ pub fn check(work: &Path) -> Result<(), String> {
     random(work)
 }
 
-fn random(work: &Path) -> Result<(), String> {
+/// Programs that nobody wrote, and their tool table.
+pub fn random_programs(work: &Path) -> Result<(Vec<PathBuf>, PathBuf), String> {
     let folder = files::folder(work.join("random"))?;
     let mut writing = example("gcode_moves");
     writing.arg(format!("--random={RANDOM}")).arg(&folder);
@@ -67,7 +68,11 @@ fn random(work: &Path) -> Result<(), String> {
     let tools = folder.join("random.tbl");
     files::write(&tools, "T1 P1 Z0\n")?;
     let paths = (0..RANDOM).map(|seed| folder.join(format!("{seed}.ngc")));
-    let paths: Vec<PathBuf> = paths.collect();
+    Ok((paths.collect(), tools))
+}
+
+fn random(work: &Path) -> Result<(), String> {
+    let (paths, tools) = random_programs(work)?;
     let ours = moves(&paths, &["--tool=1=0"])?;
     let mut count = 0;
     for path in &paths {

@@ -1324,7 +1324,7 @@ fn the_last_line_is_what_to_do_next() {
     machine.change("machine.ini", "trueaxis-panel -x", "another -x");
     machine.change("machine.ini", "trueaxis-panel.ui", "another.ui");
     assert!(next().ends_with("then trueaxis control --hal enable"));
-    // With the description beside it, it is compared as well.
+    // A machine file in the same folder is named in the next command.
     machine.folder.file("machine.toml", "");
     assert!(next().ends_with(&format!("--machine {}", machine.at("machine.toml"))));
     machine.change("machine.ini", "[JOINT_0]\n", "[JOINT_0]\nCOMP_FILE = x\n");

@@ -1,5 +1,6 @@
 //! The controller's names for the axes of the machine.
 
+use crate::positions::travel;
 use std::ops::Range;
 use trueaxis::Axis;
 use trueaxis_model::machine::Machine;
@@ -133,11 +134,7 @@ impl Axes {
     /// Travel of an axis (mm, deg); for an axis without limits, its turn.
     #[must_use]
     pub fn travel(&self, axis: usize) -> [f64; 2] {
-        let axis = &self.axes[axis];
-        match axis.period > 0.0 {
-            true => [0.0, axis.period.into()],
-            false => axis.travel.map(f64::from),
-        }
+        travel(&self.axes[axis])
     }
 }
 

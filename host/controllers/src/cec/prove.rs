@@ -5,10 +5,9 @@ use super::draft::draft;
 use super::read::read;
 use super::reading::Reading;
 use super::{FactorTables, Plan, Tolerance};
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
+use crate::positions::random;
 use serde::Serialize;
-use trueaxis::{AuxiliaryKind, EncodeError, LoadError, Travel};
+use trueaxis::{AuxiliaryKind, EncodeError, LoadError};
 use trueaxis_model::machine::MAX_AXES;
 use trueaxis_model::parallel;
 use trueaxis_model::source::FileError;
@@ -100,7 +99,7 @@ pub fn prove(
     };
     let (own, other) = (blob(factor_tables)?, blob(factor_tables.other())?);
     let (own, other) = (Runtime::load(&own)?, Runtime::load(&other)?);
-    let commands = random(axes, positions, seed);
+    let commands = random(&axes.axes, positions, seed);
     let lengths: Vec<usize> = compensation
         .auxiliaries()
         .iter()
@@ -154,28 +153,4 @@ pub fn prove(
         axes: (0..axes.axes.len()).map(of).collect(),
         um_per_mm_of_tool_length: (!lengths.is_empty()).then(|| per_mm.fold(0.0, f64::max)),
     })
-}
-
-/// Positions over the travel, each with the directions from which the axes have arrived.
-fn random(axes: &Axes, count: usize, seed: u64) -> Vec<Command> {
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut commands = Vec::with_capacity(count);
-    for _ in 0..count {
-        let mut command = Command {
-            axes: [0.0; MAX_AXES],
-            travel: [Travel::Unknown; MAX_AXES],
-            auxiliaries: [0.0; trueaxis::AUXILIARIES],
-        };
-        for i in 0..axes.axes.len() {
-            let [low, high] = axes.travel(i);
-            command.axes[i] = (low + (high - low) * random.random::<f64>()) as f32;
-            command.travel[i] = match random.random_range(0..3) {
-                0 => Travel::Unknown,
-                1 => Travel::Positive,
-                _ => Travel::Negative,
-            };
-        }
-        commands.push(command);
-    }
-    commands
 }

@@ -1,11 +1,11 @@
 //! Programs that compute, written out flat: LinuxCNC's stand-alone interpreter, `rs274 -g`, runs a program, and its
 //! canonical commands become a program again.
 //!
-//! The interpreter gets a copy of the program whose block numbers are line numbers (`source`), behind a prelude that
-//! puts the machine where the setup says (`given`). Every canonical command is known and has its effect, or the
-//! program is refused (`canonical`, `flat`). What is not known of the machine is `UNKNOWN` there, so that whatever
-//! depends on it shows. A second run gives other values to all parameters that the program did not set: if it makes
-//! another program, the program is refused.
+//! The interpreter runs a copy of the program in which block numbers are line numbers (`source`), after a prelude that
+//! sets position, offsets and modes as the setup states them (`given`). Every canonical command is either carried out
+//! or refused (`canonical`, `flat`). Values that the setup does not give are replaced by the huge number `UNKNOWN`, so
+//! that motions that depend on them can be refused. A second run gives other values to all parameters that the program
+//! did not set; if its motions differ, the program is refused.
 
 mod canonical;
 mod flat;

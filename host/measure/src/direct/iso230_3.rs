@@ -148,7 +148,7 @@ fn drifts(measured: &Displacements, readings: &[&Reading], at: &[f64]) -> Vec<Dr
 }
 
 /// Change of the distance between the outermost positions, for each mm of it: positive if the machine moves farther than
-/// it is told.
+/// commanded.
 fn expansion(measured: &Displacements, found: &[Analysis], at: &[f64]) -> Option<Drift> {
     let Test::Axis(axis) = measured.test else {
         return None;

@@ -10,8 +10,17 @@ pub mod runs;
 pub mod validation;
 
 use trueaxis_model::formats::csv::Row;
-use trueaxis_model::machine::Axis;
+use trueaxis_model::machine::{Axis, Machine};
 use trueaxis_model::source::FileError;
+
+/// The axis whose letter is the name of a column.
+fn axis(name: &str, machine: &Machine) -> Option<usize> {
+    let mut letters = name.chars();
+    match (letters.next(), letters.next()) {
+        (Some(letter), None) => machine.index(letter),
+        _ => None,
+    }
+}
 
 /// Recorded positions are not exact: an axis may be this far (mm, deg) beyond its travel.
 const BEYOND: f64 = 1e-3;

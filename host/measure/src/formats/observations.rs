@@ -10,9 +10,9 @@
 mod converted;
 mod heading;
 
-use super::is_in_travel;
 use super::radii;
 use super::runs::sense;
+use super::{axis, is_in_travel};
 use crate::instrument::{Commanded, Given, Kind, turned};
 use heading::Heading;
 use nalgebra::{Matrix3, Vector3};
@@ -143,13 +143,7 @@ const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the re
 
 impl Column {
     fn named(name: &str, machine: &Machine) -> Option<Self> {
-        let axis = |name: &str| {
-            let mut letters = name.chars();
-            match (letters.next(), letters.next()) {
-                (Some(letter), None) => machine.index(letter),
-                _ => None,
-            }
-        };
+        let axis = |name: &str| axis(name, machine);
         let named = NAMES.iter().find(|(n, _)| *n == name).map(|(_, c)| *c);
         let value = || {
             Kind::ALL.into_iter().find_map(|kind| {

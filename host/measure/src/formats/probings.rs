@@ -8,7 +8,7 @@ mod checks;
 
 pub use checks::have_known_balls;
 
-use super::is_in_travel;
+use super::{axis, is_in_travel};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use trueaxis_model::formats::csv::{Row, Table};
@@ -77,13 +77,7 @@ const VALUES: &str = "write one value per column of the header, in mm and degree
 impl Column {
     /// The column with a name.
     fn named(name: &str, machine: &Machine) -> Option<Self> {
-        let axis = |name: &str| {
-            let mut letters = name.chars();
-            match (letters.next(), letters.next()) {
-                (Some(letter), None) => machine.index(letter),
-                _ => None,
-            }
-        };
+        let axis = |name: &str| axis(name, machine);
         let named = NAMES.iter().find(|(n, _)| *n == name).map(|(_, c)| *c);
         let direction = || axis(name.strip_suffix("_dir")?).map(Self::Direction);
         named

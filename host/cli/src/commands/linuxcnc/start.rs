@@ -137,7 +137,13 @@ fn step(words: &[&str]) -> Result<Outcome, BadInput> {
 fn answered(question: &str) -> Result<String, BadInput> {
     files::print(&format!("{question} "))?;
     let mut line = String::new();
-    let _ = std::io::stdin().lock().read_line(&mut line);
+    let read = std::io::stdin().lock().read_line(&mut line);
+    read.map_err(|error| {
+        BadInput::new(
+            format!("the answer cannot be read: {error}"),
+            "answer in UTF-8, or give options",
+        )
+    })?;
     Ok(line.trim().to_owned())
 }
 

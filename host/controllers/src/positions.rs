@@ -1,0 +1,39 @@
+//! Random positions at which a file for a controller is compared with its compensation.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use trueaxis::{AUXILIARIES, Axis, Travel};
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_tables::validate::Command;
+
+/// Positions over the travel, each with the directions from which the axes have arrived; auxiliary inputs are 0.
+pub fn random(axes: &[Axis], count: usize, seed: u64) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut commands = Vec::with_capacity(count);
+    for _ in 0..count {
+        let mut command = Command {
+            axes: [0.0; MAX_AXES],
+            travel: [Travel::Unknown; MAX_AXES],
+            auxiliaries: [0.0; AUXILIARIES],
+        };
+        for (i, axis) in axes.iter().enumerate() {
+            let [low, high] = travel(axis);
+            command.axes[i] = (low + (high - low) * random.random::<f64>()) as f32;
+            command.travel[i] = match random.random_range(0..3) {
+                0 => Travel::Unknown,
+                1 => Travel::Positive,
+                _ => Travel::Negative,
+            };
+        }
+        commands.push(command);
+    }
+    commands
+}
+
+/// Travel of an axis (mm, deg); for an axis without limits, its turn.
+pub fn travel(axis: &Axis) -> [f64; 2] {
+    match axis.period > 0.0 {
+        true => [0.0, axis.period.into()],
+        false => axis.travel.map(f64::from),
+    }
+}
