@@ -171,7 +171,7 @@ pub fn generate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueaxis_tests::golden;
+    use trueaxis_tests::{golden, usual_or_all};
 
     fn generated(blob: &[u8], language: Language) -> String {
         let runtime = Runtime::load(blob).unwrap();
@@ -179,7 +179,7 @@ mod tests {
             file: "machine.trax",
             function: "evaluate",
             servo: true,
-            compared: 200_000,
+            compared: usual_or_all(20_000, 200_000),
         };
         generate(&runtime, 0x1234_ABCD, language, options).unwrap()
     }

@@ -7,7 +7,7 @@ use trueaxis_tables::compile::{self, Options};
 use trueaxis_tables::schemes::exact::Minimize;
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::validate::{Region, Runtime, random_commands, verify};
-use trueaxis_tests::{errors, machine, read};
+use trueaxis_tests::{errors, machine, read, usual_or_all};
 
 #[track_caller]
 fn shows(file: &str, line: &str) {
@@ -46,7 +46,10 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
             "table-head/errors-13",
         ),
         ("router, 10 errors", "router/machine", "router/errors-10"),
-    ] {
+    ]
+    .into_iter()
+    .take(usual_or_all(3, 8))
+    {
         let machine = machine(&format!("examples/{machine_file}.toml"));
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
@@ -133,7 +136,10 @@ fn the_manual_counts_what_the_direction_takes() {
             "router/errors-10",
             24_000,
         ),
-    ] {
+    ]
+    .into_iter()
+    .take(usual_or_all(3, 8))
+    {
         let machine = machine(&format!("examples/{machine_file}.toml"));
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
         let [direction, orientation] = [Policy::default(), Policy::Orientation].map(|policy| {
@@ -205,7 +211,10 @@ fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
             "errors-30",
             None,
         ),
-    ] {
+    ]
+    .into_iter()
+    .take(usual_or_all(1, 4))
+    {
         let found = compiled(folder, errors_file, Policy::Orientation, zero_at);
         let size = &found.built.size;
         let shown = format!("| {row} | {} | {} | |", size.tables, size.terms);
