@@ -39,6 +39,11 @@
 #![no_std]
 #![deny(missing_docs)]
 
+/// Compiles the code of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(target_endian = "big")]
 compile_error!("blobs are read in place and are little-endian");
 

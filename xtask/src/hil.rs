@@ -30,6 +30,11 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
     ),
 ];
 
+/// The folders of the boards; their programs have the same names.
+pub fn boards() -> impl Iterator<Item = &'static str> {
+    BOARDS.iter().map(|(board, ..)| *board)
+}
+
 /// `chosen`: only these parts.
 ///
 /// # Errors

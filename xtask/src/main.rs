@@ -10,6 +10,7 @@ mod callgrind;
 mod capi;
 mod cross;
 mod csv;
+mod dist;
 mod elf;
 mod figures;
 mod files;
@@ -72,7 +73,9 @@ usage: cargo xtask COMMAND
                                  code at 10 million inputs: minutes
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   oldest                         the workspace built with the oldest supported compiler, `rust-version`
-  deny                           licences, advisories and sources of the dependencies";
+  deny                           licences, advisories and sources of the dependencies
+  publish                        what `cargo publish` would send of every crate, built by itself
+  dist                           what a release consists of: packages, programs, page, images, checksums, components";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -92,7 +95,9 @@ fn main() -> ExitCode {
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["portable"] => portable::execute(),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
-        ["linuxcnc-deb"] => linuxcnc::package(),
+        ["linuxcnc-deb"] => linuxcnc::package().map(drop),
+        ["dist"] => dist::execute(),
+        ["publish"] => test::publishable(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),

@@ -36,7 +36,10 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
 }
 
 /// Builds the page; returns its path.
-fn build() -> Result<PathBuf, String> {
+///
+/// # Errors
+/// If something cannot be installed or built, or the page is too large.
+pub fn build() -> Result<PathBuf, String> {
     let folder = files::folder(target("web"))?;
     let page = folder.join("index.html");
     let text = page_text(&command(&folder)?)?;

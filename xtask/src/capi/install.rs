@@ -35,12 +35,12 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     let committed = root().join("firmware/capi/trueaxis.h");
     let header = capacities.header(&files::read_text(&committed)?)?;
     files::write(&include.join("trueaxis.h"), header)?;
+    // Wherever it is unpacked.
     let text = format!(
-        "prefix={}\nlibdir=${{prefix}}/lib\nincludedir=${{prefix}}/include\n\n\
+        "prefix=${{pcfiledir}}/../..\nlibdir=${{prefix}}/lib\nincludedir=${{prefix}}/include\n\n\
          Name: trueaxis\nDescription: Volumetric compensation of machine tools at servo rate\n\
          Version: {}\nLibs: -L${{libdir}} -ltrueaxis\nLibs.private: -lpthread -ldl -lm\n\
          Cflags: -I${{includedir}}\n",
-        prefix.display(),
         env!("CARGO_PKG_VERSION"),
     );
     files::write(&pkgconfig.join("trueaxis.pc"), text)?;

@@ -53,11 +53,11 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     }
 }
 
-/// `cargo xtask linuxcnc-deb`: the package, in the target folder.
+/// `cargo xtask linuxcnc-deb`: the package, in the target folder; returns its path.
 ///
 /// # Errors
 /// If something cannot be installed or built.
-pub fn execute() -> Result<(), String> {
+pub fn execute() -> Result<PathBuf, String> {
     super::bench::provide_linuxcnc()?;
     let folder = target("linuxcnc-deb");
     let prefix = folder.join("prefix");
@@ -67,7 +67,7 @@ pub fn execute() -> Result<(), String> {
     let result = target(&name);
     files::copy(&package, &result)?;
     println!("{0}\nsudo apt install {0}", result.display());
-    Ok(())
+    Ok(result)
 }
 
 /// Builds the package in a copy of the source, in the folder `around`; `prefix` has the C library.
