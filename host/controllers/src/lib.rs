@@ -5,9 +5,15 @@
 #![forbid(unsafe_code)]
 
 pub mod cec;
+pub mod difference;
 pub mod formats;
 pub mod gcode;
+pub mod height_map;
+pub mod klipper;
 pub mod link;
 pub mod linuxcnc;
 mod positions;
+pub mod reprapfirmware;
+pub mod sampled;
 pub mod skew;
+mod text_lines;
