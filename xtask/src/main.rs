@@ -25,6 +25,7 @@ mod oldest;
 mod packages;
 mod portable;
 mod process;
+mod python;
 mod qemu;
 mod random_machines;
 mod report;
@@ -65,6 +66,7 @@ usage: cargo xtask COMMAND
                                  with either; and on a Cortex-M4F (bare-metal: only that)
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
+  python                         the wheel for Python, built and tested beside the command, in target/python
   reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
@@ -94,6 +96,7 @@ fn main() -> ExitCode {
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["linuxcnc-deb"] => linuxcnc::package(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
+        ["python"] => python::execute(),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
         ["web", ref options @ ..] => web::execute(options),

@@ -1,8 +1,10 @@
 //! `trueaxis export …`
 
 mod cec;
+mod fanuc;
 mod left;
 mod linuxcnc;
+mod rigid_body;
 mod skew;
 mod twist;
 
@@ -21,6 +23,9 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Cec(cec::Arguments),
+    Fanuc(fanuc::Arguments),
+    Heidenhain(rigid_body::Heidenhain),
+    Isg(rigid_body::Isg),
     #[command(name = "linuxcnc")]
     LinuxCnc(linuxcnc::Arguments),
     /// Write the squareness of a three-axis machine for Klipper (SET_SKEW)
@@ -53,6 +58,9 @@ enum What {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Cec(arguments) => cec::run(arguments),
+        What::Fanuc(arguments) => fanuc::run(arguments),
+        What::Heidenhain(arguments) => rigid_body::heidenhain(arguments),
+        What::Isg(arguments) => rigid_body::isg(arguments),
         What::LinuxCnc(arguments) => linuxcnc::run(arguments),
         What::Klipper(arguments) => skew::with_map(Firmware::Klipper, arguments),
         What::KlipperTwist(arguments) => twist::run(arguments),

@@ -2,6 +2,7 @@
 
 mod cec;
 mod height_map;
+mod isg;
 mod twist;
 
 use super::Outcome;
@@ -18,6 +19,7 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Cec(cec::Arguments),
+    Isg(isg::Arguments),
     /// Read a stored profile of Klipper's bed_mesh as observations
     ///
     /// Each point becomes a displacement along Z for `identify --observations`: if the surface is flat, the machine
@@ -41,6 +43,7 @@ enum What {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Cec(arguments) => cec::run(arguments),
+        What::Isg(arguments) => isg::run(arguments),
         What::Klipper(arguments) => height_map::klipper(arguments),
         What::KlipperTwist(arguments) => twist::run(arguments),
         What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),

@@ -8,6 +8,7 @@ mod ballbar;
 mod cec;
 mod certificate;
 mod comp_file;
+mod controls;
 mod endless;
 mod gcode;
 mod generate;
