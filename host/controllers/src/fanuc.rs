@@ -244,7 +244,7 @@ fn read(text: &str) -> Result<Table, FileError> {
         count: count[k] as usize,
     });
     let mut values = Vec::new();
-    for (number, line) in all[HEAD.len() + 3..].iter().enumerate() {
+    for (number, line) in all.iter().skip(HEAD.len() + 3).enumerate() {
         let row = line.numbers()?;
         let is_next = row.len() == 4 && row[0] == (number + 1) as f64;
         let fits = row
