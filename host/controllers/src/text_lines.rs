@@ -70,7 +70,6 @@ pub fn lines(text: &str) -> Vec<Line<'_>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::isg::Parameters;
     use crate::klipper::{bed_mesh, twist};
     use crate::linuxcnc::comp_file;
