@@ -28,7 +28,7 @@ pub fn differences(
         let (wanted, found) = (runtime.evaluate(command), controller(command));
         let wanted = wanted.map(f64::from);
         let apart = std::array::from_fn::<_, MAX_AXES, _>(|i| (found[i] - wanted[i]).abs());
-        (wanted.map(f64::abs), apart)
+        [wanted.map(f64::abs), apart]
     });
     let axes = runtime.compensation().axes().iter().enumerate();
     axes.map(|(i, axis)| {
@@ -37,14 +37,12 @@ pub fn differences(
             true => ("µrad", 1_f64.to_radians() * 1e6),
             false => ("µm", 1e3),
         };
-        let most = |value: &dyn Fn(&([f64; MAX_AXES], [f64; MAX_AXES])) -> f64| {
-            each.iter().map(value).fold(0.0, f64::max) * fine
-        };
+        let most = |k: usize| each.iter().map(|both| both[k][i]).fold(0.0, f64::max) * fine;
         Difference {
             axis: letter,
             unit,
-            largest: most(&|(wanted, _)| wanted[i]),
-            difference: most(&|(_, apart)| apart[i]),
+            largest: most(0),
+            difference: most(1),
         }
     })
     .collect()

@@ -21,7 +21,7 @@ pub(crate) fn by_klipper(text: &str, [x, y]: [f64; 2]) -> f64 {
     let cell = |at: f64, low: f64, high: f64, count: f64| {
         let apart = (high - low) / (count - 1.0);
         let index = ((at - low) / apart).floor().max(0.0).min(count - 2.0);
-        let t = ((at - (low + apart * index)) / apart).max(0.0).min(1.0);
+        let t = ((at - (low + apart * index)) / apart).clamp(0.0, 1.0);
         (t, index as usize)
     };
     let (tx, i) = cell(x, number("min_x"), number("max_x"), number("x_count"));
