@@ -26,6 +26,7 @@ mod oldest;
 mod packages;
 mod portable;
 mod process;
+mod python;
 mod qemu;
 mod random_machines;
 mod report;
@@ -66,6 +67,7 @@ usage: cargo xtask COMMAND
                                  with either; and on a Cortex-M4F (bare-metal: only that)
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
+  python                         the wheel for Python, built and tested beside the command, in target/python
   reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
@@ -99,6 +101,7 @@ fn main() -> ExitCode {
         ["dist"] => dist::execute(),
         ["publish"] => test::publishable(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
+        ["python"] => python::execute(),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
         ["web", ref options @ ..] => web::execute(options),

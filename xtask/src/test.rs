@@ -47,6 +47,10 @@ const SIX: &str = "6 random machines";
 /// Checks that run anywhere, with nothing to install: minutes.
 fn usual() -> Vec<Step> {
     let mut steps = vec![step("formatting", "fmt --all --check")];
+    steps.push(step(
+        "formatting of the module for Python",
+        "fmt --manifest-path python/Cargo.toml --check",
+    ));
     steps.extend(APART.map(|(folder, what)| {
         let manifest = format!("firmware/boards/{folder}/Cargo.toml");
         step(
@@ -128,6 +132,7 @@ fn rest() -> Vec<Step> {
         step("programs beside another interpreter", "xtask gcode"),
         step("reports in a browser", "xtask report"),
         step("the command in browsers", "xtask web --check"),
+        step("the wheel for Python", "xtask python"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

@@ -5,9 +5,19 @@
 #![forbid(unsafe_code)]
 
 pub mod cec;
+pub mod difference;
+pub mod fanuc;
 pub mod formats;
 pub mod gcode;
+pub mod heidenhain;
+pub mod height_map;
+pub mod isg;
+pub mod klipper;
 pub mod link;
 pub mod linuxcnc;
 mod positions;
+pub mod reprapfirmware;
+pub mod rigid_body;
+pub mod sampled;
 pub mod skew;
+mod text_lines;

@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use trueaxis::{AUXILIARIES, Axis, Travel};
+use trueaxis::{AUXILIARIES, AuxiliaryKind, Axis, Largest, Travel};
 use trueaxis_model::machine::MAX_AXES;
 use trueaxis_tables::validate::Command;
 
@@ -26,6 +26,18 @@ pub fn random(axes: &[Axis], count: usize, seed: u64) -> Vec<Command> {
             };
         }
         commands.push(command);
+    }
+    commands
+}
+
+/// The same over the travel of a compensation, with the tool length that it was compiled with.
+pub fn random_of(compensation: &Largest<'_>, count: usize, seed: u64) -> Vec<Command> {
+    let mut commands = random(compensation.axes(), count, seed);
+    let inputs = compensation.auxiliaries().iter().enumerate();
+    for (i, length) in inputs.filter(|(_, input)| input.kind == AuxiliaryKind::ToolLength) {
+        for command in &mut commands {
+            command.auxiliaries[i] = length.reference;
+        }
     }
     commands
 }

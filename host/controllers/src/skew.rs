@@ -1,16 +1,21 @@
-//! The squareness of three axes on controllers that correct nothing else: Klipper, Marlin, RepRapFirmware.
+//! The squareness of three axes, and heights over X and Y: what Klipper, Marlin and RepRapFirmware correct.
 //!
 //! They add multiples of Y and Z to the command of X, and a multiple of Z to that of Y. A linear part of all corrections
 //! is found by least squares over the travel. It has nine coefficients: three of squareness, three scales, and a rotation
 //! of the whole work, which does not matter because work is aligned by itself (and a bed is levelled). The text is read
 //! again, evaluated as the firmware does it, and compared with the compensation.
 
-use crate::positions::random;
+use crate::height_map::HeightMap;
+use crate::klipper::bed_mesh;
+use crate::positions::{random_of, travel};
+use crate::reprapfirmware;
+use crate::sampled::{Grid, Nodes, Rest, without_direction};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
-use trueaxis::{AuxiliaryKind, Axis};
+use trueaxis::Axis;
 use trueaxis_model::parallel;
-use trueaxis_tables::validate::Runtime;
+use trueaxis_model::source::FileError;
+use trueaxis_tables::validate::{Command, Runtime};
 
 /// A firmware of printers and light routers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -36,6 +41,9 @@ pub enum SkewError {
     /// A number is larger than the firmware accepts.
     #[error("a skew of {0} is more than the firmware accepts")]
     Large(String),
+    /// A height map that the firmware does not read.
+    #[error("{0}")]
+    Map(String),
 }
 
 /// Linear corrections: of X by Y, of X by Z, of Y by Z (mm per mm), with the sign of a correction of the command.
@@ -63,6 +71,18 @@ pub struct Found {
     /// Number of random positions with random directions of travel.
     pub positions: usize,
 }
+
+/// What is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The lines that set the squareness.
+    pub lines: String,
+    /// The height map, if one was wanted.
+    pub map: Option<String>,
+}
+
+/// Name of the profile that is written for Klipper.
+pub const PROFILE: &str = "trueaxis";
 
 /// An axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -175,6 +195,37 @@ impl Firmware {
     }
 }
 
+impl Firmware {
+    /// The text of a height map, and the map as the firmware reads it.
+    fn height_map(self, map: &HeightMap) -> Result<(String, HeightMap), SkewError> {
+        let read_again = |error: FileError| SkewError::Read(error.message);
+        match self {
+            Self::Klipper => {
+                let text = bed_mesh::print(map, PROFILE);
+                let read = bed_mesh::read(&text, Some(PROFILE)).map_err(read_again)?;
+                Ok((text, read))
+            }
+            Self::RepRapFirmware => {
+                reprapfirmware::check(map).map_err(SkewError::Map)?;
+                let text = reprapfirmware::print(map);
+                let read = reprapfirmware::read(&text).map_err(read_again)?;
+                Ok((text, read))
+            }
+            Self::Marlin => Err(SkewError::Map(
+                "Marlin stores no height map in a file".to_owned(),
+            )),
+        }
+    }
+
+    /// The correction of Z at X and Y, as the firmware computes it from a map.
+    fn height(self, map: &HeightMap, position: [f64; 2]) -> f64 {
+        match self {
+            Self::RepRapFirmware => reprapfirmware::correction(map, position),
+            _ => bed_mesh::correction(map, position),
+        }
+    }
+}
+
 /// The axes that these firmwares have, by their index in a compensation.
 fn indices(axes: &[Axis]) -> Result<[usize; 3], SkewError> {
     let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
@@ -190,23 +241,22 @@ fn indices(axes: &[Axis]) -> Result<[usize; 3], SkewError> {
 /// Takes the skew out of a compensation, writes it for a firmware, and compares that with the compensation at
 /// `positions` random positions over the travel. Returns the text and its effect.
 ///
+/// With a number of `points` along X and Y, also writes the correction of Z as a height map over their travel: the middle of
+/// what it is anywhere along Z, after travel in either direction, but for the rotation of the work, whose other parts the
+/// firmware would not correct.
+///
 /// # Errors
 /// [`SkewError`]
 pub fn skew(
     runtime: &Runtime<'_>,
     firmware: Firmware,
+    points: Option<[usize; 2]>,
     positions: usize,
     seed: u64,
-) -> Result<(String, Found), SkewError> {
+) -> Result<(Written, Found), SkewError> {
     let axes = runtime.compensation().axes();
     let [x, y, z] = indices(axes)?;
-    let mut commands = random(axes, positions, seed);
-    let inputs = runtime.compensation().auxiliaries().iter().enumerate();
-    for (i, length) in inputs.filter(|(_, input)| input.kind == AuxiliaryKind::ToolLength) {
-        for command in &mut commands {
-            command.auxiliaries[i] = length.reference;
-        }
-    }
+    let commands = random_of(runtime.compensation(), positions, seed);
     let corrections = parallel::map(&commands, |command| {
         let found = runtime.evaluate(command);
         [x, y, z].map(|i| f64::from(found[i]))
@@ -233,17 +283,41 @@ pub fn skew(
         x_by_z: by[0][2] - turned[1],
         y_by_z: by[1][2] + turned[0],
     };
-    let text = firmware.print(&wanted)?;
-    let skew = firmware.read(&text)?;
+    let lines = firmware.print(&wanted)?;
+    let skew = firmware.read(&lines)?;
+    let rotation = |output: usize, p: &[f64; 3]| {
+        let [j, k] = [(output + 1) % 3, (output + 2) % 3];
+        turned[j] * p[k] - turned[k] * p[j]
+    };
+    let heights = |points: [usize; 2]| {
+        let rest = Rest::new(axes, &[x, y], &commands);
+        let nodes = [(x, points[0]), (y, points[1])]
+            .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
+        HeightMap::new(Grid::of(&nodes, |p| {
+            let set = |command: &mut Command| {
+                *command = without_direction(command);
+                command.axes[x] = p[0] as f32;
+                command.axes[y] = p[1] as f32;
+            };
+            rest.middle(set, |command| {
+                let at = [x, y, z].map(|i| f64::from(command.axes[i]));
+                [f64::from(runtime.evaluate(command)[z]) - rotation(2, &at)]
+            })
+        }))
+    };
+    let (map, by_map) = match points {
+        Some(points) => {
+            let (text, read) = firmware.height_map(&heights(points))?;
+            (Some(text), Some(read))
+        }
+        None => (None, None),
+    };
     let of = |output: usize| {
-        let rotation = |p: &[f64; 3]| {
-            let [j, k] = [(output + 1) % 3, (output + 2) % 3];
-            turned[j] * p[k] - turned[k] * p[j]
-        };
+        let rotation = |p: &[f64; 3]| rotation(output, p);
         let by_skew = |p: &[f64; 3]| match output {
             0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
             1 => skew.y_by_z * p[2],
-            _ => 0.0,
+            _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
         };
         let half_range = |left: &dyn Fn(usize) -> f64| {
             let all = (0..at.len()).map(left);
@@ -268,7 +342,7 @@ pub fn skew(
         axes: [of(0), of(1), of(2)],
         positions,
     };
-    Ok((text, found))
+    Ok((Written { lines, map }, found))
 }
 
 #[cfg(test)]

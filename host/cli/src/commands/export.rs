@@ -1,7 +1,12 @@
 //! `trueaxis export …`
 
 mod cec;
+mod fanuc;
+mod left;
+mod linuxcnc;
+mod rigid_body;
 mod skew;
+mod twist;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -18,13 +23,20 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Cec(cec::Arguments),
+    Fanuc(fanuc::Arguments),
+    Heidenhain(rigid_body::Heidenhain),
+    Isg(rigid_body::Isg),
+    #[command(name = "linuxcnc")]
+    LinuxCnc(linuxcnc::Arguments),
     /// Write the squareness of a three-axis machine for Klipper (SET_SKEW)
     ///
-    /// Klipper corrects nothing but squareness: what is left is printed, and more than the tolerance is refused.
+    /// With --height-map, also its correction of Z over X and Y as a profile of bed_mesh. Klipper corrects nothing else: what
+    /// is left is printed, and more than the tolerance is refused.
     #[command(
-        after_help = "Example:\n  trueaxis export klipper machine.trax -o skew.cfg --best-effort"
+        after_help = "Example:\n  trueaxis export klipper machine.trax -o skew.cfg --height-map mesh.cfg --best-effort"
     )]
-    Klipper(skew::Arguments),
+    Klipper(skew::WithMap),
+    KlipperTwist(twist::Arguments),
     /// Write the squareness of a three-axis machine for Marlin (M852)
     ///
     /// Marlin corrects nothing but squareness: what is left is printed, and more than the tolerance is refused.
@@ -34,19 +46,25 @@ enum What {
     Marlin(skew::Arguments),
     /// Write the squareness of a three-axis machine for RepRapFirmware (M556)
     ///
-    /// RepRapFirmware corrects nothing but squareness: what is left is printed, and more than the tolerance is refused.
+    /// With --height-map, also its correction of Z over X and Y (heightmap.csv). RepRapFirmware corrects nothing else: what
+    /// is left is printed, and more than the tolerance is refused.
     #[command(
         name = "reprapfirmware",
-        after_help = "Example:\n  trueaxis export reprapfirmware machine.trax -o skew.g --best-effort"
+        after_help = "Example:\n  trueaxis export reprapfirmware machine.trax -o skew.g --height-map heightmap.csv --best-effort"
     )]
-    RepRapFirmware(skew::Arguments),
+    RepRapFirmware(skew::WithMap),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Cec(arguments) => cec::run(arguments),
-        What::Klipper(arguments) => skew::run(Firmware::Klipper, arguments),
+        What::Fanuc(arguments) => fanuc::run(arguments),
+        What::Heidenhain(arguments) => rigid_body::heidenhain(arguments),
+        What::Isg(arguments) => rigid_body::isg(arguments),
+        What::LinuxCnc(arguments) => linuxcnc::run(arguments),
+        What::Klipper(arguments) => skew::with_map(Firmware::Klipper, arguments),
+        What::KlipperTwist(arguments) => twist::run(arguments),
         What::Marlin(arguments) => skew::run(Firmware::Marlin, arguments),
-        What::RepRapFirmware(arguments) => skew::run(Firmware::RepRapFirmware, arguments),
+        What::RepRapFirmware(arguments) => skew::with_map(Firmware::RepRapFirmware, arguments),
     }
 }

@@ -1,12 +1,15 @@
 //! `trueaxis import …`
 
 mod cec;
+mod height_map;
+mod isg;
+mod twist;
 
 use super::Outcome;
 use super::bad_input::BadInput;
 use clap::{Args, Subcommand};
 
-/// Read the tables of another controller as a compensation
+/// Read what another controller compensates or has measured
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -16,10 +19,33 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Cec(cec::Arguments),
+    Isg(isg::Arguments),
+    /// Read a stored profile of Klipper's bed_mesh as observations
+    ///
+    /// Each point becomes a displacement along Z for `identify --observations`: if the surface is flat, the machine
+    /// causes its heights.
+    #[command(
+        after_help = "Example:\n  trueaxis import klipper printer.cfg --machine machine.toml -o bed.csv"
+    )]
+    Klipper(height_map::OfProfile),
+    KlipperTwist(twist::Arguments),
+    /// Read a height map of RepRapFirmware (heightmap.csv) as observations
+    ///
+    /// Each point that was probed becomes a displacement along Z for `identify --observations`: if the surface is flat, the
+    /// machine causes its heights.
+    #[command(
+        name = "reprapfirmware",
+        after_help = "Example:\n  trueaxis import reprapfirmware heightmap.csv --machine machine.toml -o bed.csv"
+    )]
+    RepRapFirmware(height_map::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Cec(arguments) => cec::run(arguments),
+        What::Isg(arguments) => isg::run(arguments),
+        What::Klipper(arguments) => height_map::klipper(arguments),
+        What::KlipperTwist(arguments) => twist::run(arguments),
+        What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
     }
 }

@@ -2,7 +2,7 @@
 
 mod calibrate;
 mod check;
-mod configuration;
+pub mod configuration;
 mod model;
 mod probe;
 mod setup;

@@ -59,3 +59,14 @@ pub fn three(values: &[f64], option: &str, unit: &str) -> Result<[f64; 3], super
         )),
     }
 }
+
+/// Two numbers.
+pub fn two(values: &[f64], option: &str, unit: &str) -> Result<[f64; 2], super::BadInput> {
+    match *values {
+        [x, y] => Ok([x, y]),
+        _ => Err(super::BadInput::new(
+            format!("{option} takes two numbers"),
+            format!("write {option} 0,25 in {unit}"),
+        )),
+    }
+}

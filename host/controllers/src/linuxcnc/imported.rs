@@ -4,6 +4,7 @@
 //! outside, or half of the backlash after positive travel and minus half of it after negative travel. A file replaces
 //! the backlash. The error of the axis is −c, or c if a positive command moves the carriage the negative way.
 
+use super::comp_file::{self, Row, Type};
 use super::configuration::{Configuration, Joint, Open};
 use crate::formats::ini::{Entry, FileLocation};
 use std::fmt::Write;
@@ -14,7 +15,7 @@ use trueaxis_model::source::FileError;
 #[derive(Clone, Debug, PartialEq)]
 enum Corrections {
     /// Position, correction after positive travel, correction after negative travel.
-    Table(Vec<[f64; 3]>),
+    Table(Vec<Row>),
     /// Twice the correction after positive travel.
     Backlash(f64),
 }
@@ -72,17 +73,17 @@ fn value(entry: &Entry) -> Result<f64, FileError> {
     })
 }
 
-/// Rows of a file: positions that are reached (type 0) or corrections (type 1) after positive and negative travel.
+/// Rows of a file.
 fn table(
     configuration: &Configuration,
     joint: Joint,
     file: &Entry,
     open: &Open<'_>,
-) -> Result<Vec<[f64; 3]>, FileError> {
+) -> Result<Vec<Row>, FileError> {
     let kind = configuration.of_joint(joint.number, "COMP_FILE_TYPE");
-    let reached = match kind.map_or("0", |entry| entry.value.as_str()) {
-        "0" => true,
-        "1" => false,
+    let kind = match kind.map_or("0", |entry| entry.value.as_str()) {
+        "0" => Type::Positions,
+        "1" => Type::Corrections,
         other => {
             let place = kind.map_or(&file.place, |entry| &entry.place);
             let message = format!("COMP_FILE_TYPE is `{other}`");
@@ -94,40 +95,13 @@ fn table(
         file.place
             .error(message, "here", "name a file in the folder of the INI file")
     })?;
-    let source = Rc::new(source);
-    let mut rows: Vec<[f64; 3]> = Vec::new();
-    let mut start = 0;
-    let text = source.text.trim_end();
-    for line in text.split_inclusive('\n') {
-        let span = start..start + line.trim_end().len();
-        start += line.len();
-        let bad = |message: &str, remedy: &str| {
-            let place = FileLocation {
-                source: Rc::clone(&source),
-                span: span.clone(),
-            };
-            Err(place.error(message, "here", remedy))
+    let rows = comp_file::read(&source.text, kind).map_err(|bad| {
+        let place = FileLocation {
+            source: Rc::new(source),
+            span: bad.span,
         };
-        let mut words = line.split_whitespace().map(|word| word.parse::<f64>());
-        let (Some(Ok(p)), Some(Ok(forward)), Some(Ok(reverse))) =
-            (words.next(), words.next(), words.next())
-        else {
-            return bad(
-                "not three numbers: LinuxCNC reads no further",
-                "write position, and value after positive and after negative travel; no comments",
-            );
-        };
-        if ![p, forward, reverse].iter().all(|v| v.is_finite()) {
-            return bad("a number that is not finite", "write a finite one");
-        }
-        if rows.last().is_some_and(|last| last[0] >= p) {
-            return bad("positions must increase", "sort the lines by position");
-        }
-        rows.push(match reached {
-            true => [p, p - forward, p - reverse],
-            false => [p, forward, reverse],
-        });
-    }
+        place.error(bad.message, "here", bad.remedy)
+    })?;
     match rows.is_empty() {
         false => Ok(rows),
         true => {
@@ -224,7 +198,7 @@ pub(super) fn errors(
 }
 
 /// The values of a table: positions times `unit`, corrections times `scale`.
-fn tabulated(import: &Import, rows: &[[f64; 3]], scale: f64, unit: f64) -> String {
+fn tabulated(import: &Import, rows: &[Row], scale: f64, unit: f64) -> String {
     let mut rows = rows.to_vec();
     // One line is a constant; a table has two positions.
     if let [[p, forward, reverse]] = rows[..] {

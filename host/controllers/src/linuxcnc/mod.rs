@@ -1,6 +1,7 @@
 //! LinuxCNC: its configuration, whether a compensation fits it, and how to install one.
 
 mod check;
+pub mod comp_file;
 mod configuration;
 mod imported;
 mod install;

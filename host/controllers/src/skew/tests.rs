@@ -69,7 +69,8 @@ fn a_corrected_machine_keeps_the_distances_between_points() {
         let runtime = Runtime::load(&built.blob).unwrap();
         let kinematics = Kinematics::new(&machine, &errors);
         for firmware in ALL {
-            let (text, found) = skew(&runtime, firmware, 500, 1).unwrap();
+            let (written, found) = skew(&runtime, firmware, None, 500, 1).unwrap();
+            let text = written.lines;
             for axis in found.axes {
                 // Tables within 0.05 µm, and the tip's own rotation over 1 m with squares of 0.1 mrad: 0.01 µm.
                 assert!(axis.left_um < 0.1, "{firmware:?}: {found:?}");
@@ -93,6 +94,75 @@ fn a_corrected_machine_keeps_the_distances_between_points() {
             }
         }
     }
+}
+
+/// With a map, a bent bridge is no obstacle: the firmware adds the height at the skewed position.
+#[test]
+fn with_a_height_map_a_bent_bridge_keeps_the_distances_between_points() {
+    let machine = Machine::from_toml(MACHINES[0]).unwrap();
+    let parameters = "EC0X = 310e-6\nEA0Z = -180e-6\nEB0Z = 240e-6\nEZX2 = 4e-7\nEZY1 = 5e-5\n";
+    let errors = ErrorModel::from_toml(&file(&machine, parameters), &machine).unwrap();
+    let options = Options {
+        random: 100,
+        ..Options::default()
+    };
+    let built = build(&machine, &errors, &options, &()).unwrap();
+    let runtime = Runtime::load(&built.blob).unwrap();
+    let kinematics = Kinematics::new(&machine, &errors);
+    let [ix, iy, iz] = ['X', 'Y', 'Z'].map(|letter| machine.index(letter).unwrap());
+    for firmware in [Firmware::Klipper, Firmware::RepRapFirmware] {
+        let (written, found) = skew(&runtime, firmware, Some([21, 21]), 2000, 1).unwrap();
+        let without = skew(&runtime, firmware, None, 2000, 1).unwrap().1;
+        let map = written.map.unwrap();
+        // Cells of 40 mm on a curvature of 8e-7 per mm: 0.16 µm in the middle; RepRapFirmware's steps: 0.05 µm.
+        assert!(found.axes[2].left_um < 0.3, "{found:?}");
+        assert!(without.axes[2].left_um > 30.0, "{without:?}");
+        let tip = |p: [f64; 3]| {
+            let skewed = by_firmware(firmware, &written.lines, p);
+            let height = match firmware {
+                Firmware::Klipper => {
+                    crate::klipper::bed_mesh::by_klipper(&map, [skewed[0], skewed[1]])
+                }
+                _ => crate::reprapfirmware::by_firmware(&map, [skewed[0], skewed[1]]),
+            };
+            let mut q = PerAxis::default();
+            [q[ix], q[iy], q[iz]] = [skewed[0], skewed[1], skewed[2] + height];
+            kinematics
+                .actual(&q, &Situation::default(), &Switches::ALL)
+                .t
+        };
+        let at = |k: usize| {
+            let step = |axis: usize, k: usize, of: f64| {
+                let [low, high] = machine.axes[axis].travel;
+                low + (high - low) * k as f64 / of
+            };
+            [
+                step(ix, k % 4, 3.0),
+                step(iy, k / 4 % 4, 3.0),
+                step(iz, k / 16, 1.0),
+            ]
+        };
+        for (i, j) in (0..32).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let nominal = Vector3::from(at(i)) - Vector3::from(at(j));
+            let off = (nominal.norm() - (tip(at(i)) - tip(at(j))).norm()).abs() * 1e3;
+            // Two heights as above, and squares of 0.3 mrad over 1.4 m: 0.06 µm.
+            assert!(off < 0.5, "{firmware:?}: {off} µm");
+        }
+    }
+}
+
+#[test]
+fn a_map_that_the_firmware_cannot_hold_is_refused() {
+    let nodes = [Nodes::over([0.0, 800.0], 30), Nodes::over([0.0, 90.0], 20)];
+    let map = HeightMap::new(Grid::of(&nodes, |_| [0.0]));
+    assert!(matches!(
+        Firmware::RepRapFirmware.height_map(&map),
+        Err(SkewError::Map(_))
+    ));
+    assert!(matches!(
+        Firmware::Marlin.height_map(&map),
+        Err(SkewError::Map(_))
+    ));
 }
 
 fn file(machine: &Machine, parameters: &str) -> String {

@@ -14,6 +14,7 @@ use super::radii;
 use super::runs::sense;
 use super::{axis, is_in_travel};
 use crate::instrument::{Commanded, Given, Kind, turned};
+pub use converted::of_surface;
 use heading::Heading;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;

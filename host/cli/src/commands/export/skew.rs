@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::skew::{Firmware, Found, skew};
+use trueaxis_controllers::skew::{Firmware, Found, SkewError, skew};
 use trueaxis_tables::validate::Runtime;
 
 #[derive(Args)]
@@ -33,9 +33,37 @@ pub struct Arguments {
     json: bool,
 }
 
+/// With a height map.
+#[derive(Args)]
+pub struct WithMap {
+    #[command(flatten)]
+    lines: Arguments,
+    /// Also write the correction of Z over X and Y as a height map
+    #[arg(long, value_name = "FILE")]
+    height_map: Option<PathBuf>,
+    /// Points of the map along X and Y
+    #[arg(long, value_name = "N,N", default_value = "21,21", value_parser = points)]
+    points: [usize; 2],
+}
+
+/// Reads numbers of points.
+fn points(text: &str) -> Result<[usize; 2], String> {
+    let counts = text
+        .split_once(',')
+        .map(|(x, y)| [x, y].map(|n| n.trim().parse().ok()));
+    match counts {
+        Some([Some(x), Some(y)]) if (2..=1000).contains(&x) && (2..=1000).contains(&y) => {
+            Ok([x, y])
+        }
+        _ => Err("write two whole numbers from 2 to 1000, like 21,21".to_owned()),
+    }
+}
+
 #[derive(Serialize)]
 struct Answer<'a> {
     file: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height_map: Option<&'a Path>,
     firmware: Firmware,
     written: bool,
     meets_tolerance: bool,
@@ -44,7 +72,24 @@ struct Answer<'a> {
     found: &'a Found,
 }
 
+pub fn with_map(firmware: Firmware, arguments: &WithMap) -> Result<Outcome, BadInput> {
+    let map = arguments.height_map.as_deref();
+    write(
+        firmware,
+        &arguments.lines,
+        map.map(|path| (path, arguments.points)),
+    )
+}
+
 pub fn run(firmware: Firmware, arguments: &Arguments) -> Result<Outcome, BadInput> {
+    write(firmware, arguments, None)
+}
+
+fn write(
+    firmware: Firmware,
+    arguments: &Arguments,
+    map: Option<(&Path, [usize; 2])>,
+) -> Result<Outcome, BadInput> {
     let Arguments {
         blob: path,
         output,
@@ -55,11 +100,16 @@ pub fn run(firmware: Firmware, arguments: &Arguments) -> Result<Outcome, BadInpu
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let Random { random, seed } = arguments.random;
-    let (text, found) = skew(&runtime, firmware, random as usize, seed).map_err(|error| {
-        BadInput::new(
-            format!("{}: {error}", path.display()),
-            "compile a machine with three linear axes for it; `trueaxis gcode` corrects programs for any controller",
-        )
+    if let Some((to, _)) = map {
+        files::prepare(to, &[path])?;
+    }
+    let points = map.map(|(_, points)| points);
+    let (text, found) = skew(&runtime, firmware, points, random as usize, seed).map_err(|error| {
+        let remedy = match error {
+            SkewError::Map(_) => "give fewer --points, or look at the values with `trueaxis inspect`",
+            _ => "compile a machine with three linear axes for it; `trueaxis gcode` corrects programs for any controller",
+        };
+        BadInput::new(format!("{}: {error}", path.display()), remedy)
     })?;
     let left = |axis: &trueaxis_controllers::skew::Left| match arguments.steps_changed {
         true => axis.left_with_steps_um,
@@ -68,11 +118,15 @@ pub fn run(firmware: Firmware, arguments: &Arguments) -> Result<Outcome, BadInpu
     let meets = found.axes.iter().all(|axis| left(axis) <= *tolerance);
     let written = meets || arguments.best_effort;
     if written {
-        files::write(output, text.as_bytes())?;
+        files::write(output, text.lines.as_bytes())?;
+        if let (Some((to, _)), Some(heights)) = (map, &text.map) {
+            files::write(to, heights.as_bytes())?;
+        }
     }
     if arguments.json {
         files::print_json(&Answer {
             file: output,
+            height_map: map.map(|(to, _)| to),
             firmware,
             written,
             meets_tolerance: meets,
@@ -80,14 +134,18 @@ pub fn run(firmware: Firmware, arguments: &Arguments) -> Result<Outcome, BadInpu
             found: &found,
         })?;
     } else {
-        files::print(&screen(&text, &found))?;
+        files::print(&screen(&text.lines, &found))?;
     }
     if !meets {
         eprintln!(
-            "more than {tolerance} µm is left{}: these lines correct squareness only",
+            "more than {tolerance} µm is left{}: {}",
             match written {
                 true => "",
                 false => ", and nothing is written (--best-effort would)",
+            },
+            match map {
+                None => "these lines correct squareness only",
+                Some(_) => "these lines correct squareness, and the map Z over X and Y, only",
             }
         );
         return Ok(Outcome::CheckFailed);

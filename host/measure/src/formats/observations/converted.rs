@@ -7,7 +7,7 @@ use crate::formats::runs;
 use crate::instrument::{Given, Kind};
 use nalgebra::{Matrix3, Vector3};
 use trueaxis_model::errors::ErrorModel;
-use trueaxis_model::explain::Bench;
+use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::formats::csv;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
@@ -117,6 +117,26 @@ fn take(
         }
     }
     Ok(())
+}
+
+/// Heights at which a tool touches a flat surface, each with its position (mm, deg), in the direction of a linear axis (by
+/// index): one set-up that reads displacements, whose zero and tilt are unknown. The tool has then gone farther than
+/// commanded by minus the height.
+#[must_use]
+pub fn of_surface(name: &str, axis: usize, touches: &[(PerAxis, f64)]) -> Observations {
+    let tool = ToolPoint {
+        name: name.to_owned(),
+        place: None,
+        known: Known::Exactly,
+    };
+    let mut all = setup(name, Kind::Displacement, Given::default(), tool);
+    all.rows = (touches.iter().enumerate())
+        .map(|(k, (position, height))| Observation {
+            reads: Some((Sense::In(axis), 1.0)),
+            ..row(*position, PerAxis::default(), -height, k + 2)
+        })
+        .collect();
+    all
 }
 
 fn row(position: PerAxis, direction: PerAxis, value: f64, line: usize) -> Observation {

@@ -1,0 +1,113 @@
+//! `trueaxis export klipper-twist`
+
+use crate::commands::files::MachineFiles;
+use crate::commands::number::{finite, positive, two};
+use crate::commands::{Outcome, bad_input::BadInput, files};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::klipper::twist::{self, Probe};
+
+/// Write what a probe beside the nozzle reads wrong because axes twist (Klipper's axis_twist_compensation)
+///
+/// Klipper adds it to readings of the probe, not to motions. What is left over the travel is printed, and more than the
+/// tolerance is refused.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis export klipper-twist machine.toml errors.toml --probe 0,25 -o twist.cfg"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// x_offset and y_offset of [probe]
+    #[arg(long, value_name = "X,Y", required = true, value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    probe: Vec<f64>,
+    /// Position of Z at which it touches the bed
+    #[arg(long, value_name = "mm", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    bed: f64,
+    /// Points of each table
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u16).range(2..=100))]
+    points: u16,
+    /// Where to write the section
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Largest permitted error of a reading
+    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
+    tolerance: f64,
+    /// Write the section even if more is left than the tolerance
+    #[arg(long)]
+    best_effort: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    written: bool,
+    meets_tolerance: bool,
+    tolerance_um: f64,
+    /// Largest error of a reading, but for a constant.
+    largest_um: f64,
+    /// What the tables leave.
+    left_um: f64,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        output, tolerance, ..
+    } = arguments;
+    let (machine, errors) = arguments.files.read()?;
+    files::prepare(output, &[&arguments.files.machine, &arguments.files.errors])?;
+    let bad = |error: twist::TwistError| {
+        BadInput::new(
+            format!("{}: {error}", arguments.files.machine.display()),
+            "give --probe x_offset and y_offset of [probe], and the machine file of a printer with X, Y and Z",
+        )
+    };
+    let offset = two(&arguments.probe, "--probe", "mm")?;
+    let probe = Probe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
+    let tables = probe.tables(arguments.points.into()).map_err(bad)?;
+    let text = twist::print(&tables);
+    let fault = |message: String| {
+        BadInput::new(
+            message,
+            "this is a fault of trueaxis: please report it with the files",
+        )
+    };
+    let again = twist::read(&text).map_err(|error| fault(error.message))?;
+    let [Some(x), Some(y)] = again else {
+        return Err(fault("a table is not read again".to_owned()));
+    };
+    let [largest_um, left_um] = probe.left(&[x, y]).map_err(bad)?;
+    let meets = left_um <= *tolerance;
+    let written = meets || arguments.best_effort;
+    if written {
+        files::write(output, text.as_bytes())?;
+    }
+    match arguments.json {
+        true => files::print_json(&Answer {
+            file: output,
+            written,
+            meets_tolerance: meets,
+            tolerance_um: *tolerance,
+            largest_um,
+            left_um,
+        })?,
+        false => files::print(&format!(
+            "{text}\nreadings of the probe are wrong by up to ±{largest_um:.2} µm, with these tables by ±{left_um:.2} µm\n"
+        ))?,
+    }
+    if meets {
+        return Ok(Outcome::Done);
+    }
+    eprintln!(
+        "more than {tolerance} µm is left{}: the tables add a value over X and one over Y",
+        match written {
+            true => "",
+            false => ", and nothing is written (--best-effort would)",
+        }
+    );
+    Ok(Outcome::CheckFailed)
+}

@@ -1,0 +1,126 @@
+//! `trueaxis import klipper` and `reprapfirmware`
+
+use crate::commands::files::Text;
+use crate::commands::position_argument::position;
+use crate::commands::{Outcome, bad_input::BadInput, files};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::height_map::HeightMap;
+use trueaxis_controllers::klipper::bed_mesh;
+use trueaxis_controllers::reprapfirmware;
+use trueaxis_measure::formats::observations;
+use trueaxis_model::machine::{MAX_AXES, Machine};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The file of the firmware
+    #[arg(value_name = "FILE")]
+    map: PathBuf,
+    /// Machine description
+    #[arg(long, value_name = "machine.toml")]
+    machine: PathBuf,
+    /// Where to write the observations
+    #[arg(short, long, value_name = "OBSERVATIONS.csv")]
+    output: PathBuf,
+    /// Where the machine file has the position that the firmware counts as zero, of Z and any other axis
+    #[arg(long, value_name = "Z=0,…")]
+    zero: Option<String>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// With the name of a profile.
+#[derive(Args)]
+pub struct OfProfile {
+    #[command(flatten)]
+    map: Arguments,
+    /// Name of the profile, if there are several
+    #[arg(long, value_name = "NAME")]
+    profile: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    points: usize,
+    /// Lowest and highest value (mm).
+    lowest_mm: f64,
+    highest_mm: f64,
+}
+
+pub fn klipper(arguments: &OfProfile) -> Result<Outcome, BadInput> {
+    let text = Text::read(&arguments.map.map)?;
+    let map = bed_mesh::read(&text.text, arguments.profile.as_deref());
+    run(&arguments.map, &map.map_err(|error| text.bad(error))?)
+}
+
+pub fn reprapfirmware(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let text = Text::read(&arguments.map)?;
+    let map = reprapfirmware::read(&text.text);
+    run(arguments, &map.map_err(|error| text.bad(error))?)
+}
+
+fn run(arguments: &Arguments, map: &HeightMap) -> Result<Outcome, BadInput> {
+    let Arguments { output, .. } = arguments;
+    files::prepare(output, &[&arguments.map, &arguments.machine])?;
+    let machine = files::read_machine(&arguments.machine)?;
+    let index = |letter: char| {
+        machine.index(letter).ok_or_else(|| {
+            BadInput::new(
+                format!(
+                    "{}: the map is over {} and {}, and the machine has no axis {letter}",
+                    arguments.map.display(),
+                    map.axes[0],
+                    map.axes[1]
+                ),
+                "give the machine file of this printer",
+            )
+        })
+    };
+    let [x, y, z] = [index(map.axes[0])?, index(map.axes[1])?, index('Z')?];
+    let zero = zero(arguments, &machine)?;
+    let touches: Vec<_> = (map.touches().into_iter())
+        .map(|touch| {
+            let mut at = zero;
+            for (axis, value) in [x, y, z].into_iter().zip(touch) {
+                at[axis] += value;
+            }
+            (at, touch[2])
+        })
+        .collect();
+    let heights = || touches.iter().map(|(_, height)| *height);
+    let name = output.file_stem().unwrap_or_default().to_string_lossy();
+    let found = observations::of_surface(&name, z, &touches);
+    files::write(output, observations::write(&found, &machine).as_bytes())?;
+    let answer = Answer {
+        file: output,
+        points: touches.len(),
+        lowest_mm: heights().fold(f64::INFINITY, f64::min),
+        highest_mm: heights().fold(f64::NEG_INFINITY, f64::max),
+    };
+    match arguments.json {
+        true => files::print_json(&answer)?,
+        false => files::print(&format!(
+            "{}: {} displacements, heights from {:.3} to {:.3} mm\n\
+             the surface counts as flat: what is left of it after its tilt becomes an error of the machine\n",
+            output.display(),
+            answer.points,
+            answer.lowest_mm,
+            answer.highest_mm
+        ))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// Where the machine file has the zero of the firmware.
+fn zero(arguments: &Arguments, machine: &Machine) -> Result<[f64; MAX_AXES], BadInput> {
+    let mut zero = [0.0; MAX_AXES];
+    if let Some(text) = &arguments.zero {
+        for (axis, value) in zero.iter_mut().zip(position("--zero", text, machine)?) {
+            *axis = value;
+        }
+    }
+    Ok(zero)
+}

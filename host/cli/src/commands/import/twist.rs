@@ -1,0 +1,59 @@
+//! `trueaxis import klipper-twist`
+
+use crate::commands::files::Text;
+use crate::commands::number::{finite, two};
+use crate::commands::{Outcome, bad_input::BadInput, files};
+use clap::Args;
+use std::path::PathBuf;
+use trueaxis_controllers::klipper::twist::{self, Probe};
+use trueaxis_model::errors::ErrorModel;
+
+/// Read the twist that Klipper has measured (axis_twist_compensation) as roll of X and Y
+///
+/// A probe beside the nozzle goes up and down as the axis rolls. The table becomes EAX or EBY as measured motions, relative
+/// to their mean; straightness and pitch count as none.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis import klipper-twist printer.cfg --machine machine.toml --probe 0,25 -o errors.toml"
+)]
+pub struct Arguments {
+    /// printer.cfg, or a file with its section [axis_twist_compensation]
+    #[arg(value_name = "FILE")]
+    table: PathBuf,
+    /// Machine description
+    #[arg(long, value_name = "machine.toml")]
+    machine: PathBuf,
+    /// x_offset and y_offset of [probe]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    probe: Vec<f64>,
+    /// Where to write the errors
+    #[arg(short, long, value_name = "ERRORS.toml")]
+    output: PathBuf,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { table, output, .. } = arguments;
+    files::prepare(output, &[table, &arguments.machine])?;
+    let machine = files::read_machine(&arguments.machine)?;
+    let text = Text::read(table)?;
+    let tables = twist::read(&text.text).map_err(|error| text.bad(error))?;
+    let perfect = ErrorModel::perfect(&machine);
+    let offset = two(&arguments.probe, "--probe", "mm")?;
+    let found = Probe::new(&machine, &perfect, offset, 0.0)
+        .and_then(|probe| twist::errors(&probe, &tables));
+    let found = found.map_err(|error| {
+        BadInput::new(
+            format!("{}: {error}", text.name),
+            "give --probe x_offset and y_offset of [probe], and the machine file of this printer",
+        )
+    })?;
+    files::write(output, found.as_bytes())?;
+    let motions = ["EAX", "EBY"].into_iter();
+    let motions: Vec<&str> = motions.filter(|name| found.contains(name)).collect();
+    let motions = match motions[..] {
+        [] => "the tables are zero".to_owned(),
+        _ => motions.join(", "),
+    };
+    files::print(&format!("{}: {motions}\n", output.display()))?;
+    Ok(Outcome::Done)
+}

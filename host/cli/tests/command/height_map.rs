@@ -1,0 +1,172 @@
+//! Height maps and twist of printers, written and read.
+
+use crate::program::{Folder, answer, example, refused};
+
+const ERRORS: &str = "machine = \"Router\"\n[parameters]\nEZX2 = 4e-7\nEZY2 = -1e-7\n";
+
+/// The map of a compensation is what a probe would find on a flat bed, so that `identify` finds the errors again.
+#[test]
+fn a_map_that_was_exported_is_identified_as_the_errors_that_it_corrects() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let (errors, trax) = (folder.file("errors.toml", ERRORS), folder.at("router.trax"));
+    answer(
+        0,
+        &["compile", &machine, &errors, "-o", &trax, "--random", "500"],
+    );
+    for (firmware, name) in [("klipper", "mesh.cfg"), ("reprapfirmware", "heightmap.csv")] {
+        let (lines, map) = (folder.at("lines"), folder.at(name));
+        let said = answer(
+            0,
+            &[
+                "export",
+                firmware,
+                &trax,
+                "-o",
+                &lines,
+                "--height-map",
+                &map,
+                "--random",
+                "2000",
+            ],
+        );
+        assert!(said.contains("Z "), "{said}");
+        let bed = folder.at("bed.csv");
+        let said = answer(
+            0,
+            &[
+                "import",
+                firmware,
+                &map,
+                "--machine",
+                &machine,
+                "-o",
+                &bed,
+                "--zero",
+                "Z=-100",
+            ],
+        );
+        assert!(said.contains("441 displacements"), "{said}");
+        let found = folder.at("found.toml");
+        answer(
+            0,
+            &[
+                "identify",
+                &machine,
+                "--observations",
+                &bed,
+                "--model",
+                "EZX2,EZY2",
+                "-o",
+                &found,
+            ],
+        );
+        let found = std::fs::read_to_string(&found).unwrap();
+        let value = |name: &str| -> f64 {
+            let mut lines = found.lines().filter_map(|line| line.split_once(" = "));
+            let value = lines.find(|(key, _)| *key == name).unwrap().1;
+            value.split_whitespace().next().unwrap().parse().unwrap()
+        };
+        // Rounding to 0.1 µm and tables within 0.05 µm, over heights of 64 µm.
+        assert!((value("EZX2") - 4e-7).abs() < 1e-9, "{found}");
+        assert!((value("EZY2") + 1e-7).abs() < 1e-9, "{found}");
+    }
+}
+
+#[test]
+fn twist_is_written_and_read_again() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let text = "machine = \"Router\"\n[tabulated.EAX]\nat = [0.0, 400.0, 800.0]\nvalue = [-100.0, 0.0, 100.0]\nunit = \"urad\"\n";
+    let (errors, to) = (folder.file("errors.toml", text), folder.at("twist.cfg"));
+    let said = answer(
+        0,
+        &[
+            "export",
+            "klipper-twist",
+            &machine,
+            &errors,
+            "--probe",
+            "0,30",
+            "-o",
+            &to,
+            "--points",
+            "3",
+        ],
+    );
+    assert!(
+        said.contains("wrong by up to ±3.00 µm, with these tables by ±0.0"),
+        "{said}"
+    );
+    let again = folder.at("again.toml");
+    let said = answer(
+        0,
+        &[
+            "import",
+            "klipper-twist",
+            &to,
+            "--machine",
+            &machine,
+            "--probe",
+            "0,30",
+            "-o",
+            &again,
+        ],
+    );
+    assert!(said.contains("EAX"), "{said}");
+    refused(
+        &[
+            "import",
+            "klipper-twist",
+            &to,
+            "--machine",
+            &machine,
+            "--probe",
+            "0",
+            "-o",
+            &again,
+        ],
+        &["--probe takes two numbers"],
+    );
+    refused(
+        &[
+            "import",
+            "klipper-twist",
+            &to,
+            "--machine",
+            &machine,
+            "--probe",
+            "30,0",
+            "-o",
+            &again,
+        ],
+        &["does not move a probe"],
+    );
+}
+
+#[test]
+fn a_map_that_is_not_one_is_refused_with_its_line() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let map = folder.file(
+        "heightmap.csv",
+        "RepRapFirmware height map file v2\nxmin,nothing\n",
+    );
+    let to = folder.at("bed.csv");
+    refused(
+        &[
+            "import",
+            "reprapfirmware",
+            &map,
+            "--machine",
+            &machine,
+            "-o",
+            &to,
+        ],
+        &["heightmap.csv, line 2", "does not know these parameters"],
+    );
+    refused(
+        &["import", "klipper", &map, "--machine", &machine, "-o", &to],
+        &["no stored profile", "BED_MESH_PROFILE SAVE"],
+    );
+}

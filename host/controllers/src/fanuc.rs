@@ -1,0 +1,274 @@
+//! Three-dimensional error compensation of a Fanuc Series 30i: a grid over three linear axes.
+//!
+//! Between the eight points around a position, the control interpolates in each of the three axes (Fanuc A-79351E); a
+//! value is a whole number times the magnification of its axis times the detection unit. A control holds 25 points along
+//! an axis, 15 625 in all (the source document, section 4.3). Values from −128 to 127 and the order of the points, the first
+//! axis fastest, are from practice; how a control reads them from a file is not public. So the values are written as a list,
+//! with the parameters in words above it. No control has run it.
+
+use crate::difference::{Difference, differences};
+use crate::positions::{random_of, travel};
+use crate::sampled::{Grid, Nodes, Rest, without_direction};
+use crate::text_lines::{Line, lines};
+use std::fmt::Write;
+use trueaxis::Axis;
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::source::FileError;
+use trueaxis_tables::validate::{Command, Runtime};
+
+/// Largest number of points along an axis.
+pub const MOST_ALONG: usize = 25;
+/// Range of a value.
+const LEAST: f64 = -128.0;
+const MOST: f64 = 127.0;
+/// Largest magnification.
+const MOST_MAGNIFICATION: u32 = 100;
+
+/// How a grid is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Points along X, Y and Z.
+    pub points: [usize; 3],
+    /// Detection unit of the control (mm).
+    pub unit: f64,
+    /// Positions (mm, deg) at which further axes stay, by their letter.
+    pub at: Vec<(char, f64)>,
+    /// Random positions for the comparison, and their seed.
+    pub positions: usize,
+    /// See there.
+    pub seed: u64,
+}
+
+/// Why there is no grid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FanucError {
+    /// Axes.
+    #[error("the compensation is for the axes {0}, and the grid is over X, Y and Z")]
+    Axes(String),
+    /// An axis of `at` that is not another axis.
+    #[error("{0} is not an axis of the compensation besides X, Y and Z")]
+    At(char),
+    /// A value is too large.
+    #[error(
+        "a correction of {axis} of {value:.3} mm is more than 127 × {MOST_MAGNIFICATION} detection units"
+    )]
+    Large {
+        /// Its letter.
+        axis: char,
+        /// The correction.
+        value: f64,
+    },
+    /// What was written is not read.
+    #[error("what was written is not read: {}", .0.message)]
+    Read(FileError),
+}
+
+/// A grid as the control has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Points along each axis.
+    pub nodes: [Nodes; 3],
+    /// Magnification of each axis.
+    pub magnification: [u32; 3],
+    /// Detection unit (mm).
+    pub unit: f64,
+    /// Whole numbers of each point.
+    pub values: Vec<[i32; 3]>,
+}
+
+/// Makes a grid of a compensation, reads its text again, and compares both. Further axes stay where `at` says; otherwise
+/// the grid has the middle of what is needed over their travel.
+///
+/// # Errors
+/// [`FanucError`]
+pub fn export(
+    runtime: &Runtime<'_>,
+    options: &Options,
+) -> Result<(Table, String, Vec<Difference>), FanucError> {
+    let axes = runtime.compensation().axes();
+    let letters = || axes.iter().map(|axis| char::from(axis.name)).collect();
+    let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
+    let (Some(x), Some(y), Some(z)) = (index(b'X'), index(b'Y'), index(b'Z')) else {
+        return Err(FanucError::Axes(letters()));
+    };
+    let inputs = [x, y, z];
+    let mut held = Vec::new();
+    for (letter, position) in &options.at {
+        let axis = axes
+            .iter()
+            .position(|axis| char::from(axis.name) == *letter);
+        let axis = axis.filter(|axis| !inputs.contains(axis));
+        held.push((axis.ok_or(FanucError::At(*letter))?, *position as f32));
+    }
+    let hold = |command: &mut Command| {
+        for (axis, position) in &held {
+            command.axes[*axis] = *position;
+        }
+    };
+    let mut commands = random_of(runtime.compensation(), options.positions, options.seed);
+    commands.iter_mut().for_each(hold);
+    let rest = Rest::new(axes, &inputs, &commands);
+    let nodes: [Nodes; 3] =
+        std::array::from_fn(|k| Nodes::over(travel(&axes[inputs[k]]), options.points[k]));
+    let grid = Grid::of(&nodes, |position| {
+        let set = |command: &mut Command| {
+            *command = without_direction(command);
+            hold(command);
+            for (axis, p) in inputs.into_iter().zip(position) {
+                command.axes[axis] = *p as f32;
+            }
+        };
+        rest.middle(set, |command| {
+            let found = runtime.evaluate(command);
+            inputs.map(|axis| f64::from(found[axis]))
+        })
+    });
+    let table = rounded(&grid, nodes, options.unit, axes, inputs)?;
+    let text = print(&table);
+    let read = read(&text).map_err(FanucError::Read)?;
+    let again = read.grid();
+    let found = differences(runtime, &commands, |command| {
+        let position = inputs.map(|axis| f64::from(command.axes[axis]));
+        let mut correction = [0.0; MAX_AXES];
+        for (axis, value) in inputs.into_iter().zip(again.at(&position)) {
+            correction[axis] = value;
+        }
+        correction
+    });
+    Ok((read, text, found))
+}
+
+/// Whole numbers, with the smallest magnifications that hold them.
+fn rounded(
+    grid: &Grid<3>,
+    nodes: [Nodes; 3],
+    unit: f64,
+    axes: &[Axis],
+    inputs: [usize; 3],
+) -> Result<Table, FanucError> {
+    let mut magnification = [1; 3];
+    for (k, magnification) in magnification.iter_mut().enumerate() {
+        let largest = grid.values.iter().map(|v| v[k].abs()).fold(0.0, f64::max);
+        let needed = (largest / unit / MOST).ceil().max(1.0);
+        if needed > f64::from(MOST_MAGNIFICATION) {
+            return Err(FanucError::Large {
+                axis: char::from(axes[inputs[k]].name),
+                value: largest,
+            });
+        }
+        *magnification = needed as u32;
+    }
+    let whole = |value: &[f64; 3]| {
+        std::array::from_fn(|k| {
+            let step = unit * f64::from(magnification[k]);
+            (value[k] / step).round().clamp(LEAST, MOST) as i32
+        })
+    };
+    Ok(Table {
+        nodes,
+        magnification,
+        unit,
+        values: grid.values.iter().map(whole).collect(),
+    })
+}
+
+impl Table {
+    /// What the control interpolates (mm).
+    fn grid(&self) -> Grid<3> {
+        let step = self.magnification.map(|m| f64::from(m) * self.unit);
+        let values = self.values.iter();
+        Grid {
+            nodes: self.nodes.to_vec(),
+            values: values
+                .map(|v| std::array::from_fn(|k| f64::from(v[k]) * step[k]))
+                .collect(),
+        }
+    }
+}
+
+/// Words at the head, before the numbers of X, Y and Z.
+const HEAD: [&str; 4] = [
+    "number of points",
+    "first point (mm, machine coordinates)",
+    "interval (mm)",
+    "magnification",
+];
+
+fn print(table: &Table) -> String {
+    let mut text = format!(
+        "(trueaxis: three-dimensional error compensation, corrections)\n(detection unit (mm), {})\n",
+        table.unit
+    );
+    let nodes = table.nodes;
+    let rows = [
+        nodes.map(|n| n.count.to_string()),
+        nodes.map(|n| format!("{:.6}", n.start)),
+        nodes.map(|n| format!("{:.6}", n.step)),
+        table.magnification.map(|m| m.to_string()),
+    ];
+    for (words, row) in HEAD.iter().zip(rows) {
+        let _ = writeln!(text, "({words}, {})", row.join(", "));
+    }
+    text += "point,X,Y,Z\n";
+    for (number, [x, y, z]) in table.values.iter().enumerate() {
+        let _ = writeln!(text, "{},{x},{y},{z}", number + 1);
+    }
+    text
+}
+
+/// Reads what [`export`] writes.
+fn read(text: &str) -> Result<Table, FileError> {
+    let all = lines(text);
+    let short = || FileError::whole("the file ends too early", "give it whole");
+    let line = |number: usize| all.get(number).ok_or_else(short);
+    let numbers = |line: &Line<'_>, words: &str| {
+        let rest = line.text.strip_prefix(&format!("({words},"));
+        let rest = rest.and_then(|rest| rest.strip_suffix(')'));
+        let rest =
+            rest.ok_or_else(|| line.bad(format!("no {words}"), "give the file as it was written"))?;
+        rest.split(',')
+            .map(|word| line.number(word.trim()))
+            .collect::<Result<Vec<f64>, _>>()
+    };
+    let three = |number: usize| {
+        let line = line(2 + number)?;
+        let found = numbers(line, HEAD[number])?;
+        <[f64; 3]>::try_from(found)
+            .map_err(|_| line.bad("not three numbers", "give the file as it was written"))
+    };
+    let unit = numbers(line(1)?, "detection unit (mm)")?[0];
+    let (count, start, step, magnification) = (three(0)?, three(1)?, three(2)?, three(3)?);
+    let nodes: [Nodes; 3] = std::array::from_fn(|k| Nodes {
+        start: start[k],
+        step: step[k],
+        count: count[k] as usize,
+    });
+    let mut values = Vec::new();
+    for (number, line) in all.iter().skip(HEAD.len() + 3).enumerate() {
+        let row = line.numbers()?;
+        let is_next = row.len() == 4 && row[0] == (number + 1) as f64;
+        let fits = row
+            .iter()
+            .skip(1)
+            .all(|v| v.fract() == 0.0 && (LEAST..=MOST).contains(v));
+        if !is_next || !fits {
+            return Err(line.bad(
+                "not the next point with three whole numbers from -128 to 127",
+                "give the file as it was written",
+            ));
+        }
+        values.push([row[1] as i32, row[2] as i32, row[3] as i32]);
+    }
+    match values.len() == nodes.iter().map(|n| n.count).product::<usize>() {
+        true => Ok(Table {
+            nodes,
+            magnification: magnification.map(|m| m as u32),
+            unit,
+            values,
+        }),
+        false => Err(short()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

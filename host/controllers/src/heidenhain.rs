@@ -1,0 +1,175 @@
+//! KinematicsComp of a Heidenhain iTNC 530 HSCI: a table of the error motions of each axis (`.COM`).
+//!
+//! A line has a position of the axis (`AXISPOS`) and the errors there: by the recommendation of the technical manual, EXX to
+//! EZX in the columns C1 to C3 and EAX to ECX in C4 to C6, which entries of the kinematics description take in before the
+//! axis. Sources: technical manuals iTNC 530 HSCI (KinematicsComp) and MANUALplus 620 (`.COM` tables). They do not say in
+//! which unit an angle is entered, so that must be chosen, nor how a control combines the errors: a rigid body that moves
+//! back its tip is assumed. No control has run it.
+
+use crate::rigid_body::{Chain, Left, Motions, left};
+use crate::text_lines::lines;
+use std::fmt::Write;
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::source::FileError;
+use trueaxis_tables::validate::commands_in_travel;
+
+/// Unit of the columns C4 to C6.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Angles {
+    /// Degrees.
+    Deg,
+    /// Radians.
+    Rad,
+}
+
+impl Angles {
+    /// Size of a unit in rad.
+    fn size(self) -> f64 {
+        match self {
+            Self::Deg => 1_f64.to_radians(),
+            Self::Rad => 1.0,
+        }
+    }
+}
+
+/// A table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct File {
+    /// Letter of its axis.
+    pub axis: char,
+    /// Its text.
+    pub text: String,
+}
+
+/// The names of the columns.
+const COLUMNS: [&str; 8] = ["NR", "AXISPOS", "C1", "C2", "C3", "C4", "C5", "C6"];
+/// Width of a column.
+const WIDTH: usize = 14;
+
+/// Writes a table for each axis with `points` over its travel, reads them again, and drives the machine with what they
+/// correct, at `positions` random commands in both directions of travel.
+///
+/// # Errors
+/// [`FileError`] if what was written is not read.
+pub fn export(
+    machine: &Machine,
+    errors: &ErrorModel,
+    points: usize,
+    angles: Angles,
+    positions: usize,
+    seed: u64,
+) -> Result<(Vec<File>, Left), FileError> {
+    let chain = Chain::new(machine);
+    let motions = chain.motions(errors, points);
+    let files: Vec<File> = (machine.axes.iter().zip(&motions))
+        .map(|(axis, motions)| File {
+            axis: axis.letter.char(),
+            text: print(axis.letter.char(), motions, angles),
+        })
+        .collect();
+    let again = files.iter().map(|file| read(&file.text, angles));
+    let again: Vec<Motions> = again.collect::<Result<_, _>>()?;
+    let kinematics = Kinematics::new(machine, errors);
+    let commands = commands_in_travel(machine, errors, positions, seed);
+    let commands: Vec<(PerAxis, Situation)> = (commands.iter())
+        .map(|command| {
+            let sign = command.kinematic(machine).1.sign;
+            let situation = Situation {
+                sign,
+                ..Situation::default()
+            };
+            (
+                std::array::from_fn(|i| f64::from(command.axes[i])),
+                situation,
+            )
+        })
+        .collect();
+    let left = left(&kinematics, &commands, |command| {
+        chain.correction(&again, command)
+    });
+    Ok((files, left))
+}
+
+fn print(axis: char, motions: &Motions, angles: Angles) -> String {
+    let mut text = format!("BEGIN {axis}.COM MM\n");
+    let _ = writeln!(
+        text,
+        "{}",
+        COLUMNS
+            .map(|name| format!("{name:<WIDTH$}"))
+            .concat()
+            .trim_end()
+    );
+    for (number, (at, error)) in motions.at.iter().zip(&motions.errors).enumerate() {
+        let _ = write!(text, "{number:<WIDTH$}{:<WIDTH$}", format!("{at:+.6}"));
+        let mut row = String::new();
+        for (k, value) in error.iter().enumerate() {
+            let value = if k < 3 { *value } else { value / angles.size() };
+            // Nanometres; 1e-9 of a unit.
+            let value = (value * 1e9).round() / 1e9 + 0.0;
+            let _ = write!(row, "{:<WIDTH$}", format!("{value:+.9}"));
+        }
+        let _ = writeln!(text, "{}", row.trim_end());
+    }
+    text + "[END]\n"
+}
+
+/// Reads a table with the columns that are written here, in any order.
+///
+/// # Errors
+/// [`FileError`]
+fn read(text: &str, angles: Angles) -> Result<Motions, FileError> {
+    let all = lines(text);
+    let remedy = "give the table as it was written";
+    let short = || FileError::whole("the table ends too early", remedy);
+    let [first, head, rows @ .., end] = &all[..] else {
+        return Err(short());
+    };
+    if !first.text.starts_with("BEGIN ") || !first.text.ends_with(" MM") {
+        return Err(first.bad("the table does not begin with BEGIN NAME MM", remedy));
+    }
+    if end.text.trim() != "[END]" {
+        return Err(end.bad("the table does not end with [END]", remedy));
+    }
+    let names: Vec<&str> = head.text.split_whitespace().collect();
+    let column = |name: &str| {
+        let found = names.iter().position(|n| *n == name);
+        found.ok_or_else(|| head.bad(format!("there is no column {name}"), remedy))
+    };
+    let position = column("AXISPOS")?;
+    let errors: Vec<usize> = COLUMNS[2..]
+        .iter()
+        .map(|name| column(name))
+        .collect::<Result<_, _>>()?;
+    let mut motions = Motions::default();
+    for line in rows {
+        let words: Vec<&str> = line.text.split_whitespace().collect();
+        if words.len() != names.len() {
+            return Err(line.bad(
+                format!("{} values below {} names", words.len(), names.len()),
+                remedy,
+            ));
+        }
+        let at = line.number(words[position])?;
+        if motions.at.last().is_some_and(|last| *last >= at) {
+            return Err(line.bad("positions must increase", "sort the lines by position"));
+        }
+        let mut error = [0.0; 6];
+        for (k, (error, column)) in error.iter_mut().zip(&errors).enumerate() {
+            let size = if k < 3 { 1.0 } else { angles.size() };
+            *error = line.number(words[*column])? * size;
+        }
+        motions.at.push(at);
+        motions.errors.push(error);
+    }
+    match motions.at.is_empty() {
+        false => Ok(motions),
+        true => Err(short()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,187 @@
+//! Volumetric compensation of ISG and Beckhoff (TF5280): a table of the error motions of each axis.
+//!
+//! The control has a rigid-body model of ISO 230-1 errors and moves the tip back by its error; it does not correct the
+//! orientation. Its CSV has columns between spaces: arguments (positions of axes, mm and degrees) and parameters (mm and
+//! rad); `//` begins a comment, `#` a table of its own. Between rows it interpolates linearly. Sources: ISG and Beckhoff,
+//! *Volumetric compensation*, sections on file formats, units, parameters and configuration. Written here are error motions
+//! only, because what an axis location turns besides its axis differs between conventions: see [`rigid_body`].
+//!
+//! [`rigid_body`]: crate::rigid_body
+
+mod imported;
+mod parameters;
+
+use crate::rigid_body::{Chain, Left, Motions, left};
+use crate::text_lines::lines;
+pub use imported::imported;
+pub use parameters::{Parameters, Table};
+use std::fmt::Write;
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Branch, Machine, PerAxis};
+use trueaxis_model::source::FileError;
+use trueaxis_tables::validate::{Command, commands_in_travel};
+
+/// Errors of an axis in the order of its columns.
+const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+/// Decimals of values: nanometres, and 1 nm at 1 m.
+const DECIMALS: usize = 9;
+
+/// Why a machine has no such file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IsgError {
+    /// Axes that the control does not have.
+    #[error(
+        "the control compensates the axes X, Y, Z and up to three of A, B, C, and the machine has {0}"
+    )]
+    Axes(String),
+    /// What was written is not read.
+    #[error("what was written is not read: {}", .0.message)]
+    Read(FileError),
+}
+
+/// What is written, and what it leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The table of errors.
+    pub csv: String,
+    /// The lists of the configuration.
+    pub configuration: String,
+    /// Number of rows of all tables.
+    pub records: usize,
+    /// What is left on the machine.
+    pub left: Left,
+}
+
+/// Writes the errors of a machine with `points` over the travel of each axis, reads them again, and drives the machine with
+/// what the control makes of them, at `positions` random commands in both directions of travel.
+///
+/// # Errors
+/// [`IsgError`]
+pub fn export(
+    machine: &Machine,
+    errors: &ErrorModel,
+    points: usize,
+    positions: usize,
+    seed: u64,
+) -> Result<Written, IsgError> {
+    let letters: String = machine.axes.iter().map(|axis| axis.letter.char()).collect();
+    if letters.chars().any(|letter| !COMPONENTS.contains(&letter)) {
+        return Err(IsgError::Axes(letters));
+    }
+    let chain = Chain::new(machine);
+    let motions = chain.motions(errors, points);
+    let csv = print(&chain, &motions);
+    let read = Parameters::read_csv(&csv).map_err(IsgError::Read)?;
+    let again = read.motions(machine).map_err(IsgError::Read)?;
+    let kinematics = Kinematics::new(machine, errors);
+    let commands = commands_in_travel(machine, errors, positions, seed);
+    let commands: Vec<(PerAxis, Situation)> = (commands.iter())
+        .map(|command| in_degrees(machine, command))
+        .collect();
+    Ok(Written {
+        records: motions.iter().map(|m| m.at.len()).sum::<usize>() + 1,
+        configuration: configuration(machine, &motions),
+        left: left(&kinematics, &commands, |command| {
+            chain.correction(&again, command)
+        }),
+        csv,
+    })
+}
+
+/// A command in mm and degrees with its situation, at the machine's own tool and reference temperatures.
+fn in_degrees(machine: &Machine, command: &Command) -> (PerAxis, Situation) {
+    let (_, situation) = command.kinematic(machine);
+    let position = std::array::from_fn(|i| f64::from(command.axes[i]));
+    let situation = Situation {
+        length: None,
+        kelvin: Default::default(),
+        ..situation
+    };
+    (position, situation)
+}
+
+fn print(chain: &Chain<'_>, motions: &[Motions]) -> String {
+    let machine = chain.machine;
+    let mut text = format!(
+        "// trueaxis: {}\n// Zero position of the tool, and centres of rotation\n",
+        machine.name
+    );
+    let (mut names, mut values) = (Vec::new(), Vec::new());
+    let mut add = |prefix: &str, suffix: &str, vector: nalgebra::Vector3<f64>| {
+        for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+            names.push(match prefix {
+                "P0" | "N0" => format!("{prefix}{letter}"),
+                _ => format!("{prefix}{letter}{suffix}"),
+            });
+            values.push(number(vector[k]));
+        }
+    };
+    add("P0", "", chain.tip);
+    add("N0", "", chain.tool);
+    for (axis, placed) in machine.axes.iter().zip(&chain.axes) {
+        let letter = axis.letter.to_string();
+        if axis.letter.is_rotary() {
+            add("P", &letter, placed.point);
+        }
+        // An axis that is not along an axis of the foundation.
+        if placed.direction.abs().max() < 1.0 - 1e-9 {
+            add("V", &letter, placed.direction);
+        }
+    }
+    let _ = writeln!(text, "{}\n{}", names.join("\t"), values.join("\t"));
+    for (axis, motions) in machine.axes.iter().zip(motions) {
+        let letter = axis.letter;
+        let _ = write!(text, "#\n// Errors of {letter}\n{letter}");
+        for component in COMPONENTS {
+            let _ = write!(text, "\tE{component}{letter}");
+        }
+        text.push('\n');
+        for (at, error) in motions.at.iter().zip(&motions.errors) {
+            let row: Vec<String> = error.iter().map(|v| number(*v)).collect();
+            let _ = writeln!(text, "{at:.6}\t{}", row.join("\t"));
+        }
+    }
+    text
+}
+
+/// A number without −0.
+fn number(value: f64) -> String {
+    let scale = 10_f64.powi(DECIMALS as i32);
+    format!("{:.DECIMALS$}", (value * scale).round() / scale + 0.0)
+}
+
+/// Lines for the compensation list and the start-up list; what depends on the control is left to be filled in.
+fn configuration(machine: &Machine, motions: &[Motions]) -> String {
+    let mut text = "# Compensation list: logical axis numbers as on this control\n".to_owned();
+    for (number, axis) in machine.axes.iter().enumerate() {
+        let _ = writeln!(text, "{}\t{}\t# CHECK", axis.letter, number + 1);
+    }
+    let workpiece = machine
+        .axes
+        .iter()
+        .filter(|axis| axis.branch == Branch::Workpiece);
+    let topology = machine.topology();
+    let _ = write!(
+        text,
+        "# The order of the axes, from the workpiece to the tool, is {topology}\n\
+         chain\t# CHECK: as the list of parameters wants it\n\
+         # 0 if the control counts these axes as moving the tool\nworkpiece_axes\t{}\t# CHECK\n\
+         negate\t0\ninterpolation\tGRID\nfile[0]\terrors.csv\t# CHECK\nfile_format[0]\tISG_CSV\n\n\
+         # Start-up list (hochlauf.lis)\nvol_comp[0].max_records\t{}\n",
+        workpiece.count(),
+        motions.iter().map(|m| m.at.len()).sum::<usize>() + 1
+    );
+    text
+}
+
+/// True if a text is of the exchange format of Etalon, whose parameters stand in square brackets.
+#[must_use]
+pub fn is_etalon(text: &str) -> bool {
+    lines(text)
+        .iter()
+        .any(|line| line.text.trim_start().starts_with('['))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,91 @@
+//! `printer.cfg`: sections and their options.
+
+use crate::text_lines::{Line, lines};
+use trueaxis_model::source::FileError;
+
+/// A section.
+#[derive(Debug)]
+pub struct Section<'t> {
+    /// What stands between the brackets.
+    pub name: &'t str,
+    /// Its first line.
+    line: Line<'t>,
+    options: Vec<Entry<'t>>,
+}
+
+/// An option.
+#[derive(Debug)]
+pub struct Entry<'t> {
+    key: &'t str,
+    /// What follows the key in its line.
+    pub value: &'t str,
+    /// Its line.
+    pub line: Line<'t>,
+    /// Indented lines after it.
+    pub more: Vec<Line<'t>>,
+}
+
+impl<'t> Section<'t> {
+    /// An option that must be there.
+    ///
+    /// # Errors
+    /// [`FileError`] at the section.
+    pub fn option(&self, key: &str) -> Result<&Entry<'t>, FileError> {
+        self.given(key).ok_or_else(|| {
+            self.line.bad(
+                format!("[{}] has no `{key}`", self.name),
+                "give the section as Klipper stores it",
+            )
+        })
+    }
+
+    /// An option that may be there.
+    pub fn given(&self, key: &str) -> Option<&Entry<'t>> {
+        self.options.iter().find(|option| option.key == key)
+    }
+}
+
+/// All sections of a file. Comments are left out; what `SAVE_CONFIG` has written after `#*#` counts.
+pub fn sections(text: &str) -> Vec<Section<'_>> {
+    let mut sections: Vec<Section<'_>> = Vec::new();
+    for line in lines(text) {
+        let saved = line.text.strip_prefix("#*#");
+        let body = saved.map_or(line.text, |rest| rest.strip_prefix(' ').unwrap_or(rest));
+        let body = match body.find(['#', ';']) {
+            Some(comment) => body[..comment].trim_end(),
+            None => body,
+        };
+        let trimmed = body.trim();
+        if trimmed.is_empty() {
+            continue;
+        }
+        if let Some(name) = trimmed.strip_prefix('[').and_then(|b| b.strip_suffix(']')) {
+            sections.push(Section {
+                name,
+                line,
+                options: Vec::new(),
+            });
+            continue;
+        }
+        let Some(section) = sections.last_mut() else {
+            continue;
+        };
+        let line = Line {
+            text: trimmed,
+            span: line.span,
+        };
+        if body.starts_with(char::is_whitespace)
+            && let Some(option) = section.options.last_mut()
+        {
+            option.more.push(line);
+        } else if let Some((key, value)) = trimmed.split_once(['=', ':']) {
+            section.options.push(Entry {
+                key: key.trim(),
+                value: value.trim(),
+                line,
+                more: Vec::new(),
+            });
+        }
+    }
+    sections
+}

@@ -1,0 +1,5 @@
+//! Klipper: stored profiles of `bed_mesh`, and `axis_twist_compensation`.
+
+pub mod bed_mesh;
+mod config;
+pub mod twist;

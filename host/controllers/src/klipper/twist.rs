@@ -1,0 +1,334 @@
+//! `[axis_twist_compensation]` of Klipper: what a probe beside the nozzle reads wrong because the axes twist.
+//!
+//! Klipper adds a value to each reading of the probe, never to a motion: one over X, linear between equidistant points of
+//! `z_compensations`, and one over Y from `zy_compensations`, at the position of the tool while probing; beyond its ends a
+//! straight line goes on. The mean of each table is zero, because `z_offset` of the probe has the constant. Source:
+//! `axis_twist_compensation.py` of Klipper.
+
+use super::config::{Section, sections};
+use crate::sampled::{Grid, Nodes};
+use std::fmt::Write;
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::source::FileError;
+
+/// A table along X or Y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Twist {
+    /// Positions of the tool (mm).
+    pub nodes: Nodes,
+    /// What is added to a reading (mm).
+    pub values: Vec<f64>,
+}
+
+impl Twist {
+    /// What Klipper adds to a reading of the probe.
+    #[must_use]
+    pub fn at(&self, position: f64) -> f64 {
+        let along = (position - self.nodes.start) / self.nodes.step;
+        let node = along.floor().clamp(0.0, (self.nodes.count - 2) as f64);
+        let [a, b] = [0, 1].map(|next| self.values[node as usize + next]);
+        a + (along - node) * (b - a)
+    }
+}
+
+/// What is wrong with a machine or a probe.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TwistError {
+    /// Not a printer.
+    #[error("the machine has no axes X, Y and Z along x, y and z")]
+    Axes,
+    /// The nozzle cannot reach what the probe touches.
+    #[error("the travel of {0} is not longer than the probe is away from the nozzle")]
+    Travel(char),
+    /// Nothing to find.
+    #[error(
+        "a roll of {0} does not move a probe at this place up or down more than the nozzle that follows it"
+    )]
+    NoLever(char),
+}
+
+/// A probe beside the nozzle of a machine.
+pub struct Probe<'m> {
+    kinematics: Kinematics<'m>,
+    /// From nozzle to probe along X and Y (mm), as in `[probe]`.
+    offset: [f64; 2],
+    /// The axes X, Y, Z.
+    axes: [usize; 3],
+    /// Direction of the nozzle for a positive command of X and Y.
+    signs: [f64; 2],
+    /// Z where it probes (mm).
+    bed: f64,
+}
+
+impl<'m> Probe<'m> {
+    /// A probe at `offset`, which touches a bed at the position `bed` of Z.
+    ///
+    /// # Errors
+    /// [`TwistError`]
+    pub fn new(
+        machine: &'m Machine,
+        errors: &'m ErrorModel,
+        offset: [f64; 2],
+        bed: f64,
+    ) -> Result<Self, TwistError> {
+        let index = |letter| machine.index(letter).ok_or(TwistError::Axes);
+        let axes = [index('X')?, index('Y')?, index('Z')?];
+        if machine.axes.len() != 3 {
+            return Err(TwistError::Axes);
+        }
+        let kinematics = Kinematics::new(machine, errors);
+        let mut signs = [0.0; 3];
+        for (k, axis) in axes.into_iter().enumerate() {
+            let mut q = PerAxis::default();
+            let before = kinematics.nominal(&q, None).t;
+            q[axis] = 1.0;
+            let moved = kinematics.nominal(&q, None).t - before;
+            signs[k] = moved[k].signum();
+            // A direction whose other components are a millionth is that of an axis.
+            if (moved[k].abs() - 1.0).abs() > 1e-6 {
+                return Err(TwistError::Axes);
+            }
+        }
+        let probe = Self {
+            kinematics,
+            offset,
+            axes,
+            signs: [signs[0], signs[1]],
+            bed,
+        };
+        probe.range(0)?;
+        probe.range(1)?;
+        Ok(probe)
+    }
+
+    /// Positions of X (0) or Y (1) at which both probe and nozzle reach the same point.
+    ///
+    /// # Errors
+    /// [`TwistError::Travel`]
+    pub fn range(&self, k: usize) -> Result<[f64; 2], TwistError> {
+        let axis = &self.kinematics.machine.axes[self.axes[k]];
+        let [low, high] = axis.travel;
+        let shift = self.offset[k] * self.signs[k];
+        let range = [low - shift.min(0.0), high - shift.max(0.0)];
+        match range[0] < range[1] {
+            true => Ok(range),
+            false => Err(TwistError::Travel(axis.letter.char())),
+        }
+    }
+
+    /// How much higher the bed seems to the nozzle than to the probe, at a position of X and Y while probing (mm).
+    #[must_use]
+    pub fn missing(&self, position: [f64; 2]) -> f64 {
+        let command = |shift: [f64; 2]| {
+            let mut q = PerAxis::default();
+            for k in 0..2 {
+                q[self.axes[k]] = position[k] + shift[k] * self.signs[k];
+            }
+            q[self.axes[2]] = self.bed;
+            q
+        };
+        let up = |q: PerAxis, offset: [f64; 2]| {
+            let nominal = self.kinematics.nominal(&q, None);
+            let actual = (self.kinematics).actual(&q, &Situation::default(), &Switches::ALL);
+            let beside = nominal.r.transpose() * nalgebra::Vector3::new(offset[0], offset[1], 0.0);
+            (actual.t + actual.r * beside - nominal.t - nominal.r * beside).z
+        };
+        up(command([0.0; 2]), self.offset) - up(command(self.offset), [0.0; 2])
+    }
+
+    /// The tables along X and Y with `points` each, each through the middle of the other axis.
+    ///
+    /// # Errors
+    /// [`TwistError::Travel`]
+    pub fn tables(&self, points: usize) -> Result<[Twist; 2], TwistError> {
+        let ranges = [self.range(0)?, self.range(1)?];
+        let middle = ranges.map(|[low, high]| (low + high) / 2.0);
+        Ok([0, 1].map(|k| {
+            let nodes = Nodes::over(ranges[k], points);
+            let values = (0..points).map(|i| {
+                let mut position = middle;
+                position[k] = nodes.at(i);
+                self.missing(position)
+            });
+            let values: Vec<f64> = values.collect();
+            let mean = values.iter().sum::<f64>() / points as f64;
+            let values = values.into_iter().map(|value| value - mean).collect();
+            Twist { nodes, values }
+        }))
+    }
+
+    /// Largest reading that is wrong by twist (µm), and what the tables leave of it; both but for a constant.
+    ///
+    /// # Errors
+    /// [`TwistError::Travel`]
+    pub fn left(&self, tables: &[Twist; 2]) -> Result<[f64; 2], TwistError> {
+        /// Places along each axis.
+        const PLACES: usize = 61;
+        let nodes = [
+            Nodes::over(self.range(0)?, PLACES),
+            Nodes::over(self.range(1)?, PLACES),
+        ];
+        let all = Grid::of(&nodes, |p| {
+            let missing = self.missing([p[0], p[1]]);
+            [missing, missing - tables[0].at(p[0]) - tables[1].at(p[1])]
+        });
+        let half_range = |k: usize| {
+            let values = all.values.iter().map(|v| v[k]);
+            let [low, high] = values.fold([f64::MAX, f64::MIN], |[low, high], v| {
+                [low.min(v), high.max(v)]
+            });
+            (high - low) / 2.0 * 1e3
+        };
+        Ok([half_range(0), half_range(1)])
+    }
+
+    /// The roll of X or Y (rad) that explains a table, at its points: E A X or E B Y.
+    ///
+    /// # Errors
+    /// [`TwistError::NoLever`]
+    pub fn roll(&self, k: usize, table: &Twist) -> Result<Vec<f64>, TwistError> {
+        /// A roll for the derivative (rad).
+        const ROLL: f64 = 1e-5;
+        let machine = self.kinematics.machine;
+        let axis = machine.axes[self.axes[k]].letter.char();
+        let name = ["EAX0", "EBY0"][k];
+        let mut errors = ErrorModel::perfect(machine);
+        if let Some(parameter) = Parameter::parse(name) {
+            errors.set(machine, parameter, ROLL);
+        }
+        let mut offset = [0.0; 2];
+        offset[1 - k] = self.offset[1 - k];
+        let rolled = Probe::new(machine, &errors, offset, self.bed)?;
+        let mut position = [0, 1].map(|i| {
+            let [low, high] = machine.axes[self.axes[i]].travel;
+            (low + high) / 2.0
+        });
+        let values = (0..table.nodes.count).map(|i| {
+            position[k] = table.nodes.at(i);
+            let by_roll = rolled.missing(position) / ROLL;
+            // A lever below a micrometre.
+            match by_roll.abs() > 1e-3 {
+                true => Ok(table.values[i] / by_roll),
+                false => Err(TwistError::NoLever(axis)),
+            }
+        });
+        values.collect()
+    }
+}
+
+/// The section, for `printer.cfg`.
+#[must_use]
+pub fn print(tables: &[Twist; 2]) -> String {
+    let mut text = "[axis_twist_compensation]\n".to_owned();
+    for (twist, (letter, key)) in tables.iter().zip(KEYS) {
+        let values = twist.values.iter().map(|v| format!("{v:.6}"));
+        let nodes = twist.nodes;
+        let _ = write!(
+            text,
+            "{key} = {}\ncompensation_start_{letter} = {:.6}\ncompensation_end_{letter} = {:.6}\n",
+            values.collect::<Vec<_>>().join(", "),
+            nodes.start,
+            nodes.at(nodes.count - 1)
+        );
+    }
+    text
+}
+
+/// The letters of the axes in keys, and the key of their values.
+const KEYS: [(char, &str); 2] = [('x', "z_compensations"), ('y', "zy_compensations")];
+
+/// Reads the section: the tables along X and Y that it has.
+///
+/// # Errors
+/// [`FileError`]
+pub fn read(text: &str) -> Result<[Option<Twist>; 2], FileError> {
+    let sections = sections(text);
+    let sections: Vec<&Section<'_>> = (sections.iter())
+        .filter(|section| section.name == "axis_twist_compensation")
+        .collect();
+    // SAVE_CONFIG stores the values in a section of its own.
+    let given = |key: &str| sections.iter().find_map(|section| section.given(key));
+    let mut tables = [None, None];
+    for (table, (letter, key)) in tables.iter_mut().zip(KEYS) {
+        let Some(values) = given(key) else { continue };
+        let need = |key: String| {
+            given(&key).ok_or_else(|| {
+                values.line.bad(
+                    format!("[axis_twist_compensation] has no `{key}`"),
+                    "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it",
+                )
+            })
+        };
+        let number = |key: String| {
+            let entry = need(key)?;
+            entry.line.number(entry.value)
+        };
+        let range = [
+            number(format!("compensation_start_{letter}"))?,
+            number(format!("compensation_end_{letter}"))?,
+        ];
+        let words = values.value.split(',').map(str::trim);
+        let found: Vec<f64> =
+            (words.map(|word| values.line.number(word))).collect::<Result<_, _>>()?;
+        if found.len() < 2 || range[0] >= range[1] {
+            return Err(values.line.bad(
+                "a table needs two values, and an end after its start",
+                "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it",
+            ));
+        }
+        *table = Some(Twist {
+            nodes: Nodes::over(range, found.len()),
+            values: found,
+        });
+    }
+    match tables {
+        [None, None] => Err(FileError::whole(
+            "there is no [axis_twist_compensation] with values",
+            "run AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG, and give printer.cfg",
+        )),
+        tables => Ok(tables),
+    }
+}
+
+/// A value (mm) that is only rounded: the tables have six decimals.
+const NOTHING: f64 = 1e-6;
+
+/// An error file with the rolls that explain the tables; a table of nothing has none.
+///
+/// # Errors
+/// [`TwistError`]
+pub fn errors(probe: &Probe<'_>, tables: &[Option<Twist>; 2]) -> Result<String, TwistError> {
+    let name = toml::Value::from(probe.kinematics.machine.name.as_str());
+    let mut text =
+        format!("# Roll of X and Y from [axis_twist_compensation] of Klipper.\nmachine = {name}\n");
+    for (k, twist) in tables.iter().enumerate() {
+        let Some(twist) = twist
+            .as_ref()
+            .filter(|t| t.values.iter().any(|v| v.abs() > NOTHING))
+        else {
+            continue;
+        };
+        let list = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
+        let at = list(
+            &mut (0..twist.nodes.count).map(|i| format!("{:?}", rounded(twist.nodes.at(i), 1e9))),
+        );
+        let roll = probe.roll(k, twist)?;
+        let values = list(&mut roll.iter().map(|v| format!("{:?}", rounded(v * 1e6, 1e6))));
+        let _ = write!(
+            text,
+            "\n[tabulated.{}]\nat = [{at}]\nvalue = [{values}]\nunit = \"urad\"\n",
+            ["EAX", "EBY"][k]
+        );
+    }
+    Ok(text)
+}
+
+/// To 1 / `steps`, and never −0.
+fn rounded(value: f64, steps: f64) -> f64 {
+    (value * steps).round() / steps + 0.0
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,213 @@
+//! `heightmap.csv` of RepRapFirmware.
+//!
+//! The first line names the format, the second the parameters of the grid, the third has them; then one row of heights
+//! for each position of the second axis. A zero without decimal point was not probed. Up to 3.3-beta1 the axes are always
+//! X and Y (`xmin,xmax,ymin,…`); since then two letters come first (`axis0,axis1,min0,…`), and the older second line is
+//! still read. Positions are minimum + index × spacing, the maximum has no effect. Source: `GridDefinition` and `HeightMap`
+//! of RepRapFirmware.
+
+use crate::height_map::{HeightMap, rows};
+use crate::sampled::{Grid, Nodes};
+use crate::text_lines::{Line, lines};
+use trueaxis_model::source::FileError;
+
+/// Start of the first line.
+const FIRST: &str = "RepRapFirmware height map file v2";
+/// The second line of each generation.
+const LABELS: [&str; 3] = [
+    "xmin,xmax,ymin,ymax,radius,spacing,xnum,ynum",
+    "xmin,xmax,ymin,ymax,radius,xspacing,yspacing,xnum,ynum",
+    "axis0,axis1,min0,max0,min1,max1,radius,spacing0,spacing1,num0,num1",
+];
+/// Largest number of points along the first axis.
+const MOST_ALONG: usize = 41;
+/// Largest number of points of a Duet 2; a Duet 3 has 961.
+const MOST_POINTS: usize = 441;
+/// Smallest spacing (mm).
+const LEAST_SPACING: f64 = 0.1;
+/// The last cell ends this much (mm) before the last point.
+const BEFORE_LAST: f64 = 0.01;
+
+/// Writes a map with the second line that all versions with this format read. Heights have four decimals: a longer row
+/// would not fit into the line that the firmware reads.
+#[must_use]
+pub fn print(map: &HeightMap) -> String {
+    let heights = map.grid.values.iter().map(|[value]| *value);
+    let [low, high] = heights
+        .clone()
+        .fold([f64::MAX, f64::MIN], |[low, high], v| {
+            [low.min(v), high.max(v)]
+        });
+    let mean = heights.clone().sum::<f64>() / map.grid.values.len() as f64;
+    let variance = heights.map(|v| (v - mean).powi(2)).sum::<f64>() / map.grid.values.len() as f64;
+    let [x, y] = [0, 1].map(|axis| map.grid.nodes[axis]);
+    let mut text = format!(
+        "{FIRST}, min error {low:.3}, max error {high:.3}, mean {mean:.3}, deviation {:.3}\n{}\n",
+        variance.sqrt(),
+        LABELS[1]
+    );
+    text += &format!(
+        "{:.3},{:.3},{:.3},{:.3},-1.00,{:.6},{:.6},{},{}\n",
+        x.start,
+        x.at(x.count - 1),
+        y.start,
+        y.at(y.count - 1),
+        x.step,
+        y.step,
+        x.count,
+        y.count
+    );
+    for row in rows(&map.grid, 4) {
+        text += &row.replace(' ', "");
+        text.push('\n');
+    }
+    text
+}
+
+/// Whether the firmware accepts a map.
+///
+/// # Errors
+/// The reason.
+pub fn check(map: &HeightMap) -> Result<(), String> {
+    let [x, y] = [0, 1].map(|axis| map.grid.nodes[axis]);
+    if x.count > MOST_ALONG || x.count * y.count > MOST_POINTS {
+        return Err(format!(
+            "{} × {} points are more than the firmware holds: at most {MOST_ALONG} along the first axis and {MOST_POINTS} in \
+             all",
+            x.count, y.count
+        ));
+    }
+    if x.step < LEAST_SPACING || y.step < LEAST_SPACING {
+        return Err("the points are closer together than 0.1 mm".to_owned());
+    }
+    match map.grid.values.iter().flatten().find(|v| v.abs() >= 10.0) {
+        Some(large) => Err(format!("a correction of {large} mm is no height of a map")),
+        None => Ok(()),
+    }
+}
+
+/// Reads a map.
+///
+/// # Errors
+/// [`FileError`]: a format or a number that the firmware does not read, or reads differently from what the grid says.
+pub fn read(text: &str) -> Result<HeightMap, FileError> {
+    let all = lines(text);
+    let mut lines = all.iter();
+    let missing = || {
+        FileError::whole(
+            "this is not a whole height map: it ends too early",
+            "give heightmap.csv as the firmware writes it (G29 S3), without cutting it",
+        )
+    };
+    let first = lines.next().ok_or_else(missing)?;
+    if !first.text.starts_with(FIRST) {
+        return Err(first.bad(
+            format!("the first line does not begin with `{FIRST}`"),
+            "give heightmap.csv as the firmware writes it (G29 S3)",
+        ));
+    }
+    let label = lines.next().ok_or_else(missing)?;
+    let version = LABELS.iter().position(|l| label.text.starts_with(l));
+    let version = version.ok_or_else(|| {
+        label.bad(
+            "the firmware does not know these parameters",
+            "keep the line as the firmware writes it, like `xmin,xmax,ymin,ymax,radius,xspacing,yspacing,xnum,ynum`",
+        )
+    })?;
+    let (axes, nodes) = parameters(lines.next().ok_or_else(missing)?, version)?;
+    let (mut values, mut probed) = (Vec::new(), Vec::new());
+    for _ in 0..nodes[1].count {
+        let line = lines.next().ok_or_else(missing)?;
+        let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
+        if words.len() != nodes[0].count {
+            return Err(line.bad(
+                format!(
+                    "{} heights, where the third line says {}",
+                    words.len(),
+                    nodes[0].count
+                ),
+                "give the file as the firmware writes it",
+            ));
+        }
+        for word in words {
+            values.push([line.number(word)?]);
+            probed.push(word != "0");
+        }
+    }
+    let grid = Grid {
+        nodes: nodes.to_vec(),
+        values,
+    };
+    Ok(HeightMap { axes, grid, probed })
+}
+
+/// The third line: letters, nodes along each axis.
+fn parameters(line: &Line<'_>, version: usize) -> Result<([char; 2], [Nodes; 2]), FileError> {
+    let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
+    let count = LABELS[version].split(',').count();
+    if words.len() < count {
+        return Err(line.bad(
+            format!(
+                "{} parameters, where the line above names {count}",
+                words.len()
+            ),
+            "give the file as the firmware writes it",
+        ));
+    }
+    let letters = if version == 2 { 2 } else { 0 };
+    let letter = |word: &str| {
+        let mut letters = word.chars().filter(char::is_ascii_uppercase);
+        letters.next().filter(|_| word.len() == 1).ok_or_else(|| {
+            line.bad(
+                format!("`{word}` is not the letter of an axis"),
+                "write X and Y, or the letters of the axes that were probed",
+            )
+        })
+    };
+    let axes = match letters {
+        0 => ['X', 'Y'],
+        _ => [letter(words[0])?, letter(words[1])?],
+    };
+    let words = &words[letters..];
+    let [low_0, _, low_1, _] = [words[0], words[1], words[2], words[3]].map(|w| line.number(w));
+    // words[4] is the radius that was probed.
+    let spacings = match version {
+        0 => [words[5]; 2],
+        _ => [words[5], words[6]],
+    };
+    let counts = &words[if version == 0 { 6 } else { 7 }..];
+    let nodes = |low: f64, spacing: &str, count: &str| {
+        let step = line.number(spacing)?;
+        if step < LEAST_SPACING {
+            return Err(line.bad(
+                format!("the spacing {step} is less than the firmware accepts"),
+                "write at least 0.1 mm",
+            ));
+        }
+        Ok(Nodes {
+            start: low,
+            step,
+            count: line.count(count)?,
+        })
+    };
+    let nodes = [
+        nodes(low_0?, spacings[0], counts[0])?,
+        nodes(low_1?, spacings[1], counts[1])?,
+    ];
+    Ok((axes, nodes))
+}
+
+/// The correction of Z at positions of the two axes (mm), as the firmware computes it.
+#[must_use]
+pub fn correction(map: &HeightMap, position: [f64; 2]) -> f64 {
+    let position = [0, 1].map(|axis| {
+        let nodes = map.grid.nodes[axis];
+        position[axis].min(nodes.at(nodes.count - 1) - BEFORE_LAST)
+    });
+    map.grid.at(&position)[0]
+}
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+pub(crate) use tests::by_firmware;

@@ -1,0 +1,69 @@
+//! `cargo xtask python`: the wheel, built and tested beside the command in an environment of its own.
+
+use crate::process::{NOT_RUN, root, run, target, trueaxis, works};
+use std::path::PathBuf;
+use std::process::Command;
+
+/// What the environment needs: the builder, and what tests and example use.
+const PACKAGES: [&str; 3] = ["maturin>=1.8,<2", "numpy", "matplotlib"];
+
+/// # Errors
+/// If the wheel cannot be built, or a test fails.
+pub fn execute() -> Result<(), String> {
+    let folder = target("python");
+    let environment = folder.join("environment");
+    let python = environment.join("bin/python");
+    if !works(Command::new(&python).args(["-c", "import maturin, numpy, matplotlib"])) {
+        let made = works(
+            Command::new("python3")
+                .args(["-m", "venv"])
+                .arg(&environment),
+        ) && works(pip(&python).args(PACKAGES));
+        if !made {
+            eprintln!(
+                "{NOT_RUN}the wheel for Python: python3 with venv, or {} could not be installed",
+                PACKAGES.join(", ")
+            );
+            return Ok(());
+        }
+    }
+    let wheel = wheel(&folder, &python)?;
+    run(pip(&python)
+        .args(["--force-reinstall", "--no-deps"])
+        .arg(&wheel))?;
+    run(Command::new(&python)
+        .arg(root().join("python/tests/test_trueaxis.py"))
+        .env("TRUEAXIS", trueaxis()?)
+        .current_dir(&folder))?;
+    println!("{}", wheel.display());
+    Ok(())
+}
+
+fn pip(python: &PathBuf) -> Command {
+    let mut command = Command::new(python);
+    command.args(["-m", "pip", "install", "-q"]);
+    command
+}
+
+/// Builds the wheel; returns its path.
+fn wheel(folder: &PathBuf, python: &PathBuf) -> Result<PathBuf, String> {
+    let wheels = folder.join("wheels");
+    let _ = std::fs::remove_dir_all(&wheels);
+    run(Command::new(python)
+        .args([
+            "-m",
+            "maturin",
+            "build",
+            "--release",
+            "-q",
+            "--locked",
+            "-o",
+        ])
+        .arg(&wheels)
+        .current_dir(root().join("python"))
+        .env("CARGO_TARGET_DIR", folder))?;
+    let entries = std::fs::read_dir(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
+    let mut paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let wheel = paths.find(|path| path.extension().is_some_and(|e| e == "whl"));
+    wheel.ok_or_else(|| format!("{}: there is no wheel", wheels.display()))
+}
