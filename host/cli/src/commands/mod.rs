@@ -37,6 +37,7 @@ mod position_argument;
 mod probings;
 #[cfg_attr(target_family = "wasm", path = "progress_in_browser.rs")]
 mod progress;
+mod qualify;
 mod quantity;
 mod random;
 mod replace;
@@ -85,6 +86,7 @@ enum Command {
     Identify(identify::Arguments),
     Plan(Box<plan::Arguments>),
     Probings(probings::Arguments),
+    Qualify(qualify::Arguments),
     Measured(measured::Arguments),
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
@@ -149,6 +151,7 @@ impl Command {
             Self::Identify(arguments) => identify::run(&arguments),
             Self::Plan(arguments) => plan::run(&arguments),
             Self::Probings(arguments) => probings::run(&arguments),
+            Self::Qualify(arguments) => qualify::run(&arguments),
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Iso2302(arguments) => iso230_2::run(&arguments),
             Self::Iso2303(arguments) => iso230_3::run(&arguments),

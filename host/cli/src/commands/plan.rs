@@ -435,11 +435,11 @@ impl Arguments {
     }
 }
 
-/// A move on which the stylus would meet a ball.
+/// A move on which two solids would come too close.
 pub fn collides(collision: &Collision) -> BadInput {
     BadInput::new(
         collision.to_string(),
-        "place the balls further apart, limit --indexings, or probe fewer rows: nothing was written, and nothing has moved",
+        "leave this row out (--indexings), place the balls elsewhere, or correct the solids of machine file and artefact: nothing was written, and nothing has moved",
     )
 }
 

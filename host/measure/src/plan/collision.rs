@@ -1,111 +1,141 @@
-//! Whether the stylus meets a ball on its way from one touch to the next.
+//! Whether anything meets anything else on the way of a strategy.
 
 use super::candidates::Setup;
-use super::steps::{Step, Target};
-use super::touches::{KEPT, apart};
+use super::scene::{Meeting, Scene, Way};
+use super::steps::Step;
 use crate::formats::probings::Probings;
-use nalgebra::Vector3;
-use trueaxis_kinematics::Nominal;
-use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::machine::PerAxis;
 
-/// A move on which the stylus would come too close to a ball.
+/// A move on which two solids would come too close.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "on the way to ball {towards} (line {line} of the strategy) the stylus would pass ball {ball} at {apart:.1} mm from its surface, at {at}"
-)]
+#[error("on the way to or from ball {ball} (line {line} of the strategy) {meeting}")]
 pub struct Collision {
-    /// Line of the row that the move leads to or from.
+    /// Line of the row to which the move belongs.
     pub line: usize,
     /// The ball of that row.
-    pub towards: String,
-    /// The ball that it would meet.
     pub ball: String,
-    /// Distance of the surfaces (mm); less than 0 in each other.
-    pub apart: f64,
-    /// Axis positions.
-    pub at: String,
+    /// What meets what.
+    pub meeting: Meeting,
 }
 
-/// Distance of two looks at a move (mm, degrees).
-const STEP: f64 = 2.0;
+/// A machine on its way through steps.
+#[derive(Clone, Debug)]
+pub(super) struct Course<'a> {
+    setup: &'a Setup<'a>,
+    scene: Scene<'a>,
+    /// Where each axis is (mm, deg), if that is known.
+    at: Vec<Option<f64>>,
+}
 
-/// The first move of `steps`, which are those of `strategy`, on which the stylus, from its tip to the spindle as thick as
-/// its tip, comes closer to a ball than the clearance. Near the ball that is touched, it only must not touch it. Posts,
-/// table and fixtures are not known, nor is where the machine starts.
+impl<'a> Course<'a> {
+    /// Somewhere.
+    pub fn new(setup: &'a Setup<'a>) -> Self {
+        Self {
+            setup,
+            scene: Scene::new(setup.machine, setup.artefact, &setup.probe, 0.0),
+            at: vec![None; setup.machine.axes.len()],
+        }
+    }
+
+    /// Makes a step; returns how the machine moves on it, if that is known.
+    pub fn go(&mut self, step: &Step) -> Option<Move<'a>> {
+        let Setup {
+            machine,
+            artefact,
+            probe,
+            ..
+        } = self.setup;
+        let (to, way) = match step {
+            Step::Row(_) => return None,
+            Step::Orient(angle) => {
+                self.scene = Scene::new(machine, artefact, probe, *angle);
+                let here = self.position()?;
+                return Some(Move {
+                    scene: Scene::turning(machine, artefact, probe),
+                    ends: [here; 2],
+                    way: Way::Far,
+                });
+            }
+            Step::Rapid(to) => (to, Way::Far),
+            Step::Near(to) => (to, Way::Near),
+            Step::Touch { end, .. } => (end, Way::Touch),
+        };
+        let (from, before) = (self.position(), self.at.clone());
+        for (axis, position) in to {
+            self.at[*axis] = Some(*position);
+        }
+        let end = self.position();
+        // After a touch the stylus goes back the same way.
+        if way == Way::Touch {
+            self.at = before;
+        }
+        Some(Move {
+            scene: self.scene.clone(),
+            ends: [from?, end?],
+            way,
+        })
+    }
+
+    fn position(&self) -> Option<PerAxis> {
+        let mut position = PerAxis::default();
+        for (position, at) in position.iter_mut().zip(&self.at) {
+            *position = (*at)?;
+        }
+        Some(position)
+    }
+
+    /// True if nothing meets on these steps, which belong to a ball.
+    pub fn is_clear(&self, steps: &[Step], ball: &str) -> bool {
+        let mut course = self.clone();
+        let moves = |step| course.go(step);
+        !steps
+            .iter()
+            .filter_map(moves)
+            .any(|one| one.meeting(ball).is_some())
+    }
+}
+
+/// A move, or a turn of the spindle.
+pub(super) struct Move<'a> {
+    scene: Scene<'a>,
+    ends: [PerAxis; 2],
+    way: Way,
+}
+
+impl Move<'_> {
+    /// What meets on it, while this ball is probed.
+    pub fn meeting(&self, ball: &str) -> Option<Meeting> {
+        let [from, to] = &self.ends;
+        self.scene.meeting(ball, self.way, from, to)
+    }
+}
+
+/// The first move of `steps`, which are those of `strategy`, on which anything comes closer than [`Probe::keep`] to
+/// anything on the other side: tool, stylus and shank, against table, balls and posts; what stands still against both.
+/// From balls a stylus keeps nine tenths of the clearance of touches, for they may stand beside their places; near the
+/// ball that is touched it only must not touch it. The machine is taken to have no errors, and all axes to start and stop
+/// together. Moves before the first row, and whatever is not described, are not known.
+///
+/// [`Probe::keep`]: super::Probe::keep
 #[must_use]
 pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<Collision> {
-    let machine = setup.machine;
-    let nominal = Nominal::new(machine);
-    let length = Vector3::from(machine.tip).norm();
-    let mut at: Vec<Option<f64>> = vec![None; machine.axes.len()];
+    let mut course = Course::new(setup);
     let mut row = 0;
     for step in steps {
-        let (to, is_near) = match step {
-            Step::Row(number) => {
-                row = *number;
-                continue;
-            }
-            Step::Orient(_) => continue,
-            Step::Rapid(to) => (to, false),
-            Step::Near(to) => (to, true),
-            Step::Touch { begin, .. } => (begin, true),
-        };
-        let row = &strategy.rows[row];
-        let own = &strategy.balls[row.ball];
-        for position in way(&at, to) {
-            let q = machine.to_kinematic(&position);
-            let pose = nominal.pose(&q, None);
-            let tip: Vector3<f64> = pose.t;
-            let up = Vector3::from(machine.direction(&pose));
-            for ball in &setup.artefact.balls {
-                let Some(centre) = ball.nominal else { continue };
-                let apart = apart(&(centre - tip), &up, length) - setup.probe.radius;
-                let wanted = match is_near && ball.name == *own {
-                    true => 0.0,
-                    false => KEPT * setup.probe.clearance,
-                };
-                if apart < wanted {
-                    return Some(Collision {
-                        line: row.line,
-                        towards: own.clone(),
-                        ball: ball.name.clone(),
-                        apart,
-                        at: named(machine, &position),
-                    });
-                }
-            }
+        if let Step::Row(number) = step {
+            row = *number;
         }
-        for (axis, position) in to {
-            at[*axis] = Some(*position);
+        let Some(of) = strategy.rows.get(row) else {
+            continue;
+        };
+        let ball = &strategy.balls[of.ball];
+        if let Some(meeting) = course.go(step).and_then(|one| one.meeting(ball)) {
+            return Some(Collision {
+                line: of.line,
+                ball: ball.clone(),
+                meeting,
+            });
         }
     }
     None
-}
-
-/// Positions along a move, without its start; none while the place of an axis is unknown.
-fn way(from: &[Option<f64>], to: &Target) -> Vec<PerAxis> {
-    let Some(start) = from.iter().copied().collect::<Option<Vec<f64>>>() else {
-        return Vec::new();
-    };
-    let longest = (to.iter())
-        .map(|(axis, end)| (end - start[*axis]).abs())
-        .fold(0.0, f64::max);
-    let count = (longest / STEP).ceil().max(1.0);
-    let look = |k: usize| {
-        let mut position = PerAxis::default();
-        position[..start.len()].copy_from_slice(&start);
-        for (axis, end) in to {
-            position[*axis] += (end - start[*axis]) * (k as f64 / count);
-        }
-        position
-    };
-    (1..=count as usize).map(look).collect()
-}
-
-fn named(machine: &Machine, position: &PerAxis) -> String {
-    let axes = machine.axes.iter().zip(position);
-    let words: Vec<String> = axes
-        .map(|(axis, at)| format!("{} = {at:.1}", axis.letter))
-        .collect();
-    words.join(", ")
 }

@@ -48,6 +48,7 @@ pub fn would_show(
         away: (artefact.balls.iter())
             .find(|b| b.name == *name)
             .map_or(Vector3::z(), |b| b.away),
+        post: None,
     };
     let mut found = artefact.clone();
     found.balls = (probings.balls.iter().zip(&identified.balls))

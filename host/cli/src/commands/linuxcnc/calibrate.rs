@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::Session;
 use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::formats::validation::{Scatter, Validation};
 use trueaxis_measure::identify::{Model, Options, Problem, identify, scatters};
 use trueaxis_measure::plan::{Probe, Setup, validation};
@@ -63,6 +63,12 @@ pub struct Arguments {
     /// Number of probings that validate the result, at other positions; they are probed twice
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(3..))]
     validate: u16,
+    /// The probe, qualified (probe.toml)
+    #[arg(long, value_name = "PROBE.toml")]
+    probe: Option<PathBuf>,
+    /// Qualify the probe first, on this ball at up to three of its rotary positions
+    #[arg(long, value_name = "BALL", conflicts_with = "probe")]
+    qualify: Option<String>,
     #[command(flatten)]
     touching: Touching,
     #[command(flatten)]
@@ -98,6 +104,9 @@ enum Step {
 
 /// The component that corrects.
 const COMPONENT: &str = "trueaxis";
+/// Rotary positions at which the probe is qualified, at most, and their file.
+const POSES: usize = 3;
+const POSES_FILE: &str = "poses.csv";
 /// Time of a rapid move (s) in the forecast.
 const RAPID: f64 = 4.0;
 /// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
@@ -249,6 +258,12 @@ impl<'a> Calibration<'a> {
         words.push("--keep-clear".to_owned());
         self.step(&words)?;
         let strategy = files::read_strategy(&self.file("strategy.csv"), &self.machine)?;
+        if let Some(ball) = &arguments.qualify {
+            files::write(
+                &self.file(POSES_FILE),
+                probings::write_strategy(&self.poses(&strategy, ball)?, &self.machine).as_bytes(),
+            )?;
+        }
         let validation = validation(&self.setup()?, &strategy, arguments.validate.into(), 1);
         if validation.rows.is_empty() {
             return Err(BadInput::new(
@@ -260,6 +275,53 @@ impl<'a> Calibration<'a> {
             &self.file("validation.csv"),
             probings::write_strategy(&validation, &self.machine).as_bytes(),
         )
+    }
+
+    /// Rows of a ball at rotary positions that are far from each other, on which the probe is qualified.
+    fn poses(&self, strategy: &Probings, ball: &str) -> Result<Probings, BadInput> {
+        let is_rotary = |i: &usize| self.machine.axes[*i].letter.is_rotary();
+        let apart = |a: &Probing, b: &Probing| {
+            let rotary = (0..self.machine.axes.len()).filter(is_rotary);
+            rotary
+                .map(|i| (a.position[i] - b.position[i]).abs())
+                .sum::<f64>()
+        };
+        let of = |row: &&Probing| strategy.balls[row.ball] == ball && row.spindle == 0.0;
+        let rows: Vec<&Probing> = strategy.rows.iter().filter(of).collect();
+        let mut chosen: Vec<&Probing> = rows.first().copied().into_iter().collect();
+        while !chosen.is_empty() && chosen.len() < POSES.min(rows.len()) {
+            let least = |row: &Probing| {
+                let apart = chosen.iter().map(|other| apart(row, other));
+                apart.fold(f64::INFINITY, f64::min)
+            };
+            let farthest = rows.iter().max_by(|a, b| least(a).total_cmp(&least(b)));
+            match farthest.filter(|row| least(row) > 0.0).copied() {
+                Some(row) => chosen.push(row),
+                None => break,
+            }
+        }
+        if chosen.is_empty() {
+            return Err(BadInput::new(
+                format!(
+                    "--qualify: the strategy has no row of ball `{ball}` with the spindle at 0"
+                ),
+                "name a ball of the artefact that can be probed",
+            ));
+        }
+        Ok(Probings {
+            balls: strategy.balls.clone(),
+            rows: chosen.into_iter().cloned().collect(),
+        })
+    }
+
+    /// The file of the qualified probe, if there is one.
+    fn qualified(&self) -> Option<PathBuf> {
+        let own = self
+            .arguments
+            .qualify
+            .as_ref()
+            .map(|_| self.file("probe.toml"));
+        self.arguments.probe.clone().or(own)
     }
 
     fn setup(&self) -> Result<Setup<'_>, BadInput> {
@@ -277,10 +339,12 @@ impl<'a> Calibration<'a> {
 
     /// What is to be probed, into which log.
     fn work<'b>(&'b self, strategy: &str, log: &'b Path) -> Result<Work<'b>, BadInput> {
-        let strategy = files::read_strategy(&self.file(strategy), &self.machine)?;
         let Arguments {
             touching, speeds, ..
         } = self.arguments;
+        let qualifying = (strategy == POSES_FILE).then(|| touching.qualifying());
+        let strategy = files::read_strategy(&self.file(strategy), &self.machine)?;
+        let touching = qualifying.as_ref().unwrap_or(touching);
         let (machine, artefact) = (&self.machine, &self.artefact);
         Work::new(machine, artefact, strategy, touching, speeds, log)
     }
@@ -295,7 +359,9 @@ impl<'a> Calibration<'a> {
         let logs = logs.map(|(strategy, log)| (strategy, self.file(log)));
         let mut text = "\n".to_owned();
         let mut seconds = 0.0;
-        for (strategy, log) in &logs {
+        let ball = (POSES_FILE, self.file("ball.csv"));
+        let qualifies = self.arguments.qualify.is_some();
+        for (strategy, log) in logs.iter().chain(qualifies.then_some(&ball)) {
             let work = self.work(strategy, log)?;
             text += &format!("{}: {}", log.display(), work.announced());
             seconds += work.seconds(RAPID);
@@ -308,6 +374,10 @@ impl<'a> Calibration<'a> {
         let yes = self.arguments.yes;
         if !yes && !asked(CLEAR)? || !take_over(session, yes)? {
             return Ok(false);
+        }
+        if qualifies {
+            self.touch(session, ball.0, &ball.1)?;
+            self.qualify()?;
         }
         let [(validation, before), (strategy, touches)] = &logs;
         self.touch(session, validation, before)?;
@@ -327,9 +397,35 @@ impl<'a> Calibration<'a> {
         files::print(&format!("{}: {touches} touches\n", log.display()))
     }
 
+    fn qualify(&self) -> Result<Outcome, BadInput> {
+        let diameter = self.arguments.touching.ball_diameter().unwrap_or(0.0);
+        let words = [
+            "qualify",
+            &self.arguments.machine.display().to_string(),
+            &self.text("ball.csv"),
+            "--ball-diameter",
+            &diameter.to_string(),
+            "-o",
+            &self.text("probe.toml"),
+        ];
+        self.step(&words.map(str::to_owned))
+    }
+
     fn identify(&self) -> Result<Outcome, BadInput> {
         let arguments = self.arguments;
         let machine = arguments.machine.display().to_string();
+        let probe = self.qualified().map(|path| path.display().to_string());
+        let probe: Vec<&str> = match &probe {
+            Some(path) => vec!["--probe", path],
+            None => Vec::new(),
+        };
+        let owned = |words: &[&str]| -> Vec<String> {
+            words
+                .iter()
+                .chain(&probe)
+                .map(|word| (*word).to_owned())
+                .collect()
+        };
         let words = [
             "probings",
             &machine,
@@ -339,7 +435,7 @@ impl<'a> Calibration<'a> {
             "-o",
             &self.text("probings.csv"),
         ];
-        self.step(&words.map(str::to_owned))?;
+        self.step(&owned(&words))?;
         let words = [
             "identify",
             &machine,
@@ -351,7 +447,7 @@ impl<'a> Calibration<'a> {
             "-o",
             &self.text("errors.toml"),
         ];
-        self.step(&words.map(str::to_owned))
+        self.step(&owned(&words))
     }
 
     fn compile(&self) -> Result<Outcome, BadInput> {
@@ -458,7 +554,13 @@ impl<'a> Calibration<'a> {
         let text = Text::read(log)?;
         let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
         let perfect = ErrorModel::perfect(&self.machine);
-        let found = to_probings(&self.machine, &strategy, &touched, None, &perfect);
+        let probe = self.qualified();
+        let probe = probe.map(|path| files::read_probe(&path, &self.machine));
+        let lobing = probe
+            .transpose()?
+            .map(|probe| probe.shape)
+            .unwrap_or_default();
+        let found = to_probings(&self.machine, &strategy, &touched, None, &lobing, &perfect);
         Ok(found.map_err(|e| text.bad(e))?.probings)
     }
 

@@ -189,14 +189,16 @@ impl<'a> Work<'a> {
         log: &'a Path,
     ) -> Result<Self, BadInput> {
         let head = header(machine, speeds.temperature.is_some());
+        let probe = touching.stated()?;
         let rest = if log.exists() {
             let text = files::Text::read(log)?;
-            let (kept, rest) = resume(&text.text, &head, &strategy).ok_or_else(|| {
-                BadInput::new(
-                    format!("{} exists, and is no log of this strategy", log.display()),
-                    "give -o another name",
-                )
-            })?;
+            let (kept, rest) =
+                resume(&text.text, &head, &strategy, probe.per_ball()).ok_or_else(|| {
+                    BadInput::new(
+                        format!("{} exists, and is no log of this strategy", log.display()),
+                        "give -o another name",
+                    )
+                })?;
             if kept != text.text {
                 files::write(log, kept.as_bytes())?;
             }
@@ -208,7 +210,7 @@ impl<'a> Work<'a> {
             machine,
             artefact,
             balls: strategy.balls.clone(),
-            probe: touching.stated()?,
+            probe,
             sigma: 1e-3,
         };
         let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
