@@ -1,5 +1,5 @@
 //! Interfaces to controllers: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link to a
-//! board.
+//! board, compensations on trial.
 //!
 //! Builds on `trueaxis-model` and `trueaxis-tables`.
 #![forbid(unsafe_code)]
@@ -11,3 +11,4 @@ pub mod link;
 pub mod linuxcnc;
 mod positions;
 pub mod skew;
+pub mod trial;

@@ -33,28 +33,28 @@ pub struct Known {
 /// An unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// A coordinate of the ball's centre.
-    Centre(usize),
+    /// A coordinate (0, 1, 2 for x, y, z) of the ball as seen at a rotary position.
+    Centre(usize, usize),
     /// The radius r.
     Radius,
-    /// A coordinate of the tip in the spindle frame (0, 1, 2 for x, y, z).
-    Tip(usize),
     /// The term of the pole, p.
     Pole,
-    /// A coefficient of an order: of the cosine, then of the sine.
+    /// A coefficient of an order: of the cosine, or of the sine.
     Lobe(usize, bool),
+    /// A coordinate of the tip in the spindle frame (0, 1, 2 for x, y, z).
+    Tip(usize),
 }
 
 impl fmt::Display for Unknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |k: usize| ["x", "y", "z"][k];
         match *self {
-            Self::Centre(k) => write!(f, "{} of the ball", name(k)),
+            Self::Centre(_, k) => write!(f, "{} of the ball", name(k)),
             Self::Radius => f.write_str("the radius of the tip"),
-            Self::Tip(k) => write!(f, "{} of the tip", name(k)),
             Self::Pole => f.write_str("what differs at the pole"),
             Self::Lobe(order, false) => write!(f, "the cosine of order {order}"),
             Self::Lobe(order, true) => write!(f, "the sine of order {order}"),
+            Self::Tip(k) => write!(f, "{} of the tip", name(k)),
         }
     }
 }
@@ -62,7 +62,7 @@ impl fmt::Display for Unknown {
 impl Unknown {
     /// Those that may stay at what they were taken for; balls have a place and a radius in any case.
     fn is_optional(self) -> bool {
-        !matches!(self, Self::Centre(_) | Self::Radius)
+        !matches!(self, Self::Centre(..) | Self::Radius)
     }
 }
 
@@ -71,11 +71,14 @@ impl Unknown {
 pub struct Qualified {
     /// Values with their standard uncertainties.
     pub file: ProbeFile,
-    /// Standard uncertainty of each coordinate of the tip (mm), from the noise of touches and what is known of the ball:
-    /// errors of the rotary axes are not in it.
+    /// Standard uncertainty of each coordinate of the tip (mm), where it was found: from the noise of touches, what is known
+    /// of the ball, and how well the rotary positions agree.
     pub tip_uncertainty: [Option<f64>; 3],
-    /// Centre of the ball in the workpiece frame (mm).
-    pub centre: Vector3<f64>,
+    /// By how much the places of the ball disagree that are seen at the rotary positions (mm, root mean square), if there
+    /// are enough of them: errors of the rotary axes.
+    pub apart: Option<f64>,
+    /// Number of rotary positions.
+    pub positions: usize,
     /// Standard deviation of a touch (mm).
     pub noise: f64,
     /// Number of touches.
@@ -94,14 +97,16 @@ pub enum QualifyError {
     TooFew {
         /// Their number.
         touches: usize,
-        /// Number of unknowns that must be found, and one.
+        /// Number of unknowns that must be found.
         unknowns: usize,
     },
     /// All in a plane, or the like.
     #[error("the touches do not show where the ball is: they are in a plane, or on one side of it")]
     NoSphere,
     /// No touch is where the ball can be.
-    #[error("the touches are no part of a ball of {radius:.3} mm: one is off by {off:.3} mm")]
+    #[error(
+        "the touches are no part of a ball of {radius:.3} mm with the tip: one is off by {off:.3} mm"
+    )]
     NotTheBall {
         /// Radius of the ball and the tip (mm).
         radius: f64,
@@ -117,8 +122,19 @@ const STILL: f64 = 1e-10;
 const ZERO: f64 = 1e-4;
 /// A pre-travel is less than this (mm).
 const OFF: f64 = 0.5;
+/// No step is as long (mm).
+const FAR: f64 = 1e3;
+/// The least noise (mm): probes repeat to 0.1 µm at best.
+const LEAST: f64 = 1e-4;
+/// Of equal ones the last is chosen.
+const TIE: f64 = 1e-6;
+/// Rotary positions that differ by less (deg) are the same.
+const SAME: f64 = 1e-3;
 
 /// Qualifies a probe from touches of one ball, with the spindle at 0: axis positions (mm, deg) on the nominal machine.
+///
+/// The ball may be elsewhere at each rotary position, as it is on a machine with errors; only the place of the tip rests on
+/// its staying where it is.
 ///
 /// # Errors
 /// [`QualifyError`].
@@ -127,18 +143,11 @@ pub fn qualify(
     known: &Known,
     touches: &[PerAxis],
 ) -> Result<Qualified, QualifyError> {
-    let mut unknowns: Vec<Unknown> = (0..3).map(Unknown::Centre).collect();
-    unknowns.push(Unknown::Radius);
-    unknowns.extend((0..3).map(Unknown::Tip));
-    unknowns.push(Unknown::Pole);
-    for order in 2..=known.orders {
-        unknowns.extend([Unknown::Lobe(order, false), Unknown::Lobe(order, true)]);
-    }
-    let mut fit = Fit::new(machine, known, touches, unknowns)?;
+    let mut fit = Fit::new(machine, known, touches)?;
     let mut undetermined = Vec::new();
     loop {
         fit.solve()?;
-        match fit.confounded()? {
+        match confounded(&fit.equations().1, &fit.unknowns)? {
             None => break,
             Some(unknown) => {
                 fit.drop(unknown);
@@ -150,15 +159,54 @@ pub fn qualify(
     fit.qualified(undetermined)
 }
 
+/// An unknown that cannot be told from others, of those that may stay as they are: the one that has most of it, a high order
+/// before a low one.
+fn confounded(by: &DMatrix<f64>, unknowns: &[Unknown]) -> Result<Option<Unknown>, QualifyError> {
+    if by.nrows() < by.ncols() {
+        let last = unknowns.iter().rev().find(|u| u.is_optional());
+        return last.copied().map(Some).ok_or(QualifyError::TooFew {
+            touches: by.nrows(),
+            unknowns: by.ncols(),
+        });
+    }
+    let mut scaled = by.clone();
+    for mut column in scaled.column_iter_mut() {
+        let length = column.norm();
+        if length > 0.0 {
+            column /= length;
+        }
+    }
+    let svd = scaled.svd(false, true);
+    let Some(ways) = svd.v_t else { return Ok(None) };
+    let (least, value) = svd.singular_values.argmin();
+    if value > ZERO {
+        return Ok(None);
+    }
+    let part = |i: usize| ways[(least, i)].abs();
+    let optional = (0..unknowns.len()).filter(|i| unknowns[*i].is_optional() && part(*i) > ZERO);
+    let weight = |i: usize| part(i) + TIE * i as f64;
+    let most = optional.max_by(|a, b| weight(*a).total_cmp(&weight(*b)));
+    most.map(|most| Some(unknowns[most]))
+        .ok_or(QualifyError::NoSphere)
+}
+
+/// Touches at one rotary position.
+struct Group {
+    /// Orientation of the spindle in the workpiece frame.
+    turn: Matrix3<f64>,
+    /// Where the tip would be, with the touches by their number.
+    points: Vec<(usize, Vector3<f64>)>,
+    /// Where the ball seems to be.
+    centre: Vector3<f64>,
+}
+
 /// Least squares of the distances.
 struct Fit<'a> {
     machine: &'a Machine,
     known: &'a Known,
-    /// Spindle in the workpiece frame at each touch.
-    poses: Vec<(Matrix3<f64>, Vector3<f64>)>,
+    groups: Vec<Group>,
+    touches: usize,
     unknowns: Vec<Unknown>,
-    centre: Vector3<f64>,
-    tip: Vector3<f64>,
     radius: f64,
     shape: Spherical,
 }
@@ -168,82 +216,96 @@ impl<'a> Fit<'a> {
         machine: &'a Machine,
         known: &'a Known,
         touches: &[PerAxis],
-        unknowns: Vec<Unknown>,
     ) -> Result<Self, QualifyError> {
+        let mut groups: Vec<(PerAxis, Group)> = Vec::new();
         let nominal = Nominal::new(machine);
-        let pose = |position: &PerAxis| {
+        for (number, position) in touches.iter().enumerate() {
             let carriers = nominal.carriers(&machine.to_kinematic(position));
             let spindle = carriers.workpiece.inverse() * carriers.spindle;
-            (spindle.r, spindle.t)
-        };
-        let poses: Vec<_> = touches.iter().map(pose).collect();
-        let least = unknowns.iter().filter(|u| !u.is_optional()).count() + 1;
-        if touches.len() < least {
-            return Err(QualifyError::TooFew {
-                touches: touches.len(),
-                unknowns: least,
-            });
+            let point = (number, spindle.r * known.tip + spindle.t);
+            let is_same = |other: &PerAxis| {
+                (machine.axes.iter().zip(position.iter().zip(other)))
+                    .all(|(axis, (a, b))| !axis.letter.is_rotary() || (a - b).abs() < SAME)
+            };
+            match groups.iter_mut().find(|(other, _)| is_same(other)) {
+                Some((_, group)) => group.points.push(point),
+                None => groups.push((
+                    *position,
+                    Group {
+                        turn: spindle.r,
+                        points: vec![point],
+                        centre: Vector3::zeros(),
+                    },
+                )),
+            }
         }
-        let points: Vec<Vector3<f64>> = poses.iter().map(|(r, t)| r * known.tip + t).collect();
-        let (centre, radius) = crate::spheres::start(&points).ok_or(QualifyError::NoSphere)?;
+        let mut groups: Vec<Group> = groups.into_iter().map(|(_, group)| group).collect();
+        let mut unknowns = Vec::new();
+        let mut sum = 0.0;
+        for (number, group) in groups.iter_mut().enumerate() {
+            let points: Vec<Vector3<f64>> = group.points.iter().map(|(_, point)| *point).collect();
+            if points.len() < 4 {
+                return Err(QualifyError::TooFew {
+                    touches: points.len(),
+                    unknowns: 4,
+                });
+            }
+            let found = crate::spheres::start(&points).ok_or(QualifyError::NoSphere)?;
+            group.centre = found.0;
+            sum += found.1;
+            unknowns.extend((0..3).map(|k| Unknown::Centre(number, k)));
+        }
+        unknowns.extend([Unknown::Radius, Unknown::Pole]);
+        for order in 2..=known.orders {
+            unknowns.extend([Unknown::Lobe(order, false), Unknown::Lobe(order, true)]);
+        }
         Ok(Self {
             machine,
             known,
-            poses,
+            radius: sum / groups.len() as f64 - known.radius,
+            groups,
+            touches: touches.len(),
             unknowns,
-            centre: known.place.map_or(centre, |(place, _)| place),
-            tip: known.tip,
-            radius: (radius - known.radius).max(0.0),
             shape: Spherical::default(),
         })
     }
 
-    /// Residuals (mm) and their derivatives, touch by touch; then what is known of the place, in units of the noise.
-    fn equations(&self, noise: f64) -> (DVector<f64>, DMatrix<f64>) {
-        let stated = self.known.place;
-        let rows = self.poses.len() + stated.map_or(0, |_| 3);
-        let mut left = DVector::zeros(rows);
-        let mut by = DMatrix::zeros(rows, self.unknowns.len());
-        for (i, (r, t)) in self.poses.iter().enumerate() {
-            let way = r * self.tip + t - self.centre;
-            let out = way.normalize();
-            let own = r.transpose() * out;
-            let [around, height] = Spherical::direction(self.machine, &self.tip, &own);
-            left[i] =
-                way.norm() - self.known.radius - self.radius - self.shape.deviation(around, height);
-            for (j, unknown) in self.unknowns.iter().enumerate() {
-                by[(i, j)] = match *unknown {
-                    Unknown::Centre(k) => -out[k],
-                    Unknown::Radius => -1.0,
-                    Unknown::Tip(k) => own[k],
-                    Unknown::Pole => -height.sin().powi(2),
-                    Unknown::Lobe(order, is_sine) => {
-                        let angle = order as f64 * around;
-                        -height.cos() * if is_sine { angle.sin() } else { angle.cos() }
-                    }
-                };
-            }
-        }
-        if let Some((place, uncertainty)) = stated {
-            let weight = noise / uncertainty;
-            for k in 0..3 {
-                let row = self.poses.len() + k;
-                left[row] = (self.centre[k] - place[k]) * weight;
-                for (j, unknown) in self.unknowns.iter().enumerate() {
-                    by[(row, j)] = f64::from(u8::from(*unknown == Unknown::Centre(k))) * weight;
+    /// Residuals (mm) and their derivatives, touch by touch.
+    fn equations(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let mut left = DVector::zeros(self.touches);
+        let mut by = DMatrix::zeros(self.touches, self.unknowns.len());
+        for (number, group) in self.groups.iter().enumerate() {
+            for (row, point) in &group.points {
+                let way = point - group.centre;
+                let out = way.normalize();
+                let own = group.turn.transpose() * out;
+                let [around, height] = Spherical::direction(self.machine, &self.known.tip, &own);
+                left[*row] = way.norm()
+                    - self.known.radius
+                    - self.radius
+                    - self.shape.deviation(around, height);
+                for (column, unknown) in self.unknowns.iter().enumerate() {
+                    by[(*row, column)] = match *unknown {
+                        Unknown::Centre(of, k) if of == number => -out[k],
+                        Unknown::Centre(..) | Unknown::Tip(_) => 0.0,
+                        Unknown::Radius => -1.0,
+                        Unknown::Pole => -height.sin().powi(2),
+                        Unknown::Lobe(order, is_sine) => {
+                            let angle = order as f64 * around;
+                            -height.cos() * if is_sine { angle.sin() } else { angle.cos() }
+                        }
+                    };
                 }
             }
         }
         (left, by)
     }
 
-    /// What is added to the unknowns.
     fn add(&mut self, step: &DVector<f64>) {
         for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
             match *unknown {
-                Unknown::Centre(k) => self.centre[k] += step,
+                Unknown::Centre(of, k) => self.groups[of].centre[k] += step,
                 Unknown::Radius => self.radius += step,
-                Unknown::Tip(k) => self.tip[k] += step,
                 Unknown::Pole => self.shape.pole += step,
                 Unknown::Lobe(order, is_sine) => {
                     let lobe = self.shape.lobe(order);
@@ -253,15 +315,15 @@ impl<'a> Fit<'a> {
                         &mut lobe.cosine
                     }) += step;
                 }
+                Unknown::Tip(_) => {}
             }
         }
     }
 
-    /// Smallest changes that fit, from the nominal ones.
+    /// The smallest changes that fit.
     fn solve(&mut self) -> Result<(), QualifyError> {
-        let mut noise = USUAL;
         for _ in 0..STEPS {
-            let (left, by) = self.equations(noise);
+            let (left, by) = self.equations();
             let svd = by.svd(true, true);
             let largest = svd.singular_values.max();
             let step = svd.solve(&-&left, ZERO * largest);
@@ -270,14 +332,12 @@ impl<'a> Fit<'a> {
                 return Err(QualifyError::NoSphere);
             }
             self.add(&step);
-            noise = self.noise().max(LEAST);
             if step.norm() < STILL {
                 break;
             }
         }
-        let (left, _) = self.equations(noise);
-        let off = left.rows(0, self.poses.len()).amax();
-        match off > OFF {
+        let off = self.equations().0.amax();
+        match off > OFF || self.radius < -OFF {
             true => Err(QualifyError::NotTheBall {
                 radius: self.known.radius + self.radius,
                 off,
@@ -286,68 +346,39 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Standard deviation of a touch (mm).
-    fn noise(&self) -> f64 {
-        let (left, by) = self.equations(USUAL);
-        let touches = self.poses.len();
-        let free = (by.nrows().saturating_sub(by.ncols())).max(1);
-        (left.rows(0, touches).norm_squared() / free as f64).sqrt()
-    }
-
-    /// An unknown that cannot be told from others, of those that may stay as they are: the one that has most of it, a
-    /// high order before a low one.
-    fn confounded(&self) -> Result<Option<Unknown>, QualifyError> {
-        let (_, mut by) = self.equations(self.noise().max(LEAST));
-        if by.nrows() < by.ncols() {
-            let last = self.unknowns.iter().rev().find(|u| u.is_optional());
-            return Ok(last.copied());
-        }
-        for mut column in by.column_iter_mut() {
-            let length = column.norm();
-            if length > 0.0 {
-                column /= length;
-            }
-        }
-        let svd = by.svd(false, true);
-        let Some(ways) = svd.v_t else { return Ok(None) };
-        let (least, value) = svd.singular_values.argmin();
-        if value > ZERO {
-            return Ok(None);
-        }
-        let way = ways.row(least);
-        let optional = (0..self.unknowns.len()).filter(|i| self.unknowns[*i].is_optional());
-        let most = optional.max_by(|a, b| {
-            (way[*a].abs() + TIE * *a as f64).total_cmp(&(way[*b].abs() + TIE * *b as f64))
-        });
-        match most.filter(|i| way[*i].abs() > ZERO) {
-            Some(most) => Ok(Some(self.unknowns[most])),
-            None => Err(QualifyError::NoSphere),
-        }
-    }
-
     /// Goes on without an unknown, which is what it was taken for.
     fn drop(&mut self, unknown: Unknown) {
         self.unknowns.retain(|u| *u != unknown);
-        self.tip = self.known.tip;
         self.shape = Spherical::default();
     }
 
-    fn qualified(mut self, undetermined: Vec<Unknown>) -> Result<Qualified, QualifyError> {
-        let noise = self.noise();
-        let (left, by) = self.equations(noise.max(LEAST));
-        if by.nrows() <= by.ncols() {
-            return Err(QualifyError::TooFew {
-                touches: self.poses.len(),
-                unknowns: by.ncols() + 1,
-            });
-        }
+    fn qualified(mut self, mut undetermined: Vec<Unknown>) -> Result<Qualified, QualifyError> {
+        let (left, by) = self.equations();
+        let too_few = QualifyError::TooFew {
+            touches: self.touches,
+            unknowns: by.ncols() + 1,
+        };
+        let free = self
+            .touches
+            .checked_sub(by.ncols())
+            .filter(|free| *free > 0);
+        let noise = (left.norm_squared() / free.ok_or(too_few)? as f64).sqrt();
         let inverse = (by.transpose() * &by).try_inverse();
         let inverse = inverse.ok_or(QualifyError::NoSphere)?;
         let of = |unknown: Unknown| -> Option<f64> {
             let column = self.unknowns.iter().position(|u| *u == unknown)?;
             Some(noise * inverse[(column, column)].max(0.0).sqrt())
         };
-        let worst = left.rows(0, self.poses.len()).icamax();
+        let centres =
+            (0..self.groups.len()).flat_map(|g| (0..3).map(move |k| Unknown::Centre(g, k)));
+        let squares: f64 = centres.filter_map(&of).map(|u| u * u).sum();
+        let of_centre = (squares / (3 * self.groups.len()) as f64).sqrt().max(LEAST);
+        let tip = self.tip(of_centre)?;
+        undetermined.extend(
+            (0..3)
+                .filter(|k| tip.offset[*k].is_none())
+                .map(Unknown::Tip),
+        );
         let lobes = (2..=self.known.orders).filter_map(|order| {
             let [cosine, sine] = [false, true].map(|is_sine| of(Unknown::Lobe(order, is_sine)));
             let found = self.shape.lobes.iter().find(|lobe| lobe.order == order)?;
@@ -357,42 +388,99 @@ impl<'a> Fit<'a> {
             })
         });
         let lobes: Vec<Lobe> = lobes.collect();
-        let tip_uncertainty = std::array::from_fn(|k| of(Unknown::Tip(k)));
-        let file = ProbeFile {
-            machine: self.machine.name.clone(),
-            radius: self.radius,
-            radius_uncertainty: of(Unknown::Radius)
-                .unwrap_or(0.0)
-                .hypot(self.known.radius_uncertainty),
-            tip: std::array::from_fn(|k| tip_uncertainty[k].map(|_| self.tip[k])),
-            tip_uncertainty: std::array::from_fn(|k| {
-                self.known.place.and_then(|_| tip_uncertainty[k])
-            }),
-            pole_uncertainty: of(Unknown::Pole).unwrap_or(0.0),
-            shape: {
-                self.shape.lobes = lobes;
-                self.shape
-            },
-        };
+        let worst = left.icamax();
+        let [radius, pole] =
+            [Unknown::Radius, Unknown::Pole].map(|unknown| of(unknown).unwrap_or(0.0));
+        self.shape.lobes = lobes;
+        let tip_uncertainty = tip
+            .offset
+            .map(|found| found.map(|(_, uncertainty)| uncertainty));
         Ok(Qualified {
+            file: ProbeFile {
+                machine: self.machine.name.clone(),
+                radius: self.radius,
+                radius_uncertainty: radius.hypot(self.known.radius_uncertainty),
+                tip: std::array::from_fn(|k| Some(self.known.tip[k] + tip.offset[k]?.0)),
+                tip_uncertainty: match self.known.place {
+                    Some(_) => tip_uncertainty,
+                    None => [None; 3],
+                },
+                pole_uncertainty: pole,
+                shape: self.shape,
+            },
             tip_uncertainty,
-            centre: self.centre,
+            apart: tip.apart,
+            positions: self.groups.len(),
             noise,
-            touches: self.poses.len(),
+            touches: self.touches,
             worst: (worst, left[worst]),
-            file,
             undetermined,
+        })
+    }
+
+    /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
+    fn tip(&self, of_centre: f64) -> Result<Tip, QualifyError> {
+        let stated = self.known.place;
+        let rows = 3 * self.groups.len() + stated.map_or(0, |_| 3);
+        let mut seen = DVector::zeros(rows);
+        let mut all = DMatrix::zeros(rows, 6);
+        for (number, group) in self.groups.iter().enumerate() {
+            let at = 3 * number;
+            seen.rows_mut(at, 3).copy_from(&(group.centre / of_centre));
+            let unit = Matrix3::identity() / of_centre;
+            all.view_mut((at, 0), (3, 3)).copy_from(&unit);
+            all.view_mut((at, 3), (3, 3))
+                .copy_from(&(-group.turn / of_centre));
+        }
+        if let Some((place, uncertainty)) = stated {
+            let at = rows - 3;
+            seen.rows_mut(at, 3).copy_from(&(place / uncertainty));
+            let unit = Matrix3::identity() / uncertainty;
+            all.view_mut((at, 0), (3, 3)).copy_from(&unit);
+        }
+        let place = |k: usize| Unknown::Centre(0, k);
+        let mut kept: Vec<Unknown> = (0..3).map(place).chain((0..3).map(Unknown::Tip)).collect();
+        let column = |unknown: &Unknown| match *unknown {
+            Unknown::Tip(k) => 3 + k,
+            Unknown::Centre(_, k) => k,
+            _ => 0,
+        };
+        let by = loop {
+            let columns: Vec<usize> = kept.iter().map(column).collect();
+            let by = all.select_columns(&columns);
+            match confounded(&by, &kept)? {
+                None => break by,
+                Some(unknown) => kept.retain(|u| *u != unknown),
+            }
+        };
+        let inverse = (by.transpose() * &by).try_inverse();
+        let inverse = inverse.ok_or(QualifyError::NoSphere)?;
+        let found = &inverse * (by.transpose() * &seen);
+        let left = &seen - &by * &found;
+        let free = rows - by.ncols();
+        let square = left.norm_squared() / free.max(1) as f64;
+        // Rotary axes that do not turn where they should make the ball wander: what is seen counts less then.
+        let factor = if free > 0 {
+            square.max(1.0).sqrt()
+        } else {
+            1.0
+        };
+        Ok(Tip {
+            offset: std::array::from_fn(|k| {
+                let at = kept.iter().position(|u| *u == Unknown::Tip(k))?;
+                Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
+            }),
+            apart: (free > 0 && self.groups.len() > 1).then_some(square.sqrt() * of_centre),
         })
     }
 }
 
-/// Noise (mm) that is expected before it is known, and the least: probes repeat to 0.1 µm at best.
-const USUAL: f64 = 1e-3;
-const LEAST: f64 = 1e-4;
-/// No step is as long (mm).
-const FAR: f64 = 1e3;
-/// Of equal ones the last is chosen.
-const TIE: f64 = 1e-6;
+/// Where the tip is.
+struct Tip {
+    /// From where it was taken to be, in the spindle frame, with the standard uncertainty (mm).
+    offset: [Option<(f64, f64)>; 3],
+    apart: Option<f64>,
+}
 
 #[cfg(test)]
 mod tests {
@@ -537,7 +625,7 @@ mod tests {
         let touches = touches(&truth, &SEVERAL, &LATITUDES, 0.0, 1);
         let found = qualify(&machine(), &known(), &touches).unwrap();
         assert_eq!(found.undetermined, []);
-        assert!((found.centre - truth.centre).norm() < 1e-8);
+        assert!(found.apart.unwrap() < 1e-8);
         let pairs = pairs(&found, &truth);
         assert_eq!(pairs.len(), 11);
         for (name, off, _) in pairs {
@@ -565,9 +653,10 @@ mod tests {
                 assert_eq!(found.undetermined, []);
                 for (name, off, uncertainty) in pairs(&found, &truth) {
                     assert!(uncertainty > 0.0 && uncertainty < 0.01, "{name}");
-                    // The place is off by less than a standard uncertainty, always the same.
-                    if place.is_some() && name.starts_with("tip") {
-                        assert!(off.abs() < 2.0 * uncertainty, "{name}: {off} {uncertainty}");
+                    // The place is off by less than a standard uncertainty, always the same; and where the ball seems to be
+                    // scatters less than the noise at three positions.
+                    if name.starts_with("tip") {
+                        assert!(off.abs() < 4.0 * uncertainty, "{name}: {off} {uncertainty}");
                         continue;
                     }
                     covered += f64::from(u8::from(off.abs() < 2.0 * uncertainty));

@@ -1,8 +1,9 @@
 //! Clearances over moves, compared with dense sampling on random machines.
 
 use nalgebra::Vector3;
-use trueaxis_kinematics::{Htm, Nominal};
 use trueaxis_measure::clearance::{Body, Pair, RESOLVED, distance, nearest};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::kinematics::{Htm, Kinematics};
 use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, Shape};
 use trueaxis_tests::{Fixed, random_machines, usual_or_all};
 
@@ -98,7 +99,8 @@ fn no_sample_is_closer_than_what_is_proven() {
     let (mut clear, mut close) = (0, 0);
     for case in &machines {
         let machine = &case.machine;
-        let nominal = Nominal::new(machine);
+        let perfect = ErrorModel::perfect(machine);
+        let kinematics = Kinematics::new(machine, &perfect);
         for number in 0..12 {
             let axis = |branch: Branch, random: &mut Fixed| {
                 let of: Vec<usize> = (0..machine.axes.len())
@@ -182,12 +184,20 @@ fn no_sample_is_closer_than_what_is_proven() {
                     }
                 }
             }
-            // The frames are those of the tool's pose.
+            // The places are those of the tool's pose.
             let q = machine.to_kinematic(&from);
-            let carriers = nominal.carriers(&q);
-            let pose = carriers.workpiece.inverse() * carriers.spindle;
-            let off = pose.t - nominal.pose(&q, None).t + pose.r * Vector3::from(machine.tip);
-            assert!(off.norm() < 1e-9);
+            let [workpiece, spindle] = [Carrier::Workpiece, Carrier::Spindle].map(|carrier| {
+                let shape = Shape::Sphere { radius: 1.0 };
+                let origin = Htm::identity();
+                let body = Body {
+                    carrier,
+                    shape,
+                    place: origin,
+                };
+                place(machine, &q, &body)
+            });
+            let tool = workpiece.inverse() * spindle * Htm::translation(machine.tip.into());
+            assert!((tool.t - kinematics.nominal(&q, None).t).norm() < 1e-9);
         }
     }
     assert!(clear > 50 && close > 50, "{clear} {close}");

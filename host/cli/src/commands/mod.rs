@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod ballbar;
+mod calibrate;
+mod calibration;
 mod cec;
 mod compile;
 mod completions;
@@ -96,6 +98,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
     Generate(generate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -159,6 +162,7 @@ impl Command {
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),
             Self::Generate(arguments) => generate::run(&arguments),
+            Self::Calibrate(arguments) => calibrate::run(&arguments),
             Self::Flash(arguments) => flash::run(&arguments),
             Self::Monitor(arguments) => monitor::run(&arguments),
             Self::Control(arguments) => control::run(&arguments),

@@ -450,7 +450,7 @@ pub fn not_reached((row, reason): (Probing, Unreachable), strategy: &Probings) -
             "line {} of the strategy: ball {} cannot be touched: {reason}",
             row.line, strategy.balls[row.ball]
         ),
-        "leave this row out, or allow it: --cone, --clearance, the balls' away_from_table, the range of the axis",
+        "leave this row out, or allow it: --cone, --clearance, --keep-apart, the balls' away_from_table, the range of the axis",
     )
 }
 

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::{positive, size};
+use super::quantity::count;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -80,7 +81,8 @@ struct Answer {
     lobes: Vec<LobeAnswer>,
     tip_mm: [Option<f64>; 3],
     tip_standard_uncertainty_um: [Option<f64>; 3],
-    ball_mm: [f64; 3],
+    positions: usize,
+    ball_apart_um: Option<f64>,
     undetermined: Vec<String>,
 }
 
@@ -178,7 +180,8 @@ fn answer(found: &Qualified) -> Answer {
         lobes: file.shape.lobes.iter().map(lobe).collect(),
         tip_mm: file.tip,
         tip_standard_uncertainty_um: found.tip_uncertainty.map(|value| value.map(um)),
-        ball_mm: found.centre.into(),
+        positions: found.positions,
+        ball_apart_um: found.apart.map(um),
         undetermined: found.undetermined.iter().map(ToString::to_string).collect(),
     }
 }
@@ -187,9 +190,10 @@ fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
     let file = &found.file;
     let um = |mm: f64| mm * 1e3;
     let mut text = format!(
-        "{} touches, noise {:.2} µm; the worst is {:+.2} µm off (line {worst})\n\n\
+        "{} touches at {}, noise {:.2} µm; the worst is {:+.2} µm off (line {worst})\n\n\
          effective tip                     standard\n  radius        {:>10.4} mm {:>8.2} µm\n",
         found.touches,
+        count(found.positions, "rotary position"),
         um(found.noise),
         um(found.worst.1),
         file.radius,
@@ -223,7 +227,12 @@ fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
             );
         }
     }
-    if !has_place && file.tip.iter().any(Option::is_some) {
+    if let Some(apart) = found.apart {
+        text += &format!(
+            "the rotary positions see the ball {:.2} µm apart (rms): errors of the machine, and in what is said of the tip\n",
+            um(apart)
+        );
+    } else if !has_place && file.tip.iter().any(Option::is_some) {
         text += "where the tip is rests on where the rotary axes are: their errors are not in its uncertainty\n";
     }
     if !found.undetermined.is_empty() {

@@ -27,8 +27,8 @@ pub struct Touching {
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
     keep_apart: f64,
     /// Touch each ball this many times around, and half as often farther up, to qualify the probe (trueaxis qualify)
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = around)]
-    around: usize,
+    #[arg(long, value_name = "N", value_parser = around)]
+    around: Option<usize>,
     /// Leave out rows whose touches bring the stylus too close to another ball, even if no solids are described
     #[arg(long)]
     keep_clear: bool,
@@ -73,10 +73,7 @@ impl Touching {
     /// The same with the touches that qualify a probe.
     pub fn qualifying(&self) -> Self {
         Self {
-            around: match self.around {
-                0 => AROUND,
-                around => around,
-            },
+            around: self.around.or(Some(AROUND)),
             ..self.clone()
         }
     }
@@ -112,7 +109,7 @@ impl Touching {
             radius,
             stylus,
             keep: self.keep_apart,
-            around: self.around,
+            around: self.around.unwrap_or(0),
             clearance: self.clearance,
             search: self.search,
             cone: self.cone.unwrap_or(cone).to_radians(),

@@ -7,6 +7,7 @@ mod bad_positions;
 mod ballbar;
 mod cec;
 mod certificate;
+mod collisions;
 mod endless;
 mod gcode;
 mod generate;

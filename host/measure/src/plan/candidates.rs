@@ -33,6 +33,8 @@ pub struct Allowed {
     pub spindle: Vec<f64>,
     /// Directions from which each axis may arrive: 0 if it does not matter.
     pub directions: Vec<Vec<f64>>,
+    /// Balls at positions that may not be used.
+    pub(super) without: Vec<(String, Probing)>,
 }
 
 /// Why allowed positions are invalid.
@@ -84,6 +86,7 @@ impl Allowed {
             directions: (directions.iter())
                 .map(|matters| if *matters { vec![1.0, -1.0] } else { vec![0.0] })
                 .collect(),
+            without: Vec::new(),
         }
     }
 
@@ -212,7 +215,14 @@ impl Setup<'_> {
         for (i, directions) in allowed.directions.iter().enumerate() {
             rows = with(rows, directions, |row, i, v| row.direction[i] = v, i);
         }
-        rows.retain(|row| self.has_run_up(row));
+        let is_without = |row: &Probing| {
+            allowed.without.iter().any(|(ball, other)| {
+                *ball == self.balls[row.ball]
+                    && row.spindle == other.spindle
+                    && row.position == other.position
+            })
+        };
+        rows.retain(|row| self.has_run_up(row) && !is_without(row));
         let mut random = Pcg64Mcg::seed_from_u64(1);
         if rows.len() > MANY {
             rows.shuffle(&mut random);

@@ -1,7 +1,7 @@
 //! Whether anything meets anything else on the way of a strategy.
 
 use super::candidates::Setup;
-use super::scene::{Meeting, Scene, Way};
+use super::scene::{Meeting, Scene, Way, is_described};
 use super::steps::Step;
 use crate::formats::probings::Probings;
 use trueaxis_model::machine::PerAxis;
@@ -119,23 +119,36 @@ impl Move<'_> {
 /// [`Probe::keep`]: super::Probe::keep
 #[must_use]
 pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<Collision> {
+    let (row, meeting) = first(setup, strategy, steps)?;
+    let row = &strategy.rows[row];
+    Some(Collision {
+        line: row.line,
+        ball: strategy.balls[row.ball].clone(),
+        meeting,
+    })
+}
+
+/// The row to which the first such move belongs.
+fn first(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<(usize, Meeting)> {
     let mut course = Course::new(setup);
     let mut row = 0;
     for step in steps {
         if let Step::Row(number) = step {
             row = *number;
         }
-        let Some(of) = strategy.rows.get(row) else {
-            continue;
-        };
-        let ball = &strategy.balls[of.ball];
+        let ball = &strategy.balls[strategy.rows.get(row)?.ball];
         if let Some(meeting) = course.go(step).and_then(|one| one.meeting(ball)) {
-            return Some(Collision {
-                line: of.line,
-                ball: ball.clone(),
-                meeting,
-            });
+            return Some((row, meeting));
         }
     }
     None
+}
+
+/// The first row of a strategy that cannot be reached clear of what is described.
+pub(super) fn obstructed(setup: &Setup<'_>, strategy: &Probings) -> Option<usize> {
+    if !is_described(setup.machine, setup.artefact) {
+        return None;
+    }
+    let steps = super::steps::steps(setup, strategy).ok()?;
+    first(setup, strategy, &steps).map(|(row, _)| row)
 }

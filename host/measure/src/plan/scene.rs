@@ -127,10 +127,15 @@ impl<'a> Scene<'a> {
                 place,
             );
             if let Some(post) = ball.post {
-                let half = post.height / 2.0;
-                let radius = post.diameter / 2.0;
-                let place = along(&(centre - ball.away * half), &ball.away);
-                let shape = Shape::Cylinder { radius, half };
+                let thick = post.diameter / 2.0;
+                // From where it leaves the ball.
+                let begin = (radius * radius - thick * thick).max(0.0).sqrt();
+                let half = (post.height - begin).max(0.0) / 2.0;
+                let place = along(&(centre - ball.away * (begin + half)), &ball.away);
+                let shape = Shape::Cylinder {
+                    radius: thick,
+                    half,
+                };
                 scene.add(Part::Post(number), Carrier::Workpiece, shape, place);
             }
         }
