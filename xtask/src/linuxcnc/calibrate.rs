@@ -128,6 +128,7 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, drift: f64) -> Result<String, S
         "-o",
         "m/machine.model",
     ])?;
+    let qualifies = seed == QUALIFIED;
     let mut before = format!("halcmd setp trueaxis-model.drift {drift}; ");
     match fault {
         Fault::None => {}
@@ -149,7 +150,8 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, drift: f64) -> Result<String, S
     }
     let calibrate = format!(
         "{before}{trueaxis} linuxcnc calibrate machine.toml --artefact artefact.toml {PROBING} --probings 32 \
-         --validate 6 --folder run"
+         --validate 6 --folder run{}",
+        if qualifies { " --qualify one" } else { "" }
     );
     let unloaded = format!("{NO_FILE} && test ! -e machine.trax");
     let began = Instant::now();
@@ -169,6 +171,18 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, drift: f64) -> Result<String, S
                 "{fault:?} was not told, or something was loaded: {codes:?}"
             ))),
         };
+    }
+    if qualifies {
+        let probe = fs::read_to_string(bench.file("m/run/probe.toml"))
+            .map_err(|e| bad(&format!("probe.toml: {e}")))?;
+        let (_, radius) = probe
+            .split_once("tip_radius_mm = ")
+            .ok_or_else(|| bad(&probe))?;
+        let radius = radius.lines().next().and_then(|r| r.parse::<f64>().ok());
+        // Half of 6 mm less a pre-travel of 5 µm; scales and lobes that do not turn with the stylus are 2 µm.
+        if radius.is_none_or(|radius| (radius - 2.995).abs() > 3e-3) {
+            return Err(bad(&probe));
+        }
     }
     let is_unsure = printed.contains("nothing is loaded: the compensation might do more harm");
     if is_unsure && codes == [1, 0] {
@@ -397,6 +411,9 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         others
     })
 }
+
+/// The machine on which the probe is qualified first.
+const QUALIFIED: u64 = 3;
 
 /// Machines with a fault.
 const FAULTS: [(u64, Fault); 3] = [(17, Fault::Ball), (18, Fault::Stylus), (19, Fault::Sign)];

@@ -97,10 +97,10 @@ impl Shop {
             "--indexings",
             "A=-60:60:20,C=-180:150:30",
         ]);
-        command
-            .args(more)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        // It has the only connection to the board.
+        let said = fs::File::create(self.at("said")).unwrap();
+        command.args(more).stdout(said.try_clone().unwrap());
+        command.stderr(said);
         command.spawn().unwrap()
     }
 
