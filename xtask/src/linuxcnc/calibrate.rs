@@ -40,6 +40,18 @@ enum Fault {
     Sign,
 }
 
+impl Fault {
+    /// What must be said of it.
+    fn words(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Ball => "ball one has moved",
+            Self::Stylus => "check the length of the stylus",
+            Self::Sign => "C counts the other way",
+        }
+    }
+}
+
 /// Runs lines inside, in a folder, while LinuxCNC runs a configuration; returns what they printed and their codes.
 fn operate(
     bench: &Bench,
@@ -166,7 +178,9 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, drift: f64) -> Result<String, S
             .find(|l| l.starts_with("error:") || l.starts_with("warning:"))
             .unwrap_or("");
         return match codes[..] {
-            [1 | 2, 0] if !named.is_empty() => Ok(format!("{about}{fault:?}: {named}")),
+            [1 | 2, 0] if printed.contains(fault.words()) => {
+                Ok(format!("{about}{fault:?}: {named}"))
+            }
             _ => Err(bad(&format!(
                 "{fault:?} was not told, or something was loaded: {codes:?}"
             ))),

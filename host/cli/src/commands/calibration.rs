@@ -7,14 +7,14 @@ mod site;
 
 pub use site::{Corrects, Errand, Moves, Site};
 
-use crate::commands::Outcome;
-use crate::commands::Outcome::CheckFailed;
-use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
-use crate::commands::identify::no_model;
-use crate::commands::linuxcnc::probe::asked;
-use crate::commands::run_words;
-use crate::commands::touch_options::Touching;
+use super::Outcome;
+use super::Outcome::CheckFailed;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::identify::no_model;
+use super::probing::asked;
+use super::run_words;
+use super::touch_options::Touching;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::trial::{Corrector, on_trial};

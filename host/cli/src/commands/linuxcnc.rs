@@ -4,7 +4,7 @@ mod calibrate;
 mod check;
 mod configuration;
 mod model;
-pub mod probe;
+mod probe;
 mod setup;
 mod start;
 

@@ -36,6 +36,7 @@ mod policy;
 mod port;
 mod pose;
 mod position_argument;
+mod probing;
 mod probings;
 #[cfg_attr(target_family = "wasm", path = "progress_in_browser.rs")]
 mod progress;

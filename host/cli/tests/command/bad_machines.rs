@@ -313,33 +313,33 @@ fn solids_that_cannot_be_are_refused() {
     let cylinder = "name = \"t\"\ncarried_by = \"B\"\nshape = \"cylinder\"\n";
     refuses(
         "name = \"t\"\ncarried_by = \"C\"\nshape = \"box\"\nsize_mm = [1.0, 1.0, 1.0]\n",
-        30,
+        31,
         "the machine has no `C`",
         "\"spindle\", \"workpiece\" or \"foundation\"",
     );
     refuses(
         "name = \"t\"\ncarried_by = \"B\"\nshape = \"cone\"\n",
-        31,
+        32,
         "`cone` is not a shape",
         "\"capsule\"",
     );
-    refuses(cylinder, 31, "the size of this cylinder", "add diameter_mm");
+    refuses(cylinder, 32, "the size of this cylinder", "add diameter_mm");
     refuses(
         &format!("{cylinder}diameter_mm = 5.0\nlength_mm = 0.0\n"),
-        33,
+        34,
         "not the size of a part",
         "more than 0",
     );
     refuses(
         &format!("{cylinder}diameter_mm = 5.0\nlength_mm = 1.0\nsize_mm = [1.0, 1.0, 1.0]\n"),
-        34,
+        35,
         "a cylinder has no size_mm",
         "a box has size_mm",
     );
     let whole = format!("{cylinder}diameter_mm = 5.0\nlength_mm = 1.0\n");
     refuses(
         &format!("{whole}[[solid]]\n{whole}"),
-        35,
+        36,
         "another solid `t`",
         "a name of its own",
     );

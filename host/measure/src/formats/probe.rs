@@ -155,7 +155,8 @@ impl ProbeFile {
         };
         if !([uncertainty, file.pole_standard_uncertainty_mm].iter()).all(is_uncertainty)
             || !tip.iter().zip(&tip_uncertainty).all(is_placed)
-            || !(file.pole_mm.abs() <= LARGEST)
+            || file.pole_mm.is_nan()
+            || file.pole_mm.abs() > LARGEST
         {
             return wrong(file.tip_radius_standard_uncertainty_mm.span());
         }

@@ -1,6 +1,7 @@
 //! Candidate probings: balls at rotary positions that the stylus can reach.
 
-use super::touches::{Probe, Touching, Unreachable, touching};
+use super::touch::{Probe, Touching};
+use super::touches::{Unreachable, touching};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use rand::SeedableRng;

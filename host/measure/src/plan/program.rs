@@ -1,7 +1,8 @@
 //! Writes a strategy as a program for a controller.
 
 use super::candidates::Setup;
-use super::steps::{NotTouched, Step, Target, steps, target, touchings};
+use super::step::{Step, Target};
+use super::steps::{NotTouched, steps, target, touchings};
 use crate::formats::probings::Probings;
 use std::fmt::Write;
 use trueaxis_model::machine::{Machine, PerAxis};

@@ -1,7 +1,7 @@
 //! Finds probings that identify what the others cannot.
 
 use super::candidates::{Allowed, Setup};
-use super::touches::Probe;
+use super::touch::Probe;
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Foreseen, Identified, IdentifyError, Problem, Unknown};

@@ -1,6 +1,6 @@
 //! What must not meet while a machine probes: the solids of the machine file, balls with their posts, and the stylus.
 
-use super::touches::{Probe, Touching};
+use super::touch::{Probe, Touching};
 use crate::clearance::{Body, Pair, may_meet, nearest};
 use crate::formats::artefact::{Artefact, Ball};
 use crate::instrument::turned;

@@ -1,6 +1,7 @@
 //! Simulates touches on a machine with known errors.
 
-use super::touches::{Probe, touching};
+use super::touch::Probe;
+use super::touches::touching;
 use crate::formats::artefact::Artefact;
 use crate::formats::probe::Spherical;
 use crate::formats::probings::Probings;

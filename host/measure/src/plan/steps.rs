@@ -1,39 +1,16 @@
 //! A strategy as the moves of a machine, for a program or for a controller that is driven move by move.
 
 use super::candidates::{RUN_UP, Setup};
-use super::collision::Course;
-use super::touches::{SPARE, Touching, Unreachable};
+use super::course::Course;
+use super::step::{Step, Target};
+use super::touch::Touching;
+use super::touches::{SPARE, Unreachable};
 use crate::formats::probings::{Probing, Probings};
 use std::slice;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A row that cannot be touched, with the reason.
 pub type NotTouched = Box<(Probing, Unreachable)>;
-
-/// Positions of some axes (mm, deg), in the order X Y Z A B C U V W, by their index in the machine.
-pub type Target = Vec<(usize, f64)>;
-
-/// A move, or what precedes one.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Step {
-    /// What follows belongs to this row of the strategy, counted from 0.
-    Row(usize),
-    /// Turn the spindle to this angle (deg).
-    Orient(f64),
-    /// A rapid move, clear of everything.
-    Rapid(Target),
-    /// A move near a ball.
-    Near(Target),
-    /// A move towards a ball, until there is contact.
-    Touch {
-        /// Number of the touch in its row, from 0.
-        number: usize,
-        /// Where it begins: where the last step ended.
-        begin: Target,
-        /// Where it ends if there is no contact.
-        end: Target,
-    },
-}
 
 /// All touches of a strategy, row by row.
 ///

@@ -2,8 +2,8 @@
 
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
-use crate::commands::linuxcnc::probe::{CLEAR, SpeedOptions, Work, asked, bad, take_over};
 use crate::commands::port::PortArguments;
+use crate::commands::probing::{CLEAR, SpeedOptions, Work, asked, bad, take_over};
 use crate::commands::touch_options::Touching;
 use std::io::Write;
 use std::path::{Path, PathBuf};

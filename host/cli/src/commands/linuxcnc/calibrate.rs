@@ -1,10 +1,10 @@
 //! `trueaxis linuxcnc calibrate`
 
 use super::configuration;
-use super::probe::{SpeedOptions, bad, started};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::calibration::{Calibration, Corrects, Moves, Options, Site};
+use crate::commands::probing::{SpeedOptions, bad, started};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
