@@ -8,7 +8,7 @@ use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, Shape};
 use trueaxis_tests::{Fixed, random_machines, usual_or_all};
 
 /// Times at which a move is looked at, and points of the surface of one of the bodies.
-const TIMES: usize = 400;
+const TIMES: usize = 200;
 const POINTS: usize = 300;
 
 fn unit(random: &mut Fixed) -> Vector3<f64> {

@@ -47,7 +47,7 @@ impl Fault {
             Self::None => "",
             Self::Ball => "ball one has moved",
             Self::Stylus => "check the length of the stylus",
-            Self::Sign => "C counts the other way",
+            Self::Sign => "counts the other way in the machine file",
         }
     }
 }

@@ -25,6 +25,7 @@ mod outside;
 mod plan;
 mod pose;
 mod program;
+mod qualify;
 mod report;
 mod results;
 mod schemes;
