@@ -103,6 +103,14 @@ pub enum QualifyError {
     /// All in a plane, or the like.
     #[error("the touches do not show where the ball is: they are in a plane, or on one side of it")]
     NoSphere,
+    /// Another ball, another machine, or a rotary axis that counts the other way.
+    #[error(
+        "the rotary positions do not see one ball: it, or the tip, would be {off:.1} mm from where it is stated"
+    )]
+    Elsewhere {
+        /// The distance (mm).
+        off: f64,
+    },
     /// No touch is where the ball can be.
     #[error(
         "the touches are no part of a ball of {radius:.3} mm with the tip: one is off by {off:.3} mm"
@@ -122,6 +130,8 @@ const STILL: f64 = 1e-10;
 const ZERO: f64 = 1e-4;
 /// A pre-travel is less than this (mm).
 const OFF: f64 = 0.5;
+/// A tip is within this of its stated place, and a ball of its place, whatever the errors of the machine (mm).
+const ELSEWHERE: f64 = 5.0;
 /// No step is as long (mm).
 const FAR: f64 = 1e3;
 /// The least noise (mm): probes repeat to 0.1 µm at best.

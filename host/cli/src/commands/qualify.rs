@@ -109,6 +109,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let remedy = match error {
             QualifyError::TooFew { .. } => "touch the ball more often: --around 12",
             QualifyError::NoSphere => "touch it at two latitudes and at the pole: --around 12",
+            QualifyError::Elsewhere { .. } => {
+                "give the log of touches of one ball; check tip_mm, and which way each rotary axis counts in the machine file"
+            }
             QualifyError::NotTheBall { .. } => {
                 "give the log of touches of one ball, and its diameter; a touch of something else has to be taken out"
             }

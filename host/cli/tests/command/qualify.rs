@@ -92,7 +92,7 @@ fn lobes_are_found_and_taken_out_of_other_touches() {
     // Not of this ball, of too few touches, of another machine.
     refused(
         &["qualify", &machine, &log, "--ball-diameter", "20"],
-        &["no part of a ball"],
+        &["do not see one ball", "touches of one ball"],
     );
     let few: Vec<String> = std::fs::read_to_string(&ball)
         .unwrap()
