@@ -384,6 +384,11 @@ impl<'a> Fit<'a> {
         let squares: f64 = centres.filter_map(&of).map(|u| u * u).sum();
         let of_centre = (squares / (3 * self.groups.len()) as f64).sqrt().max(LEAST);
         let tip = self.tip(of_centre)?;
+        let offsets = tip.offset.iter().flatten().map(|(offset, _)| offset.abs());
+        let off = offsets.chain(tip.apart).fold(0.0, f64::max);
+        if off > ELSEWHERE {
+            return Err(QualifyError::Elsewhere { off });
+        }
         undetermined.extend(
             (0..3)
                 .filter(|k| tip.offset[*k].is_none())
@@ -718,6 +723,15 @@ mod tests {
         let refused = qualify(&machine(), &known(), &wrong);
         assert!(
             matches!(refused, Err(QualifyError::NotTheBall { .. })),
+            "{refused:?}"
+        );
+        let mut other = about.clone();
+        for touch in &mut other[..25] {
+            touch[4] += 20.0;
+        }
+        let refused = qualify(&machine(), &known(), &other);
+        assert!(
+            matches!(refused, Err(QualifyError::Elsewhere { .. })),
             "{refused:?}"
         );
         let few = qualify(&machine(), &known(), &one[..4]);
