@@ -119,6 +119,7 @@ impl Case {
                 name: name.clone(),
                 nominal: Some(tip),
                 away: Vector3::z(),
+                post: None,
             });
         }
         for k in 0..rows * TRIES {

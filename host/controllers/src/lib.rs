@@ -1,5 +1,5 @@
 //! Interfaces to controllers: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link to a
-//! board.
+//! board, compensations on trial.
 //!
 //! Builds on `trueaxis-model` and `trueaxis-tables`.
 #![forbid(unsafe_code)]
@@ -21,3 +21,4 @@ pub mod rigid_body;
 pub mod sampled;
 pub mod skew;
 mod text_lines;
+pub mod trial;

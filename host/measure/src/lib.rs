@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod ballbar;
+pub mod clearance;
 pub mod compare;
 pub mod direct;
 pub mod formats;
@@ -12,5 +13,6 @@ pub mod identify;
 pub mod instrument;
 pub mod plan;
 pub mod probe;
+pub mod qualify;
 pub mod simulate;
 pub mod spheres;

@@ -4,7 +4,7 @@
 //! early without a message when the computer is busy. Here every touch is confirmed and logged before the next move.
 
 use crate::formats::probings::{Probing, Probings};
-use crate::plan::{PER_BALL, Step, Target};
+use crate::plan::{Step, Target};
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A machine with a probe.
@@ -227,10 +227,15 @@ impl Record<'_> {
     }
 }
 
-/// What a log that was stopped early has of a strategy: its lines for rows with all touches, with the header, and the
-/// rows that are missing. `None` if it is not a log of these rows.
+/// What a log that was stopped early has of a strategy: its lines for rows with all `per_ball` touches, with the header,
+/// and the rows that are missing. `None` if it is not a log of these rows.
 #[must_use]
-pub fn resume(log: &str, header: &str, strategy: &Probings) -> Option<(String, Probings)> {
+pub fn resume(
+    log: &str,
+    header: &str,
+    strategy: &Probings,
+    per_ball: usize,
+) -> Option<(String, Probings)> {
     let lines = log.strip_prefix(header)?;
     let mut lines = lines.split_inclusive('\n').peekable();
     let mut kept = header.to_owned();
@@ -239,13 +244,13 @@ pub fn resume(log: &str, header: &str, strategy: &Probings) -> Option<(String, P
         let own = format!("{},{},", row.line, strategy.balls[row.ball]);
         let mut touches = String::new();
         let mut count = 0;
-        while count < PER_BALL
+        while count < per_ball
             && let Some(line) = lines.next_if(|line| line.starts_with(&own) && line.ends_with('\n'))
         {
             touches += line;
             count += 1;
         }
-        if count < PER_BALL {
+        if count < per_ball {
             break;
         }
         kept += &touches;
@@ -295,17 +300,23 @@ mod tests {
         };
         let (head, strategy) = ("row,ball,touch,X\n", strategy());
         let log = format!("{head}{}{}3,1,4,0.", touches(2, 5), touches(3, 3));
-        let (kept, rest) = resume(&log, head, &strategy).unwrap();
+        let (kept, rest) = resume(&log, head, &strategy, 5).unwrap();
         assert_eq!(kept, format!("{head}{}", touches(2, 5)));
         assert_eq!(rest.rows, strategy.rows[1..]);
-        let (kept, rest) = resume(&log[..head.len()], head, &strategy).unwrap();
+        let (kept, rest) = resume(&log[..head.len()], head, &strategy, 5).unwrap();
         assert_eq!((kept.as_str(), rest.rows.len()), (head, 2));
         let whole = format!("{head}{}{}", touches(2, 5), touches(3, 5));
-        assert!(resume(&whole, head, &strategy).unwrap().1.rows.is_empty());
+        assert!(
+            resume(&whole, head, &strategy, 5)
+                .unwrap()
+                .1
+                .rows
+                .is_empty()
+        );
         // Logs of others: another header, a row that is not there, and more than all rows.
-        assert!(resume(&whole, "row,ball,touch,Y\n", &strategy).is_none());
-        assert!(resume(&format!("{head}{}", touches(7, 5)), head, &strategy).is_none());
-        assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy).is_none());
+        assert!(resume(&whole, "row,ball,touch,Y\n", &strategy, 5).is_none());
+        assert!(resume(&format!("{head}{}", touches(7, 5)), head, &strategy, 5).is_none());
+        assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy, 5).is_none());
     }
 
     /// Records its commands, and fails or finds no contact at a given one.

@@ -6,6 +6,7 @@ mod log_contents;
 mod resumed;
 mod strategy;
 
+pub(crate) use fit::start;
 pub use fit::{Centre, FitError, Fitted, fit};
 pub use log::{Touched, read_log};
 pub use log_contents::{LogContents, to_probings};

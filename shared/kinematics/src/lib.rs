@@ -81,7 +81,7 @@ pub use machine::Machine;
 pub use motion::{Change, MAX_CHANGES, Motion, Table};
 /// The crate for the vectors and matrices used in poses.
 pub use nalgebra;
-pub use nominal::Nominal;
+pub use nominal::{Carriers, Nominal};
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
 pub use policy::Policy;
 pub use sensitivity::Sensitivity;

@@ -35,6 +35,17 @@ pub(crate) type Links = Vec<Link, MAX_AXES>;
 /// Poses of the frame of every axis, then of the spindle.
 pub(crate) type Frames = [Htm; MAX_AXES + 1];
 
+/// Frames in the foundation frame (mm, rad): a point fixed to one of them is found by multiplying.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Carriers {
+    /// Of each axis, moved; identity beyond the last axis.
+    pub axes: [Htm; MAX_AXES],
+    /// Of the spindle.
+    pub spindle: Htm,
+    /// Of the workpiece.
+    pub workpiece: Htm,
+}
+
 /// The kinematics of a machine without errors.
 #[derive(Clone, Debug)]
 pub struct Nominal<'a> {
@@ -97,6 +108,19 @@ impl<'a> Nominal<'a> {
         }
         before[self.machine.axes.len()] = last * self.to_spindle;
         (before, after)
+    }
+
+    /// Every frame that something can be fixed to, in the foundation frame, at a position (mm, rad).
+    #[must_use]
+    pub fn carriers(&self, q: &PerAxis) -> Carriers {
+        let (before, after) = self.frames(q);
+        let last = self.workpiece.last();
+        let last = last.map_or(Htm::identity(), |link| after[link.index]);
+        Carriers {
+            axes: core::array::from_fn(|i| after[i]),
+            spindle: before[self.machine.axes.len()],
+            workpiece: last * self.to_workpiece,
+        }
     }
 
     /// Location of an axis in the foundation frame at a position (mm, rad): the origin of its frame (mm), and the
@@ -205,5 +229,11 @@ mod tests {
         near(line(2), [[0.0, -50.0, 10.0], [0.0, -1.0, 0.0]]);
         near(line(3), [[5.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
         assert!(nominal.line(&q, 5).is_none());
+        // The pose of the tool is the spindle seen from the workpiece.
+        let carriers = nominal.carriers(&q);
+        let pose = carriers.workpiece.inverse() * carriers.spindle;
+        let expected = nominal.pose(&q, None);
+        assert!((pose.t - expected.t).norm() + (pose.r - expected.r).norm() < 1e-13);
+        assert_eq!(carriers.axes[2].t, nominal.line(&q, 2).unwrap()[0]);
     }
 }

@@ -1,6 +1,7 @@
 //! Tests across host crates, in one program.
 
 mod best_effort;
+mod clearance;
 mod direct;
 mod eq42;
 mod explain;

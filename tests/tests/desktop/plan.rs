@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probe::Spherical;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
 use trueaxis_measure::plan::{
@@ -29,6 +30,9 @@ const PROBE: Probe = Probe {
     clearance: 5.0,
     search: 3.0,
     cone: std::f64::consts::FRAC_PI_2,
+    stylus: 3.0,
+    keep: 1.0,
+    around: 0,
     keeps_clear: false,
 };
 /// Standard uncertainty of a coordinate (mm).
@@ -283,6 +287,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                 &real,
                 &strategy,
                 &PROBE,
+                &Spherical::default(),
                 &disturbances,
             );
             let log = touch_log(&case.machine, &touched.unwrap());
@@ -291,10 +296,26 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             // mm from its centre, it is found up to 1 µm off. Correcting for them avoids this.
             let mut known = perfect.clone();
             for _ in 0..3 {
-                let found = to_probings(&case.machine, &strategy, &log, None, &known).unwrap();
+                let found = to_probings(
+                    &case.machine,
+                    &strategy,
+                    &log,
+                    None,
+                    &Spherical::default(),
+                    &known,
+                )
+                .unwrap();
                 known = case.identified(&found.probings).errors;
             }
-            let found = to_probings(&case.machine, &strategy, &log, None, &known).unwrap();
+            let found = to_probings(
+                &case.machine,
+                &strategy,
+                &log,
+                None,
+                &Spherical::default(),
+                &known,
+            )
+            .unwrap();
             assert!(
                 noise > 0.0 || found.fitted.doubtful.is_empty(),
                 "{:?}",

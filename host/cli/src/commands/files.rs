@@ -11,6 +11,7 @@ use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_measure::direct::counted_twice;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::{self, Observations};
+use trueaxis_measure::formats::probe::ProbeFile;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -158,6 +159,12 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
 pub fn read_artefact(path: &Path, machine: &Machine) -> Result<Artefact, BadInput> {
     let text = Text::read(path)?;
     Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))
+}
+
+/// Reads a qualified probe.
+pub fn read_probe(path: &Path, machine: &Machine) -> Result<ProbeFile, BadInput> {
+    let text = Text::read(path)?;
+    ProbeFile::from_toml(&text.text, machine).map_err(|e| text.bad(e))
 }
 
 /// Reads a strategy: which ball is probed at which rotary positions.

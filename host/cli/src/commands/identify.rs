@@ -62,6 +62,9 @@ pub struct Arguments {
     /// What is known about balls, bars and stylus (artefact.toml)
     #[arg(long, value_name = "FILE")]
     artefact: Option<PathBuf>,
+    /// The probe, qualified: where its tip is, with uncertainties (probe.toml)
+    #[arg(long, value_name = "PROBE.toml")]
+    probe: Option<PathBuf>,
     /// Where to write the parameters (errors.toml)
     #[arg(short, long, value_name = "ERRORS.toml")]
     output: Option<PathBuf>,
@@ -99,6 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(&arguments.machine),
         arguments.probings.as_ref(),
         arguments.artefact.as_ref(),
+        arguments.probe.as_ref(),
         arguments.update.as_ref(),
         arguments.active.as_ref(),
         arguments.before.as_ref(),
@@ -114,10 +118,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
-    let artefact = match &arguments.artefact {
+    let mut artefact = match &arguments.artefact {
         Some(path) => files::read_artefact(path, &machine)?,
         None => Artefact::default(),
     };
+    if let Some(path) = &arguments.probe {
+        files::read_probe(path, &machine)?.known(&mut artefact.stylus);
+    }
     let mut measured = match &arguments.probings {
         Some(path) => {
             let text = Text::read(path)?;
@@ -434,6 +441,7 @@ impl Arguments {
             ("errors", self.output.as_ref()),
             ("probings", self.probings.as_ref()),
             ("artefact", self.artefact.as_ref()),
+            ("probe", self.probe.as_ref()),
         ];
         let observed = self.observations.iter();
         let observed = observed.map(|path| ("observations", Some(path)));

@@ -26,7 +26,7 @@ enum What {
     Check(check::Arguments),
     Model(model::Arguments),
     Probe(probe::Arguments),
-    Calibrate(calibrate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {

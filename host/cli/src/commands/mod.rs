@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod ballbar;
+mod calibrate;
+mod calibration;
 mod cec;
 mod compile;
 mod completions;
@@ -34,9 +36,11 @@ mod policy;
 mod port;
 mod pose;
 mod position_argument;
+mod probing;
 mod probings;
 #[cfg_attr(target_family = "wasm", path = "progress_in_browser.rs")]
 mod progress;
+mod qualify;
 mod quantity;
 mod random;
 mod replace;
@@ -85,6 +89,7 @@ enum Command {
     Identify(identify::Arguments),
     Plan(Box<plan::Arguments>),
     Probings(probings::Arguments),
+    Qualify(qualify::Arguments),
     Measured(measured::Arguments),
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
@@ -94,6 +99,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
     Generate(generate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -149,6 +155,7 @@ impl Command {
             Self::Identify(arguments) => identify::run(&arguments),
             Self::Plan(arguments) => plan::run(&arguments),
             Self::Probings(arguments) => probings::run(&arguments),
+            Self::Qualify(arguments) => qualify::run(&arguments),
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Iso2302(arguments) => iso230_2::run(&arguments),
             Self::Iso2303(arguments) => iso230_3::run(&arguments),
@@ -156,6 +163,7 @@ impl Command {
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),
             Self::Generate(arguments) => generate::run(&arguments),
+            Self::Calibrate(arguments) => calibrate::run(&arguments),
             Self::Flash(arguments) => flash::run(&arguments),
             Self::Monitor(arguments) => monitor::run(&arguments),
             Self::Control(arguments) => control::run(&arguments),

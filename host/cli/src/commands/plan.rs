@@ -435,11 +435,11 @@ impl Arguments {
     }
 }
 
-/// A move on which the stylus would meet a ball.
+/// A move on which two solids would come too close.
 pub fn collides(collision: &Collision) -> BadInput {
     BadInput::new(
         collision.to_string(),
-        "place the balls further apart, limit --indexings, or probe fewer rows: nothing was written, and nothing has moved",
+        "leave this row out (--indexings), place the balls elsewhere, or correct the solids of machine file and artefact: nothing was written, and nothing has moved",
     )
 }
 
@@ -450,7 +450,7 @@ pub fn not_reached((row, reason): (Probing, Unreachable), strategy: &Probings) -
             "line {} of the strategy: ball {} cannot be touched: {reason}",
             row.line, strategy.balls[row.ball]
         ),
-        "leave this row out, or allow it: --cone, --clearance, the balls' away_from_table, the range of the axis",
+        "leave this row out, or allow it: --cone, --clearance, --keep-apart, the balls' away_from_table, the range of the axis",
     )
 }
 

@@ -13,7 +13,7 @@ pub struct PortArguments {
     #[arg(long, value_name = "PORT")]
     pub port: String,
     /// Baud rate of a serial device
-    #[arg(long, value_name = "RATE", default_value_t = 115_200)]
+    #[arg(long, value_name = "RATE", default_value_t = Self::BAUD)]
     pub baud: u32,
 }
 
@@ -50,6 +50,9 @@ impl Connection {
 pub type AnyClient = Client<Box<dyn Port + Send>>;
 
 impl PortArguments {
+    /// Baud rate of a serial device if none is given.
+    pub const BAUD: u32 = 115_200;
+
     /// Opens the port and performs the handshake.
     pub fn connect(&self) -> Result<(AnyClient, Controller), BadInput> {
         let port = link::open(&self.port, self.baud).map_err(|error| {

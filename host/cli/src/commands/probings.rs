@@ -39,11 +39,14 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["strategy", "ball_diameter", "stylus_diameter", "errors"])]
     apply: Option<PathBuf>,
     /// Diameter of the balls, to use it instead of fitting it
-    #[arg(long, value_name = "MM", requires = "stylus_diameter", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = positive)]
     ball_diameter: Option<f64>,
     /// Qualified diameter of the stylus tip
     #[arg(long, value_name = "MM", requires = "ball_diameter", value_parser = positive)]
     stylus_diameter: Option<f64>,
+    /// The probe, qualified: lobing is taken out of the touches, and with --ball-diameter its radius is used (probe.toml)
+    #[arg(long, value_name = "PROBE.toml", conflicts_with = "apply")]
+    probe: Option<PathBuf>,
     /// Known errors of the machine, from a first identification; errors of scale and squareness distort the fit of
     /// balls that were not touched evenly
     #[arg(long, value_name = "ERRORS.toml")]
@@ -55,7 +58,12 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log];
-    let others = [&arguments.strategy, &arguments.apply, &arguments.errors];
+    let others = [
+        &arguments.strategy,
+        &arguments.apply,
+        &arguments.errors,
+        &arguments.probe,
+    ];
     inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
@@ -94,9 +102,22 @@ impl Arguments {
         let strategy = files::read_strategy(strategy, machine)?;
         let text = Text::read(&self.log)?;
         let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
-        let diameters = self.ball_diameter.zip(self.stylus_diameter);
+        let probe = self.probe.as_deref();
+        let probe = probe
+            .map(|path| files::read_probe(path, machine))
+            .transpose()?;
+        let qualified = probe.as_ref().map(|probe| 2.0 * probe.radius);
+        let stylus = self.stylus_diameter.or(qualified);
+        if self.ball_diameter.is_some() && stylus.is_none() {
+            return Err(BadInput::new(
+                "--ball-diameter without the diameter of the stylus tip",
+                "give --stylus-diameter, or --probe with a qualified probe",
+            ));
+        }
+        let diameters = self.ball_diameter.zip(stylus);
+        let lobing = probe.map(|probe| probe.shape).unwrap_or_default();
         let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
-        let found = to_probings(machine, &strategy, &log, radius, &errors);
+        let found = to_probings(machine, &strategy, &log, radius, &lobing, &errors);
         let found = found.map_err(|e| text.bad(e))?;
         let csv = probings::write(&found.probings, machine);
         Ok((csv, said(&found, radius.is_some())))

@@ -6,7 +6,7 @@ use clap::Args;
 use trueaxis_measure::plan::Probe;
 
 /// Geometry of the touches.
-#[derive(Args)]
+#[derive(Clone, Args)]
 pub struct Touching {
     /// Diameter of the balls (required for a program, otherwise 20)
     #[arg(long, value_name = "MM", value_parser = positive)]
@@ -23,7 +23,13 @@ pub struct Touching {
     /// Largest angle between the stylus and the direction in which a ball stands off the table (default: 60)
     #[arg(long, value_name = "DEG", value_parser = cone)]
     cone: Option<f64>,
-    /// Leave out rows on which the stylus, as thick as its tip, would pass another ball on its way along the tool axis
+    /// Distance that stylus and tool side keep from the solids of machine file and artefact, on every move
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    keep_apart: f64,
+    /// Touch each ball this many times around, and half as often farther up, to qualify the probe (trueaxis qualify)
+    #[arg(long, value_name = "N", value_parser = around)]
+    around: Option<usize>,
+    /// Leave out rows whose touches bring the stylus too close to another ball, even if no solids are described
     #[arg(long)]
     keep_clear: bool,
 }
@@ -31,8 +37,16 @@ pub struct Touching {
 /// Diameters of ball and stylus (mm) if nothing is written that moves a machine.
 const BALL: f64 = 20.0;
 const STYLUS: f64 = 6.0;
+/// Default number of touches around a ball that qualify a probe.
+const AROUND: usize = 12;
 /// Default of the largest angle of the stylus (deg).
 const CONE: f64 = 60.0;
+
+/// Enough directions for the lowest orders of lobes.
+fn around(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (6..=100).contains(count));
+    count.ok_or_else(|| "give a number from 6 to 100".to_owned())
+}
 
 impl Touching {
     /// The options that were given, for another command.
@@ -42,12 +56,26 @@ impl Touching {
             ("--stylus-diameter", self.stylus_diameter),
             ("--clearance", Some(self.clearance)),
             ("--search", Some(self.search)),
+            ("--keep-apart", Some(self.keep_apart)),
             ("--cone", self.cone),
         ];
         let words = given.into_iter();
         words
             .filter_map(|(name, value)| Some((name, value?.to_string())))
             .collect()
+    }
+
+    /// The diameter of the balls, if it was given (mm).
+    pub fn ball_diameter(&self) -> Option<f64> {
+        self.ball_diameter
+    }
+
+    /// The same with the touches that qualify a probe.
+    pub fn qualifying(&self) -> Self {
+        Self {
+            around: self.around.or(Some(AROUND)),
+            ..self.clone()
+        }
     }
 
     /// The probe for a machine that moves: both diameters are given.
@@ -69,7 +97,8 @@ impl Touching {
     /// The same with another default angle (deg).
     pub fn probe_within(&self, cone: f64) -> Result<Probe, BadInput> {
         let ball = self.ball_diameter.unwrap_or(BALL);
-        let radius = (ball + self.stylus_diameter.unwrap_or(STYLUS)) / 2.0;
+        let stylus = self.stylus_diameter.unwrap_or(STYLUS) / 2.0;
+        let radius = ball / 2.0 + stylus;
         if self.search >= radius {
             return Err(BadInput::new(
                 format!("--search {} would go through the ball", self.search),
@@ -78,6 +107,9 @@ impl Touching {
         }
         Ok(Probe {
             radius,
+            stylus,
+            keep: self.keep_apart,
+            around: self.around.unwrap_or(0),
             clearance: self.clearance,
             search: self.search,
             cone: self.cone.unwrap_or(cone).to_radians(),

@@ -297,3 +297,50 @@ fn a_corner_of_a_correction_takes_one_servo_period() {
     let parts = ["line 2: a servo period of 11 ms is not between 0.001 and 10 ms"];
     refuses_limits(&[(TOP, "servo_period_ms = 11.0")], roof, &parts);
 }
+
+#[test]
+fn solids_that_cannot_be_are_refused() {
+    let solid = |more: &str| format!("[tool]\ntip_mm = [0.0, 0.0, -74.0]\n[[solid]]\n{more}");
+    let refuses = |more: &str, line: usize, cause: &str, remedy: &str| {
+        refuses(
+            "[tool]\ntip_mm = [0.0, 0.0, -74.0]\n",
+            &solid(more),
+            line,
+            cause,
+            remedy,
+        );
+    };
+    let cylinder = "name = \"t\"\ncarried_by = \"B\"\nshape = \"cylinder\"\n";
+    refuses(
+        "name = \"t\"\ncarried_by = \"C\"\nshape = \"box\"\nsize_mm = [1.0, 1.0, 1.0]\n",
+        31,
+        "the machine has no `C`",
+        "\"spindle\", \"workpiece\" or \"foundation\"",
+    );
+    refuses(
+        "name = \"t\"\ncarried_by = \"B\"\nshape = \"cone\"\n",
+        32,
+        "`cone` is not a shape",
+        "\"capsule\"",
+    );
+    refuses(cylinder, 32, "the size of this cylinder", "add diameter_mm");
+    refuses(
+        &format!("{cylinder}diameter_mm = 5.0\nlength_mm = 0.0\n"),
+        34,
+        "not the size of a part",
+        "more than 0",
+    );
+    refuses(
+        &format!("{cylinder}diameter_mm = 5.0\nlength_mm = 1.0\nsize_mm = [1.0, 1.0, 1.0]\n"),
+        35,
+        "a cylinder has no size_mm",
+        "a box has size_mm",
+    );
+    let whole = format!("{cylinder}diameter_mm = 5.0\nlength_mm = 1.0\n");
+    refuses(
+        &format!("{whole}[[solid]]\n{whole}"),
+        36,
+        "another solid `t`",
+        "a name of its own",
+    );
+}

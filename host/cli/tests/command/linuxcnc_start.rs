@@ -195,10 +195,15 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
         "--overwrite",
         "--yes",
     ];
+    let before = [folder.names().join(" "), read(&folder, "mill.ini")];
     for reading in [["--dial", "X=4"], ["--scale", "X=2/100"]] {
         fails(
-            &[&start[..], &reading].concat(),
-            "the INI file already compensates X",
+            &[&start[..], &["--install"], &reading].concat(),
+            "the INI file already compensates X (BACKLASH = 0.01 in ",
+        );
+        assert_eq!(
+            [folder.names().join(" "), read(&folder, "mill.ini")],
+            before
         );
     }
     // It is still in the INI file, and would compensate twice.
@@ -304,5 +309,35 @@ fn readings_that_are_not_understood_change_nothing() {
             &["--scale", wrong, "X=2/100"],
         );
         assert_eq!(folder.names(), before);
+    }
+}
+
+#[test]
+fn a_travel_that_is_not_known_is_not_invented() {
+    let folder = mill("");
+    let ini = read(&folder, "mill.ini");
+    for key in ["MAX_LIMIT", "MIN_LIMIT"] {
+        let (mut is_second, mut text) = (false, String::new());
+        for line in ini.lines() {
+            // Of the joint Y.
+            is_second |= line == "[JOINT_1]";
+            if is_second && line.starts_with(key) {
+                is_second = false;
+                continue;
+            }
+            text += &format!("{line}\n");
+        }
+        assert_ne!(text, ini);
+        folder.file("mill.ini", &text);
+        let before = folder.names();
+        refused(
+            &path(&folder.at("mill.ini")),
+            &[
+                "joint 1 (axis Y) has no MIN_LIMIT and MAX_LIMIT",
+                "[JOINT_1]",
+            ],
+        );
+        assert_eq!(folder.names(), before);
+        assert_eq!(read(&folder, "mill.ini"), text);
     }
 }

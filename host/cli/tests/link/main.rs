@@ -1,5 +1,6 @@
 //! Host and controller together: the client and the command `trueaxis` with a device simulated on the desktop.
 
+mod calibrate;
 mod command;
 mod control;
 mod hosts;

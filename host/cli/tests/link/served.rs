@@ -8,6 +8,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use trueaxis_firmware::desktop::Desktop;
+use trueaxis_firmware::device::{Command, LinkOnly, NoClock, PositionSource};
+
+/// Servo periods between two looks at the line.
+const PERIODS: usize = 5;
+
+/// A position that is always commanded.
+struct Position([f32; 8]);
+
+impl PositionSource<[f32; 8]> for Position {
+    fn take(&mut self) -> Option<Command<[f32; 8]>> {
+        Some(Command::new(self.0, 0xff))
+    }
+}
 
 /// A device that is served until it is taken back.
 pub struct Served {
@@ -20,6 +33,10 @@ pub struct Served {
 impl Served {
     /// Serves it by TCP, one connection after the other.
     pub fn tcp(desktop: Desktop) -> Self {
+        Self::by_tcp(desktop, |_| ())
+    }
+
+    fn by_tcp(desktop: Desktop, mut each: impl FnMut(&mut Desktop) + Send + 'static) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = format!("tcp:{}", listener.local_addr().unwrap());
         listener.set_nonblocking(true).unwrap();
@@ -33,6 +50,19 @@ impl Served {
                 && !exchange(open, desktop)
             {
                 stream = None;
+            }
+            each(desktop);
+        })
+    }
+
+    /// Serves it by TCP, while a motion controller commands a position on referenced axes.
+    pub fn moving(desktop: Desktop, position: [f32; 8]) -> Self {
+        let mut source = Position(position);
+        Self::by_tcp(desktop, move |desktop| {
+            for _ in 0..PERIODS {
+                desktop
+                    .servo
+                    .lock(|side| side.tick(&mut source, &mut LinkOnly, &NoClock));
             }
         })
     }

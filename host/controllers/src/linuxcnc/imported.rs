@@ -29,6 +29,20 @@ pub struct Import {
     source: String,
 }
 
+impl Import {
+    /// The letter of the axis.
+    #[must_use]
+    pub fn letter(&self) -> char {
+        self.joint.letter
+    }
+
+    /// The line in the INI file, for readers.
+    #[must_use]
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+}
+
 /// Reads what the configuration compensates; `open` opens the files that it names.
 ///
 /// # Errors

@@ -374,19 +374,31 @@ def keep(_):
     return {}
 
 
-def end():
-    """Stops, and puts back what was changed, last first."""
-    if modes:
-        command.abort()
-        command.wait_complete()
+def putting_back():
+    """What puts back files, then pins."""
     undone = []
     for path, (component, contents) in files_before.items():
         undone += [lambda p=path, c=contents: put(p, c), lambda c=component: reload(c)]
     for name, value in pins_before.items():
         undone.append(lambda n=name, v=value: hal.set_p(n, str(int(v) if isinstance(v, bool) else v)))
-    for undo in undone + [lambda line=line: mdi(line) for line in reversed(modes)]:
+    return undone
+
+
+def undo(_):
+    """Puts back pins and files as they were before the first change."""
+    for one in putting_back():
+        one()
+    return keep(_)
+
+
+def end():
+    """Stops, and puts back what was changed, last first."""
+    if modes:
+        command.abort()
+        command.wait_complete()
+    for one in putting_back() + [lambda line=line: mdi(line) for line in reversed(modes)]:
         try:
-            undo()
+            one()
         except (Refused, RuntimeError, OSError, linuxcnc.error) as error:
             print("trueaxis: %s" % (error.args[0],), file=sys.stderr)
 
@@ -394,7 +406,7 @@ def end():
 # Lines that put modes back, and pins and files as they were.
 modes, pins_before, files_before = [], {}, {}
 components = []
-DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, load, keep)}
+DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, load, keep, undo)}
 
 
 def main():

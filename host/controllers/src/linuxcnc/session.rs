@@ -239,6 +239,15 @@ impl Session {
         Ok(())
     }
 
+    /// Puts back pins and files as they were before the first change, as the end of the session would.
+    ///
+    /// # Errors
+    /// The component does not take its file.
+    pub fn undo(&mut self) -> Result<(), SessionError> {
+        let Nothing {} = self.ask(&json!({"do": "undo"}))?;
+        Ok(())
+    }
+
     /// Pins and files stay as they were set.
     ///
     /// # Errors

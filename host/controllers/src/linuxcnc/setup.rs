@@ -331,6 +331,14 @@ fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {
     range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5)
 }
 
+/// The axes whose joints have no soft limits in the INI file, so that [`setup`] must guess their travel.
+#[must_use]
+pub fn without_limits(configuration: &Configuration) -> Vec<Joint> {
+    let axes = axes(configuration).into_iter();
+    axes.filter(|joint| range(configuration, *joint).is_none())
+        .collect()
+}
+
 fn is_endless(configuration: &Configuration, joint: Joint) -> bool {
     let range = range(configuration, joint);
     joint.is_rotary() && range.is_some_and(|(low, high)| high - low > ENDLESS)

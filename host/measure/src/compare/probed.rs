@@ -79,6 +79,7 @@ impl Strategy {
                 name,
                 nominal: Some(place),
                 away: Vector3::z(),
+                post: None,
             });
         }
         if balls.len() < BALLS {
@@ -102,6 +103,7 @@ impl Strategy {
                 stylus: Stylus {
                     tip: <[f64; 3]>::from(tip).map(Some),
                     uncertainty: [Some(EXACT); 3],
+                    shaft: None,
                 },
             },
             probings,

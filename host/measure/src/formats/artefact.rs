@@ -26,6 +26,17 @@ pub struct Ball {
     pub nominal: Option<Vector3<f64>>,
     /// Unit vector from the table, on which the stem stands, towards the centre (workpiece frame).
     pub away: Vector3<f64>,
+    /// The post on which it stands, for the check of collisions.
+    pub post: Option<Post>,
+}
+
+/// A round post from a ball towards the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Post {
+    /// Diameter (mm).
+    pub diameter: f64,
+    /// From the centre of the ball to the table (mm).
+    pub height: f64,
 }
 
 /// A known distance between the centres of two balls.
@@ -47,6 +58,19 @@ pub struct Stylus {
     /// Standard uncertainty of each coordinate (mm) if it is known: of the length of a stylus measured outside the
     /// machine, or across it if its run-out was zeroed.
     pub uncertainty: [Option<f64>; 3],
+    /// What is above the tip, for the check of collisions.
+    pub shaft: Option<Shaft>,
+}
+
+/// A stylus above its tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaft {
+    /// Diameter (mm).
+    pub diameter: f64,
+    /// From the centre of the tip to the shank (mm); without one, it reaches to the spindle frame.
+    pub length: Option<f64>,
+    /// Diameter (mm) from there to the spindle frame.
+    pub shank: Option<f64>,
 }
 
 impl Stylus {
@@ -73,6 +97,26 @@ struct BallEntry {
     name: Spanned<String>,
     nominal_mm: Option<Spanned<Exactly<3>>>,
     away_from_table: Option<Spanned<Exactly<3>>>,
+    post_diameter_mm: Option<Spanned<f64>>,
+    post_height_mm: Option<Spanned<f64>>,
+}
+
+impl BallEntry {
+    fn post(&self) -> Result<Option<Post>, FileError> {
+        match (&self.post_diameter_mm, &self.post_height_mm) {
+            (None, None) => Ok(None),
+            (Some(diameter), Some(height)) => Ok(Some(Post {
+                diameter: positive(diameter)?,
+                height: positive(height)?,
+            })),
+            (Some(one), None) | (None, Some(one)) => Err(FileError::at(
+                one.span(),
+                "a post has a diameter and a height",
+                "only one of them",
+                "write post_diameter_mm, and post_height_mm from the centre of the ball to the table",
+            )),
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -94,11 +138,46 @@ struct StylusEntry {
     x_standard_uncertainty_mm: Option<Spanned<f64>>,
     y_standard_uncertainty_mm: Option<Spanned<f64>>,
     z_standard_uncertainty_mm: Option<Spanned<f64>>,
+    shaft_diameter_mm: Option<Spanned<f64>>,
+    length_mm: Option<Spanned<f64>>,
+    shank_diameter_mm: Option<Spanned<f64>>,
 }
 
 impl StylusEntry {
+    fn shaft(&self) -> Result<Option<Shaft>, FileError> {
+        let size = |value: &Option<Spanned<f64>>| value.as_ref().map(positive).transpose();
+        let needs = |one: &Option<Spanned<f64>>, other: &Option<Spanned<f64>>, text: &str| {
+            let missing = one.as_ref().filter(|_| other.is_none());
+            missing.map_or(Ok(()), |one| {
+                let what = "the stylus is not described as far as here";
+                Err(FileError::at(one.span(), what, "here", text))
+            })
+        };
+        needs(
+            &self.length_mm,
+            &self.shaft_diameter_mm,
+            "add shaft_diameter_mm",
+        )?;
+        needs(
+            &self.shank_diameter_mm,
+            &self.length_mm,
+            "add length_mm, from the centre of the tip to the shank",
+        )?;
+        Ok(match size(&self.shaft_diameter_mm)? {
+            None => None,
+            Some(diameter) => Some(Shaft {
+                diameter,
+                length: size(&self.length_mm)?,
+                shank: size(&self.shank_diameter_mm)?,
+            }),
+        })
+    }
+
     fn read(&self, tool_axis: usize) -> Result<Stylus, FileError> {
-        let mut stylus = Stylus::default();
+        let mut stylus = Stylus {
+            shaft: self.shaft()?,
+            ..Stylus::default()
+        };
         if let Some(tip) = &self.tip_mm {
             stylus.tip = <[f64; 3]>::from(point(tip)?).map(Some);
         }
@@ -175,6 +254,7 @@ impl Artefact {
             }
             artefact.balls.push(Ball {
                 name: name.clone(),
+                post: ball.post()?,
                 nominal: ball.nominal_mm.map(|p| point(&p)).transpose()?,
                 away: (ball.away_from_table).map_or(Ok(Vector3::z()), |d| direction(&d))?,
             });

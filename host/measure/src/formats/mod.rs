@@ -1,9 +1,10 @@
-//! Measurement files: artefacts, probings, readings of instruments, of ball-bars and of displacement sensors, observations,
+//! Measurement files: artefacts, probes, probings, readings of instruments, of ball-bars and of displacement sensors, observations,
 //! validations.
 
 pub mod artefact;
 pub mod displacements;
 pub mod observations;
+pub mod probe;
 pub mod probings;
 pub mod radii;
 pub mod runs;

@@ -1,6 +1,7 @@
 //! Candidate probings: balls at rotary positions that the stylus can reach.
 
-use super::touches::{Probe, Touching, Unreachable, touching};
+use super::touch::{Probe, Touching};
+use super::touches::{Unreachable, touching};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use rand::SeedableRng;
@@ -33,6 +34,8 @@ pub struct Allowed {
     pub spindle: Vec<f64>,
     /// Directions from which each axis may arrive: 0 if it does not matter.
     pub directions: Vec<Vec<f64>>,
+    /// Balls at positions that may not be used.
+    pub(super) without: Vec<(String, Probing)>,
 }
 
 /// Why allowed positions are invalid.
@@ -84,6 +87,7 @@ impl Allowed {
             directions: (directions.iter())
                 .map(|matters| if *matters { vec![1.0, -1.0] } else { vec![0.0] })
                 .collect(),
+            without: Vec::new(),
         }
     }
 
@@ -212,7 +216,14 @@ impl Setup<'_> {
         for (i, directions) in allowed.directions.iter().enumerate() {
             rows = with(rows, directions, |row, i, v| row.direction[i] = v, i);
         }
-        rows.retain(|row| self.has_run_up(row));
+        let is_without = |row: &Probing| {
+            allowed.without.iter().any(|(ball, other)| {
+                *ball == self.balls[row.ball]
+                    && row.spindle == other.spindle
+                    && row.position == other.position
+            })
+        };
+        rows.retain(|row| self.has_run_up(row) && !is_without(row));
         let mut random = Pcg64Mcg::seed_from_u64(1);
         if rows.len() > MANY {
             rows.shuffle(&mut random);

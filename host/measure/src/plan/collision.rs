@@ -1,111 +1,63 @@
-//! Whether the stylus meets a ball on its way from one touch to the next.
+//! Whether anything meets anything else on the way of a strategy.
 
 use super::candidates::Setup;
-use super::steps::{Step, Target};
-use super::touches::{KEPT, apart};
+use super::course::Course;
+use super::scene::{Meeting, is_described};
+use super::step::Step;
+use super::steps::steps;
 use crate::formats::probings::Probings;
-use nalgebra::Vector3;
-use trueaxis_kinematics::Nominal;
-use trueaxis_model::machine::{Machine, PerAxis};
 
-/// A move on which the stylus would come too close to a ball.
+/// A move on which two solids would come too close.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "on the way to ball {towards} (line {line} of the strategy) the stylus would pass ball {ball} at {apart:.1} mm from its surface, at {at}"
-)]
+#[error("on the way to or from ball {ball} (line {line} of the strategy) {meeting}")]
 pub struct Collision {
-    /// Line of the row that the move leads to or from.
+    /// Line of the row to which the move belongs.
     pub line: usize,
     /// The ball of that row.
-    pub towards: String,
-    /// The ball that it would meet.
     pub ball: String,
-    /// Distance of the surfaces (mm); less than 0 in each other.
-    pub apart: f64,
-    /// Axis positions.
-    pub at: String,
+    /// What meets what.
+    pub meeting: Meeting,
 }
 
-/// Distance of two looks at a move (mm, degrees).
-const STEP: f64 = 2.0;
-
-/// The first move of `steps`, which are those of `strategy`, on which the stylus, from its tip to the spindle as thick as
-/// its tip, comes closer to a ball than the clearance. Near the ball that is touched, it only must not touch it. Posts,
-/// table and fixtures are not known, nor is where the machine starts.
+/// The first move of `steps`, which are those of `strategy`, on which anything comes closer than [`Probe::keep`] to
+/// anything on the other side: tool, stylus and shank, against table, balls and posts; what stands still against both.
+/// From balls a stylus keeps nine tenths of the clearance of touches, for they may stand beside their places; near the
+/// ball that is touched it only must not touch it. The machine is taken to have no errors, and all axes to start and stop
+/// together. Moves before the first row, and whatever is not described, are not known.
+///
+/// [`Probe::keep`]: super::Probe::keep
 #[must_use]
 pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<Collision> {
-    let machine = setup.machine;
-    let nominal = Nominal::new(machine);
-    let length = Vector3::from(machine.tip).norm();
-    let mut at: Vec<Option<f64>> = vec![None; machine.axes.len()];
+    let (row, meeting) = first(setup, strategy, steps)?;
+    let row = &strategy.rows[row];
+    Some(Collision {
+        line: row.line,
+        ball: strategy.balls[row.ball].clone(),
+        meeting,
+    })
+}
+
+/// The row to which the first such move belongs.
+fn first(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<(usize, Meeting)> {
+    let mut course = Course::new(setup);
     let mut row = 0;
     for step in steps {
-        let (to, is_near) = match step {
-            Step::Row(number) => {
-                row = *number;
-                continue;
-            }
-            Step::Orient(_) => continue,
-            Step::Rapid(to) => (to, false),
-            Step::Near(to) => (to, true),
-            Step::Touch { begin, .. } => (begin, true),
-        };
-        let row = &strategy.rows[row];
-        let own = &strategy.balls[row.ball];
-        for position in way(&at, to) {
-            let q = machine.to_kinematic(&position);
-            let pose = nominal.pose(&q, None);
-            let tip: Vector3<f64> = pose.t;
-            let up = Vector3::from(machine.direction(&pose));
-            for ball in &setup.artefact.balls {
-                let Some(centre) = ball.nominal else { continue };
-                let apart = apart(&(centre - tip), &up, length) - setup.probe.radius;
-                let wanted = match is_near && ball.name == *own {
-                    true => 0.0,
-                    false => KEPT * setup.probe.clearance,
-                };
-                if apart < wanted {
-                    return Some(Collision {
-                        line: row.line,
-                        towards: own.clone(),
-                        ball: ball.name.clone(),
-                        apart,
-                        at: named(machine, &position),
-                    });
-                }
-            }
+        if let Step::Row(number) = step {
+            row = *number;
         }
-        for (axis, position) in to {
-            at[*axis] = Some(*position);
+        let ball = &strategy.balls[strategy.rows.get(row)?.ball];
+        if let Some(meeting) = course.go(step).and_then(|one| one.meeting(ball)) {
+            return Some((row, meeting));
         }
     }
     None
 }
 
-/// Positions along a move, without its start; none while the place of an axis is unknown.
-fn way(from: &[Option<f64>], to: &Target) -> Vec<PerAxis> {
-    let Some(start) = from.iter().copied().collect::<Option<Vec<f64>>>() else {
-        return Vec::new();
-    };
-    let longest = (to.iter())
-        .map(|(axis, end)| (end - start[*axis]).abs())
-        .fold(0.0, f64::max);
-    let count = (longest / STEP).ceil().max(1.0);
-    let look = |k: usize| {
-        let mut position = PerAxis::default();
-        position[..start.len()].copy_from_slice(&start);
-        for (axis, end) in to {
-            position[*axis] += (end - start[*axis]) * (k as f64 / count);
-        }
-        position
-    };
-    (1..=count as usize).map(look).collect()
-}
-
-fn named(machine: &Machine, position: &PerAxis) -> String {
-    let axes = machine.axes.iter().zip(position);
-    let words: Vec<String> = axes
-        .map(|(axis, at)| format!("{} = {at:.1}", axis.letter))
-        .collect();
-    words.join(", ")
+/// The first row of a strategy that cannot be reached clear of what is described.
+pub(super) fn obstructed(setup: &Setup<'_>, strategy: &Probings) -> Option<usize> {
+    if !is_described(setup.machine, setup.artefact) {
+        return None;
+    }
+    let steps = steps(setup, strategy).ok()?;
+    first(setup, strategy, &steps).map(|(row, _)| row)
 }

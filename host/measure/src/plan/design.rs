@@ -2,6 +2,7 @@
 
 use super::band::Band;
 use super::candidates::{Allowed, Setup};
+use super::collision::obstructed;
 use super::exchange::{Exchange, Measure};
 use super::judge::band;
 use super::order::{ordered, repeated};
@@ -209,8 +210,11 @@ pub fn needs_spindle(
     Ok(needs.collect())
 }
 
+/// Rows that cannot be reached clear of everything are replaced by others at most this often.
+const REPLACED: usize = 20;
+
 /// Proposes a strategy of allowed positions: the best choice found by exchange, in an order with short moves, and
-/// with the first probing repeated to show drift.
+/// with the first probing repeated to show drift. Rows on whose way solids meet that are described are left out.
 ///
 /// # Errors
 /// [`DesignError`]: nothing can be reached, or too few probings.
@@ -220,6 +224,26 @@ pub fn design(
     parameters: &[Parameter],
     assumed: &ErrorModel,
     wanted: impl Fn(usize) -> Wanted,
+) -> Result<Probings, DesignError> {
+    let mut allowed = allowed.clone();
+    for _ in 0..REPLACED {
+        let strategy = chosen(setup, &allowed, parameters, assumed, &wanted)?;
+        let Some(row) = obstructed(setup, &strategy) else {
+            return Ok(strategy);
+        };
+        let row = &strategy.rows[row];
+        let ball = strategy.balls[row.ball].clone();
+        allowed.without.push((ball, row.clone()));
+    }
+    chosen(setup, &allowed, parameters, assumed, &wanted)
+}
+
+fn chosen(
+    setup: &Setup<'_>,
+    allowed: &Allowed,
+    parameters: &[Parameter],
+    assumed: &ErrorModel,
+    wanted: &impl Fn(usize) -> Wanted,
 ) -> Result<Probings, DesignError> {
     let choice = Choice::new(setup, allowed, parameters, assumed)?;
     let wanted = wanted(choice.foreseen.rank);

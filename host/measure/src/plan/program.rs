@@ -1,8 +1,8 @@
 //! Writes a strategy as a program for a controller.
 
 use super::candidates::Setup;
-use super::steps::{NotTouched, Step, Target, steps, target, touchings};
-use super::touches::PER_BALL;
+use super::step::{Step, Target};
+use super::steps::{NotTouched, steps, target, touchings};
 use crate::formats::probings::Probings;
 use std::fmt::Write;
 use trueaxis_model::machine::{Machine, PerAxis};
@@ -51,7 +51,7 @@ pub fn linuxcnc(
     let zeros = words(machine, &all(&PerAxis::default()));
     let Feeds { touch, near } = feeds;
     let mut text = format!(
-        "(trueaxis plan: {} probings of {} on {}, {PER_BALL} touches each)\n\
+        "(trueaxis plan: {} probings of {} on {}, {} touches each)\n\
          (Machine coordinates: sets G59.3 to zero, takes the tool length and G92 off.)\n\
          (Start it with the stylus clear of everything; it knows neither fixtures nor table.)\n\
          G21 G90 G94 G17 G40 G49 G80\n\
@@ -64,6 +64,7 @@ pub fn linuxcnc(
         strategy.rows.len(),
         plural(strategy.balls.len()),
         plain(&machine.name),
+        setup.probe.per_ball(),
         zeros.replace(".0000", ""),
     );
     let words = |target: &Target| words(machine, target);

@@ -1,7 +1,7 @@
 //! Finds probings that identify what the others cannot.
 
 use super::candidates::{Allowed, Setup};
-use super::touches::Probe;
+use super::touch::Probe;
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Foreseen, Identified, IdentifyError, Problem, Unknown};
@@ -48,6 +48,7 @@ pub fn would_show(
         away: (artefact.balls.iter())
             .find(|b| b.name == *name)
             .map_or(Vector3::z(), |b| b.away),
+        post: None,
     };
     let mut found = artefact.clone();
     found.balls = (probings.balls.iter().zip(&identified.balls))

@@ -1,7 +1,9 @@
 //! Simulates touches on a machine with known errors.
 
-use super::touches::{PER_BALL, Probe, touching};
+use super::touch::Probe;
+use super::touches::touching;
 use crate::formats::artefact::Artefact;
+use crate::formats::probe::Spherical;
 use crate::formats::probings::Probings;
 use crate::simulate::turned;
 use crate::simulate::{Disturbances, SimulateError, normal, three_linear};
@@ -16,7 +18,8 @@ use trueaxis_model::machine::{Machine, PerAxis};
 const HALVINGS: usize = 50;
 
 /// Axis positions (mm, deg) at which the stylus touches the balls of an artefact along each touch of a strategy,
-/// which was planned for balls at their `planned` positions; five for each row. Of the disturbances, noise (of each
+/// which was planned for balls at their `planned` positions; [`Probe::per_ball`] for each row. `lobing` is how the
+/// effective radius of the tip depends on the direction. Of the disturbances, noise (of each
 /// touch along each linear axis) and drift are applied.
 ///
 /// # Errors
@@ -27,6 +30,7 @@ pub fn simulated_touches(
     artefact: &Artefact,
     strategy: &Probings,
     probe: &Probe,
+    lobing: &Spherical,
     disturbances: &Disturbances,
 ) -> Result<Vec<PerAxis>, SimulateError> {
     let machine = kinematics.machine;
@@ -49,7 +53,8 @@ pub fn simulated_touches(
             ball: name.clone(),
         };
         let way = touching(machine, planned, &ball, row, probe).map_err(|_| not_reached())?;
-        let tip = turned(machine.tool_axis, row.spindle) * tip;
+        let turn = turned(machine.tool_axis, row.spindle);
+        let tip = turn * tip;
         let situation = Situation {
             sign: row.direction,
             ..Situation::default()
@@ -57,7 +62,10 @@ pub fn simulated_touches(
         let is_free = |position: &PerAxis| {
             let q = machine.to_kinematic(position);
             let found = kinematics.sensitivity(&q, &situation, &tip);
-            (found.point - centre).norm() > probe.radius
+            let way = found.point - centre;
+            let own = (kinematics.nominal(&q, None).r * turn).transpose() * way.normalize();
+            let [around, height] = Spherical::direction(machine, &tip, &own);
+            way.norm() > probe.radius + lobing.deviation(around, height)
         };
         for touch in &way.touches {
             let mut position =
@@ -66,7 +74,7 @@ pub fn simulated_touches(
             touched.push(position);
         }
     }
-    assert_eq!(touched.len(), PER_BALL * strategy.rows.len());
+    assert_eq!(touched.len(), probe.per_ball() * strategy.rows.len());
     Ok(touched)
 }
 

@@ -1,37 +1,16 @@
 //! A strategy as the moves of a machine, for a program or for a controller that is driven move by move.
 
 use super::candidates::{RUN_UP, Setup};
-use super::touches::{Touching, Unreachable};
+use super::course::Course;
+use super::step::{Step, Target};
+use super::touch::Touching;
+use super::touches::{SPARE, Unreachable};
 use crate::formats::probings::{Probing, Probings};
+use std::slice;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A row that cannot be touched, with the reason.
 pub type NotTouched = Box<(Probing, Unreachable)>;
-
-/// Positions of some axes (mm, deg), in the order X Y Z A B C U V W, by their index in the machine.
-pub type Target = Vec<(usize, f64)>;
-
-/// A move, or what precedes one.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Step {
-    /// What follows belongs to this row of the strategy, counted from 0.
-    Row(usize),
-    /// Turn the spindle to this angle (deg).
-    Orient(f64),
-    /// A rapid move, clear of everything.
-    Rapid(Target),
-    /// A move near a ball.
-    Near(Target),
-    /// A move towards a ball, until there is contact.
-    Touch {
-        /// Number of the touch in its row, from 0.
-        number: usize,
-        /// Where it begins: where the last step ended.
-        begin: Target,
-        /// Where it ends if there is no contact.
-        end: Target,
-    },
-}
 
 /// All touches of a strategy, row by row.
 ///
@@ -65,7 +44,8 @@ pub(super) fn target(
         .collect()
 }
 
-/// The moves of a strategy: five touches for each row. Axes turn as far from the balls as the travel allows.
+/// The moves of a strategy: five touches for each row. Axes turn as far from the balls as the travel allows, on the
+/// first of a dozen ways on which nothing meets.
 ///
 /// # Errors
 /// The first row that cannot be touched.
@@ -78,11 +58,14 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
     let indexes = strategy.rows.iter().any(|r| r.spindle != 0.0);
     let linear = |position: &PerAxis| target(machine, position, is_linear);
     let mut steps = Vec::new();
+    let mut course = Course::new(setup);
     let mut last: Option<PerAxis> = None;
     let mut came = PerAxis::default();
     let mut turned = None;
     for (number, (row, touching)) in strategy.rows.iter().zip(&touchings).enumerate() {
         let Touching { away, above, .. } = touching;
+        let ball = &strategy.balls[row.ball];
+        let begin = steps.len();
         steps.push(Step::Row(number));
         if last.is_none() {
             // First move away from the table, wherever the spindle starts.
@@ -97,22 +80,30 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
             };
             is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
         };
+        let mut turn = Vec::new();
         if (0..machine.axes.len()).any(needs) {
             let first: PerAxis = std::array::from_fn(|i| away[i] - row.direction[i] * RUN_UP);
-            steps.push(Step::Rapid(target(machine, &first, needs)));
+            turn.push(Step::Rapid(target(machine, &first, needs)));
         }
         if has_rotary {
-            steps.push(Step::Rapid(target(machine, away, is_rotary)));
+            turn.push(Step::Rapid(target(machine, away, is_rotary)));
         }
         for i in (0..machine.axes.len()).filter(|i| row.direction[*i] != 0.0) {
             came[i] = row.direction[i];
         }
         let spindle = row.spindle.rem_euclid(360.0);
         if indexes && turned != Some(spindle) {
-            steps.push(Step::Orient(spindle));
+            turn.push(Step::Orient(spindle));
             turned = Some(spindle);
         }
-        steps.push(Step::Rapid(linear(away)));
+        for step in &steps[begin..] {
+            course.go(step);
+        }
+        let begin = steps.len();
+        let mut ways = ways(machine, &turn, away);
+        let way = ways.iter().position(|way| course.is_clear(way, ball));
+        // If there is none, `collision` finds what meets on the usual one.
+        steps.append(&mut ways.swap_remove(way.unwrap_or(0)));
         steps.push(Step::Near(linear(above)));
         for (number, touch) in touching.touches.iter().enumerate() {
             let [over, begin, end] = [&touch.over, &touch.begin, &touch.end].map(linear);
@@ -133,6 +124,50 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
         steps.push(Step::Near(linear(above)));
         steps.push(Step::Rapid(linear(away)));
         last = Some(*away);
+        for step in &steps[begin..] {
+            course.go(step);
+        }
     }
     Ok(steps)
+}
+
+/// Ways from where the last row ended to where the stylus is far from the next ball, the usual one first: turn, then move;
+/// move, then turn; turn one axis after the other; turn in a corner of the linear travel.
+fn ways(machine: &Machine, turn: &[Step], away: &PerAxis) -> Vec<Vec<Step>> {
+    let is_linear = |i: usize| !machine.axes[i].letter.is_rotary();
+    let to = Step::Rapid(target(machine, away, is_linear));
+    let mut ways = vec![
+        [turn, slice::from_ref(&to)].concat(),
+        [slice::from_ref(&to), turn].concat(),
+    ];
+    let single = |order: fn(&mut Target)| -> Vec<Step> {
+        let each = turn.iter().flat_map(|step| match step {
+            Step::Rapid(target) => {
+                let mut target = target.clone();
+                order(&mut target);
+                target
+                    .into_iter()
+                    .map(|one| Step::Rapid(vec![one]))
+                    .collect()
+            }
+            other => vec![other.clone()],
+        });
+        each.chain([to.clone()]).collect()
+    };
+    ways.push(single(|_| ()));
+    ways.push(single(|target| target.reverse()));
+    let linear: Vec<usize> = (0..machine.axes.len()).filter(|i| is_linear(*i)).collect();
+    for corner in 0..1_usize << linear.len() {
+        let mut at = *away;
+        for (number, axis) in linear.iter().enumerate() {
+            let [low, high] = machine.axes[*axis].travel;
+            at[*axis] = match corner >> number & 1 {
+                1 => (high - SPARE).max(low),
+                _ => (low + SPARE).min(high),
+            };
+        }
+        let there = Step::Rapid(target(machine, &at, is_linear));
+        ways.push([slice::from_ref(&there), turn, slice::from_ref(&to)].concat());
+    }
+    ways
 }

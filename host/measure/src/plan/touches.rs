@@ -1,5 +1,7 @@
 //! The five touches with which a probe finds the centre of a ball.
 
+use super::scene::{Meeting, Scene, is_described};
+use super::touch::{Probe, Touch, Touching};
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::Probing;
 use crate::simulate::turned;
@@ -8,13 +10,6 @@ use nalgebra::{Matrix3, Vector3};
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
-
-/// Number of touches per ball.
-pub(crate) const PER_BALL: usize = 5;
-
-/// Latitude (rad) of four of them above the equator of the ball, seen from the spindle. At the equator only the
-/// touch at the pole would determine the height of the ball, and an error of it would not be noticed.
-const LATITUDE: f64 = std::f64::consts::PI / 6.0;
 
 /// Why a ball cannot be probed at a position.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,14 +28,9 @@ pub enum Unreachable {
         /// The angle to the direction in which the ball stands off the table (deg).
         degrees: f64,
     },
-    /// The stylus would come too close to another ball.
-    #[error("on its way along the tool axis the stylus would pass ball {ball} at {apart:.1} mm")]
-    Ball {
-        /// Name of the other ball.
-        ball: String,
-        /// Distance of the surfaces (mm).
-        apart: f64,
-    },
+    /// Something would come too close to something else.
+    #[error("{0}")]
+    Meets(Box<Meeting>),
     /// An axis would leave its travel.
     #[error("{axis} = {position:.3} is outside its travel")]
     Travel {
@@ -51,63 +41,10 @@ pub enum Unreachable {
     },
 }
 
-/// Geometry of the touches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
-    /// Distance from the ball centre to the stylus centre at contact (mm): the sum of both radii.
-    pub radius: f64,
-    /// Distance from the ball at which a touch begins (mm).
-    pub clearance: f64,
-    /// Search distance beyond the nominal surface (mm).
-    pub search: f64,
-    /// Largest angle between the stylus and the direction in which a ball stands off the table (rad).
-    pub cone: f64,
-    /// Refuse rows on which the stylus, as thick as its tip, would pass another ball on its way along the tool axis.
-    pub keeps_clear: bool,
-}
-
-impl Default for Probe {
-    /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm beyond the surface, and the stylus
-    /// up to 60° from the direction in which the ball stands off the table.
-    fn default() -> Self {
-        Self {
-            radius: 13.0,
-            clearance: 5.0,
-            search: 3.0,
-            cone: 60.0_f64.to_radians(),
-            keeps_clear: false,
-        }
-    }
-}
-
-/// A touch, as axis positions (mm, deg).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
-    /// Beside the ball, at the height of the approach.
-    pub over: PerAxis,
-    /// Where the touch begins.
-    pub begin: PerAxis,
-    /// Where the touch ends if there is no contact.
-    pub end: PerAxis,
-}
-
-/// The probing of one ball, as axis positions (mm, deg).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Touching {
-    /// With the stylus centre at the ball centre.
-    pub centre: PerAxis,
-    /// As far from the ball along the stylus as the travel allows; axes turn there.
-    pub away: PerAxis,
-    /// Above the pole, where the touches begin and end.
-    pub above: PerAxis,
-    /// The touches: at the pole, then around the tool axis.
-    pub touches: [Touch; PER_BALL],
-}
-
 /// Larger than any distance on a machine (mm).
 const FAR: f64 = 1e4;
 /// Distance to keep from the end of the travel (mm).
-const SPARE: f64 = 0.5;
+pub(super) const SPARE: f64 = 0.5;
 
 /// The touches of a probing of a ball with a known position, on the nominal machine.
 ///
@@ -159,20 +96,19 @@ pub fn touching(
     let other = to_spindle.cross(&side);
     let near = probe.radius + probe.clearance;
     let above = to_spindle * near;
-    let outwards = |number: usize| match number.checked_sub(1) {
-        None => to_spindle,
-        Some(k) => {
-            let turn = (k as f64 + 0.5) * std::f64::consts::FRAC_PI_2;
-            (side * turn.cos() + other * turn.sin()) * LATITUDE.cos() + to_spindle * LATITUDE.sin()
-        }
-    };
     // Beside the ball, the path down must be clear of the ball too.
-    let begins = |number: usize| match number {
-        0 => outwards(number) * near,
-        _ => outwards(number) * (near / LATITUDE.cos()),
-    };
-    let touch = |number: usize| {
-        let (out, begin) = (outwards(number), begins(number));
+    let touch = |(number, [turn, latitude]): (usize, [f64; 2])| {
+        let out = match number {
+            0 => to_spindle,
+            _ => {
+                (side * turn.cos() + other * turn.sin()) * latitude.cos()
+                    + to_spindle * latitude.sin()
+            }
+        };
+        let begin = match number {
+            0 => out * near,
+            _ => out * (near / latitude.cos()),
+        };
         Touch {
             over: at(&(across(&begin) + above)),
             begin: at(&begin),
@@ -183,18 +119,15 @@ pub fn touching(
         centre: machine.to_command(&q),
         away: at(&above),
         above: at(&above),
-        touches: std::array::from_fn(touch),
+        touches: probe
+            .directions()
+            .into_iter()
+            .enumerate()
+            .map(touch)
+            .collect(),
     };
     for position in touching.positions() {
         inside(machine, position)?;
-    }
-    if probe.keeps_clear {
-        let ways = (0..PER_BALL).flat_map(|number| {
-            let out = outwards(number);
-            [begins(number), out * (probe.radius - probe.search)]
-        });
-        let tips = ways.map(|way| centre + way);
-        passes(artefact, ball, &to_spindle, probe, tips)?;
     }
     let mut farthest = FAR;
     let step = to_axes * to_spindle;
@@ -211,40 +144,13 @@ pub fn touching(
         }
     }
     touching.away = at(&(to_spindle * (near + farthest.max(0.0))));
-    Ok(touching)
-}
-
-/// Part of the clearance that is kept from other balls; the rest is for errors of their positions.
-pub(super) const KEPT: f64 = 0.9;
-
-/// Distance (mm) of a point, seen from the tip, from the stylus, which is a line of this length towards the spindle.
-pub(super) fn apart(point: &Vector3<f64>, to_spindle: &Vector3<f64>, length: f64) -> f64 {
-    let along = point.dot(to_spindle).clamp(0.0, length);
-    (point - to_spindle * along).norm()
-}
-
-/// Checks that the stylus, as thick as its tip, stays clear of the other balls on its way along the tool axis to each of
-/// these places of its tip.
-fn passes(
-    artefact: &Artefact,
-    own: &Ball,
-    to_spindle: &Vector3<f64>,
-    probe: &Probe,
-    tips: impl Iterator<Item = Vector3<f64>>,
-) -> Result<(), Unreachable> {
-    for tip in tips {
-        for ball in artefact.balls.iter().filter(|b| b.name != own.name) {
-            let Some(centre) = ball.nominal else { continue };
-            let apart = apart(&(centre - tip), to_spindle, f64::INFINITY) - probe.radius;
-            if apart < KEPT * probe.clearance {
-                return Err(Unreachable::Ball {
-                    ball: ball.name.clone(),
-                    apart,
-                });
-            }
+    if probe.keeps_clear || is_described(machine, artefact) {
+        let scene = Scene::new(machine, artefact, probe, probing.spindle);
+        if let Some(meeting) = scene.touching(&touching, ball) {
+            return Err(Unreachable::Meets(Box::new(meeting)));
         }
     }
-    Ok(())
+    Ok(touching)
 }
 
 /// Directions that differ by less than this (rad) are equal.
@@ -260,14 +166,6 @@ fn longest(ways: &[Vector3<f64>], across: &impl Fn(&Vector3<f64>) -> Vector3<f64
         }
     }
     longest
-}
-
-impl Touching {
-    fn positions(&self) -> impl Iterator<Item = &PerAxis> {
-        let touches = self.touches.iter();
-        let of = touches.flat_map(|t| [&t.over, &t.begin, &t.end]);
-        of.chain([&self.above, &self.centre])
-    }
 }
 
 fn inside(machine: &Machine, position: &PerAxis) -> Result<(), Unreachable> {

@@ -1,6 +1,7 @@
 //! Probings that show what a compensation does where nothing was identified.
 
 use super::candidates::{Allowed, Setup};
+use super::collision::obstructed;
 use crate::formats::probings::Probings;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -56,5 +57,8 @@ pub fn validation(setup: &Setup<'_>, strategy: &Probings, count: usize, seed: u6
             .unwrap_or(std::cmp::Ordering::Equal)
     });
     found.rows = taken;
+    while let Some(row) = obstructed(setup, &found) {
+        found.rows.remove(row);
+    }
     found
 }

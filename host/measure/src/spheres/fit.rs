@@ -104,7 +104,7 @@ pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fit
 }
 
 /// A sphere by its linear equation |p|² = 2·c·p + k.
-fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
+pub(crate) fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
     if touches.len() < 4 {
         return None;
     }

@@ -4,6 +4,7 @@ use super::fit::{Centre, Fitted, fit};
 use super::log::Touched;
 use super::resumed::whole_rows;
 use super::strategy::{belongs, named};
+use crate::formats::probe::Spherical;
 use crate::formats::probings::Probings;
 use crate::plan::PER_BALL;
 use crate::simulate::reach;
@@ -35,7 +36,8 @@ pub struct LogContents {
 }
 
 /// The probings that a log of a strategy contains. `radius` is the known distance from the centre of a ball to that
-/// of the stylus tip (mm), or it is fitted for each ball. Known `errors` of the machine are used to turn its view of
+/// of the stylus tip (mm), or it is fitted for each ball. `lobing` is how the effective
+/// radius of the tip depends on the direction. Known `errors` of the machine are used to turn its view of
 /// a ball into a sphere, a matter of some thousandths.
 ///
 /// # Errors
@@ -45,6 +47,7 @@ pub fn to_probings(
     strategy: &Probings,
     log: &[Touched],
     radius: Option<f64>,
+    lobing: &Spherical,
     errors: &ErrorModel,
 ) -> Result<LogContents, FileError> {
     let (strategy, touches, missing) = match belongs(machine, strategy, log) {
@@ -82,7 +85,27 @@ pub fn to_probings(
             "a touch is missing above, or the radius is another, or this is the log of another strategy; else probe this ball again, at the pole and around it",
         )
     };
-    let fitted = fit(&spheres, strategy.balls.len(), radius).map_err(|e| no_sphere(e.probing))?;
+    let fitted = |spheres: &[Centre]| {
+        fit(spheres, strategy.balls.len(), radius).map_err(|e| no_sphere(e.probing))
+    };
+    let mut found = fitted(&spheres)?;
+    if *lobing != Spherical::default() {
+        // Directions are right within what the lobes have moved the centres by, in radii: a thousandth.
+        let rows = strategy.rows.iter().zip(log.chunks(PER_BALL));
+        for ((row, log), (sphere, centre)) in rows.zip(spheres.iter_mut().zip(&found.centres)) {
+            let turn = turned(machine.tool_axis, row.spindle);
+            let tip = Vector3::from(machine.tip);
+            for (touched, point) in log.iter().zip(&mut sphere.touches) {
+                let pose = kinematics.nominal(&machine.to_kinematic(&touched.position), None);
+                let out = (*point - centre).normalize();
+                let own = (pose.r * turn).transpose() * out;
+                let [around, height] = Spherical::direction(machine, &tip, &own);
+                *point -= out * lobing.deviation(around, height);
+            }
+        }
+        found = fitted(&spheres)?;
+    }
+    let fitted = found;
     let off = |left: &Vec<f64>| left.iter().any(|left| left.abs() > OFF);
     if let Some(probing) = fitted.left.iter().position(off) {
         return Err(no_sphere(probing));

@@ -1,5 +1,6 @@
 //! `machine.toml`.
 
+mod solids;
 mod warnings;
 
 use super::{
@@ -22,6 +23,8 @@ struct MachineFile {
     tool: Option<ToolEntry>,
     #[serde(default)]
     workpiece: FrameEntry,
+    #[serde(default)]
+    solid: Vec<solids::SolidEntry>,
 }
 
 #[derive(Deserialize)]
@@ -88,6 +91,7 @@ impl Machine {
             can_orient: spindle.can_be_oriented,
             correction_limits: file.correction_limits()?,
             servo_period: file.servo_period()?,
+            solids: solids::read(&file.solid, &axes)?,
             machine: trueaxis_kinematics::Machine {
                 axes: axes.into_iter().collect(),
                 spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,

@@ -1,7 +1,9 @@
 //! The machine with the additional content of its file.
 
 mod file;
+mod solid;
 
+pub use solid::{Carrier, Shape, Solid};
 use std::ops::{Deref, DerefMut};
 pub use trueaxis_kinematics::{
     Axis, Branch, Letter, MAX_AXES, MachineError, MachineProblem, PerAxis,
@@ -21,6 +23,8 @@ pub struct Machine {
     pub correction_limits: Vec<CorrectionLimits>,
     /// Servo period of the controller (s).
     pub servo_period: f64,
+    /// Solids that must not meet while the machine probes.
+    pub solids: Vec<Solid>,
     machine: trueaxis_kinematics::Machine,
 }
 

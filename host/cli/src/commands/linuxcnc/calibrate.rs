@@ -1,28 +1,12 @@
 //! `trueaxis linuxcnc calibrate`
 
 use super::configuration;
-use super::probe::{CLEAR, SpeedOptions, Work, asked, bad, started, take_over};
 use crate::commands::Outcome;
-use crate::commands::Outcome::CheckFailed;
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
-use crate::commands::identify::no_model;
-use crate::commands::run_words;
-use crate::commands::touch_options::Touching;
-use clap::{Args, ValueEnum};
+use crate::commands::calibration::{Calibration, Corrects, Moves, Options, Site};
+use crate::commands::probing::{SpeedOptions, bad, started};
+use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::Session;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::{self, Probings};
-use trueaxis_measure::formats::validation::{Scatter, Validation};
-use trueaxis_measure::identify::{Model, Options, Problem, identify, scatters};
-use trueaxis_measure::plan::{Probe, Setup, validation};
-use trueaxis_measure::spheres::{read_log, to_probings};
-use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::kinematics::Kinematics;
-use trueaxis_model::machine::Machine;
-use trueaxis_tables::uncertainty::{benefit, over_travel};
-use trueaxis_tables::validate::DrawError;
 
 /// Calibrate the machine: probe, identify, compile, load, and prove it by probing again
 ///
@@ -40,504 +24,73 @@ The machine must be on, with the stylus in the spindle and clear of everything, 
 installed (trueaxis linuxcnc setup)."
 )]
 pub struct Arguments {
-    /// Machine description (machine.toml)
-    machine: PathBuf,
-    /// Positions of the balls (artefact.toml)
-    #[arg(long, value_name = "FILE")]
-    artefact: PathBuf,
+    #[command(flatten)]
+    options: Options,
     /// The INI file of the machine (default: that of the LinuxCNC that is running)
     #[arg(long, value_name = "MACHINE.ini")]
     ini: Option<PathBuf>,
-    /// Parameters to identify (default: 12, with the scale of X if the artefact has a bar)
-    #[arg(long, value_name = "10|12|13|81|84|auto|NAMES")]
-    model: Option<String>,
-    /// Number of probings (default: as many as `trueaxis plan` proposes)
-    #[arg(long, value_name = "N")]
-    probings: Option<usize>,
-    /// Longest time for probing
-    #[arg(long, value_name = "MIN", conflicts_with = "probings")]
-    minutes: Option<f64>,
-    /// Positions that rotary axes may take (default: their travel)
-    #[arg(long, value_name = "A=FROM:TO:STEP,…")]
-    indexings: Option<String>,
-    /// Number of probings that validate the result, at other positions; they are probed twice
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(3..))]
-    validate: u16,
-    #[command(flatten)]
-    touching: Touching,
+    /// Load into a board that corrects the machine, instead of into the component: serial device, or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
     #[command(flatten)]
     speeds: SpeedOptions,
     /// Folder for the files of all steps (default: calibration- with date and time)
     #[arg(long, value_name = "DIR")]
     folder: Option<PathBuf>,
-    /// Begin with this step, with the files of the steps before it in --folder
-    #[arg(long, value_enum, default_value_t = Step::Plan)]
-    from: Step,
     /// Home the joints if they are not
     #[arg(long)]
     home: bool,
-    /// Do everything without asking (otherwise it asks before homing, switching kinematics, probing, loading)
-    #[arg(long)]
-    yes: bool,
-}
-
-/// The steps, in order.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-enum Step {
-    /// Choose what to probe
-    Plan,
-    /// Probe; a log that was stopped early is continued
-    Probe,
-    /// Identify the error parameters
-    Identify,
-    /// Turn them into a compensation
-    Compile,
-    /// Load it into LinuxCNC, and validate it
-    Load,
 }
 
 /// The component that corrects.
 const COMPONENT: &str = "trueaxis";
-/// Time of a rapid move (s) in the forecast.
-const RAPID: f64 = 4.0;
-/// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
-/// quarter of it (2σ, 20 degrees of freedom).
-const SCATTER: f64 = 1.3;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        options,
+        ini,
+        port,
+        speeds,
+        folder,
+        home,
+    } = arguments;
     // Before anything is asked of the machine.
-    arguments.touching.stated()?;
-    let Some(mut session) = started(arguments.home, arguments.yes)? else {
-        return Ok(CheckFailed);
+    options.touching.stated()?;
+    let Some(mut session) = started(*home, options.yes)? else {
+        return Ok(Outcome::CheckFailed);
     };
-    Calibration::new(arguments, &mut session)?.run(&mut session)
-}
-
-/// The parameters to identify: without a length standard, the scale of X cannot be told from that of the balls' places.
-fn model(given: Option<&str>, machine: &Machine, artefact: &Artefact) -> Result<String, BadInput> {
-    if let Some(given) = given {
-        return Ok(given.to_owned());
-    }
-    let names = Model::Twelve
-        .parameters(machine, 0, &[])
-        .map_err(no_model)?;
-    let scale = (!artefact.bars.is_empty()).then(|| "EXX1".to_owned());
-    let names = names.iter().map(ToString::to_string).chain(scale);
-    Ok(names.collect::<Vec<_>>().join(","))
-}
-
-struct Calibration<'a> {
-    arguments: &'a Arguments,
-    machine: Machine,
-    artefact: Artefact,
-    /// What is identified, as an option.
-    model: String,
-    /// Where the component reads its compensation.
-    active: PathBuf,
-    folder: PathBuf,
-}
-
-impl<'a> Calibration<'a> {
-    fn new(arguments: &'a Arguments, session: &mut Session) -> Result<Self, BadInput> {
-        let machine = files::read_machine(&arguments.machine)?;
-        let artefact = files::read_artefact(&arguments.artefact, &machine)?;
-        let state = session.state().map_err(bad)?;
-        let ini = arguments.ini.clone().unwrap_or_else(|| state.ini.into());
-        let configured = configuration::read(&ini)?;
-        let file = (configured.hal.load(COMPONENT)).and_then(|command| command.parameter("file"));
-        let file = file.ok_or_else(|| {
-            BadInput::new(
-                format!(
-                    "{}: its HAL files do not load the component {COMPONENT}",
-                    ini.display()
-                ),
-                "install it first: trueaxis linuxcnc setup",
-            )
-        })?;
-        let active = configuration::folder(&ini).join(file);
-        let folder = arguments.folder.clone();
-        let folder = folder.unwrap_or_else(|| PathBuf::from(format!("calibration-{}", state.date)));
-        if arguments.from == Step::Plan && folder.join("strategy.csv").exists() {
-            return Err(BadInput::new(
-                format!("{}: there is a calibration already", folder.display()),
-                "give --from probe, identify, compile or load to continue it, or another --folder",
-            ));
-        }
-        std::fs::create_dir_all(&folder).map_err(|error| {
-            BadInput::new(
-                format!("{}: cannot be made: {error}", folder.display()),
-                "give --folder a name in a folder that you may write to",
-            )
-        })?;
-        Ok(Self {
-            arguments,
-            model: model(arguments.model.as_deref(), &machine, &artefact)?,
-            machine,
-            artefact,
-            active,
-            folder,
-        })
-    }
-
-    fn run(&self, session: &mut Session) -> Result<Outcome, BadInput> {
-        let from = self.arguments.from;
-        files::print(&format!(
-            "{}: calibration in {}\n",
-            self.machine.name,
-            self.folder.display()
-        ))?;
-        if from <= Step::Plan {
-            self.plan()?;
-        }
-        if from <= Step::Probe && !self.probe(session)? {
-            return Ok(CheckFailed);
-        }
-        if from <= Step::Identify && self.identify()? == CheckFailed {
-            return self.stop("the measurements do not fit together: see the warnings above");
-        }
-        if from <= Step::Compile && self.compile()? == CheckFailed {
-            return self.stop("the tolerance is not met: see above");
-        }
-        self.load(session)
-    }
-
-    /// Says that nothing has been changed.
-    fn stop(&self, why: &str) -> Result<Outcome, BadInput> {
-        files::print(&format!("nothing is loaded: {why}\n"))?;
-        Ok(CheckFailed)
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        self.file(name).display().to_string()
-    }
-
-    /// Shows a command, and runs it.
-    fn step(&self, words: &[String]) -> Result<Outcome, BadInput> {
-        let quoted = |word: &String| match word.contains(char::is_whitespace) {
-            true => format!("'{word}'"),
-            false => word.clone(),
-        };
-        let shown: Vec<String> = words.iter().map(quoted).collect();
-        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))?;
-        run_words(words)
-    }
-
-    fn plan(&self) -> Result<(), BadInput> {
-        let arguments = self.arguments;
-        let path = |path: &Path| path.display().to_string();
-        let mut words = vec!["plan".to_owned(), path(&arguments.machine)];
-        let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
-        add("--artefact", path(&arguments.artefact));
-        add("--model", self.model.clone());
-        if let Some(probings) = arguments.probings {
-            add("--probings", probings.to_string());
-        }
-        if let Some(minutes) = arguments.minutes {
-            add("--minutes", minutes.to_string());
-        }
-        if let Some(indexings) = &arguments.indexings {
-            add("--indexings", indexings.clone());
-        }
-        for (name, value) in arguments.touching.words() {
-            add(name, value);
-        }
-        add("-o", self.text("strategy.csv"));
-        words.push("--keep-clear".to_owned());
-        self.step(&words)?;
-        let strategy = files::read_strategy(&self.file("strategy.csv"), &self.machine)?;
-        let validation = validation(&self.setup()?, &strategy, arguments.validate.into(), 1);
-        if validation.rows.is_empty() {
-            return Err(BadInput::new(
-                "no ball can be probed at other positions to validate the result",
-                "allow more: --indexings, --cone, more balls; a machine without rotary axes is calibrated by measuring scales and squareness (trueaxis measured)",
-            ));
-        }
-        files::write(
-            &self.file("validation.csv"),
-            probings::write_strategy(&validation, &self.machine).as_bytes(),
-        )
-    }
-
-    fn setup(&self) -> Result<Setup<'_>, BadInput> {
-        Ok(Setup {
-            machine: &self.machine,
-            artefact: &self.artefact,
-            balls: Vec::new(),
-            probe: Probe {
-                keeps_clear: true,
-                ..self.arguments.touching.stated()?
-            },
-            sigma: 1e-3,
-        })
-    }
-
-    /// What is to be probed, into which log.
-    fn work<'b>(&'b self, strategy: &str, log: &'b Path) -> Result<Work<'b>, BadInput> {
-        let strategy = files::read_strategy(&self.file(strategy), &self.machine)?;
-        let Arguments {
-            touching, speeds, ..
-        } = self.arguments;
-        let (machine, artefact) = (&self.machine, &self.artefact);
-        Work::new(machine, artefact, strategy, touching, speeds, log)
-    }
-
-    /// Probes the rows that validate with the machine as it is found, and those that tell its errors without corrections;
-    /// false if the operator does not want it.
-    fn probe(&self, session: &mut Session) -> Result<bool, BadInput> {
-        let logs = [
-            ("validation.csv", "before.csv"),
-            ("strategy.csv", "touches.csv"),
-        ];
-        let logs = logs.map(|(strategy, log)| (strategy, self.file(log)));
-        let mut text = "\n".to_owned();
-        let mut seconds = 0.0;
-        for (strategy, log) in &logs {
-            let work = self.work(strategy, log)?;
-            text += &format!("{}: {}", log.display(), work.announced());
-            seconds += work.seconds(RAPID);
-        }
-        text += &format!(
-            "probing takes about {:.0} min at 100 % feed\n",
-            (seconds / 60.0).ceil()
-        );
-        files::print(&text)?;
-        let yes = self.arguments.yes;
-        if !yes && !asked(CLEAR)? || !take_over(session, yes)? {
-            return Ok(false);
-        }
-        let [(validation, before), (strategy, touches)] = &logs;
-        self.touch(session, validation, before)?;
-        let question =
-            "May the corrections be switched off, and the strategy be probed without them?";
-        if !yes && !asked(question)? {
-            return Ok(false);
-        }
-        session.set("trueaxis.enable", 0.0).map_err(bad)?;
-        faded(session, 0.0)?;
-        self.touch(session, strategy, touches)?;
-        Ok(true)
-    }
-
-    fn touch(&self, session: &mut Session, strategy: &str, log: &Path) -> Result<(), BadInput> {
-        let touches = self.work(strategy, log)?.probe(session)?;
-        files::print(&format!("{}: {touches} touches\n", log.display()))
-    }
-
-    fn identify(&self) -> Result<Outcome, BadInput> {
-        let arguments = self.arguments;
-        let machine = arguments.machine.display().to_string();
-        let words = [
-            "probings",
-            &machine,
-            &self.text("touches.csv"),
-            "--strategy",
-            &self.text("strategy.csv"),
-            "-o",
-            &self.text("probings.csv"),
-        ];
-        self.step(&words.map(str::to_owned))?;
-        let words = [
-            "identify",
-            &machine,
-            &self.text("probings.csv"),
-            "--model",
-            &self.model,
-            "--artefact",
-            &arguments.artefact.display().to_string(),
-            "-o",
-            &self.text("errors.toml"),
-        ];
-        self.step(&words.map(str::to_owned))
-    }
-
-    fn compile(&self) -> Result<Outcome, BadInput> {
-        let words = [
-            "compile",
-            &self.arguments.machine.display().to_string(),
-            &self.text("errors.toml"),
-            "--target",
-            "desktop",
-            "-o",
-            &self.text("machine.trax"),
-        ];
-        self.step(&words.map(str::to_owned))
-    }
-
-    /// Something over the travel with the identified errors.
-    fn over_the_travel<T>(
-        &self,
-        compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
-    ) -> Result<T, BadInput> {
-        let errors = files::read_known_errors(&self.file("errors.toml"), &self.machine)?;
-        compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("errors.toml")),
-                "identify the errors again: --from identify",
-            )
-        })
-    }
-
-    /// Loads the compensation, probes with it, and keeps it if that is right.
-    fn load(&self, session: &mut Session) -> Result<Outcome, BadInput> {
-        let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
-        if !benefit.is_sure() {
-            files::print(&format!(
-                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
-                 because so much is not known of them\n",
-                benefit.before_um, benefit.after_um
-            ))?;
-            return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
-        }
-        let blob = self.file("machine.trax");
-        let question = format!("May {} be loaded and switched on?", blob.display());
-        files::print("\n")?;
-        if !self.arguments.yes && !asked(&question)? {
-            return self.stop("you did not want it");
-        }
-        if self.active.exists() {
-            let before = files::read_bytes(&self.active)?;
-            files::write(&self.file("previous.trax"), &before)?;
-        }
-        let blob = blob.canonicalize().unwrap_or(blob);
-        (session.load(COMPONENT, &self.active, &blob)).map_err(bad)?;
-        session.set("trueaxis.enable", 1.0).map_err(bad)?;
-        faded(session, 1.0)?;
-        let yes = self.arguments.yes;
-        let question = "May it be validated by probing with the corrections on?";
-        if !yes && !asked(question)?
-            || self.arguments.from > Step::Probe && !take_over(session, yes)?
-        {
-            return self.stop("you did not want it probed; the old compensation is back");
-        }
-        let log = self.file("after.csv");
-        // An older one was made with another compensation, and would count as this one's.
-        removed(&log)?;
-        self.touch(session, "validation.csv", &log)?;
-        let validation = self.validated(&log)?;
-        let json = files::json(&validation)?;
-        files::write(&self.file("validation.json"), json.as_bytes())?;
-        let Validation {
-            before,
-            after,
-            expected_um,
-            ..
-        } = validation;
-        files::print(&format!(
-            "\nvalidation at {} other positions    rms (µm)   largest\n  \
-             before                           {:>9.2} {:>9.2}\n  \
-             after                            {:>9.2} {:>9.2}\n  \
-             predicted, at most               {:>9.2}\n",
-            validation.probings,
-            before.rms_um,
-            before.largest_um,
-            after.rms_um,
-            after.largest_um,
-            expected_um
-        ))?;
-        if !validation.is_kept {
-            return self.stop(match after.rms_um < before.rms_um {
-                true => "the machine is better, but not as good as predicted; the old compensation is back",
-                false => "the machine is not better than before; the old compensation is back",
-            });
-        }
-        session.keep().map_err(bad)?;
-        files::print(&format!(
-            "{} is in use, and switched on\n",
-            self.active.display()
-        ))?;
-        Ok(Outcome::Done)
-    }
-
-    /// Probings from a log of the validation.
-    fn probings(&self, log: &Path) -> Result<Probings, BadInput> {
-        let strategy = files::read_strategy(&self.file("validation.csv"), &self.machine)?;
-        let text = Text::read(log)?;
-        let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
-        let perfect = ErrorModel::perfect(&self.machine);
-        let found = to_probings(&self.machine, &strategy, &touched, None, &perfect);
-        Ok(found.map_err(|e| text.bad(e))?.probings)
-    }
-
-    fn validated(&self, after: &Path) -> Result<Validation, BadInput> {
-        let machine = &self.machine;
-        let errors = files::read_known_errors(&self.file("errors.toml"), machine)?;
-        let text = Text::read(&self.file("probings.csv"))?;
-        let measured = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
-        let perfect = ErrorModel::perfect(machine);
-        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
-        let problem = Problem::new(machine, &measured, &self.artefact, &parameters, &perfect);
-        let identified = identify(&problem, Options::default())
-            .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
-        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
-        let scatter = |probings: &Probings| {
-            let apart = scatters(
-                machine,
-                probings,
-                &self.artefact,
-                &perfect,
-                &identified.stylus,
-            );
-            let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
-            Scatter {
-                rms_um: (squares / apart.len() as f64).sqrt() * 1e3,
-                largest_um: apart.into_iter().fold(0.0, f64::max) * 1e3,
+    let state = session.state().map_err(bad)?;
+    let corrects = match port {
+        Some(port) => Corrects::board(port)?,
+        None => {
+            let ini = ini.clone().unwrap_or_else(|| state.ini.into());
+            Corrects::Component {
+                name: COMPONENT,
+                path: active(&ini)?,
             }
-        };
-        let rows = self.probings(&self.file("before.csv"))?;
-        let (before, after) = (scatter(&rows), scatter(&self.probings(after)?));
-        let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
-        let expected = SCATTER * (probing.hypot(band));
-        Ok(Validation {
-            probings: rows.rows.len(),
-            before,
-            after,
-            probing_um: probing,
-            band_um: band,
-            expected_um: expected,
-            is_kept: after.rms_um < before.rms_um && after.rms_um <= expected,
-        })
-    }
-}
-
-/// Removes a file, if there is one.
-fn removed(path: &Path) -> Result<(), BadInput> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(BadInput::new(
-            format!("{}: cannot be removed: {error}", path.display()),
-            "remove it, then start again with --from load",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// Seed of the positions over which benefit and band are averaged, as in other commands.
-const SEED: u64 = 1;
-/// Looks at the pins, 50 ms apart, until corrections must have faded.
-const FADING: usize = 200;
-
-/// Waits until the common factor of the corrections has a value.
-fn faded(session: &mut Session, factor: f64) -> Result<(), BadInput> {
-    for _ in 0..FADING {
-        let pins = ["trueaxis.factor", "trueaxis.fault-code"];
-        let found = session.pins(&pins).map_err(bad)?;
-        if found[0] == Some(factor) {
-            return Ok(());
         }
-        if factor > 0.0 && found[1].is_some_and(|code| code != 0.0) {
-            return Err(BadInput::new(
-                format!("the component has fault {}", found[1].unwrap_or(0.0)),
-                "`man trueaxis` explains the number",
-            ));
-        }
-        std::thread::sleep(std::time::Duration::from_millis(50));
-    }
-    Err(BadInput::new(
-        format!("the corrections do not fade to {factor}"),
-        "look at the pins of the component: halcmd show pin trueaxis",
+    };
+    let folder = folder.clone();
+    let folder = folder.unwrap_or_else(|| PathBuf::from(format!("calibration-{}", state.date)));
+    let calibration = Calibration::new(options, folder)?;
+    calibration.run(&mut Site::new(
+        Moves::LinuxCnc { session, speeds },
+        corrects,
     ))
+}
+
+/// Where the component reads its compensation.
+fn active(ini: &Path) -> Result<PathBuf, BadInput> {
+    let configured = configuration::read(ini)?;
+    let file = (configured.hal.load(COMPONENT)).and_then(|command| command.parameter("file"));
+    let file = file.ok_or_else(|| {
+        BadInput::new(
+            format!(
+                "{}: its HAL files do not load the component {COMPONENT}",
+                ini.display()
+            ),
+            "install it first: trueaxis linuxcnc setup",
+        )
+    })?;
+    Ok(configuration::folder(ini).join(file))
 }

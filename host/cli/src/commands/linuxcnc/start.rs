@@ -10,9 +10,9 @@ use clap::Args;
 use std::fmt::Write;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::Configuration;
+use trueaxis_controllers::linuxcnc::{Configuration, Import, without_limits};
 use trueaxis_measure::direct::Single;
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 
 /// Ask what is there and what has been measured, and make a first compensation of it
@@ -68,10 +68,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
     // Before anything is written.
     let joints = configuration.axes();
-    arguments.given(&joints.iter().map(|joint| joint.letter).collect::<Vec<_>>())?;
+    let letters: Vec<char> = joints.iter().map(|joint| joint.letter).collect();
+    let given = arguments.given(&letters)?;
+    let imports = match configuration.hal.load("trueaxis") {
+        Some(_) => Vec::new(),
+        None => configuration::imported(&ini, &configuration)?,
+    };
+    for single in &given {
+        free(&imports, &letters, single)?;
+    }
+    with_limits(&ini, &configuration)?;
     let is_new = arguments.set_up(&ini, &configuration, &machine, &errors)?;
     let described = files::read_machine(&machine)?;
-    let singles = arguments.singles(&described)?;
+    let singles = arguments.singles(&described, &imports)?;
     if singles.is_empty() {
         return arguments.without(&ini, &machine, &errors, &blob);
     }
@@ -113,6 +122,46 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ))?;
     }
     Ok(checked)
+}
+
+/// Refuses a configuration whose travels are not known, before anything is written.
+fn with_limits(ini: &Path, configuration: &Configuration) -> Result<(), BadInput> {
+    match &without_limits(configuration)[..] {
+        _ if configuration.hal.load("trueaxis").is_some() => Ok(()),
+        [] => Ok(()),
+        [joint, ..] => Err(BadInput::new(
+            format!(
+                "{}: joint {} (axis {}) has no MIN_LIMIT and MAX_LIMIT, so that the travel is not known: nothing was written",
+                ini.display(),
+                joint.number,
+                joint.letter
+            ),
+            format!("write both into [JOINT_{}], and start again", joint.number),
+        )),
+    }
+}
+
+/// Refuses a reading along an axis that LinuxCNC compensates itself: what it shows depends on that.
+fn free(imports: &[Import], letters: &[char], single: &Single) -> Result<(), BadInput> {
+    let axis = match *single {
+        Single::Scale { axis, .. } | Single::Reversal { axis, .. } => axis,
+        Single::Square { .. } => return Ok(()),
+    };
+    match imports
+        .iter()
+        .find(|import| import.letter() == letters[axis])
+    {
+        None => Ok(()),
+        Some(import) => Err(BadInput::new(
+            format!(
+                "a reading along {}: the INI file already compensates {} ({})",
+                import.letter(),
+                import.letter(),
+                import.source()
+            ),
+            "take COMP_FILE and BACKLASH of this axis out of the INI file, measure again, and start again",
+        )),
+    }
 }
 
 fn calibrate(machine: &str, balls: &Path) -> String {
@@ -268,7 +317,7 @@ impl Arguments {
     }
 
     /// What has been measured, from options or by asking.
-    fn singles(&self, machine: &Machine) -> Result<Vec<Single>, BadInput> {
+    fn singles(&self, machine: &Machine, imports: &[Import]) -> Result<Vec<Single>, BadInput> {
         let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
         let mut found = self.given(&letters)?;
         if self.yes || !found.is_empty() {
@@ -291,6 +340,10 @@ impl Arguments {
                 if answer.is_empty() {
                     return Ok(());
                 }
+                let read = |answer: &str| {
+                    let single = read(answer)?;
+                    free(imports, &letters, &single).map(|()| single)
+                };
                 match read(&answer) {
                     Ok(single) => {
                         found.push(single);
@@ -364,13 +417,6 @@ fn error_file(
 ) -> Result<String, BadInput> {
     let mut lines = String::new();
     let mut found: Vec<Parameter> = Vec::new();
-    let known = match &imported {
-        Some(text) => {
-            let model = ErrorModel::from_toml(&text.text, machine);
-            model.map_err(|error| text.bad(error))?
-        }
-        None => ErrorModel::perfect(machine),
-    };
     for single in singles {
         let words = words(machine, single);
         let (parameter, value) = single.parameter(machine).ok_or_else(|| {
@@ -383,22 +429,6 @@ fn error_file(
             return Err(BadInput::new(
                 format!("{words}: {parameter} has been measured twice"),
                 "give one of the readings",
-            ));
-        }
-        let of_axis = machine
-            .axes
-            .iter()
-            .position(|axis| axis.letter.char() == parameter.axis);
-        let motion = of_axis.map(|axis| &known.motions[axis][parameter.component]);
-        let is_imported = parameter.kind != ParameterKind::Inter
-            && motion.is_some_and(|motion| *motion != Default::default());
-        if is_imported {
-            return Err(BadInput::new(
-                format!(
-                    "{words}: the INI file already compensates {}",
-                    parameter.axis
-                ),
-                "take COMP_FILE and BACKLASH of this axis out of the INI file, measure again, and start again",
             ));
         }
         // Readings have three digits.

@@ -44,6 +44,9 @@ pub struct Touches {
     /// Standard deviation of each touch along each axis
     #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
     noise: f64,
+    /// A probe whose effective radius depends on the direction like this (as trueaxis qualify writes it)
+    #[arg(long, value_name = "PROBE.toml")]
+    probe: Option<PathBuf>,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -68,6 +71,9 @@ impl Touches {
         for place in artefact.balls.iter_mut().filter_map(|b| b.nominal.as_mut()) {
             *place += nalgebra::Vector3::from(misplaced);
         }
+        let probe = self.probe.as_deref();
+        let lobing = probe.map(|path| files::read_probe(path, &machine).map(|probe| probe.shape));
+        let lobing = lobing.transpose()?;
         let disturbances = Disturbances {
             noise: self.noise * 1e-3,
             seed: self.seed,
@@ -79,6 +85,7 @@ impl Touches {
             &artefact,
             &strategy,
             &self.touching.probe()?,
+            &lobing.unwrap_or_default(),
             &disturbances,
         );
         let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;

@@ -1,0 +1,560 @@
+//! A calibration: plan, probe, identify, compile, load, and prove it by probing again.
+//!
+//! The machine is moved by LinuxCNC or by its own controller; its corrections come from LinuxCNC's component or from a
+//! board. [`Site`] is any of these.
+
+mod site;
+
+pub use site::{Corrects, Errand, Moves, Site};
+
+use super::Outcome;
+use super::Outcome::CheckFailed;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::identify::no_model;
+use super::probing::asked;
+use super::run_words;
+use super::touch_options::Touching;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::trial::{Corrector, on_trial};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probing, Probings};
+use trueaxis_measure::formats::validation::{Scatter, Validation};
+use trueaxis_measure::identify::{Model, Problem, identify, scatters};
+use trueaxis_measure::plan::{Probe, Setup, validation};
+use trueaxis_measure::spheres::{read_log, to_probings};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::uncertainty::{benefit, over_travel};
+use trueaxis_tables::validate::DrawError;
+
+/// What every calibration takes.
+#[derive(Args)]
+pub struct Options {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Positions of the balls (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Parameters to identify (default: 12, with the scale of X if the artefact has a bar)
+    #[arg(long, value_name = "10|12|13|81|84|auto|NAMES")]
+    model: Option<String>,
+    /// Number of probings (default: as many as `trueaxis plan` proposes)
+    #[arg(long, value_name = "N")]
+    probings: Option<usize>,
+    /// Longest time for probing
+    #[arg(long, value_name = "MIN", conflicts_with = "probings")]
+    minutes: Option<f64>,
+    /// Positions that rotary axes may take (default: their travel)
+    #[arg(long, value_name = "A=FROM:TO:STEP,…")]
+    indexings: Option<String>,
+    /// Number of probings that validate the result, at other positions; they are probed twice
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(3..))]
+    validate: u16,
+    /// The probe, qualified (probe.toml)
+    #[arg(long, value_name = "PROBE.toml")]
+    probe: Option<PathBuf>,
+    /// Qualify the probe first, on this ball at up to three of its rotary positions
+    #[arg(long, value_name = "BALL", conflicts_with = "probe")]
+    qualify: Option<String>,
+    #[command(flatten)]
+    pub touching: Touching,
+    /// Begin with this step, with the files of the steps before it in --folder
+    #[arg(long, value_enum, default_value_t = Step::Plan)]
+    from: Step,
+    /// Do everything without asking (otherwise it asks before homing, switching kinematics, probing, loading)
+    #[arg(long)]
+    pub yes: bool,
+}
+
+/// The steps, in order.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Step {
+    /// Choose what to probe
+    Plan,
+    /// Probe; a log that was stopped early is continued
+    Probe,
+    /// Identify the error parameters
+    Identify,
+    /// Turn them into a compensation
+    Compile,
+    /// Load it into LinuxCNC, and validate it
+    Load,
+}
+
+/// Rotary positions at which the probe is qualified, at most, and their file.
+const POSES: usize = 3;
+const POSES_FILE: &str = "poses.csv";
+/// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
+/// quarter of it (2σ, 20 degrees of freedom).
+const SCATTER: f64 = 1.3;
+
+/// The parameters to identify: without a length standard, the scale of X cannot be told from that of the balls' places.
+fn model(given: Option<&str>, machine: &Machine, artefact: &Artefact) -> Result<String, BadInput> {
+    if let Some(given) = given {
+        return Ok(given.to_owned());
+    }
+    let names = Model::Twelve
+        .parameters(machine, 0, &[])
+        .map_err(no_model)?;
+    let scale = (!artefact.bars.is_empty()).then(|| "EXX1".to_owned());
+    let names = names.iter().map(ToString::to_string).chain(scale);
+    Ok(names.collect::<Vec<_>>().join(","))
+}
+
+/// A calibration, with its files.
+pub struct Calibration<'a> {
+    options: &'a Options,
+    machine: Machine,
+    artefact: Artefact,
+    /// What is identified, as an option.
+    model: String,
+    folder: PathBuf,
+}
+
+impl<'a> Calibration<'a> {
+    /// In a folder, which is made.
+    pub fn new(options: &'a Options, folder: PathBuf) -> Result<Self, BadInput> {
+        // Before anything is asked of the machine.
+        options.touching.stated()?;
+        let machine = files::read_machine(&options.machine)?;
+        let artefact = files::read_artefact(&options.artefact, &machine)?;
+        if options.from == Step::Plan && folder.join("strategy.csv").exists() {
+            return Err(BadInput::new(
+                format!("{}: there is a calibration already", folder.display()),
+                "give --from probe, identify, compile or load to continue it, or another --folder",
+            ));
+        }
+        std::fs::create_dir_all(&folder).map_err(|error| {
+            BadInput::new(
+                format!("{}: cannot be made: {error}", folder.display()),
+                "give --folder a name in a folder that you may write to",
+            )
+        })?;
+        Ok(Self {
+            model: model(options.model.as_deref(), &machine, &artefact)?,
+            options,
+            machine,
+            artefact,
+            folder,
+        })
+    }
+
+    /// Does what the steps say, at a site.
+    pub fn run(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
+        let from = self.options.from;
+        files::print(&format!(
+            "{}: calibration in {}\n",
+            self.machine.name,
+            self.folder.display()
+        ))?;
+        if from <= Step::Plan {
+            self.plan()?;
+        }
+        if from <= Step::Probe && !self.probe(site)? {
+            return Ok(CheckFailed);
+        }
+        if from <= Step::Identify && self.identify()? == CheckFailed {
+            return self.stop("the measurements do not fit together: see the warnings above");
+        }
+        if from <= Step::Compile && self.compile(site)? == CheckFailed {
+            return self.stop("the tolerance is not met: see above");
+        }
+        self.load(site)
+    }
+
+    /// Says that nothing has been changed.
+    fn stop(&self, why: &str) -> Result<Outcome, BadInput> {
+        files::print(&format!("nothing is loaded: {why}\n"))?;
+        Ok(CheckFailed)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        self.file(name).display().to_string()
+    }
+
+    /// Shows a command, and runs it.
+    fn step(&self, words: &[String]) -> Result<Outcome, BadInput> {
+        let quoted = |word: &String| match word.contains(char::is_whitespace) {
+            true => format!("'{word}'"),
+            false => word.clone(),
+        };
+        let shown: Vec<String> = words.iter().map(quoted).collect();
+        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))?;
+        run_words(words)
+    }
+
+    fn plan(&self) -> Result<(), BadInput> {
+        let options = self.options;
+        let path = |path: &Path| path.display().to_string();
+        let mut words = vec!["plan".to_owned(), path(&options.machine)];
+        let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
+        add("--artefact", path(&options.artefact));
+        add("--model", self.model.clone());
+        if let Some(probings) = options.probings {
+            add("--probings", probings.to_string());
+        }
+        if let Some(minutes) = options.minutes {
+            add("--minutes", minutes.to_string());
+        }
+        if let Some(indexings) = &options.indexings {
+            add("--indexings", indexings.clone());
+        }
+        for (name, value) in options.touching.words() {
+            add(name, value);
+        }
+        add("-o", self.text("strategy.csv"));
+        words.push("--keep-clear".to_owned());
+        self.step(&words)?;
+        let strategy = files::read_strategy(&self.file("strategy.csv"), &self.machine)?;
+        if let Some(ball) = &options.qualify {
+            files::write(
+                &self.file(POSES_FILE),
+                probings::write_strategy(&self.poses(&strategy, ball)?, &self.machine).as_bytes(),
+            )?;
+        }
+        let validation = validation(&self.setup()?, &strategy, options.validate.into(), 1);
+        if validation.rows.is_empty() {
+            return Err(BadInput::new(
+                "no ball can be probed at other positions to validate the result",
+                "allow more: --indexings, --cone, more balls; a machine without rotary axes is calibrated by measuring scales and squareness (trueaxis measured)",
+            ));
+        }
+        files::write(
+            &self.file("validation.csv"),
+            probings::write_strategy(&validation, &self.machine).as_bytes(),
+        )
+    }
+
+    /// Rows of a ball at rotary positions that are far from each other, on which the probe is qualified.
+    fn poses(&self, strategy: &Probings, ball: &str) -> Result<Probings, BadInput> {
+        let is_rotary = |i: &usize| self.machine.axes[*i].letter.is_rotary();
+        let apart = |a: &Probing, b: &Probing| {
+            let rotary = (0..self.machine.axes.len()).filter(is_rotary);
+            rotary
+                .map(|i| (a.position[i] - b.position[i]).abs())
+                .sum::<f64>()
+        };
+        let of = |row: &&Probing| strategy.balls[row.ball] == ball && row.spindle == 0.0;
+        let rows: Vec<&Probing> = strategy.rows.iter().filter(of).collect();
+        let mut chosen: Vec<&Probing> = rows.first().copied().into_iter().collect();
+        while !chosen.is_empty() && chosen.len() < POSES.min(rows.len()) {
+            let least = |row: &Probing| {
+                let apart = chosen.iter().map(|other| apart(row, other));
+                apart.fold(f64::INFINITY, f64::min)
+            };
+            let farthest = rows.iter().max_by(|a, b| least(a).total_cmp(&least(b)));
+            match farthest.filter(|row| least(row) > 0.0).copied() {
+                Some(row) => chosen.push(row),
+                None => break,
+            }
+        }
+        if chosen.is_empty() {
+            return Err(BadInput::new(
+                format!(
+                    "--qualify: the strategy has no row of ball `{ball}` with the spindle at 0"
+                ),
+                "name a ball of the artefact that can be probed",
+            ));
+        }
+        Ok(Probings {
+            balls: strategy.balls.clone(),
+            rows: chosen.into_iter().cloned().collect(),
+        })
+    }
+
+    /// The file of the qualified probe, if there is one.
+    fn qualified(&self) -> Option<PathBuf> {
+        let own = self
+            .options
+            .qualify
+            .as_ref()
+            .map(|_| self.file("probe.toml"));
+        self.options.probe.clone().or(own)
+    }
+
+    fn setup(&self) -> Result<Setup<'_>, BadInput> {
+        Ok(Setup {
+            machine: &self.machine,
+            artefact: &self.artefact,
+            balls: Vec::new(),
+            probe: Probe {
+                keeps_clear: true,
+                ..self.options.touching.stated()?
+            },
+            sigma: 1e-3,
+        })
+    }
+
+    /// What is to be probed, into which log.
+    fn errand(&self, strategy: &str, log: &str) -> Result<Errand<'_>, BadInput> {
+        let touching = &self.options.touching;
+        Ok(Errand {
+            machine: &self.machine,
+            artefact: &self.artefact,
+            strategy: files::read_strategy(&self.file(strategy), &self.machine)?,
+            touching: match strategy == POSES_FILE {
+                true => touching.qualifying(),
+                false => touching.clone(),
+            },
+            file: self.file(strategy),
+            log: self.file(log),
+        })
+    }
+
+    /// Probes the rows that validate with the machine as it is found, and those that tell its errors without corrections;
+    /// false if the operator does not want it.
+    fn probe(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
+        let before = self.errand("validation.csv", "before.csv")?;
+        let strategy = self.errand("strategy.csv", "touches.csv")?;
+        let qualifies = self.options.qualify.is_some();
+        let ball = qualifies.then(|| self.errand(POSES_FILE, "ball.csv"));
+        let ball = ball.transpose()?;
+        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &strategy]).collect();
+        let yes = self.options.yes;
+        if !site.is_ready(&all, yes)? {
+            return Ok(false);
+        }
+        if let Some(ball) = &ball {
+            site.touch(ball)?;
+            self.qualify()?;
+        }
+        site.touch(&before)?;
+        let question =
+            "May the corrections be switched off, and the strategy be probed without them?";
+        if !yes && !asked(question)? {
+            return Ok(false);
+        }
+        site.switch(false)?;
+        site.touch(&strategy)?;
+        Ok(true)
+    }
+
+    fn qualify(&self) -> Result<Outcome, BadInput> {
+        let diameter = self.options.touching.ball_diameter().unwrap_or(0.0);
+        let words = [
+            "qualify",
+            &self.options.machine.display().to_string(),
+            &self.text("ball.csv"),
+            "--ball-diameter",
+            &diameter.to_string(),
+            "-o",
+            &self.text("probe.toml"),
+        ];
+        self.step(&words.map(str::to_owned))
+    }
+
+    fn identify(&self) -> Result<Outcome, BadInput> {
+        let options = self.options;
+        let machine = options.machine.display().to_string();
+        let probe = self.qualified().map(|path| path.display().to_string());
+        let probe: Vec<&str> = match &probe {
+            Some(path) => vec!["--probe", path],
+            None => Vec::new(),
+        };
+        let owned = |words: &[&str]| -> Vec<String> {
+            words
+                .iter()
+                .chain(&probe)
+                .map(|word| (*word).to_owned())
+                .collect()
+        };
+        let words = [
+            "probings",
+            &machine,
+            &self.text("touches.csv"),
+            "--strategy",
+            &self.text("strategy.csv"),
+            "-o",
+            &self.text("probings.csv"),
+        ];
+        self.step(&owned(&words))?;
+        let words = [
+            "identify",
+            &machine,
+            &self.text("probings.csv"),
+            "--model",
+            &self.model,
+            "--artefact",
+            &options.artefact.display().to_string(),
+            "-o",
+            &self.text("errors.toml"),
+        ];
+        self.step(&owned(&words))
+    }
+
+    fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
+        let words = [
+            "compile",
+            &self.options.machine.display().to_string(),
+            &self.text("errors.toml"),
+            "--target",
+            &site.target(&self.file("board.toml"))?,
+            "-o",
+            &self.text("machine.trax"),
+        ];
+        self.step(&words.map(str::to_owned))
+    }
+
+    /// Something over the travel with the identified errors.
+    fn over_the_travel<T>(
+        &self,
+        compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
+    ) -> Result<T, BadInput> {
+        let errors = files::read_known_errors(&self.file("errors.toml"), &self.machine)?;
+        compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", self.text("errors.toml")),
+                "identify the errors again: --from identify",
+            )
+        })
+    }
+
+    /// Loads the compensation, probes with it, and keeps it if that is right.
+    fn load(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
+        let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
+        if !benefit.is_sure() {
+            files::print(&format!(
+                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
+                 because so much is not known of them\n",
+                benefit.before_um, benefit.after_um
+            ))?;
+            return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
+        }
+        let blob = self.file("machine.trax");
+        let question = format!("May {} be loaded and switched on?", blob.display());
+        files::print("\n")?;
+        if !self.options.yes && !asked(&question)? {
+            return self.stop("you did not want it");
+        }
+        if let Some(active) = site.file().filter(|active| active.exists()) {
+            files::write(&self.file("previous.trax"), &files::read_bytes(active)?)?;
+        }
+        let is_kept = on_trial(site, &blob, |site| self.is_right(site))?;
+        if is_kept {
+            files::print(&format!("{} is in use, and switched on\n", site.place()))?;
+            return Ok(Outcome::Done);
+        }
+        self.stop("the old compensation is back")
+    }
+
+    /// Probes with the compensation on; whether it is to be kept.
+    fn is_right(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
+        let yes = self.options.yes;
+        let question = "May it be validated by probing with the corrections on?";
+        if !yes && !asked(question)? || self.options.from > Step::Probe && !site.take_over(yes)? {
+            files::print("you did not want it probed\n")?;
+            return Ok(false);
+        }
+        let errand = self.errand("validation.csv", "after.csv")?;
+        let log = &errand.log;
+        // An older one was made with another compensation, and would count as this one's.
+        removed(log)?;
+        site.touch(&errand)?;
+        let validation = self.validated(log)?;
+        let json = files::json(&validation)?;
+        files::write(&self.file("validation.json"), json.as_bytes())?;
+        let Validation {
+            before,
+            after,
+            expected_um,
+            ..
+        } = validation;
+        files::print(&format!(
+            "\nvalidation at {} other positions    rms (µm)   largest\n  \
+             before                           {:>9.2} {:>9.2}\n  \
+             after                            {:>9.2} {:>9.2}\n  \
+             predicted, at most               {:>9.2}\n",
+            validation.probings,
+            before.rms_um,
+            before.largest_um,
+            after.rms_um,
+            after.largest_um,
+            expected_um
+        ))?;
+        if !validation.is_kept {
+            files::print(match after.rms_um < before.rms_um {
+                true => "the machine is better, but not as good as predicted\n",
+                false => "the machine is not better than before\n",
+            })?;
+        }
+        Ok(validation.is_kept)
+    }
+
+    /// Probings from a log of the validation.
+    fn probings(&self, log: &Path) -> Result<Probings, BadInput> {
+        let strategy = files::read_strategy(&self.file("validation.csv"), &self.machine)?;
+        let text = Text::read(log)?;
+        let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
+        let perfect = ErrorModel::perfect(&self.machine);
+        let probe = self.qualified();
+        let probe = probe.map(|path| files::read_probe(&path, &self.machine));
+        let lobing = probe
+            .transpose()?
+            .map(|probe| probe.shape)
+            .unwrap_or_default();
+        let found = to_probings(&self.machine, &strategy, &touched, None, &lobing, &perfect);
+        Ok(found.map_err(|e| text.bad(e))?.probings)
+    }
+
+    fn validated(&self, after: &Path) -> Result<Validation, BadInput> {
+        let machine = &self.machine;
+        let errors = files::read_known_errors(&self.file("errors.toml"), machine)?;
+        let text = Text::read(&self.file("probings.csv"))?;
+        let measured = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
+        let perfect = ErrorModel::perfect(machine);
+        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
+        let problem = Problem::new(machine, &measured, &self.artefact, &parameters, &perfect);
+        let identified = identify(&problem, trueaxis_measure::identify::Options::default())
+            .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
+        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
+        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
+        let scatter = |probings: &Probings| {
+            let apart = scatters(
+                machine,
+                probings,
+                &self.artefact,
+                &perfect,
+                &identified.stylus,
+            );
+            let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
+            Scatter {
+                rms_um: (squares / apart.len() as f64).sqrt() * 1e3,
+                largest_um: apart.into_iter().fold(0.0, f64::max) * 1e3,
+            }
+        };
+        let rows = self.probings(&self.file("before.csv"))?;
+        let (before, after) = (scatter(&rows), scatter(&self.probings(after)?));
+        let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
+        let expected = SCATTER * (probing.hypot(band));
+        Ok(Validation {
+            probings: rows.rows.len(),
+            before,
+            after,
+            probing_um: probing,
+            band_um: band,
+            expected_um: expected,
+            is_kept: after.rms_um < before.rms_um && after.rms_um <= expected,
+        })
+    }
+}
+
+/// Removes a file, if there is one.
+fn removed(path: &Path) -> Result<(), BadInput> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(BadInput::new(
+            format!("{}: cannot be removed: {error}", path.display()),
+            "remove it, then start again with --from load",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Seed of the positions over which benefit and band are averaged, as in other commands.
+const SEED: u64 = 1;

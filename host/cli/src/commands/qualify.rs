@@ -1,0 +1,249 @@
+//! `trueaxis qualify`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::number::{positive, size};
+use super::quantity::count;
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::probe::ORDERS;
+use trueaxis_measure::qualify::{Known, Qualified, QualifyError, qualify};
+use trueaxis_measure::spheres::read_log;
+use trueaxis_model::machine::Machine;
+
+/// Qualify a touch probe by touching one ball: tip radius and pre-travel by direction, and where the tip is
+///
+/// The effective radius of the tip is the distance from ball to tip at which the probe trips, less the radius of the
+/// ball. It depends on the direction around the stylus (lobes) and differs at the pole. Touches at two or more rotary
+/// positions, or a ball whose place is known, also tell where the tip is. What the touches do not determine is named.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy poses.csv --around 12 \\\n    \
+--ball-diameter 20 --stylus-diameter 6 -o ball.csv\n  \
+trueaxis qualify machine.toml ball.csv --ball-diameter 20 -o probe.toml\n  \
+trueaxis probings machine.toml touches.csv --strategy strategy.csv --probe probe.toml -o probings.csv\n\n\
+All touches are of one ball, with the spindle at 0. poses.csv has a line for each rotary position: ball,A,C"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Log of the touches
+    touches: PathBuf,
+    /// Diameter of the ball, as calibrated
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    ball_diameter: f64,
+    /// Its standard uncertainty
+    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
+    ball_uncertainty: f64,
+    /// Where the ball is (artefact.toml with nominal_mm of this ball), if that is known
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "ball",
+        requires = "place_uncertainty"
+    )]
+    artefact: Option<PathBuf>,
+    /// Its name there
+    #[arg(long, value_name = "NAME", requires = "artefact")]
+    ball: Option<String>,
+    /// Standard uncertainty of each coordinate of its place
+    #[arg(long, value_name = "µm", requires = "artefact", value_parser = positive)]
+    place_uncertainty: Option<f64>,
+    /// Highest order of the lobes
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = orders)]
+    orders: usize,
+    /// Where to write the probe
+    #[arg(short, long, value_name = "PROBE.toml")]
+    output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn orders(text: &str) -> Result<usize, String> {
+    let orders = text
+        .parse()
+        .ok()
+        .filter(|orders| (1..=ORDERS).contains(orders));
+    orders.ok_or_else(|| format!("write a number from 1 (none) to {ORDERS}"))
+}
+
+#[derive(Serialize)]
+struct Answer {
+    touches: usize,
+    noise_um: f64,
+    tip_radius_mm: f64,
+    tip_radius_standard_uncertainty_um: f64,
+    pole_um: f64,
+    pole_standard_uncertainty_um: f64,
+    lobes: Vec<LobeAnswer>,
+    tip_mm: [Option<f64>; 3],
+    tip_standard_uncertainty_um: [Option<f64>; 3],
+    positions: usize,
+    ball_apart_um: Option<f64>,
+    undetermined: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct LobeAnswer {
+    order: usize,
+    cosine_um: f64,
+    sine_um: f64,
+    standard_uncertainty_um: f64,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.touches];
+    inputs.extend(arguments.artefact.as_deref());
+    if let Some(output) = &arguments.output {
+        files::prepare(output, &inputs)?;
+    }
+    let machine = files::read_machine(&arguments.machine)?;
+    let known = arguments.known(&machine)?;
+    let text = Text::read(&arguments.touches)?;
+    let log = read_log(&text.text, &machine).map_err(|e| text.bad(e))?;
+    let touches: Vec<_> = log.iter().map(|touched| touched.position).collect();
+    let found = qualify(&machine, &known, &touches).map_err(|error| {
+        let remedy = match error {
+            QualifyError::TooFew { .. } => "touch the ball more often: --around 12",
+            QualifyError::NoSphere => "touch it at two latitudes and at the pole: --around 12",
+            QualifyError::Elsewhere { .. } => {
+                "give the log of touches of one ball; check tip_mm, and which way each rotary axis counts in the machine file"
+            }
+            QualifyError::NotTheBall { .. } => {
+                "give the log of touches of one ball, and its diameter; a touch of something else has to be taken out"
+            }
+        };
+        BadInput::new(format!("{}: {error}", text.name), remedy)
+    })?;
+    if let Some(output) = &arguments.output {
+        files::write(output, found.file.to_toml().as_bytes())?;
+    }
+    if arguments.json {
+        files::print_json(&answer(&found))?;
+        return Ok(Outcome::Done);
+    }
+    let line = log[found.worst.0].line;
+    let mut said = screen(&found, line, known.place.is_some());
+    if let Some(output) = &arguments.output {
+        said += &format!("{}: written\n", output.display());
+    }
+    files::print(&said)?;
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    fn known(&self, machine: &Machine) -> Result<Known, BadInput> {
+        let mut known = Known {
+            radius: self.ball_diameter / 2.0,
+            radius_uncertainty: self.ball_uncertainty * 0.5e-3,
+            place: None,
+            tip: machine.tip.into(),
+            orders: self.orders,
+        };
+        if let (Some(path), Some(name), Some(uncertainty)) =
+            (&self.artefact, &self.ball, self.place_uncertainty)
+        {
+            let artefact = files::read_artefact(path, machine)?;
+            known.tip = artefact.stylus.place(machine);
+            let ball = artefact.balls.iter().find(|ball| ball.name == *name);
+            let place = ball.and_then(|ball| ball.nominal).ok_or_else(|| {
+                BadInput::new(
+                    format!(
+                        "{}: ball `{name}` is not there, or has no nominal_mm",
+                        path.display()
+                    ),
+                    "write [[ball]] with its name and nominal_mm",
+                )
+            })?;
+            known.place = Some((place, uncertainty * 1e-3));
+        }
+        Ok(known)
+    }
+}
+
+fn answer(found: &Qualified) -> Answer {
+    let file = &found.file;
+    let um = |mm: f64| mm * 1e3;
+    let lobe = |lobe: &trueaxis_measure::formats::probe::Lobe| LobeAnswer {
+        order: lobe.order,
+        cosine_um: um(lobe.cosine),
+        sine_um: um(lobe.sine),
+        standard_uncertainty_um: um(lobe.uncertainty),
+    };
+    Answer {
+        touches: found.touches,
+        noise_um: um(found.noise),
+        tip_radius_mm: file.radius,
+        tip_radius_standard_uncertainty_um: um(file.radius_uncertainty),
+        pole_um: um(file.shape.pole),
+        pole_standard_uncertainty_um: um(file.pole_uncertainty),
+        lobes: file.shape.lobes.iter().map(lobe).collect(),
+        tip_mm: file.tip,
+        tip_standard_uncertainty_um: found.tip_uncertainty.map(|value| value.map(um)),
+        positions: found.positions,
+        ball_apart_um: found.apart.map(um),
+        undetermined: found.undetermined.iter().map(ToString::to_string).collect(),
+    }
+}
+
+fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
+    let file = &found.file;
+    let um = |mm: f64| mm * 1e3;
+    let mut text = format!(
+        "{} touches at {}, noise {:.2} µm; the worst is {:+.2} µm off (line {worst})\n\n\
+         effective tip                     standard\n  radius        {:>10.4} mm {:>8.2} µm\n",
+        found.touches,
+        count(found.positions, "rotary position"),
+        um(found.noise),
+        um(found.worst.1),
+        file.radius,
+        um(file.radius_uncertainty)
+    );
+    if !found
+        .undetermined
+        .contains(&trueaxis_measure::qualify::Unknown::Pole)
+    {
+        text += &format!(
+            "  at the pole   {:>+10.2} µm {:>8.2} µm\n",
+            um(file.shape.pole),
+            um(file.pole_uncertainty)
+        );
+    }
+    for lobe in &file.shape.lobes {
+        text += &format!(
+            "  order {}       {:>10.2} µm {:>8.2} µm, largest at {:.0}°\n",
+            lobe.order,
+            um(lobe.cosine.hypot(lobe.sine)),
+            um(lobe.uncertainty),
+            (lobe.sine.atan2(lobe.cosine).to_degrees() / lobe.order as f64)
+                .rem_euclid(360.0 / lobe.order as f64)
+        );
+    }
+    for (k, name) in ["x", "y", "z"].iter().enumerate() {
+        if let (Some(value), Some(uncertainty)) = (file.tip[k], found.tip_uncertainty[k]) {
+            text += &format!(
+                "  tip {name}         {value:>10.4} mm {:>8.2} µm\n",
+                um(uncertainty)
+            );
+        }
+    }
+    if let Some(apart) = found.apart {
+        text += &format!(
+            "the rotary positions see the ball {:.2} µm apart (rms): errors of the machine, and in what is said of the tip\n",
+            um(apart)
+        );
+    } else if !has_place && file.tip.iter().any(Option::is_some) {
+        text += "where the tip is rests on where the rotary axes are: their errors are not in its uncertainty\n";
+    }
+    if !found.undetermined.is_empty() {
+        let names: Vec<String> = found.undetermined.iter().map(ToString::to_string).collect();
+        text += &format!(
+            "not determined: {}; touch at other rotary positions and latitudes, or say where the ball is (--artefact)\n",
+            names.join(", ")
+        );
+    }
+    text
+}

@@ -1,0 +1,272 @@
+//! A compensation on trial: loaded, judged while it corrects the machine, then kept or taken back.
+//!
+//! What corrects is the component of a LinuxCNC that is running, or a board at the end of a link.
+
+use crate::link::{Action, Client, ControlError, FlashError, LinkError, Port, control, flash};
+use crate::linuxcnc::{Session, SessionError};
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+use trueaxis::AlignedBlob;
+use trueaxis::link::{Report, Slot};
+use trueaxis_tables::target::Target;
+
+/// What corrects a machine.
+pub trait Corrector {
+    /// Why it does not do what it is told.
+    type Error;
+
+    /// Switches the corrections on or off, and waits until they have faded in or out.
+    ///
+    /// # Errors
+    /// They do not.
+    fn switch(&mut self, on: bool) -> Result<(), Self::Error>;
+
+    /// Puts the compensation of a file in the place of the one in use, with the corrections off.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is refused; what was in use still is.
+    fn load(&mut self, blob: &Path) -> Result<(), Self::Error>;
+
+    /// What has been loaded and switched stays.
+    ///
+    /// # Errors
+    /// It cannot be stored.
+    fn keep(&mut self) -> Result<(), Self::Error>;
+
+    /// Puts back what was there before the first change.
+    ///
+    /// # Errors
+    /// It cannot: what is in use is then not known.
+    fn undo(&mut self) -> Result<(), Self::Error>;
+}
+
+/// Loads a compensation, switches it on, lets `judge` look at the machine with it, and keeps it if that returns true.
+/// Otherwise, and after any error, what was there before is back.
+///
+/// # Errors
+/// Those of the corrector and of `judge`. An error of putting back comes before all others.
+pub fn on_trial<C: Corrector, E: From<C::Error>>(
+    corrector: &mut C,
+    blob: &Path,
+    judge: impl FnOnce(&mut C) -> Result<bool, E>,
+) -> Result<bool, E> {
+    let tried = (|| {
+        corrector.load(blob)?;
+        corrector.switch(true)?;
+        let is_right = judge(corrector)?;
+        if is_right {
+            corrector.keep()?;
+        }
+        Ok(is_right)
+    })();
+    if !matches!(tried, Ok(true)) {
+        corrector.undo()?;
+    }
+    tried
+}
+
+/// The component in a LinuxCNC that is running. What is not kept is also put back when the session ends, however that
+/// comes about.
+#[derive(Debug)]
+pub struct Component<'a> {
+    /// The session, in which the machine moves as well.
+    pub session: &'a mut Session,
+    /// Name of the component.
+    pub name: &'a str,
+    /// The file that it reads.
+    pub path: PathBuf,
+}
+
+/// Looks at the state, 50 ms apart, until corrections must have faded.
+const FADING: usize = 200;
+const BETWEEN: Duration = Duration::from_millis(50);
+
+impl Corrector for Component<'_> {
+    type Error = SessionError;
+
+    fn switch(&mut self, on: bool) -> Result<(), SessionError> {
+        let pin = |pin: &str| format!("{}.{pin}", self.name);
+        let factor = if on { 1.0 } else { 0.0 };
+        self.session.set(&pin("enable"), factor)?;
+        for _ in 0..FADING {
+            let found = self.session.pins(&[&pin("factor"), &pin("fault-code")])?;
+            if found[0] == Some(factor) {
+                return Ok(());
+            }
+            if let (true, Some(code)) = (on, found[1].filter(|code| *code != 0.0)) {
+                return Err(SessionError {
+                    error: format!("the component has fault {code}"),
+                    remedy: "`man trueaxis` explains the number".to_owned(),
+                });
+            }
+            sleep(BETWEEN);
+        }
+        Err(SessionError {
+            error: format!("the corrections do not fade to {factor}"),
+            remedy: format!(
+                "look at the pins of the component: halcmd show pin {}",
+                self.name
+            ),
+        })
+    }
+
+    fn load(&mut self, blob: &Path) -> Result<(), SessionError> {
+        let blob = blob.canonicalize().unwrap_or(blob.to_owned());
+        self.session.load(self.name, &self.path, &blob)
+    }
+
+    fn keep(&mut self) -> Result<(), SessionError> {
+        self.session.keep()
+    }
+
+    fn undo(&mut self) -> Result<(), SessionError> {
+        self.session.undo()
+    }
+}
+
+/// A board, and what it did before.
+pub struct Board<P> {
+    client: Client<P>,
+    target: Target,
+    before: Before,
+}
+
+/// What is put back.
+struct Before {
+    enabled: bool,
+    slot: Option<Slot>,
+    is_changed: bool,
+}
+
+/// Why a board does not correct.
+#[derive(Debug, thiserror::Error)]
+pub enum BoardError {
+    /// The link fails, or the board refuses.
+    #[error("{0}")]
+    Link(#[from] LinkError),
+    /// It refuses a setting.
+    #[error("{0}")]
+    Control(ControlError),
+    /// It does not take the compensation.
+    #[error("{0}")]
+    Flash(#[from] FlashError),
+    /// A file that cannot be read.
+    #[error("{0}")]
+    File(String),
+    /// The corrections are not what they should be.
+    #[error("the corrections do not fade to {factor}: it is {state:?}, with a factor of {is:.3}")]
+    NotFaded {
+        /// What was asked.
+        factor: f32,
+        /// What it is.
+        is: f32,
+        /// What the board reports.
+        state: Box<Report>,
+    },
+}
+
+impl From<ControlError> for BoardError {
+    fn from(error: ControlError) -> Self {
+        match error {
+            ControlError::Link(error) => Self::Link(error),
+            other => Self::Control(other),
+        }
+    }
+}
+
+impl<P: Port> Board<P> {
+    /// A board at the end of a link.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn new(mut client: Client<P>) -> Result<Self, BoardError> {
+        let state = control(&mut client, &Action::Show)?.after;
+        Ok(Self {
+            client,
+            target: state.controller.target(),
+            before: Before {
+                enabled: state.report.enabled,
+                slot: state.controller.active,
+                is_changed: false,
+            },
+        })
+    }
+
+    /// What it has room for.
+    #[must_use]
+    pub fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// What puts back the state from before, as words of `trueaxis control`, in order.
+    #[must_use]
+    pub fn back(&self) -> Vec<String> {
+        let Before { enabled, slot, .. } = self.before;
+        let mut words = vec!["disable".to_owned()];
+        match slot {
+            Some(slot) => words.push(format!("activate {slot} --force")),
+            None => words.push("enable-at-start off".to_owned()),
+        }
+        if enabled && slot.is_some() {
+            words.push("enable".to_owned());
+        }
+        words
+    }
+}
+
+impl<P: Port> Corrector for Board<P> {
+    type Error = BoardError;
+
+    fn switch(&mut self, on: bool) -> Result<(), BoardError> {
+        self.before.is_changed = true;
+        let report = control(&mut self.client, &Action::Enable(on))?.after.report;
+        let factor = if on { 1.0 } else { 0.0 };
+        match report.factor == factor {
+            true => Ok(()),
+            false => Err(BoardError::NotFaded {
+                factor,
+                is: report.factor,
+                state: Box::new(report),
+            }),
+        }
+    }
+
+    fn load(&mut self, blob: &Path) -> Result<(), BoardError> {
+        let bytes = std::fs::read(blob)
+            .map_err(|error| BoardError::File(format!("{}: {error}", blob.display())))?;
+        self.switch(false)?;
+        let blob = AlignedBlob::from_bytes(&bytes);
+        let controller = self.client.hello()?;
+        flash(&mut self.client, &controller, &blob, false, true, &())?;
+        Ok(())
+    }
+
+    fn keep(&mut self) -> Result<(), BoardError> {
+        self.before.is_changed = false;
+        Ok(())
+    }
+
+    fn undo(&mut self) -> Result<(), BoardError> {
+        if !self.before.is_changed {
+            return Ok(());
+        }
+        let Before { enabled, slot, .. } = self.before;
+        control(&mut self.client, &Action::Enable(false))?;
+        match slot {
+            Some(slot) if self.client.hello()?.active != Some(slot) => {
+                control(&mut self.client, &Action::Activate { slot, force: true })?;
+            }
+            Some(_) => {}
+            // There is nothing to go back to: the new one stays in its slot, and off.
+            None => {
+                control(&mut self.client, &Action::EnableAtStart(false))?;
+            }
+        }
+        if enabled && slot.is_some() {
+            control(&mut self.client, &Action::Enable(true))?;
+        }
+        self.before.is_changed = false;
+        Ok(())
+    }
+}
