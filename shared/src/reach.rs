@@ -23,6 +23,10 @@ pub(crate) struct Reach<C: Room> {
     pub directional: u16,
     /// Auxiliaries that feed an active term or a grid.
     pub used_auxiliaries: u8,
+    /// Auxiliaries with a lag.
+    pub lagging: u8,
+    /// Both.
+    pub watched_auxiliaries: u8,
 }
 
 impl<C: Room> Reach<C> {
@@ -33,6 +37,8 @@ impl<C: Room> Reach<C> {
         used_axes: 0,
         directional: 0,
         used_auxiliaries: 0,
+        lagging: 0,
+        watched_auxiliaries: 0,
     };
 
     /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
@@ -44,6 +50,10 @@ impl<C: Room> Reach<C> {
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
+        for (number, auxiliary) in contents.auxiliaries.iter().enumerate() {
+            reach.lagging |= u8::from(auxiliary.lag_rate > 0.0) << number;
+        }
+        reach.watched_auxiliaries = reach.used_auxiliaries | reach.lagging;
         for bank in contents.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;

@@ -75,11 +75,13 @@ pub fn everything() -> Draft {
                 kind: AuxiliaryKind::ToolLength,
                 name: "tool length".try_into().unwrap_or_default(),
                 reference: 130.0,
+                lag_rate: 0.0,
             },
             Auxiliary {
                 kind: AuxiliaryKind::Temperature,
                 name: "bed".try_into().unwrap_or_default(),
                 reference: 20.0,
+                lag_rate: 0.0,
             },
         ],
         banks: vec![

@@ -4,6 +4,7 @@
 //! temperature sensors by their name. Numbers are in mm, degrees and K (difference from the reference), with a
 //! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
+use crate::errors::Thermal;
 use crate::formats::csv::Table;
 use crate::machine::Machine;
 use crate::source::FileError;
@@ -19,6 +20,18 @@ pub struct Input {
     pub alias: Option<&'static str>,
     /// A description for messages.
     pub meaning: String,
+}
+
+/// Name of a temperature as an input: of its sensor, with the time constant of its lag if it has one (`bed 600 s`), in
+/// three digits. `lag_rate` is 1/τ in 1/s, or 0.
+#[must_use]
+pub fn temperature_name(sensor: &str, lag_rate: f32) -> String {
+    if lag_rate == 0.0 {
+        return sensor.to_owned();
+    }
+    let tau = f64::from(lag_rate).recip();
+    let digit = 10_f64.powf(tau.log10().floor() - 2.0);
+    format!("{sensor} {} s", (tau / digit).round() * digit)
 }
 
 /// Name of the tool length as an input.
@@ -45,7 +58,7 @@ impl Input {
         Self {
             name: name.to_owned(),
             alias: None,
-            meaning: format!("sensor `{name}` in K from its reference"),
+            meaning: format!("temperature `{name}` in K from its reference"),
         }
     }
 
@@ -55,21 +68,21 @@ impl Input {
         let axes = axes.iter().map(|a| Self::axis(char::from(a.name)));
         let auxiliaries = auxiliaries.iter().map(|a| match a.kind {
             AuxiliaryKind::ToolLength => Self::tool_length(&a.name),
-            AuxiliaryKind::Temperature => Self::sensor(&a.name),
+            AuxiliaryKind::Temperature => Self::sensor(&temperature_name(&a.name, a.lag_rate)),
         });
         axes.chain(auxiliaries).collect()
     }
 
-    /// The inputs of a machine with its sensors: axes, the tool length if it is an input, sensors.
+    /// The inputs of a machine with its temperatures: axes, the tool length if it is an input, temperatures.
     #[must_use]
     pub fn of_machine<'a>(
         machine: &Machine,
-        sensors: impl IntoIterator<Item = &'a str>,
+        temperatures: impl IntoIterator<Item = &'a Thermal>,
     ) -> Vec<Self> {
         let axes = machine.axes.iter().map(|a| Self::axis(a.letter.char()));
         let length = machine.length_range.map(|_| Self::tool_length(TOOL_LENGTH));
-        let sensors = sensors.into_iter().map(Self::sensor);
-        axes.chain(length).chain(sensors).collect()
+        let temperatures = temperatures.into_iter().map(|t| Self::sensor(&t.name()));
+        axes.chain(length).chain(temperatures).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
+use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Conditions;
@@ -30,12 +31,37 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Whether the auxiliaries that matter equal the adopted ones.
+    /// Steps the lags. Whether the auxiliaries that matter, with their lags, equal the adopted ones.
     #[inline(always)]
-    pub(super) fn has_auxiliaries(&self, inputs: &Inputs<Values<H>>) -> bool {
+    pub(super) fn take_auxiliaries(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
         let reach = self.current.get().reach();
-        reach.used_auxiliaries == 0
-            || reach.same_auxiliaries(&self.inputs.auxiliaries, &inputs.auxiliaries)
+        if reach.watched_auxiliaries == 0 {
+            true
+        } else if reach.lagging == 0 {
+            self.has_auxiliaries(&inputs.auxiliaries)
+        } else {
+            let lagged = self.lagged(inputs, dt);
+            self.has_auxiliaries(&lagged)
+        }
+    }
+
+    /// Whether the auxiliaries that matter equal the adopted ones.
+    pub(super) fn has_auxiliaries(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
+        let reach = self.current.get().reach();
+        reach.same_auxiliaries(&self.inputs.auxiliaries, auxiliaries)
+    }
+
+    /// Steps the lags by `dt` (0: not at all). The auxiliaries with their lags.
+    #[inline(never)]
+    fn lagged(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> [f32; AUXILIARIES] {
+        let mut values = inputs.auxiliaries;
+        let all = self.current.get().auxiliaries().iter();
+        for ((value, lag), auxiliary) in values.iter_mut().zip(&mut self.lags).zip(all) {
+            if auxiliary.lag_rate > 0.0 {
+                *value = lag.follow(*value, auxiliary.lag_rate, dt);
+            }
+        }
+        values
     }
 
     /// Evaluates the compensation in use.
@@ -48,6 +74,15 @@ impl<H: Handle> Servo<H> {
     /// An update in which anything may change, except for the guard rails.
     #[inline(never)]
     pub(super) fn change(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
+        let mut inputs = inputs;
+        let lagged;
+        if self.current.get().reach().lagging != 0 {
+            lagged = Inputs {
+                axes: inputs.axes,
+                auxiliaries: self.lagged(inputs, 0.0),
+            };
+            inputs = &lagged;
+        }
         self.begin(inputs, usable, dt);
         self.compute();
         self.fade(inputs);

@@ -11,14 +11,17 @@ pub type Motion = trueaxis_kinematics::Motion<Vec<f64>>;
 /// Measured values of an error motion.
 pub type Table = trueaxis_kinematics::Table<Vec<f64>>;
 
-/// A temperature sensor on which error parameters depend.
+/// A temperature on which error parameters depend: of a sensor, with or without a lag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thermal {
     /// Name of the sensor.
     pub sensor: String,
+    /// Time constant (s) of the first-order lag between sensor and effect; 0 if there is none.
+    pub lag: f64,
     /// The temperature (°C) at which the parameters have their values as written.
     pub reference_celsius: f64,
-    /// Range of differences from the reference (K) that a compensation must cover.
+    /// Range of differences from the reference (K), after the lag, that a compensation must cover. Beyond it the effect
+    /// stays what it is at the border.
     pub range_kelvin: [f64; 2],
 }
 
@@ -38,7 +41,7 @@ pub struct ErrorModel {
     /// The file confirms that slopes of tabulated straightness are meant in addition to the squareness of the same
     /// axes.
     pub slopes_beside_squareness: bool,
-    /// The sensors that thermal coefficients refer to.
+    /// The temperatures that thermal coefficients refer to.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
 }
