@@ -177,6 +177,14 @@ pub fn everything() -> Draft {
     }
 }
 
+/// The same with a lag of the temperature, which later programs of version 1 write: the golden blob `lag.trax`.
+#[must_use]
+pub fn lag() -> Draft {
+    let mut draft = everything();
+    draft.auxiliaries[1].lag_rate = 0.015_625;
+    draft
+}
+
 /// FNV-1a over the bits of every number.
 struct Hash(u64);
 

@@ -243,14 +243,14 @@ fn a_smaller_hysteresis_counts_before_the_next_move() {
     }
 }
 
-/// X and Y, which cancel each other, follow the temperature of the bed with a lag of 2 s.
+/// X and Y, which cancel each other, follow the temperature of the bed with a lag of 20 s.
 fn lagging() -> &'static C {
     let mut draft = bare();
     draft.auxiliaries = vec![Auxiliary {
         kind: AuxiliaryKind::Temperature,
         name: "bed".try_into().unwrap(),
         reference: 20.0,
-        lag_rate: 0.5,
+        lag_rate: 0.05,
     }];
     draft.banks = vec![bank(3, -10.0, 20.0, vec![vec![-0.1, 0.1]])];
     draft.terms = vec![term(0, 1.0, &[0]), term(1, -0.5, &[0])];
@@ -272,10 +272,10 @@ fn a_temperature_with_a_lag_arrives_as_slowly_as_the_lag_says() {
     assert_eq!(first.status, Status::default());
     inputs.auxiliaries[0] = 8.0;
     let mut lag = crate::Lag::NEW;
-    lag.follow(2.0, 0.5, DT);
+    lag.follow(2.0, 0.05, DT);
     let mut expected = inputs;
     for _ in 0..10_000 {
-        expected.auxiliaries[0] = lag.follow(8.0, 0.5, DT);
+        expected.auxiliaries[0] = lag.follow(8.0, 0.05, DT);
         let correction = servo.update(&inputs, ALL, DT);
         let exact = evaluated(&expected, &servo);
         // A change is let in at once, because it is slower than a ramp may begin.
@@ -296,7 +296,7 @@ fn a_temperature_with_a_lag_arrives_as_slowly_as_the_lag_says() {
 fn compensations_with_different_lags_do_not_replace_each_other_while_running() {
     let mut draft = bare();
     draft.auxiliaries = lagging().auxiliaries().to_vec();
-    draft.auxiliaries[0].lag_rate = 0.25;
+    draft.auxiliaries[0].lag_rate = 0.025;
     let mut servo = S::new(lagging());
     let refused = servo.swap(leak(&draft)).map_err(|refused| refused.why);
     assert_eq!(refused.err(), Some(Refused::Auxiliaries));
