@@ -7,6 +7,7 @@ pub mod observations;
 pub mod probings;
 pub mod radii;
 pub mod runs;
+pub mod temperatures;
 pub mod validation;
 
 use trueaxis_model::formats::csv::Row;

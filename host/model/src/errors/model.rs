@@ -1,6 +1,6 @@
 //! The error model with the additional content of its file.
 
-use super::{Covariance, MAX_SENSORS, Parameter, Situation};
+use super::{Covariance, MAX_SENSORS, Parameter, ParameterKind, Situation};
 use crate::machine::Machine;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -71,6 +71,47 @@ impl ErrorModel {
             self.parameters.insert(parameter, value);
         }
         known
+    }
+
+    /// The change (of its unit) of a parameter per kelvin of a temperature (by its number).
+    #[must_use]
+    pub fn per_kelvin(&self, machine: &Machine, parameter: Parameter, input: usize) -> f64 {
+        let index = machine.index(parameter.axis);
+        let spindle = machine.axes.len();
+        let location = self.inter_thermal.iter().filter(|change| {
+            parameter.kind == ParameterKind::Inter
+                && (change.index, change.component, change.sensor)
+                    == (index.unwrap_or(spindle), parameter.component, input)
+        });
+        let motions = index.map(|index| &self.motions[index][parameter.component]);
+        let motion = motions.into_iter().flat_map(|motion| &motion.thermal);
+        let motion = motion.filter(|c| c.kind == parameter.kind && c.sensor == input);
+        let changes = location.map(|c| c.per_kelvin);
+        changes.chain(motion.map(|c| c.per_kelvin)).sum()
+    }
+
+    /// Adds `step` to the change of a parameter per kelvin of a temperature (by its number). False, and nothing
+    /// changes, where [`set_per_kelvin`](trueaxis_kinematics::ErrorModel::set_per_kelvin) refuses it.
+    pub fn adjust_per_kelvin(
+        &mut self,
+        machine: &Machine,
+        parameter: Parameter,
+        input: usize,
+        step: f64,
+    ) -> bool {
+        let before = self.per_kelvin(machine, parameter, input);
+        let index = machine.index(parameter.axis).unwrap_or(machine.axes.len());
+        let component = parameter.component;
+        if parameter.kind == ParameterKind::Inter {
+            self.model
+                .inter_thermal
+                .retain(|c| (c.index, c.component, c.sensor) != (index, component, input));
+        } else if let Some(motions) = self.model.motions.get_mut(index) {
+            let is_other =
+                |c: &trueaxis_kinematics::Change| (c.kind, c.sensor) != (parameter.kind, input);
+            motions[component].thermal.retain(is_other);
+        }
+        self.set_per_kelvin(machine, parameter, input, before + step)
     }
 
     /// Covariance of all parameters: those of the covariance file as given there, others with a standard uncertainty
