@@ -1,7 +1,8 @@
 //! How far the inputs of a compensation may go, computed once at load.
 
 use crate::contents::Contents;
-use crate::description::{AUXILIARIES, Direction};
+use crate::description::{AUXILIARIES, AuxiliaryKind, Direction};
+use crate::guard::{larger, smaller};
 use crate::inputs::Inputs;
 use crate::room::{List, Room};
 
@@ -15,6 +16,8 @@ pub(crate) struct Reach<C: Room> {
     /// Limit of each axis.
     pub axes: C::AxisList<f32>,
     auxiliaries: [f32; AUXILIARIES],
+    /// Range of the tables of each temperature that matters; without end for other auxiliaries.
+    pub ranges: [[f32; 2]; AUXILIARIES],
     /// All axes, bit 0 is the first.
     pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
@@ -33,6 +36,7 @@ impl<C: Room> Reach<C> {
     pub(crate) const EMPTY: Self = Self {
         axes: C::AxisList::EMPTY,
         auxiliaries: [0.0; AUXILIARIES],
+        ranges: [[-f32::MAX, f32::MAX]; AUXILIARIES],
         all_axes: 0,
         used_axes: 0,
         directional: 0,
@@ -59,6 +63,7 @@ impl<C: Room> Reach<C> {
                 reach.directional |= 1 << bank.input;
             }
         }
+        reach.find_ranges(contents);
         for axis in contents.axes.iter() {
             reach.axes.append(if axis.period > 0.0 {
                 MOST_PERIODS * axis.period
@@ -82,6 +87,40 @@ impl<C: Room> Reach<C> {
             *limit = limit.min(MOST_PERIODS * period);
         }
         reach
+    }
+
+    /// The range in which all tables and grids of a temperature have no end yet.
+    fn find_ranges(&mut self, contents: &Contents<'_, C>) {
+        let axes = contents.axes.len();
+        let banks = contents.banks.iter().filter(|b| !b.modulo);
+        let banks = banks.map(|b| (b.input, b.start, b.end()));
+        let grids = contents.grids.iter().flat_map(|grid| &grid.axes);
+        let grids = grids.filter(|a| !a.modulo);
+        let grids = grids.map(|a| {
+            let end = a.start + a.points.saturating_sub(1) as f32 * a.step;
+            (a.input, a.start, end)
+        });
+        for (input, start, end) in banks.chain(grids) {
+            let Some(number) = usize::from(input).checked_sub(axes) else {
+                continue;
+            };
+            let auxiliary = contents.auxiliaries.get(number);
+            let is_temperature = auxiliary.is_some_and(|a| a.kind == AuxiliaryKind::Temperature);
+            if is_temperature && self.used_auxiliaries >> number & 1 != 0 {
+                let [low, high] = &mut self.ranges[number];
+                *low = larger(*low, start);
+                *high = smaller(*high, end);
+            }
+        }
+    }
+
+    /// Whether a temperature that matters is beyond its tables.
+    pub(crate) fn is_beyond(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
+        let mut beyond = false;
+        for (x, [low, high]) in auxiliaries.iter().zip(&self.ranges) {
+            beyond |= x < low || x > high;
+        }
+        beyond
     }
 
     /// Whether the axes that are used or referenced (bit 0 is the first) are within reach.

@@ -60,8 +60,9 @@ impl Rod {
 /// What the machine does and where it stands.
 #[derive(Clone, Copy, Debug)]
 pub struct Duty {
-    /// Speed of the spindle and of the axes, as parts of the largest.
+    /// Speed of the spindle, as a part of the largest.
     pub spindle: f64,
+    /// Speed of the axes, as a part of the largest.
     pub axes: f64,
     /// Temperature of the hall (°C).
     pub hall: f64,
@@ -132,10 +133,10 @@ impl State {
             self.hall,
             cabinet,
         ];
-        // The sum of four uniform numbers is close enough to normal: ±0.03·√3·… each.
+        // The sum of four uniform numbers from −1 to 1 has a variance of 4/3, and is close enough to normal.
         exact.map(|celsius| {
             let noise: f64 = (0..4).map(|_| random.within(-1.0, 1.0)).sum();
-            celsius + 0.03 * 0.866 * noise
+            celsius + 0.03 * 0.75_f64.sqrt() * noise
         })
     }
 

@@ -34,34 +34,69 @@ pub const MODEL: [&str; 10] = [
 /// What the machine was learnt from, as files.
 #[derive(Clone, Debug)]
 pub struct Files {
-    /// The machine, the points, and the temperatures.
-    pub machine: &'static str,
+    /// Measured points.
     pub points: String,
+    /// Temperatures over time.
     pub temperatures: String,
+}
+
+/// How a machine is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Measurement {
+    /// Length of each of the four cycles (h).
+    pub hours: f64,
+    /// Time (s) from one round of points to the next.
+    pub every: f64,
+    /// Time (s) from one row of temperatures to the next.
+    pub log: f64,
+    /// What the machine does to the temperatures' effect: 1, or 0 for a machine that does not move.
+    pub effect: f64,
+    /// Seed of noise.
+    pub seed: u64,
+}
+
+impl Measurement {
+    /// The goal: 8 h.
+    pub const EIGHT_HOURS: Self = Self {
+        hours: 2.0,
+        every: 300.0,
+        log: 10.0,
+        effect: 1.0,
+        seed: 1,
+    };
 }
 
 /// Drift (µm) over unseen duty cycles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drift {
-    /// Root mean square of a coordinate, and the largest distance.
+    /// Root mean square of a coordinate.
     pub rms: f64,
+    /// The largest distance.
     pub most: f64,
 }
 
 /// The figures of the goal.
 #[derive(Clone, Debug)]
 pub struct Reached {
+    /// Hours of data.
     pub hours: f64,
+    /// The chosen sensors.
     pub sensors: Vec<String>,
+    /// Number of cycles in the data.
     pub cycles: usize,
+    /// Drift in unseen duty cycles without temperatures.
     pub without: Drift,
+    /// The same with them.
     pub with: Drift,
-    /// The stated band (µm), and the part of the coordinates within it.
+    /// The stated band (µm).
     pub band: f64,
+    /// The part of the coordinates of unseen duty cycles within it.
     pub covered: f64,
-    /// The duty cycle with the least reduction: part of the drift that is left.
+    /// The part of the drift that is left in the duty cycle where it is largest.
     pub worst: f64,
+    /// The error file.
     pub errors: String,
+    /// What was chosen, and why.
     pub warmed: Warmed,
 }
 
@@ -110,9 +145,16 @@ fn tip(
     kinematics.actual(&q, situation, &Switches::ALL).t
 }
 
-/// Four cycles of `hours` each, with points every `every` s.
+/// Temperatures and points of four cycles.
 #[must_use]
-pub fn measured(machine: &Machine, hours: f64, every: f64, seed: u64) -> Files {
+pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
+    let Measurement {
+        hours,
+        every,
+        log: log_every,
+        effect,
+        seed,
+    } = *measurement;
     let mut random = Fixed::new(seed);
     let cold = cold(machine);
     let mut state = State::cold();
@@ -123,9 +165,15 @@ pub fn measured(machine: &Machine, hours: f64, every: f64, seed: u64) -> Files {
     for (cycle, duties) in training(hours).into_iter().enumerate() {
         for duty in duties {
             let celsius = state.celsius(time, &mut random).map(|c| format!("{c:.2}"));
-            let _ = writeln!(log, "{time},{cycle},{}", celsius.join(","));
+            if time % log_every == 0.0 {
+                let _ = writeln!(log, "{time},{cycle},{}", celsius.join(","));
+            }
             if time % every == 0.0 {
-                let errors = state.errors(machine, &cold);
+                let errors = if effect > 0.0 {
+                    state.errors(machine, &cold)
+                } else {
+                    cold.clone()
+                };
                 for place in places() {
                     let mut p = tip(machine, &errors, &place, &Situation::default());
                     for value in p.iter_mut() {
@@ -147,8 +195,10 @@ pub fn measured(machine: &Machine, hours: f64, every: f64, seed: u64) -> Files {
             time += STEP;
         }
     }
+    // One more row, so that the last points have temperatures after them.
+    let celsius = state.celsius(time, &mut random).map(|c| format!("{c:.2}"));
+    let _ = writeln!(log, "{time},3,{}", celsius.join(","));
     Files {
-        machine: MACHINE,
         points,
         temperatures: log,
     }
@@ -266,11 +316,11 @@ pub fn unseen(
     (drift(0), drift(1), within as f64 / f64::from(all), worst)
 }
 
-/// The whole goal: four cycles of `hours` each, and `count` unseen duty cycles.
+/// The whole goal, with `count` unseen duty cycles of 4 h.
 #[must_use]
-pub fn reached(hours: f64, every: f64, count: u64, seed: u64) -> Reached {
+pub fn reached(measurement: &Measurement, count: u64) -> Reached {
     let machine = machine();
-    let files = measured(&machine, hours, every, seed);
+    let files = measured(&machine, measurement);
     let (identified, warmed, errors) = learnt(&machine, &files);
     let (without, with, covered, worst) = unseen(&machine, &identified, &warmed, 4.0, count);
     let mut sensors: Vec<String> = warmed
@@ -282,7 +332,7 @@ pub fn reached(hours: f64, every: f64, count: u64, seed: u64) -> Reached {
     sensors.sort_unstable();
     sensors.dedup();
     Reached {
-        hours: 4.0 * hours,
+        hours: 4.0 * measurement.hours,
         sensors,
         cycles: warmed.cycles.len(),
         without,

@@ -53,6 +53,7 @@ impl<H: Handle> Servo<H> {
                 waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
                 lags: [Lag::NEW; AUXILIARIES],
+                beyond: false,
                 coming_auxiliaries: [0.0; AUXILIARIES],
                 coming: weights,
                 wanted: weights,

@@ -88,6 +88,8 @@ pub struct Servo<H: Handle> {
     pub(super) fading: Fading,
     /// The lags of the auxiliaries, which all compensations of a servo share.
     pub(super) lags: [Lag; AUXILIARIES],
+    /// A temperature is beyond its tables.
+    pub(super) beyond: bool,
     /// The auxiliaries being faded in.
     pub(super) coming_auxiliaries: [f32; AUXILIARIES],
     /// The weights being faded in; only their values matter.

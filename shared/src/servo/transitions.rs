@@ -106,6 +106,7 @@ impl<H: Handle> Servo<H> {
             used |= other.used_axes;
             directional |= other.directional;
         }
+        self.beyond = reach.watched_auxiliaries != 0 && reach.is_beyond(&inputs.auxiliaries);
         let good_inputs = usable && good_auxiliaries;
         let unreferenced = used & !self.referenced != 0;
         let conditions = &mut self.correction.status.conditions;
@@ -113,6 +114,7 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BAD_PERIOD, !good_period);
         conditions.set(Conditions::BAD_INPUT, !good_inputs);
         conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
+        conditions.set(Conditions::BEYOND_RANGE, self.beyond);
 
         let hold = !(good_period && good_inputs);
         // An invalid period counts as the longest permitted one, because its real length is unknown.
@@ -175,7 +177,13 @@ impl<H: Handle> Servo<H> {
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
         self.at_rest = s == 1.0
-            && !(moves || fading || waiting || held || self.common.step || self.common.ramps);
+            && !(moves
+                || fading
+                || waiting
+                || held
+                || self.beyond
+                || self.common.step
+                || self.common.ramps);
 
         let conditions = &mut self.correction.status.conditions;
         *conditions |= self.switches;

@@ -22,4 +22,5 @@ mod schemes;
 mod shown_output;
 mod singular_path;
 mod targets;
+mod thermal;
 mod zero_at;

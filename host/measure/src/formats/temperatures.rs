@@ -211,6 +211,8 @@ pub struct ThermalModel {
     pub terms: Vec<(Parameter, usize)>,
     /// `inputs` at every reading of the log (K).
     pub kelvin: Vec<Vec<f64>>,
+    /// What they leave of another cycle (mm, 95 % of coordinates).
+    pub left: Option<f64>,
 }
 
 impl ThermalModel {

@@ -98,6 +98,13 @@ pub fn error_file(
         "\n[uncertainty]\ncovariance = {}\n",
         toml::Value::from(covariance)
     );
+    if let Some(left) = observations.thermal.as_ref().and_then(|t| t.left) {
+        let _ = writeln!(
+            text,
+            "thermal_um = {:.2}  # what [thermal] leaves of another warm-up or cool-down, 95 %",
+            left * 1e3
+        );
+    }
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
         // Motions that were known before remain valid in their range.

@@ -419,6 +419,7 @@ impl<'p> Search<'p> {
                 inputs,
                 terms,
                 kelvin,
+                left: (!groups.is_empty()).then(|| band(&cycles, with)),
             },
             taken: if groups.is_empty() { Vec::new() } else { taken },
             dropped,

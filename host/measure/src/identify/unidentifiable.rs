@@ -196,7 +196,7 @@ impl Unseen {
         let mut setup: Vec<String> = setup.map(Unknown::to_string).collect();
         setup.dedup();
         let parameters: Vec<String> = (self.with.iter())
-            .filter(|(u, _)| matches!(u, Unknown::Parameter(_)))
+            .filter(|(u, _)| u.parameter().is_some())
             .map(|(u, _)| u.to_string())
             .collect();
         let is_scale = |u: &Unknown| match u {

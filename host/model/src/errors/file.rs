@@ -44,6 +44,8 @@ struct ErrorsFile {
 struct UncertaintyEntry {
     /// Name of the covariance file.
     covariance: Spanned<String>,
+    /// What [thermal] leaves of another warm-up or cool-down (µm, 95 % of coordinates).
+    thermal_um: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

@@ -41,6 +41,9 @@ pub struct ErrorModel {
     /// The file confirms that slopes of tabulated straightness are meant in addition to the squareness of the same
     /// axes.
     pub slopes_beside_squareness: bool,
+    /// Half-width (mm) of the interval in which 95 % of the coordinates of another warm-up or cool-down stay with the
+    /// thermal coefficients, if it is known.
+    pub thermal_left: Option<f64>,
     /// The temperatures that thermal coefficients refer to.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
@@ -56,6 +59,7 @@ impl ErrorModel {
             correlated: None,
             table_uncertainty: BTreeMap::new(),
             slopes_beside_squareness: false,
+            thermal_left: None,
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }

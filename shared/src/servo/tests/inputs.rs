@@ -301,3 +301,27 @@ fn compensations_with_different_lags_do_not_replace_each_other_while_running() {
     let refused = servo.swap(leak(&draft)).map_err(|refused| refused.why);
     assert_eq!(refused.err(), Some(Refused::Auxiliaries));
 }
+
+#[test]
+fn a_temperature_beyond_its_tables_is_reported_for_as_long_as_it_lasts() {
+    let mut servo = S::new(lagging());
+    servo.enable();
+    let mut inputs = at(1.0, 2.0, 3.0);
+    inputs.auxiliaries[0] = 10.0;
+    let border = settle(&mut servo, &inputs);
+    assert_eq!(border.status, Status::default());
+    inputs.auxiliaries[0] = 12.0;
+    for _ in 0..3000 {
+        let correction = servo.update(&inputs, ALL, DT);
+        assert_eq!(correction.status.conditions, Conditions::BEYOND_RANGE);
+        assert_eq!(correction.dq, border.dq);
+    }
+    // The temperature with its lag counts, and is back within the range later.
+    inputs.auxiliaries[0] = 8.0;
+    let reported = (0..60_000).filter(|_| {
+        let conditions = servo.update(&inputs, ALL, DT).status.conditions;
+        conditions == Conditions::BEYOND_RANGE
+    });
+    assert!((500..20_000).contains(&reported.count()));
+    assert_eq!(lagging().range(0), Some([-10.0, 10.0]));
+}
