@@ -8,7 +8,7 @@ use trueaxis::Lag;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::formats::temperatures;
+use trueaxis_measure::formats::temperatures::{self, Temperatures};
 use trueaxis_measure::identify::{
     Identified, Options, Problem, Warmed, error_file, identify, thermal,
 };
@@ -134,7 +134,8 @@ fn places() -> Vec<[f64; 3]> {
 }
 
 /// The tip (mm, workpiece frame).
-fn tip(
+#[must_use]
+pub fn tip(
     machine: &Machine,
     errors: &ErrorModel,
     place: &[f64; 3],
@@ -211,8 +212,20 @@ pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
 #[must_use]
 pub fn learnt(machine: &Machine, files: &Files) -> (Identified, Warmed, String) {
     let log = temperatures::read(&files.temperatures).expect("temperatures");
-    let mut observations =
-        observations::read(&files.points, "points.csv", machine).expect("points");
+    let observations = observations::read(&files.points, "points.csv", machine).expect("points");
+    learnt_from(machine, observations, &log)
+}
+
+/// The same from what was read of files.
+///
+/// # Panics
+/// If it cannot.
+#[must_use]
+pub fn learnt_from(
+    machine: &Machine,
+    mut observations: Observations,
+    log: &Temperatures,
+) -> (Identified, Warmed, String) {
     let base = ErrorModel::perfect(machine);
     let model = MODEL.map(named);
     let (probings, artefact) = (Probings::default(), Artefact::default());
@@ -223,7 +236,7 @@ pub fn learnt(machine: &Machine, files: &Files) -> (Identified, Warmed, String) 
         (problem, identified)
     };
     let (problem, identified) = find(&observations);
-    let warmed = thermal(&problem, &identified, &log, &model).expect("temperatures");
+    let warmed = thermal(&problem, &identified, log, &model).expect("temperatures");
     observations.thermal = Some(warmed.model.clone());
     let (_, identified) = find(&observations);
     let text = error_file(

@@ -1,12 +1,16 @@
 //! Thermal terms: from temperatures and points of a machine with finite-difference temperature fields to the servo.
 
 use trueaxis::{Inputs, Servo};
+use trueaxis_measure::formats::{observations, temperatures};
+use trueaxis_measure::identify::FoundChange;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::compile::{Options, build};
 use trueaxis_tests::golden::load;
 use trueaxis_tests::thermal_field::SENSORS;
-use trueaxis_tests::thermal_goal::{Measurement, learnt, machine, measured, reached};
+use trueaxis_tests::thermal_goal::{
+    Measurement, learnt, learnt_from, machine, measured, reached, tip,
+};
 use trueaxis_tests::usual_or_all;
 
 /// The measurement of the goal with half the points, for the usual tests.
@@ -19,20 +23,26 @@ const SHORT: Measurement = Measurement {
 
 #[test]
 fn four_sensors_and_eight_hours_leave_less_than_a_fifth_of_the_drift_of_other_duty_cycles() {
-    let found = reached(&SHORT, 4);
-    assert!(
-        found.hours <= 8.0 && found.sensors.len() <= 4,
-        "{:?}",
-        found.sensors
-    );
-    let (without, with) = (found.without.rms, found.with.rms);
-    assert!(
-        without > 5.0 && with < 0.2 * without,
-        "{with} of {without} µm"
-    );
-    assert!(found.covered >= 0.95, "{}", found.covered);
-    // The cabinet has nothing to do with the machine.
-    assert!(!found.sensors.contains(&"cabinet".to_owned()));
+    let whole = |seed| Measurement {
+        seed,
+        ..Measurement::EIGHT_HOURS
+    };
+    let usual = vec![(SHORT, 4)];
+    let whole = (1..=5).map(|seed| (whole(seed), 20));
+    let all = usual.iter().copied().chain(whole).collect();
+    for (measurement, count) in usual_or_all(usual, all) {
+        let found = reached(&measurement, count);
+        let sensors = &found.sensors;
+        assert!(found.hours <= 8.0 && sensors.len() <= 4, "{sensors:?}");
+        let (without, with) = (found.without.rms, found.with.rms);
+        assert!(
+            without > 5.0 && with < 0.2 * without,
+            "{with} of {without} µm"
+        );
+        assert!(found.covered >= 0.95, "{}", found.covered);
+        // The cabinet has nothing to do with the machine.
+        assert!(!sensors.contains(&"cabinet".to_owned()));
+    }
 }
 
 #[test]
@@ -49,6 +59,76 @@ fn a_machine_that_does_not_move_with_temperature_gets_no_terms() {
         assert!(identified.thermal.is_empty() && !text.contains("[thermal]"));
         assert!(!warmed.dropped.is_empty());
     }
+}
+
+#[test]
+fn coefficients_and_lags_that_the_model_contains_are_found_within_their_uncertainties() {
+    let machine = machine();
+    let still = Measurement {
+        effect: 0.0,
+        ..SHORT
+    };
+    let files = measured(&machine, &still);
+    let log = temperatures::read(&files.temperatures).unwrap();
+    let mut observations = observations::read(&files.points, "points.csv", &machine).unwrap();
+    let text = "machine = \"Mill that warms up\"\n[thermal]\n\
+        EZ0S = { per_kelvin = -3e-3, sensor = \"bearing\", lag_s = 1500.0, reference_celsius = 21.0 }\n\
+        EXX1 = { per_kelvin = 8e-6, sensor = \"bed\", reference_celsius = 21.0 }\n";
+    let warm = ErrorModel::from_toml(text, &machine).unwrap();
+    let kelvin: Vec<Vec<f64>> = (warm.sensors.iter())
+        .map(|input| {
+            let sensor = log.sensors.iter().position(|s| *s == input.sensor).unwrap();
+            log.kelvin(sensor, input.reference_celsius, input.lag)
+        })
+        .collect();
+    for row in &mut observations.rows {
+        let mut situation = Situation::default();
+        for (k, values) in situation.kelvin.iter_mut().zip(&kelvin) {
+            *k = log.at(values, row.time.unwrap()).unwrap();
+        }
+        let place = [0, 1, 2].map(|i| row.position[i]);
+        let [hot, cold] =
+            [situation, Situation::default()].map(|s| tip(&machine, &warm, &place, &s));
+        row.value += hot - cold;
+    }
+    let (identified, warmed, _) = learnt_from(&machine, observations, &log);
+    let found = |name: &str, sensor: &str| {
+        let is_it = |c: &&FoundChange| {
+            let input = &warmed.model.inputs[c.input];
+            c.parameter.to_string() == name && input.sensor == sensor
+        };
+        let change = identified.thermal.iter().find(is_it).unwrap();
+        (
+            *change,
+            &warmed.model.inputs[change.input],
+            warmed.lag_uncertainty[change.input],
+        )
+    };
+    let (growth, input, of_lag) = found("EZ0S", "bearing");
+    let of_lag = of_lag.unwrap();
+    // Four standard uncertainties: chance exceeds them once in 16 000.
+    assert!(
+        (input.lag / 1500.0).ln().abs() < 4.0 * of_lag && of_lag < 0.05,
+        "{input:?} {of_lag}"
+    );
+    // The lag is uncertain, and the growth with it.
+    let u = growth.uncertainty.hypot(3e-3 * of_lag);
+    assert!(
+        (growth.per_kelvin + 3e-3).abs() < 4.0 * u && u < 1e-4,
+        "{growth:?}"
+    );
+    let (scale, input, _) = found("EXX1", "bed");
+    assert_eq!(input.lag, 0.0);
+    let u = scale.uncertainty;
+    assert!(
+        (scale.per_kelvin - 8e-6).abs() < 4.0 * u && u < 1e-6,
+        "{scale:?}"
+    );
+    assert!(
+        warmed.left_out[1] < 0.7e-3 && warmed.left_out[0] > 5e-3,
+        "{:?}",
+        warmed.left_out
+    );
 }
 
 #[test]

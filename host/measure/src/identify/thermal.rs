@@ -21,9 +21,14 @@ const LAGS: [f64; 10] = [
 /// Steps of the search between two lags; each leaves 0.62 of the interval.
 const STEPS: usize = 8;
 /// Another temperature must reduce the residual of left-out cycles to this fraction; a smaller gain is chance.
-const WORTH: f64 = 0.95;
+const WORTH: f64 = 0.9;
 /// A term is left out if the residual of left-out cycles grows by no more than this fraction.
 const NOTHING: f64 = 0.002;
+/// Lags of one sensor differ at least by this factor: closer ones are the same temperature but for its noise, and would get
+/// large coefficients of opposite signs.
+const APART: f64 = 3.0;
+/// No lag is as close to others as this one (s).
+const NO_LAG: f64 = 30.0;
 /// Relative change of a lag for its derivative.
 const SMALL: f64 = 0.01;
 
@@ -285,12 +290,7 @@ impl<'p> Search<'p> {
         let sensors = 0..self.log.sensors.len();
         let sensors = sensors.filter(|s| used.len() < MOST_SENSORS || used.contains(s));
         let tries = sensors.flat_map(|sensor| LAGS.map(|lag| (sensor, lag)));
-        let is_new = |(sensor, lag): &(usize, f64)| {
-            let same = |g: &Group| g.sensor == *sensor && (g.lag / lag).ln().abs() < 0.3;
-            !groups
-                .iter()
-                .any(|g| same(g) || (g.sensor == *sensor && g.lag == *lag))
-        };
+        let is_new = |(sensor, lag): &(usize, f64)| is_apart(groups, *sensor, *lag);
         let scored = tries.filter(is_new).map(|(sensor, lag)| {
             let more = self.with(groups, sensor, lag);
             let score = self.score(&more);
@@ -306,14 +306,24 @@ impl<'p> Search<'p> {
             if start == 0.0 {
                 continue;
             }
-            let mut score = |lag: f64| {
-                groups[number].lag = lag;
-                self.score(groups)
+            let mut own = groups[number].clone();
+            let others = |lag: f64| {
+                let mut all = groups.to_vec();
+                all.remove(number);
+                is_apart(&all, own.sensor, lag).then_some(all)
+            };
+            let mut score = |lag: f64| match others(lag) {
+                None => f64::INFINITY,
+                Some(mut all) => {
+                    all.push(Group { lag, ..own.clone() });
+                    self.score(&all)
+                }
             };
             let (lag, found) = narrowed([start / 2.0, start * 2.0], &mut score);
             let kept = if found < best { lag } else { start };
             best = best.min(found);
-            groups[number].lag = rounded(kept);
+            own.lag = rounded(kept);
+            groups[number] = own;
         }
         best.max(self.score(groups))
     }
@@ -457,6 +467,13 @@ impl<'p> Search<'p> {
         let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
         columns.iter().map(|c| c.map(|c| deviations[c])).collect()
     }
+}
+
+/// True if the lag of a sensor differs enough from its lags in `groups`.
+fn is_apart(groups: &[Group], sensor: usize, lag: f64) -> bool {
+    let ratio = |other: f64| (other.max(NO_LAG) / lag.max(NO_LAG)).ln().abs();
+    let mut same = groups.iter().filter(|g| g.sensor == sensor);
+    same.all(|g| ratio(g.lag) >= APART.ln())
 }
 
 /// Half-width of the interval in which 95 % of the coordinates of another cycle are expected: Student's factor for as
