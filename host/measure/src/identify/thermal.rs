@@ -22,8 +22,10 @@ const LAGS: [f64; 10] = [
 const STEPS: usize = 8;
 /// Another temperature must reduce the residual of left-out cycles to this fraction; a smaller gain is chance.
 const WORTH: f64 = 0.9;
-/// A term is left out if the residual of left-out cycles grows by no more than this fraction.
+/// A term is left out if the residual of left-out cycles grows by no more than this fraction; one that is not larger than
+/// its expanded uncertainty (k = 2), by no more than the second.
 const NOTHING: f64 = 0.002;
+const LITTLE: f64 = 0.01;
 /// Lags of one sensor differ at least by this factor: closer ones are the same temperature but for its noise, and would get
 /// large coefficients of opposite signs.
 const APART: f64 = 3.0;
@@ -55,8 +57,8 @@ pub struct Warmed {
 /// One temperature that was taken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Taken {
-    /// Its name: that of the sensor, with the lag.
-    pub name: String,
+    /// Its sensor; again for another lag of the same.
+    pub sensor: String,
     /// Residual of left-out cycles (mm) after it was taken.
     pub left_out: f64,
 }
@@ -140,7 +142,7 @@ pub fn thermal(
         groups.push(next);
         best = search.refine(&mut groups, score);
         taken.push(Taken {
-            name: search.name(&groups[groups.len() - 1]),
+            sensor: log.sensors[groups[groups.len() - 1].sensor].clone(),
             left_out: best / search.weight,
         });
     }
@@ -332,7 +334,7 @@ impl<'p> Search<'p> {
     /// removed from which temperature.
     fn prune(&self, groups: &mut Vec<Group>, best: f64) -> Vec<(String, String)> {
         let mut removed: Vec<(String, Vec<String>)> = Vec::new();
-        let mut limit = best * (1.0 + NOTHING);
+        let mut least = best;
         let mut needed: Vec<(usize, f64, usize)> = Vec::new();
         loop {
             let gram = self.gram(groups);
@@ -348,17 +350,18 @@ impl<'p> Search<'p> {
                     next += 1;
                 }
             }
-            let Some((_, g, k)) = terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            let Some((certain, g, k)) = terms.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
                 break;
             };
             let mut fewer = groups.clone();
             let parameter = fewer[g].parameters.remove(k);
             let score = self.score(&fewer);
-            if score > limit {
+            let growth = if certain < 2.0 { LITTLE } else { NOTHING };
+            if score > least * (1.0 + growth) {
                 needed.push((groups[g].sensor, groups[g].lag, parameter));
                 continue;
             }
-            limit = limit.min(score * (1.0 + NOTHING));
+            least = least.min(score);
             let name = self.name(&groups[g]);
             let said = self.candidates[parameter].to_string();
             match removed.iter_mut().find(|(of, _)| *of == name) {

@@ -69,7 +69,7 @@ pub fn lines(text: &mut String, found: &Found<'_>) {
         "  left of left-out cycles: {without:.2} µm without temperatures (rms of a coordinate)\n"
     );
     for taken in &warmed.taken {
-        *text += &format!("    {:.2} µm with {}\n", taken.left_out * 1e3, taken.name);
+        *text += &format!("    {:.2} µm with {}\n", taken.left_out * 1e3, taken.sensor);
     }
     if !warmed.taken.is_empty() {
         *text += &format!("    {with:.2} µm without the terms that do not help\n");
