@@ -209,7 +209,10 @@ tip_mm = [0.0, 0.0, -150.0]
 #[must_use]
 pub fn duty_cycle(hours: f64, random: &mut Fixed) -> Vec<Duty> {
     let steps = (hours * 3600.0 / STEP) as usize;
-    let (phase, swing) = (random.within(0.0, 6.28), random.within(0.5, 1.5));
+    let (phase, swing) = (
+        random.within(0.0, std::f64::consts::TAU),
+        random.within(0.5, 1.5),
+    );
     let mut duties = Vec::with_capacity(steps);
     let (mut spindle, mut axes, mut until) = (0.0, 0.0, 0);
     for step in 0..steps {
