@@ -38,7 +38,7 @@ pub struct Observations {
     /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting): of the artefact (`None`) or a
     /// set-up (by index), along (0, 1, 2) or about (3, 4, 5) an axis of the workpiece frame.
     pub drift: Vec<(Option<usize>, usize)>,
-    /// Temperatures on which parameters depend, as chosen by [`thermal`](crate::identify::thermal).
+    /// Temperatures on which parameters depend, as chosen by [`thermal`](crate::identify::thermal()).
     pub thermal: Option<ThermalModel>,
 }
 
