@@ -55,7 +55,7 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
     let header = format!("X,Y,Z,time_s,{}", sensors.join(","));
     let rows = [(0, "0"), (1, "0.2"), (2000, "0.2"), (400_000, "0.2")];
     let rows = rows.map(|(time, kelvin)| format!("0,0,-100,{time},{}\n", row(kelvin)));
-    let path = folder.file("path.csv", &format!("{header}\n{}", rows.concat()));
+    let path = folder.file("path.csv", format!("{header}\n{}", rows.concat()));
     let found = answer(0, &["eval", &blob, "--positions", &path]);
     let z: Vec<f64> = (found.lines().skip(1))
         .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
