@@ -107,9 +107,11 @@ impl<C: Room> Reach<C> {
             let auxiliary = contents.auxiliaries.get(number);
             let is_temperature = auxiliary.is_some_and(|a| a.kind == AuxiliaryKind::Temperature);
             if is_temperature && self.used_auxiliaries >> number & 1 != 0 {
-                let [low, high] = &mut self.ranges[number];
-                *low = larger(*low, start);
-                *high = smaller(*high, end);
+                // Without an index, which could panic as far as the compiler knows.
+                if let Some([low, high]) = self.ranges.get_mut(number) {
+                    *low = larger(*low, start);
+                    *high = smaller(*high, end);
+                }
             }
         }
     }

@@ -40,9 +40,15 @@ impl<H: Handle> Servo<H> {
         } else if reach.lagging == 0 {
             self.has_auxiliaries(&inputs.auxiliaries)
         } else {
-            let lagged = self.lagged(inputs, dt);
-            self.has_auxiliaries(&lagged)
+            self.take_lagging(inputs, dt)
         }
+    }
+
+    /// The same with lags; not inlined, so that updates without lags need no room for the values.
+    #[inline(never)]
+    fn take_lagging(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
+        let lagged = self.lagged(inputs, dt);
+        self.has_auxiliaries(&lagged)
     }
 
     /// Whether the auxiliaries that matter equal the adopted ones.
