@@ -36,7 +36,7 @@ impl<C: Room> Reach<C> {
     pub(crate) const EMPTY: Self = Self {
         axes: C::AxisList::EMPTY,
         auxiliaries: [0.0; AUXILIARIES],
-        ranges: [[-f32::MAX, f32::MAX]; AUXILIARIES],
+        ranges: [[0.0; 2]; AUXILIARIES],
         all_axes: 0,
         used_axes: 0,
         directional: 0,
@@ -50,6 +50,7 @@ impl<C: Room> Reach<C> {
     pub(crate) fn find(contents: &Contents<'_, C>, used: u32) -> Self {
         let mut reach = Self::EMPTY;
         reach.auxiliaries = [f32::MAX; AUXILIARIES];
+        reach.ranges = [[-f32::MAX, f32::MAX]; AUXILIARIES];
         let axes = contents.axes.len();
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
