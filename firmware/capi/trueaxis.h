@@ -189,6 +189,11 @@
  */
 #define TRUEAXIS_NOTHING_LOADED (1 << 10)
 
+/*
+ Condition: a temperature that matters is beyond its tables, so its effect stays what it is at the border.
+ */
+#define TRUEAXIS_BEYOND_RANGE (1 << 11)
+
 #if defined(TRUEAXIS_MODEL)
 /*
  Size of a model in bytes.
@@ -759,7 +764,8 @@ trueaxis_result trueaxis_servo_dry_run(struct trueaxis_servo *servo, int32_t on)
 
 /*
  Sets an auxiliary input by its index: a tool length in mm, or a temperature in °C (its reference is subtracted
- here). Takes effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
+ here). Inputs with the same name, one sensor with several lags, are set together; the servo applies the lags. Takes
+ effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
  has failed, is a fault if a correction depends on it; it never counts as 0.
 
  # Safety

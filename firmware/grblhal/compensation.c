@@ -173,12 +173,14 @@ void txa_take_tool_length(void)
 
 bool trueaxis_set_temperature(const char *name, float celsius)
 {
+    bool known = false;
+    /* A sensor with several lags is several inputs. */
     for (size_t k = 0; servo != NULL && k < auxiliaries; k++)
         if (auxiliary[k].kind == TRUEAXIS_TEMPERATURE && strcmp(auxiliary[k].name, name) == 0) {
             set_auxiliary(k, celsius);
-            return true;
+            known = true;
         }
-    return false;
+    return known;
 }
 
 /* Reports faults, once each when they begin. */

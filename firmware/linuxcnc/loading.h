@@ -157,6 +157,20 @@ static enum trouble fit_axes(struct place *p)
     return TROUBLE_NONE;
 }
 
+/* The pin of an auxiliary input: -1 for the tool length, one for each sensor, whatever its lags. */
+static int pin_for(const struct place *p, int number, const trueaxis_auxiliary *auxiliary, int *temperatures)
+{
+    if (auxiliary->kind == TRUEAXIS_TOOL_LENGTH)
+        return -1;
+    for (int a = 0; a < number; a++) {
+        trueaxis_auxiliary earlier;
+        if (p->pin_of[a] >= 0 && trueaxis_tables_auxiliary(p->tables, (size_t)a, &earlier) == TRUEAXIS_RESULT_OK &&
+            strcmp(earlier.name, auxiliary->name) == 0)
+            return p->pin_of[a];
+    }
+    return (*temperatures)++;
+}
+
 /* Maps inputs to pins. */
 static enum trouble fit_inputs(struct place *p, const trueaxis_facts *facts)
 {
@@ -167,7 +181,7 @@ static enum trouble fit_inputs(struct place *p, const trueaxis_facts *facts)
         trueaxis_auxiliary auxiliary;
         if (trueaxis_tables_auxiliary(p->tables, (size_t)a, &auxiliary) != TRUEAXIS_RESULT_OK)
             return TROUBLE_LIBRARY;
-        p->pin_of[a] = auxiliary.kind == TRUEAXIS_TOOL_LENGTH ? -1 : temperatures++;
+        p->pin_of[a] = pin_for(p, a, &auxiliary, &temperatures);
         p->needed[a] = facts->inputs_used >> (p->axes + a) & 1;
         if (p->pin_of[a] >= configured.temperatures) {
             SAY(RTAPI_MSG_ERR, "%s: no pin for the temperature `%s`, number %d: write temperatures=%d or more\n",

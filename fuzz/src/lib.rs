@@ -124,14 +124,19 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
         })
         .collect();
     let auxiliaries: Vec<Auxiliary> = (0..b.below(3))
-        .map(|i| Auxiliary {
-            kind: if b.flag() {
+        .map(|i| {
+            let kind = if b.flag() {
                 AuxiliaryKind::ToolLength
             } else {
                 AuxiliaryKind::Temperature
-            },
-            name: ["t", "bed"][usize::from(i)].try_into().expect("short"),
-            reference: b.small(),
+            };
+            let lags = kind == AuxiliaryKind::Temperature && i == 1;
+            Auxiliary {
+                kind,
+                name: ["t", "bed"][usize::from(i)].try_into().expect("short"),
+                reference: b.small(),
+                lag_rate: if lags { 0.125 } else { 0.0 },
+            }
         })
         .collect();
     // The period of a modulo table fits once or twice into the turn of its axis; on other axes it is arbitrary.

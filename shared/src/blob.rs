@@ -197,13 +197,20 @@ impl<'a, C: Room> Contents<'a, C> {
         r.checked(to.auxiliaries(count))?;
         for auxiliary in (0..count).map(index) {
             let part = Part::Auxiliary(auxiliary);
+            let (length, temperature) = (AuxiliaryKind::ToolLength, AuxiliaryKind::Temperature);
+            let (kind, lags) = r.variant(
+                part,
+                &[(length, false), (temperature, false), (temperature, true)],
+            )?;
+            let lag_rate = if lags { r.take(part)? } else { 0.0 };
+            if lags && !(Auxiliary::SLOWEST_LAG..=Auxiliary::FASTEST_LAG).contains(&lag_rate) {
+                return r.refuse(LoadError::LagRate { auxiliary });
+            }
             let found = Auxiliary {
-                kind: r.variant(
-                    part,
-                    &[AuxiliaryKind::ToolLength, AuxiliaryKind::Temperature],
-                )?,
+                kind,
                 name: r.take(part)?,
                 reference: r.take(part)?,
+                lag_rate,
             };
             if !found.reference.is_finite() {
                 return r.refuse(LoadError::Reference { auxiliary });

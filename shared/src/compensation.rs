@@ -272,6 +272,14 @@ impl<'a, C: Room> Compensation<'a, C> {
         self.reach.axes.get(axis).copied()
     }
 
+    /// The range (K) within which a temperature, by its number among the auxiliaries, is in all its tables; without end if
+    /// no correction depends on it or it is not a temperature. `None` if there is no such auxiliary.
+    #[must_use]
+    pub fn range(&self, auxiliary: usize) -> Option<[f32; 2]> {
+        let ranges = self.reach.ranges.get(..self.auxiliaries().len())?;
+        ranges.get(auxiliary).copied()
+    }
+
     /// One bit per input (axes, then auxiliaries) on which a correction depends: through a grid, or through a table of
     /// a term that is adjustable or has a non-zero weight.
     #[must_use]

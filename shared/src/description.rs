@@ -5,7 +5,7 @@
 //! variants may only be appended.
 
 use core::fmt;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Maximum number of auxiliary inputs of a compensation.
 pub const AUXILIARIES: usize = 8;
@@ -85,7 +85,9 @@ pub enum AuxiliaryKind {
 }
 
 /// An input that is not an axis: it feeds tables and has no output.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+///
+/// Several may have the same name: one sensor with different lags.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Auxiliary {
     /// The measured quantity.
     pub kind: AuxiliaryKind,
@@ -94,6 +96,35 @@ pub struct Auxiliary {
     /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C. Informative: the
     /// caller subtracts the reference from temperatures; nothing subtracts it from lengths.
     pub reference: f32,
+    /// 1/τ of the first-order [lag](crate::Lag) between this sensor and its effect, 1/s; 0 if there is none. Only of
+    /// temperatures. The servo applies it; other callers of an evaluation pass filtered values.
+    pub lag_rate: f32,
+}
+
+impl Auxiliary {
+    /// The fastest permitted lag: a time constant of 1 s.
+    pub const FASTEST_LAG: f32 = 1.0;
+    /// The slowest permitted lag: a time constant of 10⁷ s.
+    pub const SLOWEST_LAG: f32 = 1e-7;
+}
+
+/// The kind of an auxiliary as written: a lag makes a kind of its own, which readers without lags refuse.
+#[derive(Serialize)]
+enum WrittenKind {
+    ToolLength,
+    Temperature,
+    Lagging(f32),
+}
+
+impl Serialize for Auxiliary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let kind = match self.kind {
+            AuxiliaryKind::ToolLength => WrittenKind::ToolLength,
+            AuxiliaryKind::Temperature if self.lag_rate == 0.0 => WrittenKind::Temperature,
+            AuxiliaryKind::Temperature => WrittenKind::Lagging(self.lag_rate),
+        };
+        (kind, &self.name, self.reference).serialize(serializer)
+    }
 }
 
 /// How a table is interpolated between its points.

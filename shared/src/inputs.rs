@@ -16,8 +16,9 @@ use crate::room::Row;
 pub struct Inputs<A> {
     /// Commanded positions, mm or degrees.
     pub axes: A,
-    /// Tool length in mm, temperatures as differences from their references in K. A value that was never set is NaN; a
-    /// servo reports a fault if a correction depends on it.
+    /// Tool length in mm, temperatures as differences from their references in K; for a servo as read, for an evaluation
+    /// with their [lags](crate::Lag) applied. A value that was never set is NaN; a servo reports a fault if a correction
+    /// depends on it.
     pub auxiliaries: [f32; AUXILIARIES],
 }
 

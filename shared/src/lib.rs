@@ -68,6 +68,7 @@ mod handle;
 mod header;
 mod inputs;
 mod kernel;
+mod lag;
 #[cfg(feature = "link")]
 pub mod link;
 mod load_error;
@@ -102,6 +103,7 @@ pub use format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
 pub use handle::{Generated, Handle};
 pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
+pub use lag::Lag;
 pub use load_error::{LoadError, Part};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;

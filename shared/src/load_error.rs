@@ -341,6 +341,11 @@ pub enum LoadError {
         /// Length stated in the header.
         stated: u32,
     },
+    /// The rate of a lag is not a number from 1e-7 to 1 per s.
+    LagRate {
+        /// Index of the auxiliary.
+        auxiliary: u16,
+    },
 }
 
 impl fmt::Display for LoadError {
@@ -419,6 +424,10 @@ impl fmt::Display for LoadError {
             Self::Reference { auxiliary } => {
                 write!(f, "auxiliary {auxiliary}: the reference must be finite")
             }
+            Self::LagRate { auxiliary } => write!(
+                f,
+                "auxiliary {auxiliary}: the rate of its lag must be from 1e-7 to 1"
+            ),
             Self::Input { part, input } => write!(f, "{part}: input {input} does not exist"),
             Self::Start { part } => write!(f, "{part}: first and last point must be finite"),
             Self::Step { part } => write!(f, "{part}: the step must be positive and finite"),

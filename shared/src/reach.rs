@@ -1,7 +1,8 @@
 //! How far the inputs of a compensation may go, computed once at load.
 
 use crate::contents::Contents;
-use crate::description::{AUXILIARIES, Direction};
+use crate::description::{AUXILIARIES, AuxiliaryKind, Direction};
+use crate::guard::{larger, smaller};
 use crate::inputs::Inputs;
 use crate::room::{List, Room};
 
@@ -15,6 +16,8 @@ pub(crate) struct Reach<C: Room> {
     /// Limit of each axis.
     pub axes: C::AxisList<f32>,
     auxiliaries: [f32; AUXILIARIES],
+    /// Range of the tables of each temperature that matters; without end for other auxiliaries.
+    pub ranges: [[f32; 2]; AUXILIARIES],
     /// All axes, bit 0 is the first.
     pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
@@ -23,16 +26,23 @@ pub(crate) struct Reach<C: Room> {
     pub directional: u16,
     /// Auxiliaries that feed an active term or a grid.
     pub used_auxiliaries: u8,
+    /// Auxiliaries with a lag.
+    pub lagging: u8,
+    /// Both.
+    pub watched_auxiliaries: u8,
 }
 
 impl<C: Room> Reach<C> {
     pub(crate) const EMPTY: Self = Self {
         axes: C::AxisList::EMPTY,
         auxiliaries: [0.0; AUXILIARIES],
+        ranges: [[0.0; 2]; AUXILIARIES],
         all_axes: 0,
         used_axes: 0,
         directional: 0,
         used_auxiliaries: 0,
+        lagging: 0,
+        watched_auxiliaries: 0,
     };
 
     /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
@@ -40,15 +50,21 @@ impl<C: Room> Reach<C> {
     pub(crate) fn find(contents: &Contents<'_, C>, used: u32) -> Self {
         let mut reach = Self::EMPTY;
         reach.auxiliaries = [f32::MAX; AUXILIARIES];
+        reach.ranges = [[-f32::MAX, f32::MAX]; AUXILIARIES];
         let axes = contents.axes.len();
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
+        for (number, auxiliary) in contents.auxiliaries.iter().enumerate() {
+            reach.lagging |= u8::from(auxiliary.lag_rate > 0.0) << number;
+        }
+        reach.watched_auxiliaries = reach.used_auxiliaries | reach.lagging;
         for bank in contents.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;
             }
         }
+        reach.find_ranges(contents);
         for axis in contents.axes.iter() {
             reach.axes.append(if axis.period > 0.0 {
                 MOST_PERIODS * axis.period
@@ -72,6 +88,42 @@ impl<C: Room> Reach<C> {
             *limit = limit.min(MOST_PERIODS * period);
         }
         reach
+    }
+
+    /// The range in which all tables and grids of a temperature have no end yet.
+    fn find_ranges(&mut self, contents: &Contents<'_, C>) {
+        let axes = contents.axes.len();
+        let banks = contents.banks.iter().filter(|b| !b.modulo);
+        let banks = banks.map(|b| (b.input, b.start, b.end()));
+        let grids = contents.grids.iter().flat_map(|grid| &grid.axes);
+        let grids = grids.filter(|a| !a.modulo);
+        let grids = grids.map(|a| {
+            let end = a.start + a.points.saturating_sub(1) as f32 * a.step;
+            (a.input, a.start, end)
+        });
+        for (input, start, end) in banks.chain(grids) {
+            let Some(number) = usize::from(input).checked_sub(axes) else {
+                continue;
+            };
+            let auxiliary = contents.auxiliaries.get(number);
+            let is_temperature = auxiliary.is_some_and(|a| a.kind == AuxiliaryKind::Temperature);
+            if is_temperature && self.used_auxiliaries >> number & 1 != 0 {
+                // Without an index, which could panic as far as the compiler knows.
+                if let Some([low, high]) = self.ranges.get_mut(number) {
+                    *low = larger(*low, start);
+                    *high = smaller(*high, end);
+                }
+            }
+        }
+    }
+
+    /// Whether a temperature that matters is beyond its tables.
+    pub(crate) fn is_beyond(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
+        let mut beyond = false;
+        for (x, [low, high]) in auxiliaries.iter().zip(&self.ranges) {
+            beyond |= x < low || x > high;
+        }
+        beyond
     }
 
     /// Whether the axes that are used or referenced (bit 0 is the first) are within reach.

@@ -187,8 +187,8 @@ impl<H: Handle> Servo<H> {
 
     /// Processes one servo period and returns the correction for it.
     ///
-    /// `inputs`: the uncorrected commands in machine coordinates; `referenced`: bit 0 for the
-    /// first axis, cleared while it is not referenced or is homing; `dt`: the period in s.
+    /// `inputs`: the uncorrected commands in machine coordinates, and auxiliaries as read, whose lags the servo applies;
+    /// `referenced`: bit 0 for the first axis, cleared while it is not referenced or is homing; `dt`: the period in s.
     ///
     /// # Operations
     /// One evaluation (two during a fade), and about 30 operations per axis.
@@ -235,7 +235,8 @@ impl<H: Handle> Servo<H> {
             }
         }
         self.correction.status = Status::default();
-        if self.at_rest && followed == Followed::Along && self.has_auxiliaries(inputs) {
+        let settled = self.take_auxiliaries(inputs, dt);
+        if self.at_rest && followed == Followed::Along && settled {
             self.inputs.axes = inputs.axes;
             self.compute();
         } else {

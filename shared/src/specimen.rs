@@ -68,6 +68,7 @@ pub fn everything() -> Draft {
         kind: AuxiliaryKind::ToolLength,
         name: "tool".try_into().unwrap(),
         reference: 130.0,
+        lag_rate: 0.0,
     });
     draft.banks = vec![
         bank(0, -100.0, 200.0, vec![vec![-100.0, 100.0]]),

@@ -35,14 +35,17 @@ impl Conditions {
 
     /// The compensation is empty: loading failed, or was forgotten. The common factor stays 0.
     pub const NOTHING_LOADED: Self = Self(1 << 10);
+    /// A temperature that matters is beyond its tables, so its effect stays what it is at the border.
+    pub const BEYOND_RANGE: Self = Self(1 << 11);
 
     /// Each condition with its name.
-    const NAMES: [(Self, &'static str); 11] = [
+    const NAMES: [(Self, &'static str); 12] = [
         (Self::NOTHING_LOADED, "nothing loaded"),
         (Self::BAD_INPUT, "bad input"),
         (Self::BAD_AUXILIARY, "bad auxiliary"),
         (Self::BAD_PERIOD, "bad period"),
         (Self::UNREFERENCED, "not referenced"),
+        (Self::BEYOND_RANGE, "beyond range"),
         (Self::HELD, "held"),
         (Self::FROZEN, "frozen"),
         (Self::RAMPING, "ramping"),

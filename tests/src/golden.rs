@@ -75,11 +75,13 @@ pub fn everything() -> Draft {
                 kind: AuxiliaryKind::ToolLength,
                 name: "tool length".try_into().unwrap_or_default(),
                 reference: 130.0,
+                lag_rate: 0.0,
             },
             Auxiliary {
                 kind: AuxiliaryKind::Temperature,
                 name: "bed".try_into().unwrap_or_default(),
                 reference: 20.0,
+                lag_rate: 0.0,
             },
         ],
         banks: vec![
@@ -173,6 +175,14 @@ pub fn everything() -> Draft {
             },
         ],
     }
+}
+
+/// The same with a lag of the temperature, which later programs of version 1 write: the golden blob `lag.trax`.
+#[must_use]
+pub fn lag() -> Draft {
+    let mut draft = everything();
+    draft.auxiliaries[1].lag_rate = 0.015_625;
+    draft
 }
 
 /// FNV-1a over the bits of every number.

@@ -16,6 +16,10 @@ pub mod probed;
 #[cfg(feature = "desktop")]
 pub mod random_machines;
 pub mod shown;
+#[cfg(feature = "desktop")]
+pub mod thermal_field;
+#[cfg(feature = "desktop")]
+pub mod thermal_goal;
 mod usual_or_all;
 
 #[cfg(feature = "desktop")]

@@ -36,3 +36,8 @@ fn corrections_through_the_servo_are_the_stored_bits() {
         0xF4AD_0EC1_157C_52AC,
     );
 }
+
+#[test]
+fn corrections_with_a_lag_are_the_stored_bits() {
+    same(hash_of_servo(&load(&blob("lag"))), 0xE014_4DD1_8D21_A30A);
+}

@@ -68,6 +68,8 @@ pub const TRUEAXIS_DRY_RUN: u16 = 1 << 8;
 pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
 /// Condition: nothing is loaded, so nothing is corrected.
 pub const TRUEAXIS_NOTHING_LOADED: u16 = 1 << 10;
+/// Condition: a temperature that matters is beyond its tables, so its effect stays what it is at the border.
+pub const TRUEAXIS_BEYOND_RANGE: u16 = 1 << 11;
 
 const _: () = {
     assert!(size_of::<TablesMemory>() == TRUEAXIS_TABLES_SIZE);
@@ -85,6 +87,7 @@ const _: () = {
     assert!(TRUEAXIS_DRY_RUN == Conditions::DRY_RUN.0);
     assert!(TRUEAXIS_BAD_AUXILIARY == Conditions::BAD_AUXILIARY.0);
     assert!(TRUEAXIS_NOTHING_LOADED == Conditions::NOTHING_LOADED.0);
+    assert!(TRUEAXIS_BEYOND_RANGE == Conditions::BEYOND_RANGE.0);
 };
 
 /// Memory for tables, in a `static` or anywhere else.

@@ -122,21 +122,19 @@ impl Servo {
         self.servo.dry_run(on);
     }
 
-    /// `value` in mm or °C.
+    /// `value` in mm or °C. Inputs with the same name are one sensor with several lags, and are set together.
     pub(crate) fn set_auxiliary(&mut self, index: usize, value: f64) -> Result<(), Code> {
         let auxiliaries = self.servo.compensation().auxiliaries();
-        let auxiliary = auxiliaries.get(index).ok_or(Code::Index)?;
-        let value = match auxiliary.kind {
-            AuxiliaryKind::ToolLength => value,
-            AuxiliaryKind::Temperature => value - f64::from(auxiliary.reference),
-        };
-        let to = self
-            .around
-            .inputs
-            .auxiliaries
-            .get_mut(index)
-            .ok_or(Code::Index)?;
-        *to = value as f32;
+        let named = auxiliaries.get(index).ok_or(Code::Index)?;
+        for (to, auxiliary) in (self.around.inputs.auxiliaries.iter_mut()).zip(auxiliaries) {
+            if (auxiliary.kind, &auxiliary.name) != (named.kind, &named.name) {
+                continue;
+            }
+            *to = match auxiliary.kind {
+                AuxiliaryKind::ToolLength => value,
+                AuxiliaryKind::Temperature => value - f64::from(auxiliary.reference),
+            } as f32;
+        }
         Ok(())
     }
 

@@ -613,6 +613,7 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
         kind: AuxiliaryKind::ToolLength,
         name: "tool".try_into().unwrap(),
         reference: 100.0,
+        lag_rate: 0.0,
     }];
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     flashed(&mut desktop, &draft.encode().unwrap());

@@ -12,10 +12,10 @@ pub fn facts(compensation: &Largest<'_>) -> Result<AlignedBlob, EncodeError> {
         .zip(banks)
         .flat_map(|(number, bank)| std::iter::repeat_n(number, usize::from(bank.tables)))
         .collect();
-    // Two points over the same period: only that of a modulo table matters.
+    // Two points over the same period or range.
     let step = |points: u32, step: f32, modulo: bool| match modulo {
         true => points as f32 * step / 2.0,
-        false => step,
+        false => (points - 1) as f32 * step,
     };
     let draft = Draft {
         machine: compensation.machine().to_owned(),
@@ -27,7 +27,10 @@ pub fn facts(compensation: &Largest<'_>) -> Result<AlignedBlob, EncodeError> {
             .map(|bank| DraftBank {
                 input: bank.input,
                 start: bank.start,
-                step: step(bank.points, bank.step, bank.modulo),
+                step: match bank.modulo {
+                    true => step(bank.points, bank.step, true),
+                    false => bank.end() - bank.start,
+                },
                 modulo: bank.modulo,
                 direction: bank.direction,
                 interpolation: Interpolation::Linear,
@@ -93,6 +96,9 @@ mod tests {
             assert!(small.weights().iter().eq(whole.weights().iter()));
             for axis in 0..whole.axes().len() {
                 assert_eq!(small.farthest(axis), whole.farthest(axis));
+            }
+            for number in 0..whole.auxiliaries().len() {
+                assert_eq!(small.range(number), whole.range(number));
             }
             let directions = |c: &Largest<'_>| {
                 let banks = c.banks().iter();

@@ -136,10 +136,15 @@ pub fn generate(
     proof::compare(&program, compensation, options.compared)?;
     let auxiliaries = contents.auxiliaries.iter().map(|a| match a.kind {
         "tool length" => format!("the tool length {} (mm)", a.name),
-        _ => format!(
-            "the temperature {} (K from its reference of {} °C)",
-            a.name, a.reference
-        ),
+        _ => {
+            let lag = a
+                .lag_s
+                .map_or(String::new(), |lag| format!(", after a lag of {lag:.0} s"));
+            format!(
+                "the temperature {} (K from its reference of {} °C{lag})",
+                a.name, a.reference
+            )
+        }
     });
     let head = Head {
         axes: contents.axes.iter().map(|a| a.name).collect(),

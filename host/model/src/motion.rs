@@ -5,7 +5,9 @@ mod beyond_travel;
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged, Policy};
 use crate::machine::{Machine, PerAxis};
-pub use beyond_travel::{Outside, outside_compensation, outside_machine};
+pub use beyond_travel::{
+    BeyondRange, Outside, beyond_range, outside_compensation, outside_machine,
+};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// Largest number of axes of a blob.

@@ -4,11 +4,12 @@
 //! temperature sensors by their name. Numbers are in mm, degrees and K (difference from the reference), with a
 //! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
+use crate::errors::Thermal;
 use crate::formats::csv::Table;
 use crate::machine::Machine;
 use crate::source::FileError;
 use std::fmt::{Display, Write};
-use trueaxis::{Auxiliary, AuxiliaryKind, Axis};
+use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Lag};
 
 /// An input that needs a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,20 @@ pub struct Input {
     pub alias: Option<&'static str>,
     /// A description for messages.
     pub meaning: String,
+    /// Of a temperature with a lag: the name of the sensor, and 1/τ (1/s).
+    pub lag: Option<(String, f32)>,
+}
+
+/// Name of a temperature as an input: of its sensor, with the time constant of its lag if it has one (`bed 600 s`), in
+/// three digits. `lag_rate` is 1/τ in 1/s, or 0.
+#[must_use]
+pub fn temperature_name(sensor: &str, lag_rate: f32) -> String {
+    if lag_rate == 0.0 {
+        return sensor.to_owned();
+    }
+    let tau = f64::from(lag_rate).recip();
+    let digit = 10_f64.powf(tau.log10().floor() - 2.0);
+    format!("{sensor} {} s", (tau / digit).round() * digit)
 }
 
 /// Name of the tool length as an input.
@@ -30,6 +45,7 @@ impl Input {
             name: letter.to_string(),
             alias: None,
             meaning: format!("axis {letter}"),
+            lag: None,
         }
     }
 
@@ -38,14 +54,17 @@ impl Input {
             name: name.to_owned(),
             alias: Some("length"),
             meaning: "the tool length in mm".to_owned(),
+            lag: None,
         }
     }
 
-    fn sensor(name: &str) -> Self {
+    fn sensor(sensor: &str, lag_rate: f32) -> Self {
+        let name = temperature_name(sensor, lag_rate);
         Self {
-            name: name.to_owned(),
             alias: None,
-            meaning: format!("sensor `{name}` in K from its reference"),
+            meaning: format!("temperature `{name}` in K from its reference"),
+            lag: (lag_rate > 0.0).then(|| (sensor.to_owned(), lag_rate)),
+            name,
         }
     }
 
@@ -55,31 +74,47 @@ impl Input {
         let axes = axes.iter().map(|a| Self::axis(char::from(a.name)));
         let auxiliaries = auxiliaries.iter().map(|a| match a.kind {
             AuxiliaryKind::ToolLength => Self::tool_length(&a.name),
-            AuxiliaryKind::Temperature => Self::sensor(&a.name),
+            AuxiliaryKind::Temperature => Self::sensor(&a.name, a.lag_rate),
         });
         axes.chain(auxiliaries).collect()
     }
 
-    /// The inputs of a machine with its sensors: axes, the tool length if it is an input, sensors.
+    /// The inputs of a machine with its temperatures: axes, the tool length if it is an input, temperatures.
     #[must_use]
     pub fn of_machine<'a>(
         machine: &Machine,
-        sensors: impl IntoIterator<Item = &'a str>,
+        temperatures: impl IntoIterator<Item = &'a Thermal>,
     ) -> Vec<Self> {
         let axes = machine.axes.iter().map(|a| Self::axis(a.letter.char()));
         let length = machine.length_range.map(|_| Self::tool_length(TOOL_LENGTH));
-        let sensors = sensors.into_iter().map(Self::sensor);
-        axes.chain(length).chain(sensors).collect()
+        let temperatures = temperatures
+            .into_iter()
+            .map(|t| Self::sensor(&t.sensor, t.lag_rate()));
+        axes.chain(length).chain(temperatures).collect()
     }
 }
 
 const VALUES: &str = "give every position a value in each column: a plain number in mm or degrees with a decimal point, not a comma: -12.5";
 
-/// Reads positions: one row per position, with values in the order of `inputs`.
+/// Content of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Column {
+    Input(usize),
+    /// The sensor of the lagging input with this number.
+    Sensor(usize),
+    Time,
+}
+
+/// Period of a controller (s) in which lags are stepped between rows.
+const PERIOD: f64 = 0.01;
+
+/// Reads positions: one row per position, with values in the order of `inputs`. With a column `time_s`, an input with a
+/// lag may have the column of its sensor instead of its own: it follows from row to row, with the temperature of a row
+/// since the one before.
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a column that is not an input, an
-/// input without a column, a value that is not finite as f32, no rows.
+/// input without a column, a value that is not finite as f32, times that do not increase, no rows.
 pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
     let names: Vec<&str> = inputs.iter().map(|i| i.name.as_str()).collect();
     let layout = format!(
@@ -87,32 +122,77 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
         names.join(",")
     );
     let table = Table::open(text, 0, layout, VALUES)?;
+    let sensor_of = |input: &Input, name: &str| input.lag.as_ref().is_some_and(|(s, _)| s == name);
     let columns = table.columns(0, |name| {
         let exact = inputs.iter().position(|i| i.name == name);
-        exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)))
+        let known = exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)));
+        let lagging = || inputs.iter().position(|i| sensor_of(i, name));
+        let is_time = name == "time_s" && inputs.iter().any(|i| i.lag.is_some());
+        known
+            .map(Column::Input)
+            .or_else(|| is_time.then_some(Column::Time))
+            .or_else(|| lagging().map(Column::Sensor))
     })?;
-    if let Some(missing) = (0..inputs.len()).find(|i| !columns.contains(i)) {
-        let input = &inputs[missing];
-        let mut error = table.missing(&input.name);
-        error.remedy = format!("add {}: {}", input.meaning, error.remedy);
-        return Err(error);
+    let place = |column: Column| columns.iter().position(|c| *c == column);
+    let time = place(Column::Time);
+    // The column of each input, and the lag to apply to it.
+    let mut sources = Vec::with_capacity(inputs.len());
+    for (number, input) in inputs.iter().enumerate() {
+        let own = place(Column::Input(number)).map(|column| (column, None));
+        let of_sensor = || {
+            let (sensor, rate) = input.lag.as_ref()?;
+            time?;
+            let same = inputs.iter().position(|i| i.name == *sensor);
+            let first = inputs.iter().position(|i| sensor_of(i, sensor))?;
+            let column = same.map_or(Column::Sensor(first), Column::Input);
+            Some((place(column)?, Some(*rate)))
+        };
+        let Some(source) = own.or_else(of_sensor) else {
+            let mut error = table.missing(&input.name);
+            error.remedy = format!("add {}: {}", input.meaning, error.remedy);
+            if let Some((sensor, _)) = &input.lag {
+                error.remedy += &format!("; or time_s and {sensor}");
+            }
+            return Err(error);
+        };
+        sources.push(source);
     }
+    let mut lags = vec![Lag::NEW; inputs.len()];
+    let mut last: Option<f64> = None;
     let mut rows = Vec::new();
     for row in table {
         let row = row?;
+        let now = time.map(|column| {
+            row.increasing(column, last, "write the rows in the order of their times")
+        });
+        let now = now.transpose()?;
+        let elapsed = now.zip(last).map_or(0.0, |(now, last)| now - last);
         let mut position = vec![0.0; inputs.len()];
-        for (column, input) in columns.iter().enumerate() {
-            let value = row.number(column)?;
+        let each = position.iter_mut().zip(&sources).zip(&mut lags);
+        for ((place, (column, rate)), lag) in each {
+            let value = row.number(*column)?;
             // The runtime computes in f32, where the value must also be finite.
             if !(value as f32).is_finite() {
                 let message = format!("{value:e} is too large for a position");
-                return Err(row.error(column, message, "too large", VALUES));
+                return Err(row.error(*column, message, "too large", VALUES));
             }
-            position[*input] = value;
+            *place = rate.map_or(value, |rate| follow(lag, value as f32, rate, elapsed));
         }
+        last = now;
         rows.push(position);
     }
     Ok(rows)
+}
+
+/// A lag after `elapsed` s in periods of a controller; beyond a day of them in as many longer ones.
+fn follow(lag: &mut Lag, value: f32, rate: f32, elapsed: f64) -> f64 {
+    let periods = (elapsed / PERIOD).ceil().clamp(1.0, 8_640_000.0);
+    let dt = (elapsed / periods) as f32;
+    let mut y = value;
+    for _ in 0..periods as u32 {
+        y = lag.follow(value, rate, dt);
+    }
+    f64::from(y)
 }
 
 /// Corrections as CSV, `dX,dY,…`, each with the fewest digits that read back as the same number.

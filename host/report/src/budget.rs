@@ -142,7 +142,7 @@ fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) ->
     let mut kelvin = [0.0; MAX_SENSORS];
     if let EntryKind::PerKelvin { sensor, .. } = &alone.said {
         let sensors = &subject.errors.sensors;
-        if let Some(index) = sensors.iter().position(|s| s.sensor == *sensor) {
+        if let Some(index) = sensors.iter().position(|s| s.name() == *sensor) {
             kelvin[0] = situation.kelvin[index];
         }
     }

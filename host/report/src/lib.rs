@@ -182,6 +182,7 @@ pub fn report(
         changes: None,
     };
     report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares);
+    report.verdict.extend(verdict::thermal(errors));
     Ok(report)
 }
 
@@ -207,10 +208,9 @@ pub fn verdict(
     let subject = Subject::new(machine, errors, compensation, seed);
     let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
-    Ok(Verdict {
-        sentences: verdict::sentences(&volumetric, &shares),
-        shares,
-    })
+    let mut sentences = verdict::sentences(&volumetric, &shares);
+    sentences.extend(verdict::thermal(errors));
+    Ok(Verdict { sentences, shares })
 }
 
 /// The subject of a report.

@@ -168,7 +168,7 @@ impl Model {
             motions: errors.motions[index].each_ref().map(motion),
         });
         let sensors = errors.sensors.iter().map(|sensor| Sensor {
-            name: sensor.sensor.clone(),
+            name: sensor.name(),
             range_kelvin: sensor.range_kelvin,
         });
         let changes = errors.inter_thermal.iter().map(|change| LocationChange {

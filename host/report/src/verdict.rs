@@ -2,6 +2,7 @@
 
 use super::words::{capital, figure};
 use super::{Share, Volumetric};
+use trueaxis_model::errors::ErrorModel;
 use trueaxis_tables::validate::Quality;
 
 /// Mean errors below this (µm, µrad) count as zero.
@@ -120,6 +121,15 @@ fn left(volumetric: &Volumetric) -> String {
         None if volumetric.after.is_some() => format!("{left}."),
         None => format!("{left}; how well the parameters are known is not said."),
     }
+}
+
+/// What the thermal changes leave, if it is known.
+pub fn thermal(errors: &ErrorModel) -> Option<String> {
+    let left = errors.thermal_left?;
+    Some(format!(
+        "Beside that, drift with temperature stays within ± {} µm in each direction (95 % of another warm-up or cool-down).",
+        figure(left * 1e3)
+    ))
 }
 
 #[cfg(test)]

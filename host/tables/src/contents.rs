@@ -5,6 +5,7 @@ use crate::size::Size;
 use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
+use trueaxis_model::positions::temperature_name;
 
 /// Everything in a compensation except its samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,6 +63,9 @@ pub struct AuxiliaryEntry {
     pub kind: &'static str,
     /// The length (mm) of the machine's own tool, or the reference temperature (°C).
     pub reference: f32,
+    /// Time constant of its lag (s).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lag_s: Option<f32>,
 }
 
 /// Tables with one input and common points.
@@ -154,9 +158,10 @@ pub(crate) fn input(compensation: &Largest<'_>, number: u8) -> String {
     let number = usize::from(number);
     match axes.get(number) {
         Some(axis) => char::from(axis.name).to_string(),
-        None => compensation.auxiliaries()[number - axes.len()]
-            .name
-            .to_string(),
+        None => {
+            let auxiliary = &compensation.auxiliaries()[number - axes.len()];
+            temperature_name(&auxiliary.name, auxiliary.lag_rate)
+        }
     }
 }
 
@@ -190,6 +195,7 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
             AuxiliaryKind::Temperature => "temperature",
         },
         reference: a.reference,
+        lag_s: (a.lag_rate > 0.0).then(|| a.lag_rate.recip()),
     });
     let mut next = 0;
     let banks = compensation.banks().iter().map(|bank| {

@@ -154,7 +154,7 @@ variants! {
     Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
-    PaddingNotZero SectionLength Damping TooLong
+    PaddingNotZero SectionLength Damping TooLong LagRate
 }
 
 fn header_damages() -> Vec<(LoadError, LoadError)> {
@@ -259,7 +259,7 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
         (replaced(2, &[0xff; 5]), malformed(Part::SampleCounts)),
         (short(&all, 1, &[1, 0]), truncated(Part::Policy)),
         (replaced(1, &[3]), unknown(Part::Policy, 3)),
-        (auxiliary(2, "t"), unknown(Part::Auxiliary(0), 2)),
+        (auxiliary(3, "t"), unknown(Part::Auxiliary(0), 3)),
         (
             auxiliary(0, "seventeen letters"),
             malformed(Part::Auxiliary(0)),
@@ -409,6 +409,15 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
             LoadError::Reference { auxiliary: 0 },
         ),
     ];
+    for bad in [1.001, 0.99e-7, -0.1, f32::NAN, f32::INFINITY] {
+        list.push((
+            drafted(|d| {
+                d.auxiliaries[0].kind = AuxiliaryKind::Temperature;
+                d.auxiliaries[0].lag_rate = bad;
+            }),
+            LoadError::LagRate { auxiliary: 0 },
+        ));
+    }
     let travels = [
         [1.0, 1.0],
         [1.0, -1.0],

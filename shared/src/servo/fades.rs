@@ -163,7 +163,8 @@ impl<H: Handle> Servo<H> {
             if self.blend.value() > 0.0 {
                 self.blend(self.blend.value());
             }
-        } else if self.following == Following::Inputs && !self.has_auxiliaries(inputs) {
+        } else if self.following == Following::Inputs && !self.has_auxiliaries(&inputs.auxiliaries)
+        {
             self.let_in(&inputs.auxiliaries);
         }
     }

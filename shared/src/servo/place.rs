@@ -7,6 +7,7 @@ use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travelling};
+use crate::lag::Lag;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::{List, Room, Row};
@@ -51,6 +52,8 @@ impl<H: Handle> Servo<H> {
                 other: None,
                 waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
+                lags: [Lag::NEW; AUXILIARIES],
+                beyond: false,
                 coming_auxiliaries: [0.0; AUXILIARIES],
                 coming: weights,
                 wanted: weights,

@@ -4,6 +4,7 @@ use super::lane::{Common, Lane};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
+use crate::lag::Lag;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
@@ -85,6 +86,10 @@ pub struct Servo<H: Handle> {
     pub(super) other: Option<H>,
     pub(super) waiting: Waiting,
     pub(super) fading: Fading,
+    /// The lags of the auxiliaries, which all compensations of a servo share.
+    pub(super) lags: [Lag; AUXILIARIES],
+    /// A temperature is beyond its tables.
+    pub(super) beyond: bool,
     /// The auxiliaries being faded in.
     pub(super) coming_auxiliaries: [f32; AUXILIARIES],
     /// The weights being faded in; only their values matter.

@@ -371,6 +371,7 @@ fn lengths() -> &'static C {
         kind: AuxiliaryKind::Temperature,
         name: "bed".try_into().unwrap(),
         reference: 20.0,
+        lag_rate: 0.0,
     });
     draft.banks = vec![
         bank(3, 0.0, 500.0, vec![vec![0.0, 0.5]]),

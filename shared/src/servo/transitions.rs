@@ -2,6 +2,7 @@
 
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
+use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Conditions;
@@ -30,12 +31,43 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Whether the auxiliaries that matter equal the adopted ones.
+    /// Steps the lags. Whether the auxiliaries that matter, with their lags, equal the adopted ones.
     #[inline(always)]
-    pub(super) fn has_auxiliaries(&self, inputs: &Inputs<Values<H>>) -> bool {
+    pub(super) fn take_auxiliaries(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
         let reach = self.current.get().reach();
-        reach.used_auxiliaries == 0
-            || reach.same_auxiliaries(&self.inputs.auxiliaries, &inputs.auxiliaries)
+        if reach.watched_auxiliaries == 0 {
+            true
+        } else if reach.lagging == 0 {
+            self.has_auxiliaries(&inputs.auxiliaries)
+        } else {
+            self.take_lagging(inputs, dt)
+        }
+    }
+
+    /// The same with lags; not inlined, so that updates without lags need no room for the values.
+    #[inline(never)]
+    fn take_lagging(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
+        let lagged = self.lagged(inputs, dt);
+        self.has_auxiliaries(&lagged)
+    }
+
+    /// Whether the auxiliaries that matter equal the adopted ones.
+    pub(super) fn has_auxiliaries(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
+        let reach = self.current.get().reach();
+        reach.same_auxiliaries(&self.inputs.auxiliaries, auxiliaries)
+    }
+
+    /// Steps the lags by `dt` (0: not at all). The auxiliaries with their lags.
+    #[inline(never)]
+    fn lagged(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> [f32; AUXILIARIES] {
+        let mut values = inputs.auxiliaries;
+        let all = self.current.get().auxiliaries().iter();
+        for ((value, lag), auxiliary) in values.iter_mut().zip(&mut self.lags).zip(all) {
+            if auxiliary.lag_rate > 0.0 {
+                *value = lag.follow(*value, auxiliary.lag_rate, dt);
+            }
+        }
+        values
     }
 
     /// Evaluates the compensation in use.
@@ -48,6 +80,15 @@ impl<H: Handle> Servo<H> {
     /// An update in which anything may change, except for the guard rails.
     #[inline(never)]
     pub(super) fn change(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
+        let mut inputs = inputs;
+        let lagged;
+        if self.current.get().reach().lagging != 0 {
+            lagged = Inputs {
+                axes: inputs.axes,
+                auxiliaries: self.lagged(inputs, 0.0),
+            };
+            inputs = &lagged;
+        }
         self.begin(inputs, usable, dt);
         self.compute();
         self.fade(inputs);
@@ -71,6 +112,7 @@ impl<H: Handle> Servo<H> {
             used |= other.used_axes;
             directional |= other.directional;
         }
+        self.beyond = reach.watched_auxiliaries != 0 && reach.is_beyond(&inputs.auxiliaries);
         let good_inputs = usable && good_auxiliaries;
         let unreferenced = used & !self.referenced != 0;
         let conditions = &mut self.correction.status.conditions;
@@ -78,6 +120,7 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BAD_PERIOD, !good_period);
         conditions.set(Conditions::BAD_INPUT, !good_inputs);
         conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
+        conditions.set(Conditions::BEYOND_RANGE, self.beyond);
 
         let hold = !(good_period && good_inputs);
         // An invalid period counts as the longest permitted one, because its real length is unknown.
@@ -140,7 +183,13 @@ impl<H: Handle> Servo<H> {
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
         self.at_rest = s == 1.0
-            && !(moves || fading || waiting || held || self.common.step || self.common.ramps);
+            && !(moves
+                || fading
+                || waiting
+                || held
+                || self.beyond
+                || self.common.step
+                || self.common.ramps);
 
         let conditions = &mut self.correction.status.conditions;
         *conditions |= self.switches;

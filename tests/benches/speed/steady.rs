@@ -102,6 +102,7 @@ fn draft(case: Case) -> Draft {
             kind: AuxiliaryKind::ToolLength,
             name: "tool length".try_into().unwrap_or_default(),
             reference: 130.0,
+            lag_rate: 0.0,
         });
     }
     let axis = |(k, name): (usize, u8)| Axis {

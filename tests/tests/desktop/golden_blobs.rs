@@ -3,12 +3,13 @@
 //! Their evaluation is checked by `bit_identical.rs`.
 
 use trueaxis::{SampleFormat, VERSION};
-use trueaxis_tests::golden::{blob, everything, load};
+use trueaxis_tests::golden::{blob, everything, lag, load};
 
 #[test]
 fn the_golden_blobs_of_version_1_load() {
     for (name, machine, axes) in [
         ("everything", "Everything", "XYZC"),
+        ("lag", "Everything", "XYZC"),
         ("huron-13", "Huron K2X8-Five", "YACXZ"),
         ("router-10", "Router", "YXZ"),
         ("table-head-13", "Table and head", "YCXZB"),
@@ -93,4 +94,17 @@ fn a_golden_blob_with_one_of_everything_holds_what_was_put_in() {
 fn what_is_written_today_is_version_1_byte_for_byte() {
     assert_eq!(VERSION, 1, "a new version needs golden blobs of its own");
     assert_eq!(&*everything().encode().unwrap(), &*blob("everything"));
+    assert_eq!(&*lag().encode().unwrap(), &*blob("lag"));
+}
+
+#[test]
+fn a_lag_is_a_kind_of_its_own_which_readers_without_lags_refuse() {
+    let (with, without) = (blob("lag"), blob("everything"));
+    // The only differences are the kind (2 instead of 1), the rate after it, and what follows from the length.
+    let kind = without.windows(4).position(|w| w == b"\x03bed").unwrap() - 1;
+    assert_eq!((without[kind], with[kind]), (1, 2));
+    assert_eq!(with[kind + 1..kind + 5], 0.015_625_f32.to_le_bytes());
+    assert_eq!(with[16..kind], without[16..kind]);
+    assert_eq!(with[kind + 5..kind + 105], without[kind + 1..kind + 101]);
+    assert_eq!(load(&with).auxiliaries()[1].lag_rate, 0.015_625);
 }

@@ -23,4 +23,5 @@ mod schemes;
 mod shown_output;
 mod singular_path;
 mod targets;
+mod thermal;
 mod zero_at;

@@ -156,7 +156,8 @@ pub unsafe extern "C" fn trueaxis_servo_dry_run(servo: *mut Servo, on: i32) -> C
 }
 
 /// Sets an auxiliary input by its index: a tool length in mm, or a temperature in °C (its reference is subtracted
-/// here). Takes effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
+/// here). Inputs with the same name, one sensor with several lags, are set together; the servo applies the lags. Takes
+/// effect at the next update, and is faded in. An input that was never set, or is NAN because its sensor
 /// has failed, is a fault if a correction depends on it; it never counts as 0.
 ///
 /// # Safety

@@ -196,6 +196,7 @@ fn with_auxiliaries(machine: &str) -> AlignedBlob {
         kind,
         name: name.try_into().unwrap(),
         reference,
+        lag_rate: 0.0,
     };
     let axis = Axis {
         name: b'X',

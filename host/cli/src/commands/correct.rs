@@ -39,8 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         policy,
     } = arguments;
     let (machine, errors) = files.read()?;
-    let sensors = errors.sensors.iter().map(|s| s.sensor.as_str());
-    let inputs = Input::of_machine(&machine, sensors);
+    let inputs = Input::of_machine(&machine, &errors.sensors);
     let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
     let corrections = motion::correct(&machine, &errors, policy.kinematic()?, &rows).map_err(
         |(row, error)| {

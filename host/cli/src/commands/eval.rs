@@ -22,8 +22,8 @@ use trueaxis_tables::validate::Runtime;
 #[command(
     after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
 Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
-`length` (mm), temperature sensors by their name (K from their reference). One position per line,\n\
-mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90"
+`length` (mm), temperature sensors by their name (K from their reference), with the lag if they have\n\
+one (`bed 600 s`), or the sensor alone and time_s. One position per line, mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90"
 )]
 pub struct Arguments {
     /// The compensation
@@ -156,6 +156,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|a| char::from(a.name))
         .collect();
     let outside = motion::outside_compensation(compensation, &rows);
+    for beyond in motion::beyond_range(compensation, &rows) {
+        eprintln!("warning: {}: {beyond}", along.positions.display());
+    }
     if along.output.is_none() && !along.json {
         // Not among the rows, which are read by programs.
         eprint!("{}", screen::policy(compensation.policy()));

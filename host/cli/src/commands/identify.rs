@@ -5,6 +5,7 @@ mod compensability;
 mod listed;
 mod observed;
 mod screen;
+mod thermal;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -17,7 +18,7 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
-    Problem, Published, Stated, Suspicion, automatic, compensability, drifting, error_file,
+    Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, drifting, error_file,
     held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
@@ -38,7 +39,8 @@ use trueaxis_tables::validate::{Command, Runtime};
 #[command(
     after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
 trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n  \
-trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv -o errors.toml\n\n\
+trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv -o errors.toml\n  \
+trueaxis identify machine.toml --observations drift.csv --temperatures log.csv -o errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Besides ball and axes, columns may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis arrived):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
@@ -56,6 +58,12 @@ pub struct Arguments {
     /// Readings of instruments (CSV)
     #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "active")]
     observations: Vec<PathBuf>,
+    /// Temperatures over time (CSV: time_s, NAME_C …): find which of them parameters change with, and with which lags
+    #[arg(long, value_name = "LOG.csv")]
+    temperatures: Option<PathBuf>,
+    /// Parameters that may change with temperature (default: all that are looked for)
+    #[arg(long, value_name = "NAMES", requires = "temperatures")]
+    thermal: Option<String>,
     /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
@@ -106,6 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.update.as_ref(),
         arguments.active.as_ref(),
         arguments.before.as_ref(),
+        arguments.temperatures.as_ref(),
     ];
     let inputs = inputs.into_iter().flatten();
     let inputs: Vec<&Path> = inputs
@@ -197,6 +206,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             (identified, None)
         }
     };
+    let (identified, warmed) = match &arguments.temperatures {
+        None => (identified, None),
+        Some(path) => {
+            let looked_for = identified.looked_for;
+            let problem = || Problem::new(&machine, &measured, &artefact, &looked_for, &base);
+            let find = |observations: &Observations| {
+                let problem = problem().with(observations);
+                identify(&problem, options).map_err(|e| arguments.not_identified(&e))
+            };
+            // What moves with temperature is not taken for drift with time.
+            observations.drift.clear();
+            let cold = find(&observations)?;
+            let candidates =
+                thermal::candidates(arguments.thermal.as_deref(), &machine, &looked_for)?;
+            let steady = problem().with(&observations);
+            let warmed = thermal::warmed(&steady, &cold, path, &candidates)?;
+            if warmed.model.terms.is_empty() {
+                (cold, Some(warmed))
+            } else {
+                observations.thermal = Some(warmed.model.clone());
+                (find(&observations)?, Some(warmed))
+            }
+        }
+    };
     let looked_for = &identified.looked_for;
     let problem = Problem::new(&machine, &measured, &artefact, looked_for, &base);
     let problem = problem.with(&observations);
@@ -228,6 +261,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         measured: &measured,
         observations: &observations,
         identified: &identified,
+        warmed,
         levels: chosen.as_ref().map_or(&[], |chosen| &chosen.levels),
         published: chosen
             .as_ref()
@@ -295,6 +329,8 @@ struct Found<'a> {
     measured: &'a Probings,
     observations: &'a Observations,
     identified: &'a Identified,
+    /// What temperatures explain.
+    warmed: Option<Warmed>,
     levels: &'a [Level],
     /// Comparison of the chosen model with the published one.
     published: Option<Published>,

@@ -64,7 +64,12 @@ fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> Strin
                 "  {}: an input (mm), the machine's own tool has {}\n",
                 a.name, a.reference
             ),
-            _ => format!("  {}: an input (K from {} °C)\n", a.name, a.reference),
+            _ => {
+                let lag = a.lag_s.map_or(String::new(), |lag| {
+                    format!(", follows with a lag of {lag:.0} s")
+                });
+                format!("  {}: an input (K from {} °C){lag}\n", a.name, a.reference)
+            }
         };
     }
     text += "\nat most, for any input\n";

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let rows = match &along {
         Some(along) => {
             let sensors = errors.iter().flat_map(|errors| &errors.sensors);
-            let inputs = Input::of_machine(&machine, sensors.map(|s| s.sensor.as_str()));
+            let inputs = Input::of_machine(&machine, sensors);
             let mut others = vec![arguments.machine.as_path()];
             others.extend(arguments.errors.as_deref());
             along.read(&inputs, &others)?

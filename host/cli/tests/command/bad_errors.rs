@@ -180,6 +180,39 @@ fn absurd_temperatures_are_refused() {
 }
 
 #[test]
+fn lags_and_lists_of_changes_are_checked_one_by_one() {
+    let one = "{ per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0";
+    refuses(
+        &format!("[thermal]\nEXX1 = {one}, lag_s = 0.5 }}"),
+        3,
+        "the lag of EXX1 is not a number from 1 to 1000000 s",
+        "63 % of a step",
+    );
+    refuses(
+        &format!("[thermal]\nEXX1 = [{one} }},\n {one}, lag_s = nan }}]"),
+        4,
+        "the lag of EXX1",
+        "leave it out",
+    );
+    refuses(
+        &format!("[thermal]\nEXX1 = [{one} }},\n {one}, lag = 60 }}]"),
+        4,
+        "unknown field `lag`",
+        "lag_s",
+    );
+    refuses("[thermal]\nEXX1 = 1e-6", 3, "a list of them", "per_kelvin");
+    let many: Vec<String> = (1..9)
+        .map(|k| format!("{one}, lag_s = {k}00.0 }}"))
+        .collect();
+    refuses(
+        &format!("[thermal]\nEXX1 = [{}]", many.join(", ")),
+        3,
+        "sensor `bed` cannot be used",
+        "each further lag of a sensor counts as one",
+    );
+}
+
+#[test]
 fn thermal_changes_that_cannot_be_physical_are_refused() {
     let entry = |name: &str, per_kelvin: &str| {
         format!(

@@ -36,5 +36,6 @@ mod sets;
 mod shown;
 mod skew;
 mod targets;
+mod thermal;
 mod uncertainty;
 mod writing;

@@ -42,6 +42,7 @@ pub fn adjustable() -> AlignedBlob {
             kind: AuxiliaryKind::ToolLength,
             name: "tool".try_into().unwrap(),
             reference: 100.0,
+            lag_rate: 0.0,
         }],
         banks: vec![bank(0), bank(2)],
         terms: vec![term(0, None, 0), term(1, Some([-1.0, 1.0]), 1)],

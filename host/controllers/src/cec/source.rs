@@ -5,6 +5,7 @@ use super::spacing::Spacing;
 use super::{PlanError, Travel};
 use trueaxis::{AuxiliaryKind, Direction, Interpolation, Largest};
 use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::positions::temperature_name;
 
 /// A product of functions that is added to an axis.
 #[derive(Clone, Debug)]
@@ -83,7 +84,7 @@ impl Source {
         let sensors = auxiliaries
             .iter()
             .filter(|a| a.kind == AuxiliaryKind::Temperature)
-            .map(|a| a.name.to_string())
+            .map(|a| temperature_name(&a.name, a.lag_rate))
             .collect();
         Ok(Self {
             terms,

@@ -8,6 +8,7 @@ pub mod probe;
 pub mod probings;
 pub mod radii;
 pub mod runs;
+pub mod temperatures;
 pub mod validation;
 
 use trueaxis_model::formats::csv::Row;

@@ -12,6 +12,7 @@ mod heading;
 
 use super::radii;
 use super::runs::sense;
+use super::temperatures::ThermalModel;
 use super::{axis, is_in_travel};
 use crate::instrument::{Commanded, Given, Kind, turned};
 pub use converted::of_surface;
@@ -38,6 +39,8 @@ pub struct Observations {
     /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting): of the artefact (`None`) or a
     /// set-up (by index), along (0, 1, 2) or about (3, 4, 5) an axis of the workpiece frame.
     pub drift: Vec<(Option<usize>, usize)>,
+    /// Temperatures on which parameters depend, as chosen by [`thermal`](crate::identify::thermal()).
+    pub thermal: Option<ThermalModel>,
 }
 
 /// An instrument that was set up once.

@@ -146,18 +146,17 @@ impl Problem<'_> {
         columns.zip(unknowns).for_each(|(column, unknown)| {
             let (probed, rest) = column.split_at_mut(3 * self.places.len());
             let (mut observed, others) = rest.split_at_mut(self.observed.equations());
-            let basis = match unknown {
-                Unknown::Parameter(p) => bases.get(&(p.axis, p.kind)),
-                _ => None,
-            };
+            let of = unknown.parameter();
+            let basis = of.and_then(|(p, _)| bases.get(&(p.axis, p.kind)));
             for (i, ((row, weight), found)) in weighted.iter().zip(&seen).enumerate() {
                 let (own, next) = observed.split_at_mut(row.kind.dimension());
-                let effect: [f64; 3] = match *unknown {
-                    Unknown::Parameter(parameter) => {
+                let effect: [f64; 3] = match of {
+                    Some((parameter, input)) => {
                         let basis = basis.map_or(1.0, |basis| basis[self.places.len() + i]);
+                        let basis = basis * input.map_or(1.0, |s| row.situation.kelvin[s]);
                         found.errors[self.effect(parameter)].map(|v| v * basis)
                     }
-                    _ => {
+                    None => {
                         let by = row.by_unknown(*unknown, estimate, &found.seen, &found.by_tool);
                         (by * **weight).into()
                     }
@@ -176,6 +175,15 @@ impl Problem<'_> {
                         }),
                         None => each.for_each(|(row, found)| *row = found.errors[effect]),
                     }
+                }
+                Unknown::PerKelvin(parameter, input) => {
+                    let effect = self.effect(parameter);
+                    let each = rows.zip(&found).zip(&self.places).enumerate();
+                    each.for_each(|(i, ((row, found), place))| {
+                        let basis = basis.map_or(1.0, |basis| basis[i]);
+                        let basis = basis * place.situation.kelvin[input];
+                        *row = found.errors[effect].map(|v| v * basis);
+                    });
                 }
                 Unknown::Stylus(k) => rows
                     .zip(&found)
@@ -284,7 +292,7 @@ impl Problem<'_> {
     fn bases(&self, unknowns: &[Unknown]) -> BTreeMap<(char, ParameterKind), Vec<f64>> {
         let mut bases = BTreeMap::new();
         for unknown in unknowns {
-            let Unknown::Parameter(Parameter { axis, kind, .. }) = *unknown else {
+            let Some((Parameter { axis, kind, .. }, _)) = unknown.parameter() else {
                 continue;
             };
             let i = self.machine.index(axis).unwrap_or(0);

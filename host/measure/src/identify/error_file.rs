@@ -1,6 +1,6 @@
 //! Writes identified parameters as an error file.
 
-use super::{Estimated, Identified};
+use super::{Estimated, FoundChange, Identified};
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
@@ -9,6 +9,41 @@ use trueaxis_model::machine::Machine;
 
 /// Narrowest range (mm or deg) that an error file may declare as calibrated.
 const NARROWEST: f64 = 1.0;
+
+/// `[thermal]`: each parameter with its changes.
+fn thermal(identified: &Identified) -> String {
+    let mut text = String::new();
+    let mut parameters: Vec<Parameter> = Vec::new();
+    for change in &identified.thermal {
+        if !parameters.contains(&change.parameter) {
+            parameters.push(change.parameter);
+        }
+    }
+    if !parameters.is_empty() {
+        text += "\n[thermal]  # per kelvin from the reference; lag_s: 63 % of a step has arrived\n";
+    }
+    for parameter in parameters {
+        let own = (identified.thermal.iter()).filter(|c| c.parameter == parameter);
+        let entry = |change: &FoundChange| {
+            let input = &identified.errors.sensors[change.input];
+            let lag = match input.lag {
+                0.0 => String::new(),
+                lag => format!(", lag_s = {lag:?}"),
+            };
+            let [low, high] = input.range_kelvin;
+            format!(
+                "    {{ per_kelvin = {:.4e}, sensor = {}{lag}, reference_celsius = {:?}, range_kelvin = [{low:.1}, {high:.1}] }},  # ± {:.1e}, k = 1\n",
+                change.per_kelvin,
+                toml::Value::from(input.sensor.as_str()),
+                input.reference_celsius,
+                change.uncertainty
+            )
+        };
+        let entries: String = own.map(entry).collect();
+        let _ = write!(text, "{parameter} = [\n{entries}]\n");
+    }
+    text
+}
 
 /// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, and
 /// the probed range. Parameters that were not identified are kept.
@@ -57,11 +92,19 @@ pub fn error_file(
     for (parameter, uncertainty) in known.filter(|(p, _)| found(**p).is_none()) {
         let _ = writeln!(text, "{parameter} = {uncertainty:e}");
     }
+    text += &thermal(identified);
     let _ = write!(
         text,
         "\n[uncertainty]\ncovariance = {}\n",
         toml::Value::from(covariance)
     );
+    if let Some(left) = observations.thermal.as_ref().and_then(|t| t.left) {
+        let _ = writeln!(
+            text,
+            "thermal_um = {:.2}  # what [thermal] leaves of another warm-up or cool-down, 95 %",
+            left * 1e3
+        );
+    }
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
         // Motions that were known before remain valid in their range.

@@ -48,6 +48,7 @@ pub fn held_out(
         let without = identify(&problem, options)?;
         let part = subset(probings, |i| part.contains(&i));
         let problem = Problem::new(machine, &part, artefact, &[], &without.errors);
+        let problem = problem.warmed(observations);
         let mut tips = problem.tips(&without.errors, &without.stylus);
         if let Some(drift) = without.place.estimate.drift_of(None) {
             // These have another middle of their time, which only displaces their balls.

@@ -21,6 +21,19 @@ pub struct Estimated {
     pub uncertainty: f64,
 }
 
+/// The change of a parameter with a temperature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundChange {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Number of the temperature, in [`ErrorModel::sensors`](trueaxis_model::errors::ErrorModel::sensors).
+    pub input: usize,
+    /// The change (of its unit) per kelvin.
+    pub per_kelvin: f64,
+    /// Its standard uncertainty, with the lag as it is.
+    pub uncertainty: f64,
+}
+
 /// The result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
@@ -61,6 +74,8 @@ pub struct Identified {
     pub setups: Vec<FoundSetup>,
     /// Drift that was found together with the parameters.
     pub drift: Vec<FoundDrift>,
+    /// Changes with temperatures that were found together with the parameters.
+    pub thermal: Vec<FoundChange>,
     /// The noise of each source: probings first, then each kind of observation.
     pub components: Vec<Component>,
     /// The solution, for further evaluation.

@@ -47,6 +47,8 @@ pub(super) struct ObservedRow {
     pub sigma: Option<f64>,
     /// Time (h) from the middle of its set-up's rows, or 0 if it is not known.
     pub time: f64,
+    /// Time (s) by the clock of the file.
+    pub clock: Option<f64>,
     pub file: usize,
     pub line: usize,
 }
@@ -86,6 +88,7 @@ impl Observed {
                     read: row.value,
                     sigma: row.sigma,
                     time: Period::hours(periods[row.setup], row.time),
+                    clock: row.time,
                     file: row.file,
                     line: row.line,
                 }

@@ -56,6 +56,8 @@ pub(super) struct ProbingRow {
     pub sigma: Option<f64>,
     /// Time (h) from the middle of all probings, or 0 if it is not known.
     pub time: f64,
+    /// Time (s) by the clock of the file.
+    pub clock: Option<f64>,
 }
 
 /// A known distance.
@@ -117,6 +119,7 @@ impl<'a> Problem<'a> {
                 spindle: probing.spindle,
                 sigma: probing.sigma,
                 time: Period::hours(period, probing.time),
+                clock: probing.time,
             }
         };
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
@@ -165,11 +168,38 @@ impl<'a> Problem<'a> {
             self.unknowns.extend((0..3).map(Unknown::Stylus));
         }
         self.unknowns.extend(&observed.unknowns);
+        self.observed = observed;
+        self = self.warmed(observations);
+        if let Some(thermal) = &observations.thermal {
+            let terms = thermal.terms.iter();
+            self.unknowns
+                .extend(terms.map(|(p, input)| Unknown::PerKelvin(*p, *input)));
+            self.base.sensors.clone_from(&thermal.inputs);
+        }
         let drift = observations.drift.iter();
         self.unknowns
             .extend(drift.map(|(of, k)| Unknown::Drift(*of, *k)));
-        self.observed = observed;
         self
+    }
+
+    /// The same with the temperatures at the times of its rows.
+    #[must_use]
+    pub(super) fn warmed(mut self, observations: &Observations) -> Self {
+        if let Some(thermal) = &observations.thermal {
+            for row in &mut self.places {
+                row.situation.kelvin = thermal.at(row.clock);
+            }
+            for row in &mut self.observed.rows {
+                row.situation.kelvin = thermal.at(row.clock);
+            }
+        }
+        self
+    }
+
+    /// The time (s) of each probing, then of each observation.
+    pub(super) fn clocks(&self) -> impl Iterator<Item = Option<f64>> {
+        let probed = self.places.iter().map(|row| row.clock);
+        probed.chain(self.observed.rows.iter().map(|row| row.clock))
     }
 
     /// True if the artefact or a set-up has times at which its rows were measured.
@@ -457,7 +487,7 @@ impl<'a> Problem<'a> {
     /// The same problem with only balls and stylus as unknowns.
     pub(super) fn of_setup(&self) -> Self {
         let mut other = self.clone();
-        let is_setup = |u: &Unknown| !matches!(u, Unknown::Parameter(_));
+        let is_setup = |u: &Unknown| u.parameter().is_none();
         other.unknowns.retain(is_setup);
         other
     }
@@ -511,6 +541,9 @@ impl<'a> Problem<'a> {
                         .copied()
                         .unwrap_or(0.0);
                     next.errors.set(self.machine, parameter, before + step);
+                }
+                Unknown::PerKelvin(parameter, input) => {
+                    (next.errors).adjust_per_kelvin(self.machine, parameter, input, *step);
                 }
                 Unknown::Stylus(k) => next.stylus[k] += step,
                 Unknown::Ball(ball, k) => next.balls[ball][k] += step,

@@ -1,8 +1,9 @@
 //! Gauss–Newton.
 
 use super::descent::{STILL, descend, setup_alone};
+use super::estimate::Estimate;
 use super::factor::Factor;
-use super::identified::{Estimated, Identified, Solution};
+use super::identified::{Estimated, FoundChange, Identified, Solution};
 use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Structure;
@@ -79,7 +80,7 @@ fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
 
 fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
     let unknowns = &problem.unknowns;
-    let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
+    let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
     problem.can_be_solved()?;
     let has_parameters = (0..unknowns.len()).any(|i| is_parameter(&i));
     let alone = problem.alone();
@@ -250,6 +251,7 @@ fn identified(
         observed: problem.observed.found(&before, &misses, &trusted),
         setups: problem.observed.set_up(estimate, &variance),
         drift: problem.observed.drifts(problem.period, estimate, &variance),
+        thermal: changes(problem, estimate, &variance),
         components,
         errors: (*place.estimate.errors).clone(),
         balls: place.estimate.balls.clone(),
@@ -257,6 +259,24 @@ fn identified(
         known,
         place,
     })
+}
+
+/// The changes with temperature, as found.
+fn changes(
+    problem: &Problem<'_>,
+    estimate: &Estimate,
+    variance: &dyn Fn(Unknown) -> Option<f64>,
+) -> Vec<FoundChange> {
+    let found = |unknown: &Unknown| {
+        let (parameter, input) = unknown.parameter()?;
+        Some(FoundChange {
+            parameter,
+            input: input?,
+            per_kelvin: (estimate.errors).per_kelvin(problem.machine, parameter, input?),
+            uncertainty: variance(*unknown)?.sqrt(),
+        })
+    };
+    problem.unknowns.iter().filter_map(found).collect()
 }
 
 fn not_converged(misses: &[Vector3<f64>]) -> IdentifyError {

@@ -110,7 +110,7 @@ fn given_up(
     let mut chosen: Vec<usize> = Vec::new();
     while rest.ncols() > 0 {
         let part = |i: usize| rest.row(i).norm();
-        let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
+        let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
         let all = || (0..unknowns.len()).filter(|i| !chosen.contains(i));
         let largest = all().filter(is_parameter).map(part).fold(0.0, f64::max);
         // If no parameter is part of it, it is the setup.
@@ -196,7 +196,7 @@ impl Unseen {
         let mut setup: Vec<String> = setup.map(Unknown::to_string).collect();
         setup.dedup();
         let parameters: Vec<String> = (self.with.iter())
-            .filter(|(u, _)| matches!(u, Unknown::Parameter(_)))
+            .filter(|(u, _)| u.parameter().is_some())
             .map(|(u, _)| u.to_string())
             .collect();
         let is_scale = |u: &Unknown| match u {

@@ -9,6 +9,8 @@ use trueaxis_model::errors::{Parameter, ParameterKind};
 pub enum Unknown {
     /// An error parameter (mm, rad, per mmᵏ or radᵏ).
     Parameter(Parameter),
+    /// The change of an error parameter per kelvin of a temperature (by its number).
+    PerKelvin(Parameter, usize),
     /// A coordinate (0, 1, 2) of the stylus tip in the spindle frame (mm).
     Stylus(usize),
     /// A coordinate of a ball in the workpiece frame (mm).
@@ -23,11 +25,21 @@ pub enum Unknown {
 }
 
 impl Unknown {
+    /// The error parameter that it is or changes, and the temperature it changes with.
+    pub(super) fn parameter(self) -> Option<(Parameter, Option<usize>)> {
+        match self {
+            Self::Parameter(parameter) => Some((parameter, None)),
+            Self::PerKelvin(parameter, input) => Some((parameter, Some(input))),
+            _ => None,
+        }
+    }
+
     /// Order in which unknowns are given up if several cannot be separated: by degree, setup last; of scales that of
     /// X first, so that the others are relative to it.
     pub(super) fn dispensable(self) -> (u8, u8, u8) {
         match self {
             Self::Ball(..) | Self::Setup(..) | Self::Tool(..) => (0, 0, 0),
+            Self::PerKelvin(..) => (4, 0, 0),
             Self::Drift(..) => (3, 0, 0),
             Self::Stylus(_) => (1, 0, 0),
             Self::Parameter(parameter) => {
@@ -52,6 +64,7 @@ impl fmt::Display for Unknown {
         let coordinate = |i: &usize| ["x", "y", "z"][*i];
         match self {
             Self::Parameter(parameter) => parameter.fmt(f),
+            Self::PerKelvin(parameter, _) => write!(f, "the change of {parameter} per kelvin"),
             Self::Stylus(i) => write!(f, "the stylus' {}", coordinate(i)),
             Self::Ball(_, i) => write!(f, "the balls' {}", coordinate(i)),
             Self::Setup(_, part) => write!(f, "the set-ups' {part}"),

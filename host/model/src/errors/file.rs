@@ -11,8 +11,11 @@ mod thermal;
 use super::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::Machine;
 use crate::source::{Exactly, FileError, right_case};
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
 use trueaxis_kinematics::{MAX_DEGREE, MAX_HARMONIC};
@@ -31,7 +34,7 @@ struct ErrorsFile {
     calibrated: BTreeMap<Spanned<String>, Spanned<Exactly<2>>>,
     uncertainty: Option<UncertaintyEntry>,
     #[serde(default)]
-    thermal: BTreeMap<Spanned<String>, Spanned<ThermalEntry>>,
+    thermal: BTreeMap<Spanned<String>, Spanned<Changes>>,
     #[serde(default)]
     tabulated: BTreeMap<Spanned<String>, Spanned<TabulatedEntry>>,
 }
@@ -41,6 +44,8 @@ struct ErrorsFile {
 struct UncertaintyEntry {
     /// Name of the covariance file.
     covariance: Spanned<String>,
+    /// What [thermal] leaves of another warm-up or cool-down (µm, 95 % of coordinates).
+    thermal_um: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -48,8 +53,48 @@ struct UncertaintyEntry {
 struct ThermalEntry {
     per_kelvin: f64,
     sensor: String,
+    lag_s: Option<f64>,
     reference_celsius: f64,
     range_kelvin: Option<Exactly<2>>,
+}
+
+/// The changes of one parameter: one `{ … }`, or a list of them.
+enum Changes {
+    One(ThermalEntry),
+    Several(Vec<Spanned<ThermalEntry>>),
+}
+
+impl<'de> Deserialize<'de> for Changes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Changes;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("{ per_kelvin, sensor, reference_celsius }, or a list of them")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Changes, A::Error> {
+                ThermalEntry::deserialize(MapAccessDeserializer::new(map)).map(Changes::One)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Changes, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Changes::Several)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl ErrorsFile {
+    /// Every change with temperature: its parameter, its place, and what is written there.
+    fn changes(&self) -> impl Iterator<Item = (&Spanned<String>, Range<usize>, &ThermalEntry)> {
+        self.thermal.iter().flat_map(|(name, changes)| {
+            let all = match changes.get_ref() {
+                Changes::One(entry) => vec![(changes.span(), entry)],
+                Changes::Several(all) => all.iter().map(|e| (e.span(), e.get_ref())).collect(),
+            };
+            all.into_iter()
+                .map(move |(span, entry)| (name, span, entry))
+        })
+    }
 }
 
 #[derive(Deserialize)]
@@ -329,13 +374,13 @@ impl ErrorModel {
                 });
             }
         }
-        for (name, entry) in &file.thermal {
+        for (name, span, entry) in file.changes() {
             if let Some(p) = of(name) {
-                let kelvin = self.largest_kelvin(&entry.get_ref().sensor);
+                let kelvin = self.largest_kelvin(entry);
                 parts.push(Part {
                     name: format!("the thermal change of {p}"),
-                    span: entry.span(),
-                    kind: PartKind::Change(p.kind, entry.get_ref().per_kelvin * kelvin),
+                    span,
+                    kind: PartKind::Change(p.kind, entry.per_kelvin * kelvin),
                 });
             }
         }

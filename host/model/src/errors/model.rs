@@ -1,6 +1,6 @@
 //! The error model with the additional content of its file.
 
-use super::{Covariance, MAX_SENSORS, Parameter, Situation};
+use super::{Covariance, MAX_SENSORS, Parameter, ParameterKind, Situation};
 use crate::machine::Machine;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -11,14 +11,17 @@ pub type Motion = trueaxis_kinematics::Motion<Vec<f64>>;
 /// Measured values of an error motion.
 pub type Table = trueaxis_kinematics::Table<Vec<f64>>;
 
-/// A temperature sensor on which error parameters depend.
+/// A temperature on which error parameters depend: of a sensor, with or without a lag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thermal {
     /// Name of the sensor.
     pub sensor: String,
+    /// Time constant (s) of the first-order lag between sensor and effect; 0 if there is none.
+    pub lag: f64,
     /// The temperature (°C) at which the parameters have their values as written.
     pub reference_celsius: f64,
-    /// Range of differences from the reference (K) that a compensation must cover.
+    /// Range of differences from the reference (K), after the lag, that a compensation must cover. Beyond it the effect
+    /// stays what it is at the border.
     pub range_kelvin: [f64; 2],
 }
 
@@ -38,7 +41,10 @@ pub struct ErrorModel {
     /// The file confirms that slopes of tabulated straightness are meant in addition to the squareness of the same
     /// axes.
     pub slopes_beside_squareness: bool,
-    /// The sensors that thermal coefficients refer to.
+    /// Half-width (mm) of the interval in which 95 % of the coordinates of another warm-up or cool-down stay with the
+    /// thermal coefficients, if it is known.
+    pub thermal_left: Option<f64>,
+    /// The temperatures that thermal coefficients refer to.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
 }
@@ -53,6 +59,7 @@ impl ErrorModel {
             correlated: None,
             table_uncertainty: BTreeMap::new(),
             slopes_beside_squareness: false,
+            thermal_left: None,
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }
@@ -68,6 +75,47 @@ impl ErrorModel {
             self.parameters.insert(parameter, value);
         }
         known
+    }
+
+    /// The change (of its unit) of a parameter per kelvin of a temperature (by its number).
+    #[must_use]
+    pub fn per_kelvin(&self, machine: &Machine, parameter: Parameter, input: usize) -> f64 {
+        let index = machine.index(parameter.axis);
+        let spindle = machine.axes.len();
+        let location = self.inter_thermal.iter().filter(|change| {
+            parameter.kind == ParameterKind::Inter
+                && (change.index, change.component, change.sensor)
+                    == (index.unwrap_or(spindle), parameter.component, input)
+        });
+        let motions = index.map(|index| &self.motions[index][parameter.component]);
+        let motion = motions.into_iter().flat_map(|motion| &motion.thermal);
+        let motion = motion.filter(|c| c.kind == parameter.kind && c.sensor == input);
+        let changes = location.map(|c| c.per_kelvin);
+        changes.chain(motion.map(|c| c.per_kelvin)).sum()
+    }
+
+    /// Adds `step` to the change of a parameter per kelvin of a temperature (by its number). False, and nothing
+    /// changes, where [`set_per_kelvin`](trueaxis_kinematics::ErrorModel::set_per_kelvin) refuses it.
+    pub fn adjust_per_kelvin(
+        &mut self,
+        machine: &Machine,
+        parameter: Parameter,
+        input: usize,
+        step: f64,
+    ) -> bool {
+        let before = self.per_kelvin(machine, parameter, input);
+        let index = machine.index(parameter.axis).unwrap_or(machine.axes.len());
+        let component = parameter.component;
+        if parameter.kind == ParameterKind::Inter {
+            self.model
+                .inter_thermal
+                .retain(|c| (c.index, c.component, c.sensor) != (index, component, input));
+        } else if let Some(motions) = self.model.motions.get_mut(index) {
+            let is_other =
+                |c: &trueaxis_kinematics::Change| (c.kind, c.sensor) != (parameter.kind, input);
+            motions[component].thermal.retain(is_other);
+        }
+        self.set_per_kelvin(machine, parameter, input, before + step)
     }
 
     /// Covariance of all parameters: those of the covariance file as given there, others with a standard uncertainty

@@ -1,6 +1,6 @@
 //! Single entries of an error file.
 
-use crate::errors::{ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Table};
+use crate::errors::{ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Table, Thermal};
 use crate::machine::Machine;
 
 /// The content of an entry.
@@ -63,7 +63,7 @@ impl<'a> Alone<'a> {
         };
         let parameters = errors.parameters.iter();
         all.extend(parameters.map(|(p, value)| new(*p, EntryKind::Parameter(*value))));
-        let sensor = |sensor: usize| errors.sensors.get(sensor).map(|s| s.sensor.clone());
+        let sensor = |sensor: usize| errors.sensors.get(sensor).map(Thermal::name);
         let changed = |parameter, index, per_kelvin| {
             let sensor = sensor(index).unwrap_or_default();
             new(parameter, EntryKind::PerKelvin { per_kelvin, sensor })

@@ -1,6 +1,7 @@
 //! Positions outside the travel: evaluated, but not meaningful.
 
 use crate::machine::{Letter, Machine};
+use crate::positions::temperature_name;
 use serde::Serialize;
 use trueaxis::Largest;
 
@@ -75,4 +76,43 @@ pub fn outside_machine(machine: &Machine, rows: &[Vec<f64>]) -> Vec<Outside<f64>
     let axes = machine.axes.iter();
     let limits = axes.map(|a| (a.letter.char(), (!a.modulo).then_some(a.travel)));
     outside(limits, rows, |q| q)
+}
+
+/// A temperature that rows take beyond its tables, so that its effect stays what it is at the border.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error(
+    "{name} is beyond its range of {} to {} K at position {first}{}: its effect stays what it is at the border",
+    range[0],
+    range[1],
+    others(*count)
+)]
+pub struct BeyondRange {
+    /// Name of the input.
+    pub name: String,
+    /// The range (K from the reference).
+    pub range: [f32; 2],
+    /// The first such position, counted from 1 after the header.
+    pub first: usize,
+    /// Number of such positions.
+    pub count: usize,
+}
+
+/// The temperatures beyond their tables. Rows are those of [`evaluate`](super::evaluate).
+#[must_use]
+pub fn beyond_range(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Vec<BeyondRange> {
+    let axes = compensation.axes().len();
+    let all = compensation.auxiliaries().iter().enumerate();
+    all.filter_map(|(number, auxiliary)| {
+        let range = compensation.range(number)?;
+        let column = rows.iter().map(|row| row[axes + number] as f32).enumerate();
+        let mut beyond = column.filter(|(_, x)| *x < range[0] || *x > range[1]);
+        let (row, _) = beyond.next()?;
+        Some(BeyondRange {
+            name: temperature_name(&auxiliary.name, auxiliary.lag_rate),
+            range,
+            first: row + 1,
+            count: 1 + beyond.count(),
+        })
+    })
+    .collect()
 }

@@ -10,6 +10,7 @@ use trueaxis::AuxiliaryKind;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
+use trueaxis_model::positions::temperature_name;
 
 /// Change of tool length (mm) for measuring the sensitivity.
 const LENGTH_CHANGE: f64 = 10.0;
@@ -130,14 +131,16 @@ pub fn belongs(
         .iter()
         .map(|a| match a.kind {
             AuxiliaryKind::ToolLength => "the tool length".to_owned(),
-            AuxiliaryKind::Temperature => format!("sensor `{}`", a.name),
+            AuxiliaryKind::Temperature => {
+                format!("sensor `{}`", temperature_name(&a.name, a.lag_rate))
+            }
         })
         .collect();
     let length = machine.length_range.map(|_| "the tool length".to_owned());
     let sensors = errors
         .sensors
         .iter()
-        .map(|s| format!("sensor `{}`", s.sensor));
+        .map(|s| format!("sensor `{}`", s.name()));
     let wanted: Vec<String> = length.into_iter().chain(sensors).collect();
     differ(
         "auxiliary inputs",

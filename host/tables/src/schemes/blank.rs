@@ -12,6 +12,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
             AuxiliaryKind::ToolLength,
             "tool length",
             machine.tool_length(),
+            0.0,
         )
     });
     let sensors = errors.sensors.iter().map(|thermal| {
@@ -19,6 +20,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
             AuxiliaryKind::Temperature,
             &thermal.sensor,
             thermal.reference_celsius,
+            thermal.lag_rate(),
         )
     });
     Draft {
@@ -49,7 +51,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
     }
 }
 
-fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
+fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64, lag_rate: f32) -> Auxiliary {
     let mut short = trueaxis::Name::new();
     for c in name.chars() {
         // Sensor names are validated when the file is read; 16 bytes always fit.
@@ -61,5 +63,6 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
         kind,
         name: short,
         reference: reference as f32,
+        lag_rate,
     }
 }

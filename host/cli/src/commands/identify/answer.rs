@@ -7,6 +7,7 @@ use super::compensability::Gone;
 use super::listed::Listed;
 use super::observed::Observed;
 use super::screen::correlated;
+use super::thermal::Temperatures;
 use nalgebra::Vector3;
 use serde::Serialize;
 use trueaxis_measure::formats::observations::Observations;
@@ -31,6 +32,9 @@ pub struct Answer<'a> {
     /// Readings of instruments, and drift.
     #[serde(skip_serializing_if = "Option::is_none")]
     observed: Option<Observed<'a>>,
+    /// What temperatures explain (`--temperatures`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    temperatures: Option<Temperatures>,
     /// Comparison with the errors before a compensation (`--before`).
     compensated: Option<Gone>,
     unseen: Vec<NotSeen>,
@@ -204,6 +208,7 @@ impl<'a> Answer<'a> {
                 .collect(),
             bars: identified.bars.iter().map(Bar::new).collect(),
             observed: Observed::new(found),
+            temperatures: Temperatures::of(found),
             compensated: compared.as_ref().map(Gone::new),
             unseen: (identified.unseen.iter())
                 .map(|unseen| NotSeen::new(unseen, found))

@@ -6,6 +6,7 @@ use super::Found;
 use super::compensability::compensability;
 use super::listed::published;
 use super::observed;
+use super::thermal;
 use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
 
 /// Largest number of rows listed.
@@ -45,6 +46,7 @@ pub fn screen(found: &Found<'_>) -> String {
         observed::counts(found)
     );
     parameters(&mut text, identified);
+    thermal::lines(&mut text, found);
     compensability(&mut text, found.compared.as_ref());
     if !measured.rows.is_empty() {
         left(&mut text, identified);

@@ -185,6 +185,7 @@ fn auxiliaries(machine: &Machine) -> Vec<Auxiliary> {
         kind: AuxiliaryKind::ToolLength,
         name: "tool length".try_into().unwrap_or_default(),
         reference: machine.tool_length() as f32,
+        lag_rate: 0.0,
     });
     length.into_iter().collect()
 }

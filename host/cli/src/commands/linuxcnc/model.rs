@@ -43,6 +43,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } = arguments;
     files::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
+    if let Some(lagging) = errors.sensors.iter().find(|s| s.lag > 0.0) {
+        return Err(BadInput::new(
+            format!(
+                "{}: `{}` has a lag, which a model cannot have",
+                files.errors.display(),
+                lagging.sensor
+            ),
+            "leave out lag_s: the model has the temperature of its pin at once",
+        ));
+    }
     let references: Vec<f64> = errors.sensors.iter().map(|s| s.reference_celsius).collect();
     let model = Stored::write(&machine.name, &machine, &errors, &references).ok_or_else(|| {
         BadInput::new(

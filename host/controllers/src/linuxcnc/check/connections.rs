@@ -106,7 +106,8 @@ impl Checked<'_> {
         let is_there = |pin: &str| hal.signals.contains_key(pin) || hal.values.contains_key(pin);
         let compensation = self.against.compensation;
         let used = compensation.inputs_used();
-        let mut temperatures = 0;
+        // One pin for each sensor, whatever its lags.
+        let mut sensors: Vec<&str> = Vec::new();
         for (a, auxiliary) in compensation.auxiliaries().iter().enumerate() {
             let is_used = used >> (compensation.axes().len() + a) & 1 == 1;
             let (pin, write) = match auxiliary.kind {
@@ -118,8 +119,13 @@ impl Checked<'_> {
                     )
                 }
                 AuxiliaryKind::Temperature => {
-                    temperatures += 1;
-                    let pin = format!("trueaxis.temperature-{}", temperatures - 1);
+                    let name = auxiliary.name.as_str();
+                    let earlier = sensors.iter().position(|s| *s == name);
+                    let number = earlier.unwrap_or(sensors.len());
+                    if earlier.is_none() {
+                        sensors.push(name);
+                    }
+                    let pin = format!("trueaxis.temperature-{number}");
                     let write = format!("net {} (the sensor, °C) => {pin}", auxiliary.name);
                     (pin, write)
                 }
@@ -132,6 +138,7 @@ impl Checked<'_> {
                 self.missing(&loaded.place.clone(), reason, write);
             }
         }
+        let temperatures = sensors.len();
         let given = loaded
             .parameter("temperatures")
             .map_or(Some(0), |t| t.parse().ok());

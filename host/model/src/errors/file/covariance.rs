@@ -7,6 +7,8 @@ use crate::source::FileError;
 
 /// Standard uncertainties are written with four digits.
 const ROUNDED: f64 = 1e-3;
+/// The most (µm) that thermal changes may leave: more than any of them explains.
+const MOST_THERMAL: f64 = 1e4;
 
 impl ErrorModel {
     /// Reads the covariance file, if one is named.
@@ -18,6 +20,18 @@ impl ErrorModel {
         let Some(entry) = &file.uncertainty else {
             return Ok(());
         };
+        if let Some(left) = &entry.thermal_um {
+            let um = *left.get_ref();
+            if !(0.0..=MOST_THERMAL).contains(&um) {
+                return Err(FileError::at(
+                    left.span(),
+                    format!("thermal_um is not a number from 0 to {MOST_THERMAL}"),
+                    "here",
+                    "write in µm what the thermal changes leave, as identify does, or leave it out",
+                ));
+            }
+            self.thermal_left = Some(um * 1e-3);
+        }
         let name = &entry.covariance;
         let text = read(name.get_ref()).map_err(|cause| {
             FileError::at(

@@ -57,15 +57,15 @@ impl ErrorModel {
 
     /// Checks locations at the ends of the temperature ranges.
     fn check_locations(&self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
-        for (name, entry) in &file.thermal {
+        for (name, span, entry) in file.changes() {
             let parameter = known(name, machine)?;
             let cold = self.parameters.get(&parameter).copied().unwrap_or(0.0);
-            let kelvin = self.largest_kelvin(&entry.get_ref().sensor);
-            let largest = cold.abs() + entry.get_ref().per_kelvin.abs() * kelvin;
+            let kelvin = self.largest_kelvin(entry);
+            let largest = cold.abs() + entry.per_kelvin.abs() * kelvin;
             let component = parameter.component;
             if parameter.kind == ParameterKind::Inter && largest > limit(component) {
                 let name = format!("the thermal change of {parameter}");
-                let mut error = unphysical(entry.span(), &name, component);
+                let mut error = unphysical(span, &name, component);
                 error.label = format!("at {kelvin} K from the reference");
                 return Err(error);
             }

@@ -1,9 +1,11 @@
 //! `[thermal]`.
 
-use super::{ErrorsFile, known};
+use super::{ErrorsFile, ThermalEntry, known};
 use crate::errors::{ErrorModel, MAX_SENSORS, ParameterKind, Thermal};
 use crate::machine::Machine;
+use crate::positions::temperature_name;
 use crate::source::FileError;
+use std::ops::RangeInclusive;
 use trueaxis_kinematics::MAX_CHANGES;
 
 /// Default range of temperature differences (K).
@@ -11,6 +13,8 @@ const RANGE_KELVIN: [f64; 2] = [-20.0, 20.0];
 /// The largest possible temperature difference on a machine tool (K), and the largest reference temperature (°C) on
 /// either side of zero.
 const MAX_KELVIN: f64 = 200.0;
+/// Permitted lags (s), within what a blob can store.
+const LAGS: RangeInclusive<f64> = 1.0..=1e6;
 
 impl ErrorModel {
     pub(super) fn read_thermal(
@@ -18,11 +22,10 @@ impl ErrorModel {
         file: &ErrorsFile,
         machine: &Machine,
     ) -> Result<(), FileError> {
-        for (name, spanned) in &file.thermal {
+        for (name, span, entry) in file.changes() {
             let parameter = known(name, machine)?;
-            let entry = spanned.get_ref();
             let refuse = |message: String, remedy: String| {
-                Err(FileError::at(spanned.span(), message, "here", remedy))
+                Err(FileError::at(span.clone(), message, "here", remedy))
             };
             let range = entry.range_kelvin.map_or(RANGE_KELVIN, |range| range.0);
             if !entry.per_kelvin.is_finite() {
@@ -60,20 +63,29 @@ impl ErrorModel {
                     "give the thermal change of an axis location or of a coefficient",
                 ));
             }
-            let known = self.sensors.iter().position(|s| s.sensor == entry.sensor);
+            let lag = entry.lag_s.unwrap_or(0.0);
+            if entry.lag_s.is_some() && !LAGS.contains(&lag) {
+                return refuse(
+                    format!("the lag of {parameter} is not a number from {} to {} s", LAGS.start(), LAGS.end()),
+                    "write lag_s, the time in s after which 63 % of a step has arrived, or leave it out".to_owned(),
+                );
+            }
+            let mut same = self.sensors.iter().filter(|s| s.sensor == entry.sensor);
+            if same.any(|s| s.reference_celsius != entry.reference_celsius) {
+                return Err(FileError::at(
+                    span,
+                    format!(
+                        "sensor `{}` has two different reference temperatures",
+                        entry.sensor
+                    ),
+                    "here the second",
+                    "give one reference per sensor",
+                ));
+            }
+            let is_it = |s: &Thermal| s.sensor == entry.sensor && s.lag == lag;
+            let known = self.sensors.iter().position(is_it);
             let sensor = known.unwrap_or(self.sensors.len());
             if let Some(known) = self.sensors.get_mut(sensor) {
-                if known.reference_celsius != entry.reference_celsius {
-                    return Err(FileError::at(
-                        spanned.span(),
-                        format!(
-                            "sensor `{}` has two different reference temperatures",
-                            entry.sensor
-                        ),
-                        "here the second",
-                        "give one reference per sensor",
-                    ));
-                }
                 known.range_kelvin = [
                     known.range_kelvin[0].min(range[0]),
                     known.range_kelvin[1].max(range[1]),
@@ -83,11 +95,14 @@ impl ErrorModel {
                 if sensor == MAX_SENSORS || !(1..=16).contains(&length) {
                     return refuse(
                         format!("sensor `{}` cannot be used", entry.sensor),
-                        format!("use at most {MAX_SENSORS} sensors with names of 1 to 16 bytes"),
+                        format!(
+                            "use names of 1 to 16 bytes, and at most {MAX_SENSORS} sensors; each further lag of a sensor counts as one"
+                        ),
                     );
                 }
                 self.sensors.push(Thermal {
                     sensor: entry.sensor.clone(),
+                    lag,
                     reference_celsius: entry.reference_celsius,
                     range_kelvin: range,
                 });
@@ -106,9 +121,11 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// The largest difference (K) of a sensor from its reference.
-    pub(super) fn largest_kelvin(&self, sensor: &str) -> f64 {
-        let sensor = self.sensors.iter().find(|s| s.sensor == sensor);
+    /// The largest difference (K) from its reference of the temperature that an entry refers to.
+    pub(super) fn largest_kelvin(&self, entry: &ThermalEntry) -> f64 {
+        let lag = entry.lag_s.unwrap_or(0.0);
+        let is_it = |s: &&Thermal| s.sensor == entry.sensor && s.lag == lag;
+        let sensor = self.sensors.iter().find(is_it);
         sensor.map_or(0.0, Thermal::largest_kelvin)
     }
 }
@@ -118,6 +135,22 @@ impl Thermal {
     #[must_use]
     pub(crate) fn largest_kelvin(&self) -> f64 {
         self.range_kelvin[1].max(-self.range_kelvin[0])
+    }
+
+    /// 1/τ of the lag as a blob stores it (1/s); 0 without a lag.
+    #[must_use]
+    pub fn lag_rate(&self) -> f32 {
+        if self.lag == 0.0 {
+            0.0
+        } else {
+            self.lag.recip() as f32
+        }
+    }
+
+    /// Its name as an input: that of the sensor, with the lag if there is one.
+    #[must_use]
+    pub fn name(&self) -> String {
+        temperature_name(&self.sensor, self.lag_rate())
     }
 }
 
