@@ -235,8 +235,7 @@ impl<H: Handle> Servo<H> {
             }
         }
         self.correction.status = Status::default();
-        let settled = self.take_auxiliaries(inputs, dt);
-        if self.at_rest && followed == Followed::Along && settled {
+        if self.at_rest && followed == Followed::Along && self.keeps_auxiliaries(inputs) {
             self.inputs.axes = inputs.axes;
             self.compute();
         } else {

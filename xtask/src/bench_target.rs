@@ -37,7 +37,7 @@ const CALLS: [(&str, &str, u64); 26] = [
         "  the same, 10 errors of the Kolibri",
         0,
     ),
-    ("servo_update_huron13", "servo update: the same", 670),
+    ("servo_update_huron13", "servo update: the same", 675),
     (
         "servo_update_huron13_5_axes",
         "  with capacities for five axes",

@@ -77,25 +77,30 @@ pub(super) type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
 /// servo.swap(vacant)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+// In this order: what every update reads comes first, within the reach of load instructions.
+#[repr(C)]
 pub struct Servo<H: Handle> {
     pub(super) current: H,
+    pub(super) common: Common,
+    /// The axes that were referenced in the last period, bit 0 is the first.
+    pub(super) referenced: u16,
+    /// Nothing but positions can have changed since the last period, in which the corrections were fully in.
+    pub(super) at_rest: bool,
+    pub(super) following: Following,
+    /// How long inputs have been unusable, s.
+    pub(super) fault: f32,
+    /// Correction of the last period.
+    pub(super) correction: Correction<Values<H>>,
+    /// Correction of the period before that.
+    pub(super) before: Values<H>,
+    /// One per axis.
+    pub(super) lanes: <H::Room as Room>::AxisList<Lane>,
+    /// Inputs of the computed correction: the positions of the last period that followed its inputs, and the
+    /// auxiliaries adopted so far.
+    pub(super) inputs: Inputs<Values<H>>,
+    pub(super) travelling: Travelling<Travels<H>>,
     /// Weights in use; only their values matter.
     pub(super) weights: Weights,
-    /// While a compensation is waiting or being faded in, that one. Otherwise the one previously in use, until it is
-    /// taken back.
-    pub(super) other: Option<H>,
-    pub(super) waiting: Waiting,
-    pub(super) fading: Fading,
-    /// The lags of the auxiliaries, which all compensations of a servo share.
-    pub(super) lags: [Lag; AUXILIARIES],
-    /// A temperature is beyond its tables.
-    pub(super) beyond: bool,
-    /// The auxiliaries being faded in.
-    pub(super) coming_auxiliaries: [f32; AUXILIARIES],
-    /// The weights being faded in; only their values matter.
-    pub(super) coming: Weights,
-    /// The weights requested last, for the compensation accepted last.
-    pub(super) wanted: Weights,
     /// [`DISABLED`](crate::Conditions::DISABLED) and [`DRY_RUN`](crate::Conditions::DRY_RUN), as commanded.
     pub(super) switches: Conditions,
     /// s(t)
@@ -104,22 +109,19 @@ pub struct Servo<H: Handle> {
     /// f(t)
     pub(super) blend: Ramp,
     pub(super) blend_pace: Pace,
-    /// One per axis.
-    pub(super) lanes: <H::Room as Room>::AxisList<Lane>,
-    /// Inputs of the computed correction: the positions of the last period that followed its inputs, and the
-    /// auxiliaries adopted so far.
-    pub(super) inputs: Inputs<Values<H>>,
-    pub(super) travelling: Travelling<Travels<H>>,
-    /// Correction of the last period.
-    pub(super) correction: Correction<Values<H>>,
-    /// Correction of the period before that.
-    pub(super) before: Values<H>,
-    /// Nothing but positions can have changed since the last period, in which the corrections were fully in.
-    pub(super) at_rest: bool,
-    pub(super) following: Following,
-    /// How long inputs have been unusable, s.
-    pub(super) fault: f32,
-    /// The axes that were referenced in the last period, bit 0 is the first.
-    pub(super) referenced: u16,
-    pub(super) common: Common,
+    /// While a compensation is waiting or being faded in, that one. Otherwise the one previously in use, until it is
+    /// taken back.
+    pub(super) other: Option<H>,
+    pub(super) waiting: Waiting,
+    pub(super) fading: Fading,
+    /// The auxiliaries being faded in.
+    pub(super) coming_auxiliaries: [f32; AUXILIARIES],
+    /// The weights being faded in; only their values matter.
+    pub(super) coming: Weights,
+    /// The weights requested last, for the compensation accepted last.
+    pub(super) wanted: Weights,
+    /// A temperature is beyond its tables.
+    pub(super) beyond: bool,
+    /// The lags of the auxiliaries, which all compensations of a servo share.
+    pub(super) lags: [Lag; AUXILIARIES],
 }

@@ -31,24 +31,26 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Steps the lags. Whether the auxiliaries that matter, with their lags, equal the adopted ones.
+    /// Whether the auxiliaries that matter, with their lags, equal the adopted ones after a period; only then the lags are
+    /// stepped.
     #[inline(always)]
-    pub(super) fn take_auxiliaries(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
-        let reach = self.current.get().reach();
-        if reach.watched_auxiliaries == 0 {
-            true
-        } else if reach.lagging == 0 {
-            self.has_auxiliaries(&inputs.auxiliaries)
-        } else {
-            self.take_lagging(inputs, dt)
-        }
+    pub(super) fn keeps_auxiliaries(&mut self, inputs: &Inputs<Values<H>>) -> bool {
+        self.current.get().reach().watched_auxiliaries == 0 || self.keeps_watched(inputs)
     }
 
-    /// The same with lags; not inlined, so that updates without lags need no room for the values.
+    /// The same where there are any; not inlined, so that updates without them need no room for the values.
     #[inline(never)]
-    fn take_lagging(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> bool {
-        let lagged = self.lagged(inputs, dt);
-        self.has_auxiliaries(&lagged)
+    fn keeps_watched(&mut self, inputs: &Inputs<Values<H>>) -> bool {
+        if self.current.get().reach().lagging == 0 {
+            return self.has_auxiliaries(&inputs.auxiliaries);
+        }
+        let before = self.lags;
+        let lagged = self.lagged(inputs, self.common.dt);
+        let keeps = self.has_auxiliaries(&lagged);
+        if !keeps {
+            self.lags = before;
+        }
+        keeps
     }
 
     /// Whether the auxiliaries that matter equal the adopted ones.
@@ -57,7 +59,7 @@ impl<H: Handle> Servo<H> {
         reach.same_auxiliaries(&self.inputs.auxiliaries, auxiliaries)
     }
 
-    /// Steps the lags by `dt` (0: not at all). The auxiliaries with their lags.
+    /// Steps the lags by `dt`. The auxiliaries with their lags.
     #[inline(never)]
     fn lagged(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> [f32; AUXILIARIES] {
         let mut values = inputs.auxiliaries;
@@ -85,7 +87,7 @@ impl<H: Handle> Servo<H> {
         if self.current.get().reach().lagging != 0 {
             lagged = Inputs {
                 axes: inputs.axes,
-                auxiliaries: self.lagged(inputs, 0.0),
+                auxiliaries: self.lagged(inputs, dt),
             };
             inputs = &lagged;
         }
