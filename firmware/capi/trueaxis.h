@@ -285,7 +285,7 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_OTHER_AXES = 16,
     /*
-     The auxiliary inputs differ in number, kind, name or reference.
+     The auxiliary inputs differ in number, kind, name, reference or lag.
      */
     TRUEAXIS_RESULT_OTHER_AUXILIARIES = 17,
     /*

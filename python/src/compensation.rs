@@ -109,9 +109,17 @@ impl Compensation {
         drop(writable);
         match failed {
             Ok(()) => Ok(found),
+            Err((row, input)) if input >= tables.axes().len() => Err(raise(
+                format!(
+                    "row {row}: {} is not finite",
+                    tables.auxiliaries()[input - tables.axes().len()].name
+                ),
+                "give every auxiliary input a value in each row",
+            )),
             Err((row, axis)) => Err(raise(
                 format!(
-                    "row {row}: the position of {axis} is not finite, or more than {MOST_PERIODS} periods away from zero"
+                    "row {row}: the position of {} is not finite, or more than {MOST_PERIODS} periods away from zero",
+                    char::from(tables.axes()[axis].name)
                 ),
                 "remove rows with NaN and infinity, and reduce positions of endless axes into a few turns",
             )),
@@ -151,13 +159,13 @@ impl Compensation {
 }
 
 /// Evaluates rows of axes and auxiliaries. With `motion`, directions of travel follow from the order of the rows; otherwise
-/// they are unknown. Fails with the row and axis of a position that is not usable.
+/// they are unknown. Fails with the row and input of a value that is not usable.
 fn evaluate<T: Element + Copy + Into<f64>>(
     tables: &Largest<'_>,
     rows: ArrayView2<'_, T>,
     to: &mut [f32],
     motion: bool,
-) -> Result<(), (usize, char)> {
+) -> Result<(), (usize, usize)> {
     let columns = rows.ncols();
     let to = to.chunks_exact_mut(tables.axes().len());
     match rows.as_slice() {
@@ -176,7 +184,7 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
     rows: impl Iterator<Item = R>,
     to: ChunksExactMut<'_, f32>,
     motion: bool,
-) -> Result<(), (usize, char)> {
+) -> Result<(), (usize, usize)> {
     let axes = tables.axes();
     let mut farthest = [f32::MAX; MOST_AXES];
     for (i, most) in farthest.iter_mut().enumerate().take(axes.len()) {
@@ -201,10 +209,13 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
         if !usable {
             let is_usable = |i: &usize| inputs.axes[*i].abs() <= farthest[*i];
             let axis = (0..axes.len()).take_while(is_usable).count();
-            return Err((number, char::from(axes[axis].name)));
+            return Err((number, axis));
         }
-        for (auxiliary, value) in inputs.auxiliaries.iter_mut().zip(auxiliaries) {
+        for (i, (auxiliary, value)) in inputs.auxiliaries.iter_mut().zip(auxiliaries).enumerate() {
             *auxiliary = (*value).into() as f32;
+            if !auxiliary.is_finite() {
+                return Err((number, axes.len() + i));
+            }
         }
         if motion {
             for (i, axis) in axes.iter().enumerate() {

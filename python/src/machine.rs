@@ -59,7 +59,7 @@ impl Machine {
     /// Names of the inputs of a machine with its errors.
     pub fn inputs(&self, errors: Option<&ErrorModel>) -> Vec<String> {
         let sensors = errors.into_iter().flat_map(|errors| &errors.sensors);
-        let inputs = Input::of_machine(&self.0, sensors.map(|s| s.sensor.as_str()));
+        let inputs = Input::of_machine(&self.0, sensors);
         inputs.into_iter().map(|input| input.name).collect()
     }
 }

@@ -130,7 +130,7 @@ fn library_package(folder: &Path) -> Result<PathBuf, String> {
     package(&staged, "libtrueaxis-dev", control, folder)
 }
 
-/// The firmware of the boards, as an ELF file and as the bytes of the flash.
+/// The firmware of the boards.
 fn images(folder: &Path) -> Result<(), String> {
     let cortex_m = cross::Cross::provide(cross::CORTEX_M)?;
     for board in hil::boards() {

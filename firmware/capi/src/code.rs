@@ -41,7 +41,7 @@ pub enum Code {
     Busy = 15,
     /// The axes differ in number, order, letter, travel or period.
     OtherAxes = 16,
-    /// The auxiliary inputs differ in number, kind, name or reference.
+    /// The auxiliary inputs differ in number, kind, name, reference or lag.
     OtherAuxiliaries = 17,
     /// This term does not exist or has a fixed weight.
     WeightFixed = 18,
@@ -123,7 +123,7 @@ impl Code {
             Some(Self::Busy) => c"the previous change of tables is not finished",
             Some(Self::OtherAxes) => c"the axes differ in number, order, letter, travel or period",
             Some(Self::OtherAuxiliaries) => {
-                c"the auxiliary inputs differ in number, kind, name or reference"
+                c"the auxiliary inputs differ in number, kind, name, reference or lag"
             }
             Some(Self::WeightFixed) => c"this term does not exist or has a fixed weight",
             Some(Self::WeightLimits) => {

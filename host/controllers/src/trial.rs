@@ -2,7 +2,9 @@
 //!
 //! What corrects is the component of a LinuxCNC that is running, or a board at the end of a link.
 
-use crate::link::{Action, Client, ControlError, FlashError, LinkError, Port, control, flash};
+use crate::link::{
+    Action, Activated, Client, ControlError, FlashError, LinkError, PAUSE, Port, control, flash,
+};
 use crate::linuxcnc::{Session, SessionError};
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -137,6 +139,8 @@ struct Before {
     enabled: bool,
     slot: Option<Slot>,
     is_changed: bool,
+    /// Another compensation takes effect with the next motion.
+    is_pending: bool,
 }
 
 /// Why a board does not correct.
@@ -154,6 +158,11 @@ pub enum BoardError {
     /// A file that cannot be read.
     #[error("{0}")]
     File(String),
+    /// The servo is not updated, so that a change would wait for the next motion.
+    #[error(
+        "the servo of the board is not updated: a change would take effect with the next motion"
+    )]
+    Idle,
     /// The corrections are not what they should be.
     #[error("the corrections do not fade to {factor}: it is {state:?}, with a factor of {is:.3}")]
     NotFaded {
@@ -189,6 +198,7 @@ impl<P: Port> Board<P> {
                 enabled: state.report.enabled,
                 slot: state.controller.active,
                 is_changed: false,
+                is_pending: false,
             },
         })
     }
@@ -236,10 +246,19 @@ impl<P: Port> Corrector for Board<P> {
         let bytes = std::fs::read(blob)
             .map_err(|error| BoardError::File(format!("{}: {error}", blob.display())))?;
         self.switch(false)?;
+        let updates = self.client.status()?.updates;
+        self.client.port().wait(PAUSE);
+        if self.client.status()?.updates == updates {
+            return Err(BoardError::Idle);
+        }
         let blob = AlignedBlob::from_bytes(&bytes);
         let controller = self.client.hello()?;
-        flash(&mut self.client, &controller, &blob, false, true, &())?;
-        Ok(())
+        let outcome = flash(&mut self.client, &controller, &blob, false, true, &())?;
+        self.before.is_pending = outcome.activated != Activated::Yes;
+        match self.before.is_pending {
+            true => Err(BoardError::Idle),
+            false => Ok(()),
+        }
     }
 
     fn keep(&mut self) -> Result<(), BoardError> {
@@ -253,6 +272,9 @@ impl<P: Port> Corrector for Board<P> {
         }
         let Before { enabled, slot, .. } = self.before;
         control(&mut self.client, &Action::Enable(false))?;
+        if self.before.is_pending {
+            return Err(BoardError::Idle);
+        }
         match slot {
             Some(slot) if self.client.hello()?.active != Some(slot) => {
                 control(&mut self.client, &Action::Activate { slot, force: true })?;

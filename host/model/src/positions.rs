@@ -4,7 +4,7 @@
 //! temperature sensors by their name. Numbers are in mm, degrees and K (difference from the reference), with a
 //! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
-use crate::errors::Thermal;
+use crate::errors::{Thermal, temperature_name};
 use crate::formats::csv::Table;
 use crate::machine::Machine;
 use crate::source::FileError;
@@ -22,18 +22,6 @@ pub struct Input {
     pub meaning: String,
     /// Of a temperature with a lag: the name of the sensor, and 1/τ (1/s).
     pub lag: Option<(String, f32)>,
-}
-
-/// Name of a temperature as an input: of its sensor, with the time constant of its lag if it has one (`bed 600 s`), in
-/// three digits. `lag_rate` is 1/τ in 1/s, or 0.
-#[must_use]
-pub fn temperature_name(sensor: &str, lag_rate: f32) -> String {
-    if lag_rate == 0.0 {
-        return sensor.to_owned();
-    }
-    let tau = f64::from(lag_rate).recip();
-    let digit = 10_f64.powf(tau.log10().floor() - 2.0);
-    format!("{sensor} {} s", (tau / digit).round() * digit)
 }
 
 /// Name of the tool length as an input.

@@ -5,7 +5,7 @@ use crate::size::Size;
 use crate::validate::Runtime;
 use serde::Serialize;
 use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
-use trueaxis_model::positions::temperature_name;
+use trueaxis_model::errors::temperature_name;
 
 /// Everything in a compensation except its samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -11,7 +11,7 @@ pub enum Refused {
     Busy,
     /// The axes differ (number, order, letters, travel or period).
     Axes,
-    /// The auxiliary inputs differ in number, kind, name or reference.
+    /// The auxiliary inputs differ in number, kind, name, reference or lag.
     Auxiliaries,
 }
 
@@ -20,7 +20,9 @@ impl fmt::Display for Refused {
         f.write_str(match self {
             Self::Busy => "the previous change of compensation is not finished",
             Self::Axes => "the axes differ in number, order, letter, travel or period",
-            Self::Auxiliaries => "the auxiliary inputs differ in number, kind, name or reference",
+            Self::Auxiliaries => {
+                "the auxiliary inputs differ in number, kind, name, reference or lag"
+            }
         })
     }
 }

@@ -7,6 +7,11 @@ use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Conditions;
 
+/// An invalid period counts as the longest permitted one, because its real length is unknown.
+fn lasted(dt: f32) -> f32 {
+    if is_period(dt) { dt } else { LONGEST_PERIOD }
+}
+
 impl<H: Handle> Servo<H> {
     /// Adopts the period of this update, which differs from the last. If it is too long, the corrections advance by
     /// what the longest permitted period allows; if it is otherwise invalid, by what the last period allowed.
@@ -87,7 +92,7 @@ impl<H: Handle> Servo<H> {
         if self.current.get().reach().lagging != 0 {
             lagged = Inputs {
                 axes: inputs.axes,
-                auxiliaries: self.lagged(inputs, dt),
+                auxiliaries: self.lagged(inputs, lasted(dt)),
             };
             inputs = &lagged;
         }
@@ -125,9 +130,7 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BEYOND_RANGE, self.beyond);
 
         let hold = !(good_period && good_inputs);
-        // An invalid period counts as the longest permitted one, because its real length is unknown.
-        let lasted = if good_period { dt } else { LONGEST_PERIOD };
-        self.fault = if hold { self.fault + lasted } else { 0.0 };
+        self.fault = if hold { self.fault + lasted(dt) } else { 0.0 };
         let before = self.following;
         // At rest at zero there is nothing to hold.
         let freezes = unreferenced || self.fault > PATIENCE || (hold && silent);

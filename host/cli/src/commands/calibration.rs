@@ -286,7 +286,7 @@ impl<'a> Calibration<'a> {
             balls: Vec::new(),
             probe: Probe {
                 keeps_clear: true,
-                ..self.options.touching.stated()?
+                ..self.options.touching.five().stated()?
             },
             sigma: 1e-3,
         })
@@ -301,7 +301,7 @@ impl<'a> Calibration<'a> {
             strategy: files::read_strategy(&self.file(strategy), &self.machine)?,
             touching: match strategy == POSES_FILE {
                 true => touching.qualifying(),
-                false => touching.clone(),
+                false => touching.five(),
             },
             file: self.file(strategy),
             log: self.file(log),
@@ -510,19 +510,18 @@ impl<'a> Calibration<'a> {
         let measured = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
         let perfect = ErrorModel::perfect(machine);
         let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
-        let problem = Problem::new(machine, &measured, &self.artefact, &parameters, &perfect);
+        // The tip as `identify` took it.
+        let mut artefact = self.artefact.clone();
+        if let Some(path) = self.qualified() {
+            files::read_probe(&path, machine)?.known(&mut artefact.stylus);
+        }
+        let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         let identified = identify(&problem, trueaxis_measure::identify::Options::default())
             .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
         let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
         let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
         let scatter = |probings: &Probings| {
-            let apart = scatters(
-                machine,
-                probings,
-                &self.artefact,
-                &perfect,
-                &identified.stylus,
-            );
+            let apart = scatters(machine, probings, &artefact, &perfect, &identified.stylus);
             let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
             Scatter {
                 rms_um: (squares / apart.len() as f64).sqrt() * 1e3,

@@ -70,6 +70,14 @@ impl Touching {
         self.ball_diameter
     }
 
+    /// The same with five touches of each ball, as a strategy has them.
+    pub fn five(&self) -> Self {
+        Self {
+            around: None,
+            ..self.clone()
+        }
+    }
+
     /// The same with the touches that qualify a probe.
     pub fn qualifying(&self) -> Self {
         Self {

@@ -4,8 +4,8 @@ use super::function::{Function, Origin};
 use super::spacing::Spacing;
 use super::{PlanError, Travel};
 use trueaxis::{AuxiliaryKind, Direction, Interpolation, Largest};
+use trueaxis_model::errors::temperature_name;
 use trueaxis_model::machine::MAX_AXES;
-use trueaxis_model::positions::temperature_name;
 
 /// A product of functions that is added to an axis.
 #[derive(Clone, Debug)]

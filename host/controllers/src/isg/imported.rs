@@ -67,7 +67,12 @@ pub fn imported(parameters: &Parameters, machine: &Machine) -> Result<String, Fi
             continue;
         };
         let motion = format!("E{}{}", COMPONENTS[straightness], axis.letter);
-        let slope = sign * value;
+        // The rotation turns the way that the axis moves, which is against the command if it is reversed.
+        let slope = if axis.reversed {
+            -sign * value
+        } else {
+            sign * value
+        };
         match tables.iter_mut().find(|table| table.name == motion) {
             Some(table) => {
                 for (value, at) in table.values.iter_mut().zip(&table.at) {

@@ -12,7 +12,7 @@ use trueaxis_tables::target::Shortage;
 use trueaxis_tables::validate::Runtime;
 
 /// Pause between two progress queries.
-pub(super) const PAUSE: Duration = Duration::from_millis(50);
+pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 /// Maximum number of queries: a minute.
 const QUESTIONS: u32 = 1200;
 /// The same for a fade, which requires motion: five seconds.

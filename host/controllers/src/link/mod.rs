@@ -7,5 +7,6 @@ mod port;
 
 pub use client::{Client, Controller, LinkError};
 pub use control::{Action, ControlError, Done, State, control};
+pub(crate) use flash::PAUSE;
 pub use flash::{Activated, FlashError, Outcome, check, flash};
 pub use port::{BadPort, Port, Serial, Tcp, open};

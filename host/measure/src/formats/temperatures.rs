@@ -43,7 +43,7 @@ const VALUES: &str = "write one row for each time, with a temperature in °C in 
 /// Temperatures (°C) that a sensor on a machine can read.
 const CELSIUS: Range<f64> = -60.0..200.0;
 /// A gap is this many times as long as the median time between readings, and at least this long (s).
-const GAP: f64 = 20.0;
+const GAP: f64 = 5.0;
 const SHORTEST_GAP: f64 = 600.0;
 
 /// Reads a file.
@@ -125,7 +125,7 @@ fn divide(readings: &mut [Celsius], labels: &[i64]) {
     let mut known: Vec<i64> = Vec::new();
     let mut gaps = 0;
     for (i, (reading, step)) in readings.iter_mut().zip(steps).enumerate() {
-        reading.is_first = step > gap;
+        reading.is_first = step >= gap;
         gaps += usize::from(reading.is_first);
         reading.cycle = match labels.get(i) {
             None => gaps - 1,

@@ -10,7 +10,7 @@ use super::identified::Identified;
 use super::rows::Problem;
 use crate::formats::temperatures::{Temperatures, ThermalModel};
 use nalgebra::{DMatrix, DVector};
-use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal};
+use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal, in_three_digits};
 
 /// Most sensors that are chosen. Each may have several lags.
 pub const MOST_SENSORS: usize = 4;
@@ -324,7 +324,7 @@ impl<'p> Search<'p> {
             let (lag, found) = narrowed([start / 2.0, start * 2.0], &mut score);
             let kept = if found < best { lag } else { start };
             best = best.min(found);
-            own.lag = rounded(kept);
+            own.lag = in_three_digits(kept);
             groups[number] = own;
         }
         best.max(self.score(groups))
@@ -513,15 +513,6 @@ fn narrowed([low, high]: [f64; 2], score: &mut dyn FnMut(f64) -> f64) -> (f64, f
     } else {
         (b.exp(), at_b)
     }
-}
-
-/// In three digits, as it is written.
-fn rounded(lag: f64) -> f64 {
-    if lag == 0.0 {
-        return 0.0;
-    }
-    let digit = 10_f64.powf(lag.log10().floor() - 2.0);
-    (lag / digit).round() * digit
 }
 
 /// A tenth of a kelvin below, and not above 0.

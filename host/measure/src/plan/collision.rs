@@ -20,7 +20,8 @@ pub struct Collision {
 }
 
 /// The first move of `steps`, which are those of `strategy`, on which anything comes closer than [`Probe::keep`] to
-/// anything on the other side: tool, stylus and shank, against table, balls and posts; what stands still against both.
+/// anything on the other side: tool, stylus and shank, against table, balls and posts; what stands still against stylus,
+/// tool, balls and posts.
 /// From balls a stylus keeps nine tenths of the clearance of touches, for they may stand beside their places; near the
 /// ball that is touched it only must not touch it. The machine is taken to have no errors, and all axes to start and stop
 /// together. Moves before the first row, and whatever is not described, are not known.

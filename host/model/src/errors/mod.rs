@@ -5,5 +5,5 @@ mod file;
 mod model;
 
 pub use covariance::Covariance;
-pub use model::{ErrorModel, Motion, Table, Thermal};
+pub use model::{ErrorModel, Motion, Table, Thermal, in_three_digits, temperature_name};
 pub use trueaxis_kinematics::{MAX_SENSORS, Parameter, ParameterKind, Situation, Switches};

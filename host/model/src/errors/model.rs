@@ -182,3 +182,22 @@ const _: () = assert!(
     trueaxis::AUXILIARIES > MAX_SENSORS,
     "a tool length and all sensors fit into a blob"
 );
+
+/// Name of a temperature as an input: of its sensor, with the time constant of its lag if it has one (`bed 600 s`), in
+/// three digits. `lag_rate` is 1/τ in 1/s, or 0.
+#[must_use]
+pub fn temperature_name(sensor: &str, lag_rate: f32) -> String {
+    if lag_rate == 0.0 {
+        return sensor.to_owned();
+    }
+    format!(
+        "{sensor} {} s",
+        in_three_digits(f64::from(lag_rate).recip())
+    )
+}
+
+/// A time constant (s) as it is written; 0 stays 0.
+#[must_use]
+pub fn in_three_digits(lag: f64) -> f64 {
+    format!("{lag:.2e}").parse().unwrap_or(lag)
+}

@@ -1,7 +1,7 @@
 //! Positions outside the travel: evaluated, but not meaningful.
 
+use crate::errors::temperature_name;
 use crate::machine::{Letter, Machine};
-use crate::positions::temperature_name;
 use serde::Serialize;
 use trueaxis::Largest;
 

@@ -8,9 +8,9 @@ use crate::validate::{
 use serde::Serialize;
 use trueaxis::AuxiliaryKind;
 use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::errors::temperature_name;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
-use trueaxis_model::positions::temperature_name;
 
 /// Change of tool length (mm) for measuring the sensitivity.
 const LENGTH_CHANGE: f64 = 10.0;

@@ -87,9 +87,12 @@ impl OnBoard {
             )
         };
         let program = std::env::current_exe().map_err(no_guard)?;
-        let mut script = "read -r _ && exit 0\n".to_owned();
+        // A board that is busy with a change refuses for a moment. It is not switched on with anything else.
+        let mut script = "read -r _ && exit 0\nn=0\n".to_owned();
         for action in self.board.back() {
-            script += &format!("\"$0\" control --port \"$1\" {action}\n");
+            script += &format!(
+                "until \"$0\" control --port \"$1\" {action}; do n=$((n + 1)); [ $n -lt 10 ] || exit 1; sleep 1; done\n"
+            );
         }
         let mut command = Command::new("sh");
         command
@@ -212,7 +215,11 @@ impl<'a> Site<'a> {
     pub fn touch(&mut self, errand: &Errand<'_>) -> Result<(), BadInput> {
         let touches = match &mut self.moves {
             Moves::LinuxCnc { session, speeds } => errand.work(speeds)?.probe(session)?,
-            Moves::ByItself => errand.wait()?,
+            Moves::ByItself => {
+                // A program that was written before names another log.
+                errand.write()?;
+                errand.wait()?
+            }
         };
         files::print(&format!("{}: {touches} touches\n", errand.log.display()))
     }

@@ -1,9 +1,10 @@
 //! `[thermal]`.
 
 use super::{ErrorsFile, ThermalEntry, known};
-use crate::errors::{ErrorModel, MAX_SENSORS, ParameterKind, Thermal};
+use crate::errors::{
+    ErrorModel, MAX_SENSORS, ParameterKind, Thermal, in_three_digits, temperature_name,
+};
 use crate::machine::Machine;
-use crate::positions::temperature_name;
 use crate::source::FileError;
 use std::ops::RangeInclusive;
 use trueaxis_kinematics::MAX_CHANGES;
@@ -81,6 +82,15 @@ impl ErrorModel {
                     "here the second",
                     "give one reference per sensor",
                 ));
+            }
+            let is_like = |s: &Thermal| {
+                s.sensor == entry.sensor && in_three_digits(s.lag) == in_three_digits(lag)
+            };
+            if self.sensors.iter().any(|s| is_like(s) && s.lag != lag) {
+                return refuse(
+                    format!("sensor `{}` has two lags with the same first three digits", entry.sensor),
+                    "give both the same lag, or lags that differ in the first three digits: they name the inputs".to_owned(),
+                );
             }
             let is_it = |s: &Thermal| s.sensor == entry.sensor && s.lag == lag;
             let known = self.sensors.iter().position(is_it);
