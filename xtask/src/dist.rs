@@ -2,7 +2,7 @@
 //! the packages unpacked in a bare root and run there.
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
-use crate::{capi, cross, files, hil, linuxcnc, packages, web};
+use crate::{capi, cross, files, hil, linuxcnc, packages, python, web};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -38,6 +38,9 @@ pub fn execute() -> Result<(), String> {
         &web::build()?,
         &folder.join(format!("trueaxis-{VERSION}.html")),
     )?;
+    if let Some(wheel) = python::execute()? {
+        files::copy(&wheel, &in_folder(&folder, &wheel))?;
+    }
     images(&folder)?;
     components(&folder)?;
     runs_in_a_bare_root(&command)?;

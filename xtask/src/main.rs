@@ -101,7 +101,7 @@ fn main() -> ExitCode {
         ["dist"] => dist::execute(),
         ["publish"] => test::publishable(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
-        ["python"] => python::execute(),
+        ["python"] => python::execute().map(drop),
         ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
         ["web", ref options @ ..] => web::execute(options),

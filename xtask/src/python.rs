@@ -7,9 +7,11 @@ use std::process::Command;
 /// What the environment needs: the builder, and what tests and example use.
 const PACKAGES: [&str; 3] = ["maturin>=1.8,<2", "numpy", "matplotlib"];
 
+/// Returns the path of the wheel, unless its environment cannot be made here.
+///
 /// # Errors
 /// If the wheel cannot be built, or a test fails.
-pub fn execute() -> Result<(), String> {
+pub fn execute() -> Result<Option<PathBuf>, String> {
     let folder = target("python");
     let environment = folder.join("environment");
     let python = environment.join("bin/python");
@@ -24,7 +26,7 @@ pub fn execute() -> Result<(), String> {
                 "{NOT_RUN}the wheel for Python: python3 with venv, or {} could not be installed",
                 PACKAGES.join(", ")
             );
-            return Ok(());
+            return Ok(None);
         }
     }
     let wheel = wheel(&folder, &python)?;
@@ -36,7 +38,7 @@ pub fn execute() -> Result<(), String> {
         .env("TRUEAXIS", trueaxis()?)
         .current_dir(&folder))?;
     println!("{}", wheel.display());
-    Ok(())
+    Ok(Some(wheel))
 }
 
 fn pip(python: &PathBuf) -> Command {
