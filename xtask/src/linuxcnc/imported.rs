@@ -163,7 +163,12 @@ fn recorded(bench: &Bench) -> Result<Vec<Vec<f64>>, String> {
     run(Command::new("chmod")
         .args(["-R", "a+rwX"])
         .arg(bench.file(FOLDER)))?;
-    let said = bench.inside(&["linuxcnc", "/tmp/imported/machine.ini"])?;
+    let start = || bench.inside(&["linuxcnc", "/tmp/imported/machine.ini"]);
+    let mut said = start()?;
+    // On a loaded computer LinuxCNC now and then ends before its first period: once more.
+    if !record.exists() {
+        said += &start()?;
+    }
     let text = files::read_text(&record).map_err(|e| format!("{e}\n{said}"))?;
     numbers(&text)
 }
