@@ -15,7 +15,7 @@ use trueaxis_tables::target::Target;
 
 /// What corrects a machine.
 pub trait Corrector {
-    /// Why it does not do what it is told.
+    /// Why a command to it failed.
     type Error;
 
     /// Switches the corrections on or off, and waits until they have faded in or out.

@@ -7,11 +7,6 @@ use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Conditions;
 
-/// An invalid period counts as the longest permitted one, because its real length is unknown.
-fn lasted(dt: f32) -> f32 {
-    if is_period(dt) { dt } else { LONGEST_PERIOD }
-}
-
 impl<H: Handle> Servo<H> {
     /// Adopts the period of this update, which differs from the last. If it is too long, the corrections advance by
     /// what the longest permitted period allows; if it is otherwise invalid, by what the last period allowed.
@@ -50,7 +45,7 @@ impl<H: Handle> Servo<H> {
             return self.has_auxiliaries(&inputs.auxiliaries);
         }
         let before = self.lags;
-        let lagged = self.lagged(inputs, self.common.dt);
+        let lagged = self.lagged(inputs);
         let keeps = self.has_auxiliaries(&lagged);
         if !keeps {
             self.lags = before;
@@ -64,10 +59,10 @@ impl<H: Handle> Servo<H> {
         reach.same_auxiliaries(&self.inputs.auxiliaries, auxiliaries)
     }
 
-    /// Steps the lags by `dt`. The auxiliaries with their lags.
+    /// Steps the lags by a period, an invalid one by the last valid or the longest. The auxiliaries with their lags.
     #[inline(never)]
-    fn lagged(&mut self, inputs: &Inputs<Values<H>>, dt: f32) -> [f32; AUXILIARIES] {
-        let mut values = inputs.auxiliaries;
+    fn lagged(&mut self, inputs: &Inputs<Values<H>>) -> [f32; AUXILIARIES] {
+        let (mut values, dt) = (inputs.auxiliaries, self.common.dt);
         let all = self.current.get().auxiliaries().iter();
         for ((value, lag), auxiliary) in values.iter_mut().zip(&mut self.lags).zip(all) {
             if auxiliary.lag_rate > 0.0 {
@@ -92,7 +87,7 @@ impl<H: Handle> Servo<H> {
         if self.current.get().reach().lagging != 0 {
             lagged = Inputs {
                 axes: inputs.axes,
-                auxiliaries: self.lagged(inputs, lasted(dt)),
+                auxiliaries: self.lagged(inputs),
             };
             inputs = &lagged;
         }
@@ -130,7 +125,9 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BEYOND_RANGE, self.beyond);
 
         let hold = !(good_period && good_inputs);
-        self.fault = if hold { self.fault + lasted(dt) } else { 0.0 };
+        // An invalid period counts as the longest permitted one, because its real length is unknown.
+        let lasted = if good_period { dt } else { LONGEST_PERIOD };
+        self.fault = if hold { self.fault + lasted } else { 0.0 };
         let before = self.following;
         // At rest at zero there is nothing to hold.
         let freezes = unreferenced || self.fault > PATIENCE || (hold && silent);

@@ -165,8 +165,9 @@ fn recorded(bench: &Bench) -> Result<Vec<Vec<f64>>, String> {
         .arg(bench.file(FOLDER)))?;
     let start = || bench.inside(&["linuxcnc", "/tmp/imported/machine.ini"]);
     let mut said = start()?;
-    // On a loaded computer LinuxCNC now and then ends before its first period: once more.
+    // Seen once beside other work, without a message: LinuxCNC ended before it recorded anything. Once more, and said.
     if !record.exists() {
+        eprintln!("LinuxCNC ended without a record; once more\n{said}");
         said += &start()?;
     }
     let text = files::read_text(&record).map_err(|e| format!("{e}\n{said}"))?;
