@@ -418,9 +418,8 @@
 
   /* A controller on a serial port. */
 
-  /** The port, and where bytes to it are written. */
-  let port = null;
-  let writer = null;
+  /** The port, what writes to it and reads from it, and the end of the reading. */
+  let [port, writer, reader, hearing] = [null, null, null, null];
   const canReachPorts = "serial" in navigator && typeof WebAssembly.Suspending === "function";
 
   function controllable() {
@@ -445,11 +444,9 @@
     }
     port = chosen;
     writer = port.writable.getWriter();
-    hear(port);
+    hearing = hear(port);
     controllable();
   }
-
-  let reader = null;
 
   /** Gives what arrives to the command, until the port is closed or lost. */
   async function hear(from) {
@@ -467,15 +464,22 @@
       }
     }
     await tell(null);
-    if (from === port) await disconnect();
+    if (from === port) await release(from);
   }
 
   async function disconnect() {
-    const [old, end] = [port, writer];
-    port = writer = null;
+    const old = port;
+    port = null;
+    // A stream that has failed cannot be cancelled, and has ended.
+    await reader.cancel().catch(() => {});
+    await hearing;
+    await release(old);
+  }
+
+  async function release(old) {
+    port = null;
     try {
-      await reader.cancel();
-      end.releaseLock();
+      writer.releaseLock();
       await old.close();
     } catch {
       // It is gone already.

@@ -215,7 +215,7 @@ mod tests {
         let width = |[u, v]: [f64; 2]| {
             let left = readings
                 .iter()
-                .map(|(a, r)| r - u * libm::cos(a) - v * libm::sin(a));
+                .map(|(a, r)| r - u * libm::cos(*a) - v * libm::sin(*a));
             let (low, high) = left.fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(r), h.max(r)));
             high - low
         };
