@@ -283,7 +283,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 options,
             ),
         },
-        remedies: would_show(&machine, &measured, &artefact, &base, &identified),
+        remedies: would_show(
+            &machine,
+            &measured,
+            &artefact,
+            &observations,
+            &base,
+            &identified,
+        ),
         places,
         suspicions,
         missing: problem

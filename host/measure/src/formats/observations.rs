@@ -171,6 +171,23 @@ impl Column {
 /// set-up that no line has, a missing column, a value that is missing or belongs to another kind, a position outside
 /// the travel, an impossible direction, reading or uncertainty.
 pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    opened(text, file, machine, true)
+}
+
+/// The same of a strategy, which may lack readings: they are zero then.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_strategy(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    opened(text, file, machine, false)
+}
+
+fn opened(
+    text: &str,
+    file: &str,
+    machine: &Machine,
+    has_readings: bool,
+) -> Result<Observations, FileError> {
     match converted::first_column(text).0 {
         "target" | "line" => return converted::of_runs(text, file, machine),
         "angle" => return converted::of_radii(text, file, &radii::read(text)?, machine),
@@ -241,7 +258,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
         }
         for name in of.columns().0 {
             let has = |c: &Column| matches!(c, Column::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
-            if !columns.iter().any(has) {
+            if has_readings && !columns.iter().any(has) {
                 let message = format!("{} needs the column `{name}`", of.one());
                 return Err(FileError::at(
                     header.span.clone(),
@@ -259,7 +276,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
                 DIRECTIONS,
             ));
         }
-        let observation = observation(&row, &columns, machine, of, number)?;
+        let observation = observation(&row, &columns, machine, (of, number), has_readings)?;
         all.rows.push(observation);
     }
     heading.is_used(&all)?;
@@ -270,8 +287,8 @@ fn observation(
     row: &Row<'_>,
     columns: &[Column],
     machine: &Machine,
-    kind: Kind,
-    setup: usize,
+    (kind, setup): (Kind, usize),
+    has_readings: bool,
 ) -> Result<Observation, FileError> {
     let mut one = Observation {
         setup,
@@ -328,6 +345,7 @@ fn observation(
                 }
                 one.reads = Some(read);
             }
+            Column::Value(..) if is_empty && !has_readings => {}
             Column::Value(of, i) if of == kind => {
                 let value = row.number(k)? * unit;
                 let most = match kind {

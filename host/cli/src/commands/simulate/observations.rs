@@ -14,8 +14,8 @@ use trueaxis_model::kinematics::Kinematics;
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate observations machine.toml errors.toml --strategy bar-strategy.csv -o bar.csv\n\n\
-The strategy has the layout of the result; its readings are replaced. Instruments are where its lines with #\n\
-put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,length_mm,sigma_um\n  length,bar,150,0,-24,0,0,0,0.5"
+The strategy has the layout of the result, and needs no readings. Instruments are where its lines with #\n\
+put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,sigma_um\n  length,bar,150,0,-24,0,0,0.5"
 )]
 pub struct Observations {
     #[command(flatten)]
@@ -51,7 +51,7 @@ impl Observations {
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
-        let strategy = files::read_observations(std::slice::from_ref(&self.strategy), &machine)?;
+        let strategy = files::read_instruments(std::slice::from_ref(&self.strategy), &machine)?;
         let disturbances = OfObservations {
             noise: self.noise,
             drift: drift.map(|v| v * 1e-3),
