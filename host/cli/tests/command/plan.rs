@@ -243,7 +243,8 @@ fn instruments_are_planned_beside_probings_and_alone() {
     ];
     let both = plan(&probed);
     let balls = ["plan", &machine, "--json"];
-    let balls: serde_json::Value = serde_json::from_str(&answer(0, &[&balls[..], &probed].concat())).unwrap();
+    let balls: serde_json::Value =
+        serde_json::from_str(&answer(0, &[&balls[..], &probed].concat())).unwrap();
     assert_eq!([&both["setups"], &balls["setups"]], [3, 0]);
     for name in ["EC0X", "EYY1", "EZZ1"] {
         assert!(

@@ -36,9 +36,8 @@ pub struct Observations {
     pub tools: Vec<ToolPoint>,
     /// The observations, in the order of the files.
     pub rows: Vec<Observation>,
-    /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting): of the artefact (`None`) or a
-    /// set-up (by index), along (0, 1, 2) or about (3, 4, 5) an axis of the workpiece frame.
-    pub drift: Vec<(Option<usize>, usize)>,
+    /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting).
+    pub drift: Vec<Drift>,
     /// Temperatures on which parameters depend, as chosen by [`thermal`](crate::identify::thermal()).
     pub thermal: Option<ThermalModel>,
 }
@@ -106,6 +105,45 @@ pub struct Observation {
     pub file: usize,
     /// See there.
     pub line: usize,
+}
+
+/// A component of the drift of the artefact or of a set-up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// The set-up, as an index into [`Observations::setups`]; `None` for the artefact.
+    pub setup: Option<usize>,
+    /// Along (0, 1, 2) or about (3, 4, 5) which axis of the workpiece frame.
+    pub component: usize,
+    /// Time constant (s) with which it approaches its end; `None` if it is linear in time.
+    pub lag: Option<f64>,
+    /// The time (s) of the first row.
+    pub first: f64,
+    /// The time (s) of the last row.
+    pub last: f64,
+}
+
+impl Drift {
+    /// The time (h) that linear drift of the same amount from the first to the last row would have taken until a time
+    /// (s): half of it is before 0.
+    #[must_use]
+    pub fn hours(&self, time: f64) -> f64 {
+        const HOUR: f64 = 3600.0;
+        let span = self.last - self.first;
+        match self.lag {
+            None => (time - 0.5 * (self.first + self.last)) / HOUR,
+            Some(lag) => {
+                // 1 − e^(−t/τ), which goes from 0 to 1 from the first to the last row.
+                let gone = |seconds: f64| -(-seconds / lag).exp_m1();
+                (gone(time - self.first) / gone(span) - 0.5) * span / HOUR
+            }
+        }
+    }
+
+    /// Number of unknowns: the rate, and the time constant.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        1 + usize::from(self.lag.is_some())
+    }
 }
 
 /// Content of a column.

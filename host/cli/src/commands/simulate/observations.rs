@@ -38,6 +38,9 @@ pub struct Observations {
         value_parser = finite
     )]
     drift: Vec<f64>,
+    /// Time constant with which the drift ends, as a part of the whole time (default: linear drift)
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = size, requires = "drift", hide_default_value = true)]
+    drift_lag: f64,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -55,6 +58,7 @@ impl Observations {
         let disturbances = OfObservations {
             noise: self.noise,
             drift: drift.map(|v| v * 1e-3),
+            drift_lag: self.drift_lag,
             seed: self.seed,
         };
         let kinematics = Kinematics::new(&machine, &errors);
