@@ -57,6 +57,15 @@ fn instruments_and_probings_give_one_answer_that_can_be_compiled() {
     // With the page, too.
     let page = folder.at("page.html");
     answer(0, &[&arguments[..], &["--report", &page]].concat());
+    let page = std::fs::read_to_string(page).unwrap();
+    for part in [
+        "168 probings of 4 balls and 53 observations with 3 set-ups",
+        "<th scope=\"row\">displacements</th><td>23</td>",
+        "<th scope=\"row\">bar (length)</th><td class=\"text\">dead length</td>",
+        "<td class=\"text\">rotation about z</td><td>−0.",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
 }
 
 #[test]

@@ -186,6 +186,7 @@ struct Drift<'a> {
     over_s: f64,
     /// If it approached its end exponentially.
     time_constant_s: Option<f64>,
+    sentence: String,
 }
 
 /// Residuals in µm, or µrad for angles.
@@ -234,6 +235,7 @@ impl<'a> Observed<'a> {
             standard_uncertainty: drift.uncertainty,
             over_s: drift.seconds,
             time_constant_s: drift.lag,
+            sentence: sentence(drift),
         });
         let rows = all.rows.iter().zip(&identified.observed);
         let rows = rows.map(|(row, found)| {
