@@ -3,7 +3,8 @@
 //! The header names the columns, in any order: `kind`, `setup` (optional: the name of the file), one column per axis
 //! (mm, degrees), the reading of each kind that occurs (`length_mm`; `x_mm`, `y_mm`, `z_mm`; `displacement_um`;
 //! `angle_urad`), `reads` for the direction of a displacement or an angle, and optionally `sigma_um` or `sigma_urad`
-//! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C` and `A_dir` …. A cell that does not
+//! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C`, `A_dir` …, and columns of
+//! [`temperatures`]: `NAME_C` and `cycle`. A cell that does not
 //! belong to the kind of its line is empty. Lines at the top that begin with `#` say in TOML what is known about the
 //! set-ups.
 
@@ -13,7 +14,7 @@ mod heading;
 use super::radii;
 use super::runs::sense;
 use super::temperatures::ThermalModel;
-use super::{axis, is_in_travel};
+use super::{axis, is_in_travel, temperatures};
 use crate::instrument::{Commanded, Given, Kind, turned};
 pub use converted::of_surface;
 use heading::Heading;
@@ -147,7 +148,7 @@ impl Drift {
 }
 
 /// Content of a column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Column {
     Kind,
     Setup,
@@ -161,10 +162,13 @@ enum Column {
     SigmaOfAngle,
     Time,
     Temperature,
+    Cycle,
+    /// A temperature for [`temperatures::read`].
+    Sensor(String),
 }
 
 /// Names of the columns that are neither axes nor readings.
-const NAMES: [(&str, Column); 8] = [
+const NAMES: [(&str, Column); 9] = [
     ("kind", Column::Kind),
     ("setup", Column::Setup),
     ("S", Column::Spindle),
@@ -173,6 +177,7 @@ const NAMES: [(&str, Column); 8] = [
     ("sigma_urad", Column::SigmaOfAngle),
     ("time_s", Column::Time),
     ("temperature_C", Column::Temperature),
+    ("cycle", Column::Cycle),
 ];
 
 /// Permitted standard uncertainties (µm, µrad).
@@ -186,7 +191,10 @@ const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the re
 impl Column {
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES.iter().find(|(n, _)| *n == name).map(|(_, c)| *c);
+        let named = NAMES
+            .iter()
+            .find(|(n, _)| *n == name)
+            .map(|(_, c)| c.clone());
         let value = || {
             Kind::ALL.into_iter().find_map(|kind| {
                 let k = kind.columns().0.iter().position(|n| *n == name)?;
@@ -198,6 +206,7 @@ impl Column {
             .or_else(value)
             .or_else(|| axis(name).map(Self::Axis))
             .or_else(direction)
+            .or_else(|| Some(Self::Sensor(temperatures::sensor(name)?.to_owned())))
     }
 }
 
@@ -237,7 +246,7 @@ fn opened(
     let (heading, start) = Heading::read(text)?;
     let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
     let layout = format!(
-        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads), and sigma_um, sigma_urad, S, time_s, temperature_C or A_dir where they are known",
+        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
         letters.collect::<Vec<_>>().join(",")
     );
     let table = Table::open(text, start, layout, VALUES)?;
@@ -345,7 +354,9 @@ fn observation(
     for (k, column) in columns.iter().enumerate() {
         let is_empty = row.cells[k].text.is_empty();
         match *column {
-            Column::Kind | Column::Setup => {}
+            Column::Kind | Column::Setup | Column::Cycle => {}
+            Column::Sensor(_) if is_empty => {}
+            Column::Sensor(_) => _ = temperatures::celsius(row, k)?,
             Column::Axis(i) => {
                 let value = row.number(k)?;
                 let axis = &machine.axes[i];
