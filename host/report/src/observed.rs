@@ -1,6 +1,5 @@
 //! Instruments, drift and temperatures of an identification, as the page shows them.
 
-use super::identification::Identification;
 use super::words::{figure, quantity};
 use serde::{Deserialize, Serialize};
 
@@ -110,9 +109,13 @@ const EXPANDED: f64 = 2.0;
 
 impl Shown {
     /// With at most so many unknowns of set-ups; `None` if there is nothing besides probings.
-    pub fn of(found: &Identification, most: usize) -> Option<Self> {
+    pub fn of(
+        observed: Option<&Observed>,
+        temperatures: Option<&Temperatures>,
+        most: usize,
+    ) -> Option<Self> {
         let mut shown = Self::default();
-        if let Some(observed) = &found.observed {
+        if let Some(observed) = observed {
             let source = |one: &Noise| {
                 let factor = one.of_stated.map_or("–".to_owned(), figure);
                 let doubt = if one.is_misstated {
@@ -140,11 +143,11 @@ impl Shown {
                 .map(|one| one.sentence.clone())
                 .collect();
         }
-        if let Some(warmed) = &found.temperatures {
+        if let Some(warmed) = temperatures {
             shown.terms = warmed.terms.iter().map(Term::row).collect();
             shown.temperatures = Some(warmed.sentence());
         }
-        (found.observed.is_some() || found.temperatures.is_some()).then_some(shown)
+        (observed.is_some() || temperatures.is_some()).then_some(shown)
     }
 }
 

@@ -94,7 +94,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
-            observed => identification.and_then(|i| Shown::of(i, MOST_SETUPS)).map(|shown| Value::from(Serde(shown))),
+            observed => observed(identification, MOST_SETUPS),
             balls => svg(identification.and_then(figures::balls)),
             validation => svg(report.validation.as_ref().map(figures::validation)),
             residuals => svg(identification.and_then(figures::residuals)),
@@ -114,10 +114,17 @@ pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<St
             certificate => Value::from(Serde(certificate)),
             judged => certificate.judged.iter().map(Judged::printed).collect::<Vec<_>>(),
             style => Value::from_safe_string(CERTIFICATE_STYLE.to_owned()),
-            observed => identification.and_then(|i| Shown::of(i, MOST_ON_PAPER)).map(|shown| Value::from(Serde(shown))),
+            observed => observed(identification, MOST_ON_PAPER),
             balls => svg(identification.and_then(figures::balls)),
             residuals => svg(identification.and_then(figures::residuals)),
         })
+}
+
+/// Instruments, drift and temperatures, if an identification has them, with at most so many unknowns of set-ups.
+fn observed(found: Option<&super::Identification>, most: usize) -> Option<Value> {
+    let found = found?;
+    let shown = Shown::of(found.observed.as_ref(), found.temperatures.as_ref(), most)?;
+    Some(Value::from(Serde(shown)))
 }
 
 /// The templates, and how they show numbers.
