@@ -86,8 +86,8 @@ impl Model {
         self.loaded().map(|stored| stored.machine.axes.len())
     }
 
-    /// Lets the errors follow readings (°C) for a time (s), each with the lag of its sensor; without a reading, a sensor stays
-    /// as it is, at first at its reference.
+    /// Lets the errors follow readings (°C) for a time (s), each with the lag of its sensor; without a reading, a
+    /// sensor stays as it is, at first at its reference.
     pub(crate) fn warm(&mut self, celsius: &[f64], seconds: f64) -> Result<(), Code> {
         let stored = self.stored.as_ref().ok_or(Code::NotLoaded)?;
         for (warmed, sensor) in self.warmed.iter_mut().zip(&stored.sensors) {
@@ -105,8 +105,9 @@ impl Model {
         Ok(())
     }
 
-    /// The position of the tool; without `celsius`, at the temperatures of [`Self::warm`]. `commands` give the nominal pose and the directions of travel, as in the runtime;
-    /// `positions` give the actual pose. Both are in mm and degrees, with one value per axis.
+    /// The position of the tool; without `celsius`, at the temperatures of [`Self::warm`]. `commands` give the nominal
+    /// pose and the directions of travel, as in the runtime; `positions` give the actual pose. Both are in mm and
+    /// degrees, with one value per axis.
     pub(crate) fn pose(
         &mut self,
         commands: &[f64],
