@@ -114,6 +114,7 @@ pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<St
             certificate => Value::from(Serde(certificate)),
             judged => certificate.judged.iter().map(Judged::printed).collect::<Vec<_>>(),
             style => Value::from_safe_string(CERTIFICATE_STYLE.to_owned()),
+            counts => identification.map(super::Identification::counts),
             observed => observed(identification, MOST_ON_PAPER),
             balls => svg(identification.and_then(figures::balls)),
             residuals => svg(identification.and_then(figures::residuals)),
