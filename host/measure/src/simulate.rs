@@ -38,7 +38,7 @@ pub struct Disturbances {
 /// time, or linear if it is 0.
 pub(crate) fn drifted(whole: [f64; 3], lag: f64, part: f64) -> Vector3<f64> {
     let part = match lag > 0.0 {
-        true => (-part / lag).exp_m1() / (-1.0 / lag).exp_m1(),
+        true => libm::expm1(-part / lag) / libm::expm1(-1.0 / lag),
         false => part,
     };
     Vector3::from(whole) * part

@@ -115,7 +115,7 @@ impl Turns {
             total: range(turns.iter().flatten().copied()),
             synchronous: range(mean.iter().copied()),
             asynchronous: ranges.fold(0.0, f64::max),
-            off_centre: is_centred.then(|| circle.y.hypot(circle.z)),
+            off_centre: is_centred.then(|| libm::hypot(circle.y, circle.z)),
             mean,
             turns,
         }
@@ -151,18 +151,18 @@ impl Turns {
         };
         let (x, y) = (of(0), of(1));
         [
-            0.5 * (x.y + y.z).hypot(y.y - x.z),
-            0.5 * (x.y - y.z).hypot(y.y + x.z),
+            0.5 * libm::hypot(x.y + y.z, y.y - x.z),
+            0.5 * libm::hypot(x.y - y.z, y.y + x.z),
         ]
     }
 }
 
 fn rotating(angle: f64, x: f64, y: f64) -> f64 {
-    x * angle.cos() + y * angle.sin()
+    x * libm::cos(angle) + y * libm::sin(angle)
 }
 
 fn basis(angle: f64) -> Vector3<f64> {
-    Vector3::new(1.0, angle.cos(), angle.sin())
+    Vector3::new(1.0, libm::cos(angle), libm::sin(angle))
 }
 
 /// The mean of all turns at each angle.
@@ -211,11 +211,11 @@ mod tests {
         // ± 0.4 µm along X; 2 µm/100 mm of tilt with three lobes about Y; once per turn 0.7 µm along Z.
         let turns = turns(72, 4, |angle, turn| {
             let off = 20e-3;
-            let (x0, y0) = (off * (angle + 0.5).cos(), off * (angle + 0.5).sin());
+            let (x0, y0) = (off * libm::cos(angle + 0.5), off * libm::sin(angle + 0.5));
             let other = if turn % 2 == 0 { 0.4e-3 } else { -0.4e-3 };
-            let x = x0 + 5e-3 + 1.5e-3 * (2.0 * angle).cos() + other;
-            let tilt = 2e-3 * (3.0 * angle).cos();
-            [x, y0 - 3e-3, x + tilt, y0 - 3e-3, 0.7e-3 * angle.cos()]
+            let x = x0 + 5e-3 + 1.5e-3 * libm::cos(2.0 * angle) + other;
+            let tilt = 2e-3 * libm::cos(3.0 * angle);
+            [x, y0 - 3e-3, x + tilt, y0 - 3e-3, 0.7e-3 * libm::cos(angle)]
         });
         // Sums of 288 products of 20 µm.
         let is = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-14, "{value}");
@@ -232,7 +232,7 @@ mod tests {
         is(both.synchronous, 1.5e-3);
         is(both.asynchronous, 0.8e-3);
         is(both.total, 2.0 * (0.75e-3 + 0.4e-3));
-        is(both.off_centre.unwrap(), (5.75e-3_f64).hypot(3e-3));
+        is(both.off_centre.unwrap(), libm::hypot(5.75e-3_f64, 3e-3));
         let tilt = found(&turns, "tilt X, fixed");
         is(tilt.synchronous, 4e-5);
         is(tilt.asynchronous, 0.0);
@@ -240,7 +240,7 @@ mod tests {
         let twofold = turns
             .angles
             .iter()
-            .map(|t| 1e-5 * ((2.0 * t).cos() + (4.0 * t).cos()));
+            .map(|t| 1e-5 * (libm::cos(2.0 * t) + libm::cos(4.0 * t)));
         is(found(&turns, "tilt, rotating").total, range(twofold));
         let axial = found(&turns, "axial");
         is(axial.synchronous, 1.4e-3);
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn angles_need_not_be_even() {
         let mut turns = turns(60, 3, |angle, _| {
-            [30e-3 * angle.sin() + 1e-3, 0.0, 0.0, 0.0, 0.0]
+            [30e-3 * libm::sin(angle) + 1e-3, 0.0, 0.0, 0.0, 0.0]
         });
         turns.angles.truncate(47);
         turns.readings.iter_mut().for_each(|turn| turn.truncate(47));

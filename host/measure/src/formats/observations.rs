@@ -134,7 +134,7 @@ impl Drift {
             None => (time - 0.5 * (self.first + self.last)) / HOUR,
             Some(lag) => {
                 // 1 − e^(−t/τ), which goes from 0 to 1 from the first to the last row.
-                let gone = |seconds: f64| -(-seconds / lag).exp_m1();
+                let gone = |seconds: f64| -libm::expm1(-seconds / lag);
                 (gone(time - self.first) / gone(span) - 0.5) * span / HOUR
             }
         }

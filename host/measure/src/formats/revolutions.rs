@@ -134,7 +134,7 @@ mod tests {
 
     fn file(rows: &[(i32, f64)], sense: f64) -> String {
         let row = |(turn, angle): &(i32, f64)| {
-            let (sine, cosine) = (sense * angle).to_radians().sin_cos();
+            let (sine, cosine) = libm::sincos((sense * angle).to_radians());
             format!("{turn},{angle},{},{}\n", 10.0 * cosine, 10.0 * sine)
         };
         let rows: String = rows.iter().map(row).collect();

@@ -119,7 +119,7 @@ impl Rest {
     fn criterion(&self, gain: f64, unknowns: usize) -> f64 {
         let count = self.left.len() as f64;
         let squares = (self.left.norm_squared() - gain).max(f64::MIN_POSITIVE);
-        count * squares.ln() + unknowns as f64 * count.ln()
+        count * libm::log(squares) + unknowns as f64 * libm::log(count)
     }
 
     /// How unlikely chance gives a gain by a number of unknowns, in standard deviations of a normal distribution.
@@ -248,13 +248,13 @@ impl<'a> Search<'a> {
         let steady = self.steady[number];
         let span = steady.last - steady.first;
         let at = |log: f64| {
-            let lag = span * log.exp();
+            let lag = span * libm::exp(log);
             let effect = self.effect(number, Some(lag));
             (rest.gain(&effect).unwrap_or(0.0), lag, effect)
         };
-        let ends = [LAGS[0], LAGS[LAGS.len() - 1]].map(f64::ln);
+        let ends = [LAGS[0], LAGS[LAGS.len() - 1]].map(libm::log);
         let [mut low, mut high] =
-            [part / RATIO, part * RATIO].map(|part| part.ln().clamp(ends[0], ends[1]));
+            [part / RATIO, part * RATIO].map(|part| libm::log(part).clamp(ends[0], ends[1]));
         // The golden section.
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
         let inner =
@@ -262,11 +262,11 @@ impl<'a> Search<'a> {
         let [mut left, mut right] = inner(low, high).map(at);
         for _ in 0..STEPS {
             if left.0 > right.0 {
-                high = (right.1 / span).ln();
+                high = libm::log(right.1 / span);
                 right = left;
                 left = at(inner(low, high)[0]);
             } else {
-                low = (left.1 / span).ln();
+                low = libm::log(left.1 / span);
                 left = right;
                 right = at(inner(low, high)[1]);
             }
