@@ -497,7 +497,7 @@
 
   /** Runs a command on the port. */
   const onPort = (words, args, more = {}, showsLatest = false) =>
-    command(words, [...args, "--port", "/serial"], more, { isOnPort: true, showsLatest });
+    command(words, [args[0], "--port", "/serial", ...args.slice(1)], more, { isOnPort: true, showsLatest });
   const flash = (...how) => onPort("Flashing", ["flash", BLOB, ...how], { [BLOB]: made[BLOB] });
   const control = (...what) => onPort("Asking the controller", ["control", ...what]);
 
@@ -837,7 +837,7 @@
   });
   if (!canReachPorts)
     $("ports-note").textContent =
-      "This browser cannot reach serial ports; Chrome and Edge can. Or download the tables and use the command: trueaxis flash.";
+      "This browser cannot reach serial ports; recent versions of Chrome, Edge and Firefox can. Or download the tables and use the command: trueaxis flash.";
   worker = start();
   changed();
 

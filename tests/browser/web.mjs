@@ -36,7 +36,7 @@ const examples = JSON.parse(
 );
 
 /** A new page; what it asks for and complains about is a fault. */
-async function open(browser, name, width = 1400) {
+async function open(browser, name, width = 1400, before = () => {}) {
   const tab = await browser.newPage();
   const fault = (words) => faults.push(`${name}: ${words}`);
   await tab.setViewport({ width, height: 900 });
@@ -47,6 +47,7 @@ async function open(browser, name, width = 1400) {
     // Firefox reports its own font and icon.
     if (url !== `file://${page}` && !/^(blob|data):/.test(url)) fault(`asks for ${url}`);
   });
+  await tab.evaluateOnNewDocument(before);
   await tab.goto(`file://${page}`);
   return { tab, fault };
 }
@@ -441,14 +442,14 @@ async function flashes(browser, kind) {
       if (!wanted.test(said)) fault(`${selector}: says\n${said}`);
     };
     await says("#capacity", /^axes = 8$/m);
-    await tab.evaluate(() => (window.unplugAfter = 12));
+    await tab.evaluate(() => (window.unplugAfter = 6));
     await says("#flash", /the connection is lost[^]*an upload goes on where it was/);
     await tab.waitForFunction(() => document.querySelector("#flash").disabled && !document.querySelector("#connect").disabled);
     await tab.$eval("#connect", (button) => button.click());
     await tab.waitForFunction(() => !document.querySelector("#flash").disabled);
     await says("#flash", /from byte \d+ on, the rest was there\) written to slot [AB] and verified[^]*in use/);
-    await says("#enable", /enabled/);
-    await says("#dry-run", /dry run/);
+    await says("#enable", /-> enabled, out/);
+    await says("#dry-run", /-> enabled, dry run/);
     await tab.$eval("#watch", (button) => button.click());
     await tab.waitForFunction(() => /slot/.test(document.querySelector("#said").textContent));
     if (!/Cancelled/.test(await press(tab, "#cancel"))) fault("watching does not end");
@@ -459,7 +460,7 @@ async function flashes(browser, kind) {
     await isOff(true);
     await tab.$eval("#connect", (button) => button.click());
     await isOff(false);
-    await says("#dry-run-off", /off/);
+    await says("#dry-run-off", /-> enabled, out/);
     await tab.$eval("#connect", (button) => button.click());
     await isOff(true);
     line.destroy();
@@ -475,7 +476,7 @@ async function flashes(browser, kind) {
 
 /** Without Web Serial the page says so, and what to use. */
 async function refusesPorts(browser, kind) {
-  const { tab, fault } = await open(browser, kind);
+  const { tab, fault } = await open(browser, kind, 1400, () => delete Navigator.prototype.serial);
   const [note, isOff] = await tab.evaluate(() => [
     document.querySelector("#ports-note").textContent,
     document.querySelector("#connect").disabled,
@@ -512,9 +513,8 @@ for (const [kind, options] of Object.entries(BROWSERS)) {
   const browser = await puppeteer.launch({ headless: true, protocolTimeout: MOST_WAIT, ...options });
   try {
     await opens(browser, kind);
-    const all = [marks, cancels, hostile, builds, others, compiles];
-    if (kind === "chromium") all.unshift(looks, flashes);
-    else all.unshift(refusesPorts);
+    const all = [flashes, refusesPorts, marks, cancels, hostile, builds, others, compiles];
+    if (kind === "chromium") all.unshift(looks);
     for (const check of all) {
       const start = Date.now();
       await check(browser, kind);
