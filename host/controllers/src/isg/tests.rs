@@ -251,7 +251,10 @@ fn an_angle_turns_the_direction_of_an_axis_also_if_it_is_reversed() {
         let machine = Machine::from_toml(&text).unwrap();
         let parameters = Parameters::read_etalon("[C0Y]\nVALUE = 0.0001\n").unwrap();
         let sloped = imported(&parameters, &machine).unwrap();
-        let turned = "[parameters]\nEC0Y = 1e-4\n";
+        let turned = format!(
+            "machine = \"{}\"\n[parameters]\nEC0Y = 1e-4\n",
+            machine.name
+        );
         let y = machine.index('Y').unwrap();
         let along = |errors: &str| {
             let errors = ErrorModel::from_toml(errors, &machine).unwrap();
@@ -265,10 +268,10 @@ fn an_angle_turns_the_direction_of_an_axis_also_if_it_is_reversed() {
             });
             at_300 - at_zero
         };
-        let off = along(&sloped) - along(turned);
+        let off = along(&sloped) - along(&turned);
         // 300 mm · (1e-4)² / 2.
         assert!(off.norm() < 2e-6, "{off:?}\n{sloped}");
-        assert!(along(turned).x.abs() > 0.029);
+        assert!(along(&turned).x.abs() > 0.029);
     }
 }
 
