@@ -1,19 +1,23 @@
 //! What the project itself answers.
 
 use crate::answer::{Answer, Cost, Stated};
+use crate::class::Class;
+use crate::left::{Left, left};
 use crate::task::Task;
 use std::fmt;
+use trueaxis::{Auxiliary, AuxiliaryKind};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{self, Identified, Problem, identify};
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches, Thermal};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::compile::{self, best};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
-use trueaxis_tables::uncertainty::leaves;
-use trueaxis_tables::validate::{Runtime, direction};
+use trueaxis_tables::uncertainty::{Leaves, leaves};
+use trueaxis_tables::validate::{Command, Runtime};
+use trueaxis_tests::thermal_goal::{MODEL, learnt_from};
 
 /// Tolerance of tables (µm), the noise of the readings.
 const TOLERANCE: f64 = 1.0;
@@ -70,7 +74,7 @@ impl Baseline {
 /// Answers with every baseline, each with the reason if it has none.
 #[must_use]
 pub fn answers(task: &Task) -> Vec<(Baseline, Result<Answer, String>)> {
-    let full = identified(task, &task.asked);
+    let full = full(task);
     let all = Baseline::every().into_iter().map(|baseline| {
         let answer = match &baseline {
             Baseline::None => Ok(Answer::none(task.positions.len())),
@@ -83,13 +87,38 @@ pub fn answers(task: &Task) -> Vec<(Baseline, Result<Answer, String>)> {
     all.collect()
 }
 
-fn identified(task: &Task, parameters: &[Parameter]) -> Result<Identified, String> {
+/// Errors as identified.
+#[derive(Clone, Debug)]
+struct Found {
+    identified: Identified,
+    /// Half the width (mm) of the interval in which 95 % of the coordinates of another warm-up are, if temperatures were
+    /// identified.
+    thermal: Option<f64>,
+}
+
+/// All parameters, with temperatures on a machine that warms up.
+fn full(task: &Task) -> Result<Found, String> {
+    let Some(warm) = &task.warm else {
+        return identified(task, &task.asked);
+    };
+    let (identified, warmed, _) = learnt_from(&task.machine, task.observations(), &warm.measured)?;
+    Ok(Found {
+        identified,
+        thermal: Some(warmed.band),
+    })
+}
+
+fn identified(task: &Task, parameters: &[Parameter]) -> Result<Found, String> {
     let base = ErrorModel::perfect(&task.machine);
     let observations = task.observations();
     let (probings, artefact) = (Probings::default(), Artefact::default());
     let problem = Problem::new(&task.machine, &probings, &artefact, parameters, &base);
     let options = identify::Options::default();
-    identify(&problem.with(&observations), options).map_err(|e| e.to_string())
+    let identified = identify(&problem.with(&observations), options);
+    Ok(Found {
+        identified: identified.map_err(|e| e.to_string())?,
+        thermal: None,
+    })
 }
 
 /// True for the scale of a linear axis, and for its direction.
@@ -105,13 +134,16 @@ fn is_scale_or_square(parameter: &Parameter) -> bool {
 }
 
 fn scales_and_squareness(task: &Task) -> Result<Answer, String> {
-    let asked = task.asked.iter().copied();
-    let own: Vec<Parameter> = asked.filter(is_scale_or_square).collect();
+    let all = match task.class {
+        Class::Thermal => MODEL.iter().filter_map(|n| Parameter::parse(n)).collect(),
+        _ => task.asked.clone(),
+    };
+    let own: Vec<Parameter> = all.into_iter().filter(is_scale_or_square).collect();
     tables(task, &identified(task, &own)?, &Scheme::default())
 }
 
 /// As `trueaxis compile --tolerance 1 --best-effort` does, for a controller that holds what the format can say.
-fn tables(task: &Task, identified: &Identified, scheme: &Scheme) -> Result<Answer, String> {
+fn tables(task: &Task, found: &Found, scheme: &Scheme) -> Result<Answer, String> {
     let options = compile::Options {
         scheme: scheme.clone(),
         tables: schemes::Options {
@@ -122,7 +154,7 @@ fn tables(task: &Task, identified: &Identified, scheme: &Scheme) -> Result<Answe
         random: RANDOM,
         ..compile::Options::default()
     };
-    let (machine, errors) = (&task.machine, &identified.errors);
+    let (machine, errors) = (&task.machine, &found.identified.errors);
     let best = best(machine, errors, &options, Some(TOLERANCE), &()).map_err(|e| e.to_string())?;
     let refusals = best.proof.refusals(best.tolerance);
     if scheme.keeps_tolerance()
@@ -131,59 +163,86 @@ fn tables(task: &Task, identified: &Identified, scheme: &Scheme) -> Result<Answe
         return Err(refusal.to_string());
     }
     let runtime = Runtime::load(&best.built.blob).map_err(|e| e.to_string())?;
-    let of = |command| {
-        let corrections = runtime.evaluate(command).map(f64::from);
-        Ok(task.machine.to_kinematic(&corrections))
-    };
-    let corrections = task
-        .positions
-        .iter()
-        .map(of)
-        .collect::<Result<_, String>>()?;
-    let mut answer = answer(task, identified, corrections);
+    let corrections = evaluated(task, &runtime)?;
+    let mut answer = answer(task, found, corrections)?;
     answer.cost = Some(Cost::of(&runtime));
     Ok(answer)
 }
 
-fn kinematic(task: &Task, identified: &Identified) -> Result<Answer, String> {
-    let kinematics = Kinematics::new(&task.machine, &identified.errors);
-    let corrections = corrections(task, &kinematics)?;
-    Ok(answer(task, identified, corrections))
-}
-
-/// The kinematic correction at every position (mm, rad).
+/// The corrections (mm, rad) of a compensation at every position.
 ///
 /// # Errors
-/// If it does not converge somewhere.
-pub fn corrections(task: &Task, kinematics: &Kinematics<'_>) -> Result<Vec<PerAxis>, String> {
-    let of = |command: &trueaxis_tables::validate::Command| {
+/// If it has an input that the machine does not have.
+pub fn evaluated(task: &Task, runtime: &Runtime<'_>) -> Result<Vec<PerAxis>, String> {
+    let commands = task.commands(&inputs(runtime)?)?;
+    let of = |command| {
+        let corrections = runtime.evaluate(command).map(f64::from);
+        task.machine.to_kinematic(&corrections)
+    };
+    Ok(commands.iter().map(of).collect())
+}
+
+/// The temperatures on which a compensation depends.
+fn inputs(runtime: &Runtime<'_>) -> Result<Vec<Thermal>, String> {
+    let one = |input: &Auxiliary| {
+        if input.kind == AuxiliaryKind::ToolLength {
+            return Err(
+                "the tool length is an input: machines of the arena have one tool".to_owned(),
+            );
+        }
+        let lag = match input.lag_rate {
+            0.0 => 0.0,
+            rate => f64::from(rate).recip(),
+        };
+        Ok(Thermal {
+            sensor: input.name.as_str().to_owned(),
+            lag,
+            reference_celsius: f64::from(input.reference),
+            // Tables end with their range.
+            range_kelvin: [f64::NEG_INFINITY, f64::INFINITY],
+        })
+    };
+    runtime
+        .compensation()
+        .auxiliaries()
+        .iter()
+        .map(one)
+        .collect()
+}
+
+fn kinematic(task: &Task, found: &Found) -> Result<Answer, String> {
+    let errors = &found.identified.errors;
+    let kinematics = Kinematics::new(&task.machine, errors);
+    let of = |command: &Command| {
         let (q, situation) = command.kinematic(&task.machine);
         let found = kinematics.correction(&q, &situation, &Switches::ALL);
         found.map(|c| c.dq).map_err(|e| e.to_string())
     };
-    task.positions.iter().map(of).collect()
+    let commands = task.commands(&errors.sensors)?;
+    let corrections = commands.iter().map(of).collect::<Result<_, _>>()?;
+    answer(task, found, corrections)
 }
 
+/// A coordinate's interval of 95 %, as the length that three such coordinates do not exceed with that probability.
+const LENGTH: f64 = 2.796 / 1.960;
+
 /// States the identified parameters. The band at a position is what the corrections leave of the identified errors
-/// there, plus the band of the parameters.
-fn answer(task: &Task, identified: &Identified, corrections: Vec<PerAxis>) -> Answer {
-    let (machine, errors) = (&task.machine, &identified.errors);
-    let kinematics = Kinematics::new(machine, errors);
-    let commands = task.positions.iter().map(|c| c.kinematic(machine));
-    let places: Vec<_> = commands.collect();
+/// there, plus that of the parameters and of temperatures.
+fn answer(task: &Task, found: &Found, corrections: Vec<PerAxis>) -> Result<Answer, String> {
+    let (machine, identified) = (&task.machine, &found.identified);
+    let errors = &identified.errors;
+    let commands = task.commands(&errors.sensors)?;
+    let places: Vec<_> = commands.iter().map(|c| c.kinematic(machine)).collect();
     let uncertain = leaves(machine, errors, &identified.known, &places);
-    let band = |(((q, situation), dq), uncertain): (
-        (&(PerAxis, _), &PerAxis),
-        &trueaxis_tables::uncertainty::Leaves,
-    )| {
-        let left = kinematics.volumetric_error(q, dq, situation);
+    let left = left(task, &commands, |_| errors, &corrections);
+    let thermal = LENGTH * found.thermal.unwrap_or_default();
+    let band = |(left, uncertain): (&Left, &Leaves)| {
         [
-            left.t.norm() + uncertain.tip_band(),
-            direction(machine, &left) + uncertain.direction_band(),
+            left.tip + uncertain.tip_band().hypot(thermal),
+            left.direction + uncertain.direction_band(),
         ]
     };
-    let each = places.iter().zip(&corrections).zip(&uncertain);
-    let bands = each.map(band).collect();
+    let bands = left.iter().zip(&uncertain).map(band).collect();
     let stated = identified.parameters.iter().map(|e| {
         let stated = Stated {
             value: e.value,
@@ -191,10 +250,10 @@ fn answer(task: &Task, identified: &Identified, corrections: Vec<PerAxis>) -> An
         };
         (e.parameter, stated)
     });
-    Answer {
+    Ok(Answer {
         bands,
         parameters: stated.collect(),
         corrections,
         cost: None,
-    }
+    })
 }

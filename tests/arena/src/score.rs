@@ -3,9 +3,8 @@
 use crate::answer::{Answer, Cost};
 use crate::effect::effects;
 use crate::interval::{one_sided, two_sided};
+use crate::left::{Left, left};
 use crate::task::Hidden;
-use trueaxis_model::kinematics::Kinematics;
-use trueaxis_tables::validate::direction;
 
 /// A direction that is worse by less than this (µrad, root mean square), and a tip that is worse by less than this (µm),
 /// count as unchanged.
@@ -33,40 +32,32 @@ pub struct Score {
     pub is_worse: bool,
 }
 
-/// Errors of tip (mm) and direction (rad) that corrections leave at each position.
-fn left(hidden: &Hidden, corrections: &[trueaxis_model::machine::PerAxis]) -> Vec<[f64; 2]> {
-    let machine = &hidden.task.machine;
-    let kinematics = Kinematics::new(machine, &hidden.truth);
-    let each = hidden.task.positions.iter().zip(corrections);
-    let each = each.map(|(command, dq)| {
-        let (q, situation) = command.kinematic(machine);
-        let error = kinematics.volumetric_error(&q, dq, &situation);
-        [error.t.norm(), direction(machine, &error)]
-    });
-    each.collect()
-}
-
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     values.sum::<f64>() / count
 }
 
-fn rms(errors: &[[f64; 2]], k: usize) -> f64 {
-    mean(errors.iter().map(|e| e[k] * e[k])).sqrt()
+fn rms(errors: &[Left], value: fn(&Left) -> f64) -> f64 {
+    mean(errors.iter().map(|e| value(e).powi(2))).sqrt()
 }
 
 impl Score {
     /// Compares an answer with the truth. It has one correction and one band for each position.
     #[must_use]
     pub fn of(hidden: &Hidden, answer: &Answer) -> Self {
-        let none = Answer::none(hidden.task.positions.len());
-        let [before, after] = [&none, answer].map(|a| left(hidden, &a.corrections));
+        let task = &hidden.task;
+        let commands: Vec<_> = task.positions.iter().map(|p| p.command).collect();
+        let none = Answer::none(commands.len());
+        let left =
+            |answer: &Answer| left(task, &commands, |i| hidden.truth_at(i), &answer.corrections);
+        let [before, after] = [&none, answer].map(left);
         let tip_and_band = after.iter().zip(&answer.bands);
-        let inside = tip_and_band.clone().filter(|(e, band)| e[0] <= band[0]);
+        let inside = tip_and_band.clone().filter(|(e, band)| e.tip <= band[0]);
         let within = inside.count() as f64 / after.len() as f64;
-        let interval = mean(tip_and_band.map(|(e, band)| one_sided(band[0], e[0]) * 1e3));
-        let [tip_before, tip] = [&before, &after].map(|e| rms(e, 0) * 1e3);
-        let [direction_before, direction] = [&before, &after].map(|e| rms(e, 1) * 1e6);
+        let interval = mean(tip_and_band.map(|(e, band)| one_sided(band[0], e.tip) * 1e3));
+        let [tip_before, tip] = [&before, &after].map(|e| rms(e, |e| e.tip) * 1e3);
+        let [direction_before, direction] =
+            [&before, &after].map(|e| rms(e, |e| e.direction) * 1e6);
         let parameters = parameters(hidden, answer);
         Self {
             tip,
@@ -87,10 +78,11 @@ fn parameters(hidden: &Hidden, answer: &Answer) -> Option<[f64; 2]> {
     if task.asked.is_empty() {
         return None;
     }
-    let effects = effects(&task.machine, &task.asked, &task.positions);
+    let commands: Vec<_> = task.positions.iter().map(|p| p.command).collect();
+    let effects = effects(&task.machine, &task.asked, &commands);
     let (mut wrong, mut all, mut interval) = (0.0, 0.0, 0.0);
     for (parameter, effect) in task.asked.iter().zip(effects) {
-        let truth = hidden.truth.parameters.get(parameter).copied();
+        let truth = hidden.truth_at(0).parameters.get(parameter).copied();
         let truth = truth.unwrap_or_default() * effect;
         let stated = answer.parameters.get(parameter).copied();
         let stated = stated.unwrap_or_default();

@@ -18,6 +18,8 @@ pub enum Purpose {
     Noise,
     /// The positions to answer.
     Positions,
+    /// Where instruments stand.
+    Setups,
 }
 
 /// The seed for one purpose on one machine of a round. ChaCha with the seed of the round as its key: from one of them

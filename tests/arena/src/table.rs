@@ -215,3 +215,19 @@ fn grouped(scored: &[Scored], reason: impl Fn(&Scored) -> Option<String>) -> Str
     }
     text
 }
+
+/// The page of the manual with the scores of the baselines.
+#[must_use]
+pub fn page(scored: &[Scored], round: u64) -> String {
+    let mut machines: Vec<usize> = scored.iter().map(|s| s.machine).collect();
+    machines.sort_unstable();
+    machines.dedup();
+    format!(
+        "# Scores of the arena\n\n\
+         Written by `cargo xtask arena --page docs/src`: do not edit. {} machines, round {round}. [The arena](arena.md) \
+         says what the columns mean; `arena-scores.csv` beside this page has every machine. Tip in µm, direction in µrad, \
+         root mean square over the positions of a machine.\n\n{}",
+        machines.len(),
+        tables(scored)
+    )
+}

@@ -1,39 +1,21 @@
 //! What is public of one machine, and what is hidden.
 
 use crate::class::Class;
-use crate::effect::effects;
-use crate::layout;
-use crate::seed::{self, Purpose};
-use nalgebra::Vector3;
-use std::f64::consts::TAU;
-use std::fmt::Write;
-use trueaxis_measure::formats::artefact::Artefact;
+use crate::{drawn, warming};
 use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Model, Options, Problem, identify};
-use trueaxis_model::errors::{ErrorModel, Parameter, Table};
+use trueaxis_measure::formats::temperatures::Temperatures;
+use trueaxis_model::errors::{ErrorModel, MAX_SENSORS, Parameter, Thermal};
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::validate::{Command, commands_in_travel};
-use trueaxis_tests::Fixed;
-use trueaxis_tests::observed::{Strategy, observed};
+use trueaxis_tables::validate::Command;
 
-/// Number of positions to answer.
-const POSITIONS: usize = 500;
-/// Part of the travel in which points are measured.
-const MEASURED: f64 = 0.98;
-/// Standard uncertainty of each coordinate of a point (µm).
-const SIGMA: f64 = 1.0;
-/// A combination of parameters is asked for if its effect at the readings is more than this fraction of the effects of
-/// its parts: 1 µm of noise in several hundred readings then leaves about 1 µm of it.
-const SEEN: f64 = 0.03;
-/// Root mean square effect at the tip (mm) up to which a parameter is drawn, if it is one of a few.
-const EFFECT: f64 = 0.02;
-/// The same of all parameters together, if they are many.
-const TOGETHER: f64 = 0.08;
-/// Effect at the tip (mm) up to which a wave is drawn.
-const WAVE: f64 = 0.002;
-/// Points of a wave.
-const POINTS: usize = 80;
+/// A position to answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    /// The commanded position.
+    pub command: Command,
+    /// The time (s) in the log of temperatures, on a machine that warms up.
+    pub time: Option<f64>,
+}
 
 /// What is public of one machine.
 #[derive(Clone, Debug)]
@@ -48,56 +30,26 @@ pub struct Task {
     pub machine: Machine,
     /// Points measured on it, as a file.
     pub points: String,
-    /// Parameters to find; all others are zero, except for waves of the class [`Class::Rich`].
+    /// Parameters to find. All others are zero, except for waves of the class [`Class::Rich`]. None on a machine that
+    /// warms up.
     pub asked: Vec<Parameter>,
     /// Positions to answer.
-    pub positions: Vec<Command>,
+    pub positions: Vec<Position>,
+    /// Temperatures of a machine that warms up.
+    pub warm: Option<Warm>,
 }
 
-/// A machine with its errors.
+/// Temperatures of a machine that warms up.
 #[derive(Clone, Debug)]
-pub struct Hidden {
-    /// What is public.
-    pub task: Task,
-    /// Its errors.
-    pub truth: ErrorModel,
-}
-
-impl Hidden {
-    /// A machine of a round.
-    ///
-    /// # Panics
-    /// If what the arena writes cannot be read: a mistake in it.
-    #[must_use]
-    pub fn new(round: u64, number: usize) -> Self {
-        let class = Class::of(number);
-        let random = |purpose| seed::random(round, number, purpose);
-        let (machine_file, machine) = drawn_machine(class, number, &mut random(Purpose::Machine));
-        let strategy = strategy(class, &machine, &mut random(Purpose::Strategy));
-        let setups = setups(&machine, &mut random(Purpose::Strategy));
-        let noise = seed::of(round, number, Purpose::Noise);
-        let read = |errors: &ErrorModel| observed(&machine, errors, &strategy, &setups, 1.0, noise);
-        let perfect = ErrorModel::perfect(&machine);
-        let asked = asked(class, &machine, &read(&perfect));
-        let seed = seed::of(round, number, Purpose::Positions);
-        let positions = commands_in_travel(&machine, &perfect, POSITIONS, seed);
-        let mut of_errors = random(Purpose::Errors);
-        let mut truth = drawn(class, &machine, &asked, &positions, &mut of_errors);
-        if class == Class::Rich {
-            waves(&machine, &mut truth, &mut of_errors);
-        }
-        let points = observations::write(&read(&truth), &machine);
-        let task = Task {
-            number,
-            class,
-            machine_file,
-            points,
-            asked,
-            positions,
-            machine,
-        };
-        Self { task, truth }
-    }
+pub struct Warm {
+    /// While the points were measured, as a file.
+    pub measured_file: String,
+    /// The same as read.
+    pub measured: Temperatures,
+    /// In the cycles of the positions, as a file.
+    pub unseen_file: String,
+    /// The same as read.
+    pub unseen: Temperatures,
 }
 
 impl Task {
@@ -109,119 +61,111 @@ impl Task {
     pub fn observations(&self) -> Observations {
         observations::read(&self.points, "points.csv", &self.machine).expect("a file of the arena")
     }
-}
 
-/// A machine that can be corrected, and its file.
-fn drawn_machine(class: Class, number: usize, random: &mut Fixed) -> (String, Machine) {
-    loop {
-        let text = layout::draw(class, number, random);
-        if let Ok(machine) = Machine::from_toml(&text) {
-            return (text, machine);
+    /// The positions with the temperatures that these inputs see there, each after its lag.
+    ///
+    /// # Errors
+    /// If the machine has no such sensor.
+    pub fn commands(&self, inputs: &[Thermal]) -> Result<Vec<Command>, String> {
+        let values = inputs
+            .iter()
+            .map(|input| self.kelvin(input))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut commands: Vec<Command> = self.positions.iter().map(|p| p.command).collect();
+        for (command, number) in commands.iter_mut().zip(0..) {
+            for (auxiliary, values) in command.auxiliaries.iter_mut().zip(&values) {
+                let kelvin: f64 = values[number];
+                *auxiliary = kelvin as f32;
+            }
         }
+        Ok(commands)
     }
-}
 
-/// Length of the second tool beyond the first (mm): with two, errors of the tool direction are measured, too.
-const LONGER: f64 = 100.0;
-
-fn long_tool(machine: &Machine) -> [f64; 3] {
-    let mut place = machine.tip;
-    place[machine.tool_axis] += LONGER.copysign(place[machine.tool_axis]);
-    place
-}
-
-/// Where points are measured, with two tools.
-fn strategy<'a>(class: Class, machine: &'a Machine, random: &mut Fixed) -> Strategy<'a> {
-    let heading = format!("# [setup.long]\n# tool_mm = {:?}\n", long_tool(machine));
-    let mut strategy = Strategy::new(machine, &heading);
-    let rows = match class {
-        Class::ThreeAxis => 80,
-        Class::Rich => 250,
-        _ => 120,
-    };
-    for setup in ["short", "long"] {
-        for _ in 0..rows {
-            let position = strategy.anywhere(MEASURED, random);
-            strategy.add("point", setup, &position, "", SIGMA);
-        }
-    }
-    strategy
-}
-
-/// Where the instrument really is in each set-up.
-fn setups(machine: &Machine, random: &mut Fixed) -> String {
-    let mut text = String::new();
-    for (name, tool) in [("short", machine.tip), ("long", long_tool(machine))] {
-        let place: [f64; 3] = std::array::from_fn(|_| random.within(-300.0, 300.0));
-        let turned: [f64; 3] = std::array::from_fn(|_| random.within(-20.0, 20.0));
-        let _ = write!(
-            text,
-            "# [setup.{name}]\n# place_mm = {place:?}\n# orientation_deg = {turned:?}\n# tool_mm = {tool:?}\n"
+    /// What an input sees at each position (K).
+    fn kelvin(&self, input: &Thermal) -> Result<Vec<f64>, String> {
+        let unknown = || {
+            let known = self
+                .warm
+                .as_ref()
+                .map_or_else(|| "none".to_owned(), |warm| warm.unseen.sensors.join(", "));
+            format!(
+                "machine {} has no temperature `{}`: it has {known}",
+                self.number, input.sensor
+            )
+        };
+        let log = &self.warm.as_ref().ok_or_else(unknown)?.unseen;
+        let sensor = log.sensors.iter().position(|s| *s == input.sensor);
+        let values = log.kelvin(
+            sensor.ok_or_else(unknown)?,
+            input.reference_celsius,
+            input.lag,
         );
+        let [low, high] = input.range_kelvin;
+        let each = self.positions.iter().map(|position| {
+            let kelvin = position.time.and_then(|time| log.at(&values, time));
+            kelvin.unwrap_or_default().clamp(low, high)
+        });
+        Ok(each.collect())
     }
-    text
-}
 
-/// The parameters that can be told from readings of these places: from the readings of a machine without errors.
-fn asked(class: Class, machine: &Machine, readings: &Observations) -> Vec<Parameter> {
-    let degree = match class {
-        Class::ThreeAxis => 2,
-        Class::Rich => 3,
-        _ => 0,
-    };
-    let all = Model::Auto.parameters(machine, degree, &[]);
-    let all = all.expect("every machine has them");
-    let perfect = ErrorModel::perfect(machine);
-    let (probings, artefact) = (Probings::default(), Artefact::default());
-    let problem = Problem::new(machine, &probings, &artefact, &all, &perfect).with(readings);
-    let options = Options {
-        least: SEEN,
-        ..Options::default()
-    };
-    let identified = identify(&problem, options).expect("a machine without errors");
-    identified.parameters.iter().map(|e| e.parameter).collect()
-}
-
-/// Errors of the given parameters.
-fn drawn(
-    class: Class,
-    machine: &Machine,
-    parameters: &[Parameter],
-    positions: &[Command],
-    random: &mut Fixed,
-) -> ErrorModel {
-    let most = match class {
-        Class::Rich | Class::ThreeAxis => TOGETHER / (parameters.len() as f64).sqrt(),
-        _ => EFFECT,
-    };
-    let mut errors = ErrorModel::perfect(machine);
-    let effects = effects(machine, parameters, positions);
-    for (parameter, effect) in parameters.iter().zip(effects) {
-        let value = random.within(-1.0, 1.0) * most / effect;
-        assert!(errors.set(machine, *parameter, value), "{parameter}");
+    /// The positions at which the workpiece is set up: those at the beginning of each cycle, with all of that cycle.
+    #[must_use]
+    pub fn cycles(&self) -> Vec<Cycle> {
+        let Some(warm) = &self.warm else {
+            return Vec::new();
+        };
+        let cycle = |p: &Position| p.time.and_then(|time| warm.unseen.cycle_at(time));
+        let of = |number| {
+            let own = self.positions.iter().enumerate();
+            let own = own.filter(|(_, p)| cycle(p) == Some(number));
+            let all: Vec<usize> = own.map(|(i, _)| i).collect();
+            let first = all.first().and_then(|i| self.positions[*i].time);
+            let start = all.iter().copied();
+            Cycle {
+                start: start.filter(|i| self.positions[*i].time == first).collect(),
+                all,
+            }
+        };
+        (0..warm.unseen.cycles()).map(of).collect()
     }
-    errors
 }
 
-/// Adds waves to every motion of every axis.
-fn waves(machine: &Machine, errors: &mut ErrorModel, random: &mut Fixed) {
-    let lever = Vector3::from(machine.tip).norm();
-    for (index, axis) in machine.axes.iter().enumerate() {
-        let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-        let at = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
-        for component in 0..6 {
-            let size = if component < 3 { WAVE } else { WAVE / lever };
-            let (size, phase) = (random.within(0.0, size), random.within(0.0, TAU));
-            // More than polynomials of degree 3 and three harmonics have.
-            let waves = random.within(4.0, 7.0);
-            let value =
-                |k: usize| size * (TAU * waves * k as f64 / (POINTS - 1) as f64 + phase).sin();
-            let table = Table {
-                at: (0..POINTS).map(at).collect(),
-                positive: (0..POINTS).map(value).collect(),
-                negative: None,
-            };
-            assert!(errors.tabulate(index, component, table));
+/// A cycle of a machine that warms up: indices of its positions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cycle {
+    /// At its beginning.
+    pub start: Vec<usize>,
+    /// All of them.
+    pub all: Vec<usize>,
+}
+
+/// A machine with its errors.
+#[derive(Clone, Debug)]
+pub struct Hidden {
+    /// What is public.
+    pub task: Task,
+    /// Its errors: one for all positions, or one for each.
+    pub truth: Vec<ErrorModel>,
+}
+
+impl Hidden {
+    /// A machine of a round.
+    ///
+    /// # Panics
+    /// If what the arena writes cannot be read: a mistake in it.
+    #[must_use]
+    pub fn new(round: u64, number: usize) -> Self {
+        match Class::of(number) {
+            Class::Thermal => warming::hidden(round, number),
+            _ => drawn::hidden(round, number),
         }
     }
+
+    /// The errors at a position.
+    #[must_use]
+    pub fn truth_at(&self, position: usize) -> &ErrorModel {
+        &self.truth[position.min(self.truth.len() - 1)]
+    }
 }
+
+const _: () = assert!(MAX_SENSORS <= trueaxis::AUXILIARIES);
