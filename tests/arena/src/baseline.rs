@@ -6,9 +6,7 @@ use crate::left::{Left, left};
 use crate::task::Task;
 use std::fmt;
 use trueaxis::{Auxiliary, AuxiliaryKind};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{self, Identified, Problem, identify};
+use trueaxis_measure::identify::{self, Identified, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches, Thermal};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::PerAxis;
@@ -101,7 +99,8 @@ fn full(task: &Task) -> Result<Found, String> {
     let Some(warm) = &task.warm else {
         return identified(task, &task.asked);
     };
-    let (identified, warmed, _) = learnt_from(&task.machine, task.observations(), &warm.measured)?;
+    let readings = task.measured.read(&task.machine).observations;
+    let (identified, warmed, _) = learnt_from(&task.machine, readings, &warm.measured)?;
     Ok(Found {
         identified,
         thermal: Some(warmed.band),
@@ -110,11 +109,9 @@ fn full(task: &Task) -> Result<Found, String> {
 
 fn identified(task: &Task, parameters: &[Parameter]) -> Result<Found, String> {
     let base = ErrorModel::perfect(&task.machine);
-    let observations = task.observations();
-    let (probings, artefact) = (Probings::default(), Artefact::default());
-    let problem = Problem::new(&task.machine, &probings, &artefact, parameters, &base);
-    let options = identify::Options::default();
-    let identified = identify(&problem.with(&observations), options);
+    let readings = task.measured.read(&task.machine);
+    let problem = readings.problem(&task.machine, parameters, &base);
+    let identified = identify(&problem, identify::Options::default());
     Ok(Found {
         identified: identified.map_err(|e| e.to_string())?,
         thermal: None,

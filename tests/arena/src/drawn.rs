@@ -3,27 +3,19 @@
 use crate::class::Class;
 use crate::effect::effects;
 use crate::layout;
+use crate::measured::{Measured, Places};
 use crate::seed::{self, Purpose};
 use crate::task::{Hidden, Position, Task};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use std::fmt::Write;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::{self, Observations};
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Model, Options, Problem, identify};
+use trueaxis_measure::identify::{Model, Options, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, Table};
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::{Command, commands_in_travel};
 use trueaxis_tests::Fixed;
-use trueaxis_tests::observed::{Strategy, observed};
 
 /// Number of positions to answer.
 const POSITIONS: usize = 500;
-/// Part of the travel in which points are measured.
-const MEASURED: f64 = 0.98;
-/// Standard uncertainty of each coordinate of a point (µm).
-const SIGMA: f64 = 1.0;
 /// A combination of parameters is asked for if its effect at the readings is more than this fraction of the effects of
 /// its parts: 1 µm of noise in several hundred readings then leaves about 1 µm of it.
 const SEEN: f64 = 0.03;
@@ -36,26 +28,48 @@ const WAVE: f64 = 0.002;
 /// Points of a wave.
 const POINTS: usize = 80;
 
+/// What is drawn of one machine.
+struct Streams {
+    machine: Fixed,
+    strategy: Fixed,
+    setups: Fixed,
+    errors: Fixed,
+    noise: u64,
+    positions: u64,
+}
+
 /// A machine of a round.
 pub fn hidden(round: u64, number: usize) -> Hidden {
-    let class = Class::of(number);
     let random = |purpose| seed::random(round, number, purpose);
-    let (machine_file, machine) = drawn_machine(class, number, &mut random(Purpose::Machine));
-    let mut of_strategy = random(Purpose::Strategy);
-    let strategy = strategy(class, &machine, &mut of_strategy);
-    let setups = setups(&machine, &mut random(Purpose::Setups));
-    let noise = seed::of(round, number, Purpose::Noise);
-    let read = |errors: &ErrorModel| observed(&machine, errors, &strategy, &setups, 1.0, noise);
-    let perfect = ErrorModel::perfect(&machine);
-    let asked = asked(class, &machine, &read(&perfect));
-    let seed = seed::of(round, number, Purpose::Positions);
-    let commands = commands_in_travel(&machine, &perfect, POSITIONS, seed);
-    let mut of_errors = random(Purpose::Errors);
-    let mut truth = drawn(class, &machine, &asked, &commands, &mut of_errors);
-    if class == Class::Rich {
-        waves(&machine, &mut truth, &mut of_errors);
+    let mut streams = Streams {
+        machine: random(Purpose::Machine),
+        strategy: random(Purpose::Strategy),
+        setups: random(Purpose::Setups),
+        errors: random(Purpose::Errors),
+        noise: seed::of(round, number, Purpose::Noise),
+        positions: seed::of(round, number, Purpose::Positions),
+    };
+    loop {
+        if let Some(hidden) = measurable(number, &mut streams) {
+            return hidden;
+        }
     }
-    let points = observations::write(&read(&truth), &machine);
+}
+
+/// The next machine, if it can be measured.
+fn measurable(number: usize, streams: &mut Streams) -> Option<Hidden> {
+    let class = Class::of(number);
+    let (machine_file, machine) = drawn_machine(class, number, &mut streams.machine);
+    let perfect = ErrorModel::perfect(&machine);
+    let (strategy, setups) = (&mut streams.strategy, &mut streams.setups);
+    let places = Places::draw(class, &machine, strategy, setups)?;
+    let read = |errors: &ErrorModel| places.read(&machine, errors, streams.noise);
+    let asked = asked(class, &machine, &read(&perfect)?);
+    let commands = commands_in_travel(&machine, &perfect, POSITIONS, streams.positions);
+    let mut truth = drawn(class, &machine, &asked, &commands, &mut streams.errors);
+    if class == Class::Rich {
+        waves(&machine, &mut truth, &mut streams.errors);
+    }
     let position = |command| Position {
         command,
         time: None,
@@ -64,16 +78,16 @@ pub fn hidden(round: u64, number: usize) -> Hidden {
         number,
         class,
         machine_file,
-        points,
+        measured: read(&truth)?,
         asked,
         positions: commands.into_iter().map(position).collect(),
         warm: None,
-        machine,
+        machine: machine.clone(),
     };
-    Hidden {
+    Some(Hidden {
         task,
         truth: vec![truth],
-    }
+    })
 }
 
 /// A machine that can be corrected, and its file.
@@ -86,49 +100,8 @@ fn drawn_machine(class: Class, number: usize, random: &mut Fixed) -> (String, Ma
     }
 }
 
-/// Length of the second tool beyond the first (mm): with two, errors of the tool direction are measured, too.
-const LONGER: f64 = 100.0;
-
-fn long_tool(machine: &Machine) -> [f64; 3] {
-    let mut place = machine.tip;
-    place[machine.tool_axis] += LONGER.copysign(place[machine.tool_axis]);
-    place
-}
-
-/// Where points are measured, with two tools.
-fn strategy<'a>(class: Class, machine: &'a Machine, random: &mut Fixed) -> Strategy<'a> {
-    let heading = format!("# [setup.long]\n# tool_mm = {:?}\n", long_tool(machine));
-    let mut strategy = Strategy::new(machine, &heading);
-    let rows = match class {
-        Class::ThreeAxis => 80,
-        Class::Rich => 250,
-        _ => 120,
-    };
-    for setup in ["short", "long"] {
-        for _ in 0..rows {
-            let position = strategy.anywhere(MEASURED, random);
-            strategy.add("point", setup, &position, "", SIGMA);
-        }
-    }
-    strategy
-}
-
-/// Where the instrument really is in each set-up.
-fn setups(machine: &Machine, random: &mut Fixed) -> String {
-    let mut text = String::new();
-    for (name, tool) in [("short", machine.tip), ("long", long_tool(machine))] {
-        let place: [f64; 3] = std::array::from_fn(|_| random.within(-300.0, 300.0));
-        let turned: [f64; 3] = std::array::from_fn(|_| random.within(-20.0, 20.0));
-        let _ = write!(
-            text,
-            "# [setup.{name}]\n# place_mm = {place:?}\n# orientation_deg = {turned:?}\n# tool_mm = {tool:?}\n"
-        );
-    }
-    text
-}
-
-/// The parameters that can be told from readings of these places: from the readings of a machine without errors.
-fn asked(class: Class, machine: &Machine, readings: &Observations) -> Vec<Parameter> {
+/// The parameters that can be told from measurements at these places: from those of a machine without errors.
+fn asked(class: Class, machine: &Machine, measured: &Measured) -> Vec<Parameter> {
     let degree = match class {
         Class::ThreeAxis => 2,
         Class::Rich => 3,
@@ -137,8 +110,8 @@ fn asked(class: Class, machine: &Machine, readings: &Observations) -> Vec<Parame
     let all = Model::Auto.parameters(machine, degree, &[]);
     let all = all.expect("every machine has them");
     let perfect = ErrorModel::perfect(machine);
-    let (probings, artefact) = (Probings::default(), Artefact::default());
-    let problem = Problem::new(machine, &probings, &artefact, &all, &perfect).with(readings);
+    let readings = measured.read(machine);
+    let problem = readings.problem(machine, &all, &perfect);
     let options = Options {
         least: SEEN,
         ..Options::default()

@@ -12,7 +12,10 @@ const CITATION: &str = include_str!("../CITATION.cff");
 /// that of the public files of its first machine (FNV-1a).
 #[must_use]
 pub fn mark(first: &Task) -> String {
-    let bytes = first.machine_file.bytes().chain(first.points.bytes());
+    let texts = first.measured.files().into_iter().map(|(_, text)| text);
+    let bytes = texts
+        .chain([first.machine_file.as_str()])
+        .flat_map(str::bytes);
     let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     });
@@ -49,10 +52,11 @@ pub fn files(task: &Task) -> Vec<(&'static str, String)> {
     let asked: Vec<String> = task.asked.iter().map(|p| format!("{p}\n")).collect();
     let mut files = vec![
         ("machine.toml", task.machine_file.clone()),
-        ("points.csv", task.points.clone()),
         ("positions.csv", positions(task)),
         ("asked.csv", format!("parameter\n{}", asked.concat())),
     ];
+    let measured = task.measured.files().into_iter();
+    files.extend(measured.map(|(name, text)| (name, text.to_owned())));
     if let Some(warm) = &task.warm {
         files.push(("temperatures.csv", warm.measured_file.clone()));
         files.push(("temperatures-of-positions.csv", warm.unseen_file.clone()));

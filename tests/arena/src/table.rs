@@ -2,7 +2,7 @@
 
 use crate::class::Class;
 use crate::score::Score;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// The scores of one way of compensation on one machine.
@@ -18,22 +18,19 @@ pub struct Scored {
     pub failure: Option<String>,
 }
 
-/// The columns of a table, with their units.
-const COLUMNS: [&str; 14] = [
+/// The columns of a table.
+const COLUMNS: [&str; 11] = [
     "",
-    "machines",
     "failed",
     "worse than nothing",
-    "tip, median",
-    "mean",
-    "worst",
-    "direction, median",
-    "worst",
+    "tip: median / mean / worst",
+    "direction: median / mean / worst",
     "parameters left",
     "their interval score",
     "within the band",
-    "interval score of the tip",
-    "instructions; bytes",
+    "interval score",
+    "instructions",
+    "bytes",
 ];
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -61,9 +58,7 @@ fn shown(value: Option<f64>) -> String {
 }
 
 fn percent(value: Option<f64>) -> String {
-    value.map_or("–".to_owned(), |v| {
-        format!("{} %", shown(Some(100.0 * v)))
-    })
+    value.map_or("–".to_owned(), |v| format!("{:.1} %", 100.0 * v))
 }
 
 /// One row: all scores of one way of compensation.
@@ -73,35 +68,28 @@ fn row(name: &str, scored: &[&Scored]) -> Vec<String> {
     let some = |value: &dyn Fn(&Score) -> Option<f64>| -> Vec<f64> {
         scored.iter().filter_map(|s| value(&s.score)).collect()
     };
-    let worst = |values: &[f64]| values.iter().copied().reduce(f64::max);
-    let (tip, direction) = (all(|s| s.tip), all(|s| s.direction));
+    let three = |values: Vec<f64>| {
+        let worst = values.iter().copied().reduce(f64::max);
+        let mean = mean(&values);
+        [median(values), mean, worst].map(shown).join(" / ")
+    };
     let cost = |of: fn(&crate::Cost) -> f64| {
         let known = some(&|s| s.cost.as_ref().map(of));
         median(known).map_or("–".to_owned(), |v| format!("{v:.0}"))
     };
+    let count = |is: fn(&Scored) -> bool| scored.iter().filter(|s| is(s)).count().to_string();
     vec![
         name.to_owned(),
-        scored.len().to_string(),
-        scored
-            .iter()
-            .filter(|s| s.failure.is_some())
-            .count()
-            .to_string(),
-        scored
-            .iter()
-            .filter(|s| s.score.is_worse)
-            .count()
-            .to_string(),
-        shown(median(tip.clone())),
-        shown(mean(&tip)),
-        shown(worst(&tip)),
-        shown(median(direction.clone())),
-        shown(worst(&direction)),
+        count(|s| s.failure.is_some()),
+        count(|s| s.score.is_worse),
+        three(all(|s| s.tip)),
+        three(all(|s| s.direction)),
         percent(median(some(&|s| s.parameters))),
         shown(mean(&some(&|s| s.parameter_interval))),
         percent(mean(&all(|s| s.within))),
         shown(mean(&all(|s| s.interval))),
-        format!("{}; {}", cost(|c| c.instructions), cost(|c| c.bytes as f64)),
+        cost(|c| c.instructions),
+        cost(|c| c.bytes as f64),
     ]
 }
 
@@ -157,19 +145,28 @@ pub fn table(scored: &[&Scored]) -> String {
     aligned(&COLUMNS, &rows)
 }
 
+/// Number of different machines.
+fn machines(scored: &[&Scored]) -> usize {
+    let numbers: BTreeSet<usize> = scored.iter().map(|s| s.machine).collect();
+    numbers.len()
+}
+
 /// The tables of all machines and of each class, and the failures.
 #[must_use]
 pub fn tables(scored: &[Scored]) -> String {
-    let mut text = format!(
-        "## All machines\n\n{}",
-        table(&scored.iter().collect::<Vec<_>>())
-    );
+    let all: Vec<&Scored> = scored.iter().collect();
+    let mut text = format!("## All {} machines\n\n{}", machines(&all), table(&all));
     for class in Class::ALL {
         let own: Vec<&Scored> = (scored.iter())
             .filter(|s| Class::of(s.machine) == class)
             .collect();
         if !own.is_empty() {
-            let _ = write!(text, "\n## Class: {class}\n\n{}", table(&own));
+            let _ = write!(
+                text,
+                "\n## {class}: {} machines\n\n{}",
+                machines(&own),
+                table(&own)
+            );
         }
     }
     let lists = [
@@ -219,15 +216,11 @@ fn grouped(scored: &[Scored], reason: impl Fn(&Scored) -> Option<String>) -> Str
 /// The page of the manual with the scores of the baselines.
 #[must_use]
 pub fn page(scored: &[Scored], round: u64) -> String {
-    let mut machines: Vec<usize> = scored.iter().map(|s| s.machine).collect();
-    machines.sort_unstable();
-    machines.dedup();
     format!(
         "# Scores of the arena\n\n\
-         Written by `cargo xtask arena --page docs/src`: do not edit. {} machines, round {round}. [The arena](arena.md) \
-         says what the columns mean; `arena-scores.csv` beside this page has every machine. Tip in µm, direction in µrad, \
-         root mean square over the positions of a machine.\n\n{}",
-        machines.len(),
+         Written by `cargo xtask arena --page docs/src`: do not edit. This is the round with the seed {round}. [The arena]\
+         (arena.md#scores) says what the columns mean; `arena-scores.csv` beside this page has every machine. Errors of \
+         tip and direction are root mean squares over the positions of a machine, in µm and µrad.\n\n{}",
         tables(scored)
     )
 }

@@ -1,8 +1,8 @@
 //! What is public of one machine, and what is hidden.
 
 use crate::class::Class;
+use crate::measured::Measured;
 use crate::{drawn, warming};
-use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::temperatures::Temperatures;
 use trueaxis_model::errors::{ErrorModel, MAX_SENSORS, Parameter, Thermal};
 use trueaxis_model::machine::Machine;
@@ -28,8 +28,8 @@ pub struct Task {
     pub machine_file: String,
     /// The machine.
     pub machine: Machine,
-    /// Points measured on it, as a file.
-    pub points: String,
+    /// What was measured on it.
+    pub measured: Measured,
     /// Parameters to find. All others are zero, except for waves of the class [`Class::Rich`]. None on a machine that
     /// warms up.
     pub asked: Vec<Parameter>,
@@ -42,7 +42,7 @@ pub struct Task {
 /// Temperatures of a machine that warms up.
 #[derive(Clone, Debug)]
 pub struct Warm {
-    /// While the points were measured, as a file.
+    /// While the machine was measured, as a file.
     pub measured_file: String,
     /// The same as read.
     pub measured: Temperatures,
@@ -53,15 +53,6 @@ pub struct Warm {
 }
 
 impl Task {
-    /// The measured points as read from the file.
-    ///
-    /// # Panics
-    /// If they cannot be read: a mistake in the arena.
-    #[must_use]
-    pub fn observations(&self) -> Observations {
-        observations::read(&self.points, "points.csv", &self.machine).expect("a file of the arena")
-    }
-
     /// The positions with the temperatures that these inputs see there, each after its lag.
     ///
     /// # Errors

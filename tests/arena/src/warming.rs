@@ -3,6 +3,7 @@
 
 use crate::class::Class;
 use crate::effect::effects;
+use crate::measured::Measured;
 use crate::seed::{self, Purpose};
 use crate::task::{Hidden, Position, Task, Warm};
 use std::fmt::Write;
@@ -75,7 +76,7 @@ pub fn hidden(round: u64, number: usize) -> Hidden {
         number,
         class: Class::Thermal,
         machine_file: MACHINE.trim_start().to_owned(),
-        points: files.points,
+        measured: Measured::Points(files.points),
         asked: Vec::new(),
         positions: unseen.positions,
         warm: Some(Warm {

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 use trueaxis_arena::{
-    Answer, Baseline, Class, Hidden, ROUND, Score, answers, export, folder, mark, of_the_truth,
-    score, scored,
+    Answer, Baseline, Class, Hidden, ROUND, Score, Stated, answers, export, folder, mark,
+    of_the_truth, score, scored,
 };
 
 /// Of the class `three axes`, which takes least time.
@@ -60,7 +60,7 @@ fn corrections_with_the_wrong_sign_are_worse_than_nothing() {
 #[test]
 fn a_round_repeats_and_another_seed_is_another_round() {
     let [one, same, other] = [3, 3, 4].map(|round| Hidden::new(round, QUICK));
-    assert_eq!(one.task.points, same.task.points);
+    assert_eq!(one.task.measured, same.task.measured);
     assert_eq!(one.truth, same.truth);
     assert_ne!(mark(&one.task), mark(&other.task));
     assert_ne!(one.truth, other.truth);
@@ -139,7 +139,11 @@ fn a_submission_gets_the_scores_of_the_answer_that_it_was_written_from() {
 #[test]
 fn a_wrong_submission_is_refused_with_its_place_and_a_remedy() {
     let hidden = Hidden::new(ROUND, QUICK);
-    let answer = Answer::none(hidden.task.positions.len());
+    let asked = hidden.task.asked[0];
+    let answer = Answer {
+        parameters: [(asked, Stated::default())].into(),
+        ..Answer::none(hidden.task.positions.len())
+    };
     let refused = |file: &str, change: &dyn Fn(&Path)| {
         let at = submission(&hidden, &answer);
         change(&at.path().join(file));
@@ -152,7 +156,6 @@ fn a_wrong_submission_is_refused_with_its_place_and_a_remedy() {
             fs::write(path, text.replacen(from, to, 1)).unwrap();
         })
     };
-    let asked = hidden.task.asked[0].to_string();
     let letters = hidden.task.machine.axes.iter();
     let letters: Vec<String> = letters.map(|a| a.letter.to_string()).collect();
     let header = letters.join(",");
@@ -206,7 +209,7 @@ fn a_wrong_submission_is_refused_with_its_place_and_a_remedy() {
             edited(
                 "000/parameters.csv",
                 "band\n",
-                &format!("band\n{asked},0,0\n{asked},0,0\n"),
+                &format!("band\n{asked},0,0\n"),
             ),
             "is there twice",
             "each parameter once",
