@@ -61,7 +61,9 @@ usage: cargo xtask COMMAND
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
-  arena [COUNT] [--seed N]       ways of compensation on 200 machines with hidden errors, scored
+  arena [COUNT] [--seed N] [--page FOLDER|--check FOLDER|--export FOLDER|--score FOLDER]
+                                 ways of compensation on 200 machines with hidden errors: scores; their page; a
+                                 round for others, and scores of their answers
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
   generated [COUNT|bare-metal]   what `trueaxis generate` writes for every example, compiled with rustc, gcc and clang,

@@ -218,9 +218,9 @@ fn grouped(scored: &[Scored], reason: impl Fn(&Scored) -> Option<String>) -> Str
 pub fn page(scored: &[Scored], round: u64) -> String {
     format!(
         "# Scores of the arena\n\n\
-         Written by `cargo xtask arena --page docs/src`: do not edit. This is the round with the seed {round}. [The arena]\
-         (arena.md#scores) says what the columns mean; `arena-scores.csv` beside this page has every machine. Errors of \
-         tip and direction are root mean squares over the positions of a machine, in µm and µrad.\n\n{}",
+         <!-- Written by `cargo xtask arena --page docs/src`: change that, not this. -->\n\n\
+         The round with the seed {round}. [The arena](arena.md#scores) says what the columns mean; `arena-scores.csv` beside \
+         this page\nhas every machine. Errors of tip and direction are root mean squares over the positions of a machine, in µm and\nµrad.\n\n{}",
         tables(scored)
     )
 }
