@@ -6,6 +6,8 @@ use crate::interval::{one_sided, two_sided};
 use crate::left::{Left, left};
 use crate::task::Hidden;
 
+/// From mm to µm, and from rad to µrad.
+const UNITS: [f64; 2] = [1e3, 1e6];
 /// A direction that is worse by less than this (µrad, root mean square), and a tip that is worse by less than this (µm),
 /// count as unchanged.
 const WORSE: f64 = 0.01;
@@ -22,10 +24,10 @@ pub struct Score {
     pub parameters: Option<f64>,
     /// The interval score of the parameters (µm at the tip, mean).
     pub parameter_interval: Option<f64>,
-    /// Part of the positions at which the error of the tip is within its band.
-    pub within: f64,
-    /// The interval score of the tip (µm, mean over the positions).
-    pub interval: f64,
+    /// Part of the positions at which the error of the tip is within its band, and that of the direction.
+    pub within: [f64; 2],
+    /// The interval score of the tip (µm, mean over the positions), and of the direction (µrad).
+    pub interval: [f64; 2],
     /// Instructions and bytes, if known.
     pub cost: Option<Cost>,
     /// True if tip or direction are worse than without any correction.
@@ -51,13 +53,19 @@ impl Score {
         let left =
             |answer: &Answer| left(task, &commands, |i| hidden.truth_at(i), &answer.corrections);
         let [before, after] = [&none, answer].map(left);
-        let tip_and_band = after.iter().zip(&answer.bands);
-        let inside = tip_and_band.clone().filter(|(e, band)| e.tip <= band[0]);
-        let within = inside.count() as f64 / after.len() as f64;
-        let interval = mean(tip_and_band.map(|(e, band)| one_sided(band[0], e.tip) * 1e3));
-        let [tip_before, tip] = [&before, &after].map(|e| rms(e, |e| e.tip) * 1e3);
-        let [direction_before, direction] =
-            [&before, &after].map(|e| rms(e, |e| e.direction) * 1e6);
+        let values: [fn(&Left) -> f64; 2] = [|left| left.tip, |left| left.direction];
+        let banded = |k: usize| {
+            let each = after.iter().zip(&answer.bands);
+            each.map(move |(left, band)| (values[k](left), band[k]))
+        };
+        let within = [0, 1].map(|k| {
+            let inside = banded(k).filter(|(error, band)| error <= band);
+            inside.count() as f64 / after.len() as f64
+        });
+        let interval =
+            [0, 1].map(|k| UNITS[k] * mean(banded(k).map(|(error, band)| one_sided(band, error))));
+        let [tip_before, direction_before] = [0, 1].map(|k| UNITS[k] * rms(&before, values[k]));
+        let [tip, direction] = [0, 1].map(|k| UNITS[k] * rms(&after, values[k]));
         let parameters = parameters(hidden, answer);
         Self {
             tip,

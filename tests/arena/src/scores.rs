@@ -4,7 +4,7 @@ use crate::class::Class;
 use crate::table::Scored;
 use std::fmt::Write;
 
-const HEADER: &str = "machine,class,name,tip_um,direction_urad,parameters_left,parameter_interval_um,within,interval_um,instructions,bytes,is_worse,failed\n";
+const HEADER: &str = "machine,class,name,tip_um,direction_urad,parameters_left,parameter_interval_um,within,interval_um,direction_within,direction_interval_urad,instructions,bytes,is_worse,failed\n";
 /// Columns that identify a row.
 const KEYS: usize = 3;
 /// Figures agree within this part of them, and this much: another processor or library rounds sines differently, and an
@@ -24,8 +24,10 @@ fn row(scored: &Scored) -> String {
         number(score.direction),
         maybe(score.parameters),
         maybe(score.parameter_interval),
-        number(score.within),
-        number(score.interval),
+        number(score.within[0]),
+        number(score.interval[0]),
+        number(score.within[1]),
+        number(score.interval[1]),
         score
             .cost
             .map(|c| format!("{:.0}", c.instructions))

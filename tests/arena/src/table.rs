@@ -27,8 +27,8 @@ const COLUMNS: [&str; 11] = [
     "direction: median / mean / worst",
     "parameters left",
     "their interval score",
-    "within the band",
-    "interval score",
+    "within the band: tip / direction",
+    "interval score: tip / direction",
     "instructions",
     "bytes",
 ];
@@ -86,8 +86,12 @@ fn row(name: &str, scored: &[&Scored]) -> Vec<String> {
         three(all(|s| s.direction)),
         percent(median(some(&|s| s.parameters))),
         shown(mean(&some(&|s| s.parameter_interval))),
-        percent(mean(&all(|s| s.within))),
-        shown(mean(&all(|s| s.interval))),
+        [all(|s| s.within[0]), all(|s| s.within[1])]
+            .map(|w| percent(mean(&w)))
+            .join(" / "),
+        [all(|s| s.interval[0]), all(|s| s.interval[1])]
+            .map(|i| shown(mean(&i)))
+            .join(" / "),
         cost(|c| c.instructions),
         cost(|c| c.bytes as f64),
     ]

@@ -30,7 +30,7 @@ fn no_correction_leaves_everything_and_is_not_worse_than_itself() {
     let hidden = Hidden::new(ROUND, QUICK);
     let score = Score::of(&hidden, &Answer::none(hidden.task.positions.len()));
     assert!(score.tip > 1.0);
-    assert_eq!((score.parameters, score.within), (Some(1.0), 0.0));
+    assert_eq!((score.parameters, score.within), (Some(1.0), [0.0; 2]));
     assert!(!score.is_worse);
 }
 
@@ -121,7 +121,8 @@ fn a_submission_gets_the_scores_of_the_answer_that_it_was_written_from() {
     for (a, b) in [
         (found.tip, wanted.tip),
         (found.direction, wanted.direction),
-        (found.interval, wanted.interval),
+        (found.interval[0], wanted.interval[0]),
+        (found.interval[1], wanted.interval[1]),
         (found.parameters.unwrap(), wanted.parameters.unwrap()),
         (
             found.parameter_interval.unwrap(),
