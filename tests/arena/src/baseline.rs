@@ -8,7 +8,7 @@ use std::fmt;
 use trueaxis::{Auxiliary, AuxiliaryKind};
 use trueaxis_measure::identify::{self, Identified, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches, Thermal};
-use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::compile::{self, best};
 use trueaxis_tables::schemes::{self, Scheme};
@@ -31,8 +31,8 @@ pub enum Baseline {
     None,
     /// Scales and squareness of the linear axes alone are identified; tables of the scheme `exact`.
     ScalesAndSquareness,
-    /// All parameters that are asked for are identified; tables of a scheme.
-    Tables(Scheme),
+    /// All parameters that are asked for are identified; tables of a scheme under a policy.
+    Tables(Scheme, Policy),
     /// The same with the kinematic correction itself instead of tables.
     Kinematics,
 }
@@ -42,28 +42,32 @@ impl fmt::Display for Baseline {
         match self {
             Self::None => f.pad("none"),
             Self::ScalesAndSquareness => f.pad("scales and squareness"),
-            Self::Tables(scheme) => f.pad(&scheme.name()),
+            Self::Tables(scheme, Policy::Orientation) if scheme.keeps_tolerance() => {
+                f.pad(&format!("{scheme} (orientation)"))
+            }
+            Self::Tables(scheme, _) => f.pad(&scheme.name()),
             Self::Kinematics => f.pad("exact kinematics"),
         }
     }
 }
 
 impl Baseline {
-    /// All baselines.
+    /// All baselines. Those of the source document have its policy: a grid corrects the linear axes alone.
     ///
     /// # Panics
     /// Never: these schemes exist.
     #[must_use]
     pub fn every() -> Vec<Self> {
-        let scheme = |name: &str| Self::Tables(name.parse().expect("a scheme"));
+        let of = |name: &str, policy| Self::Tables(name.parse().expect("a scheme"), policy);
         vec![
             Self::None,
             Self::ScalesAndSquareness,
-            scheme("grid3d"),
-            scheme("poly25"),
-            scheme("trigo23"),
-            scheme("fik"),
-            scheme("exact"),
+            of("grid3d", Policy::Position),
+            of("poly25", Policy::Orientation),
+            of("trigo23", Policy::Orientation),
+            of("fik", Policy::Orientation),
+            of("exact", Policy::Orientation),
+            of("exact", Policy::default()),
             Self::Kinematics,
         ]
     }
@@ -73,16 +77,17 @@ impl Baseline {
 #[must_use]
 pub fn answers(task: &Task) -> Vec<(Baseline, Result<Answer, String>)> {
     let full = full(task);
-    let all = Baseline::every().into_iter().map(|baseline| {
-        let answer = match &baseline {
-            Baseline::None => Ok(Answer::none(task.positions.len())),
-            Baseline::ScalesAndSquareness => scales_and_squareness(task),
-            Baseline::Tables(scheme) => full.clone().and_then(|full| tables(task, &full, scheme)),
-            Baseline::Kinematics => full.clone().and_then(|full| kinematic(task, &full)),
-        };
-        (baseline, answer)
-    });
-    all.collect()
+    let of = |baseline: &Baseline| match baseline {
+        Baseline::None => Ok(Answer::none(task.positions.len())),
+        Baseline::ScalesAndSquareness => scales_and_squareness(task),
+        Baseline::Tables(scheme, policy) => {
+            tables(task, full.as_ref().map_err(String::clone)?, scheme, *policy)
+        }
+        Baseline::Kinematics => kinematic(task, full.as_ref().map_err(String::clone)?),
+    };
+    let each = Baseline::every().into_iter();
+    each.map(|baseline| (baseline.clone(), of(&baseline)))
+        .collect()
 }
 
 /// Errors as identified.
@@ -136,14 +141,16 @@ fn scales_and_squareness(task: &Task) -> Result<Answer, String> {
         _ => task.asked.clone(),
     };
     let own: Vec<Parameter> = all.into_iter().filter(is_scale_or_square).collect();
-    tables(task, &identified(task, &own)?, &Scheme::default())
+    let found = identified(task, &own)?;
+    tables(task, &found, &Scheme::default(), Policy::default())
 }
 
 /// As `trueaxis compile --tolerance 1 --best-effort` does, for a controller that holds what the format can say.
-fn tables(task: &Task, found: &Found, scheme: &Scheme) -> Result<Answer, String> {
+fn tables(task: &Task, found: &Found, scheme: &Scheme, policy: Policy) -> Result<Answer, String> {
     let options = compile::Options {
         scheme: scheme.clone(),
         tables: schemes::Options {
+            policy,
             target: Target::desktop(),
             ..schemes::Options::default()
         },
