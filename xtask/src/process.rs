@@ -59,9 +59,7 @@ const ARENA: &str = "trueaxis-arena";
 
 /// The arena, built by [`trueaxis`].
 pub fn arena() -> Command {
-    let mut command = Command::new(target("debug").join(ARENA));
-    command.current_dir(root());
-    command
+    Command::new(target("debug").join(ARENA))
 }
 
 /// An example, built by [`trueaxis`].
