@@ -7,11 +7,6 @@ use trueaxis_tests::Fixed;
 /// Pairs of rotary axes.
 const PAIRS: [[char; 2]; 3] = [['A', 'C'], ['B', 'C'], ['A', 'B']];
 
-/// One of `0..n`.
-fn below(random: &mut Fixed, n: usize) -> usize {
-    ((u64::from(random.bits()) * n as u64) >> 32) as usize
-}
-
 fn is_true(random: &mut Fixed) -> bool {
     random.bits() & 1 == 0
 }
@@ -21,14 +16,14 @@ fn is_true(random: &mut Fixed) -> bool {
 pub fn draw(class: Class, number: usize, random: &mut Fixed) -> String {
     let mut linear = vec!['X', 'Y', 'Z'];
     for i in (1..linear.len()).rev() {
-        linear.swap(i, below(random, i + 1));
+        linear.swap(i, random.below(i + 1));
     }
     let mut rotary = match class {
         Class::ThreeAxis | Class::Thermal => Vec::new(),
-        Class::TwoRotary | Class::Tilted | Class::Rich => PAIRS[below(random, 3)].to_vec(),
+        Class::TwoRotary | Class::Tilted | Class::Rich => PAIRS[random.below(3)].to_vec(),
         Class::SixAxes if is_true(random) => {
             linear.push('W');
-            PAIRS[below(random, 2)].to_vec()
+            PAIRS[random.below(2)].to_vec()
         }
         Class::SixAxes => vec!['A', 'B', 'C'],
     };
@@ -36,7 +31,7 @@ pub fn draw(class: Class, number: usize, random: &mut Fixed) -> String {
         rotary.reverse();
     }
     let narrow = rotary.len() == 3;
-    let tilted = (class == Class::Tilted).then(|| below(random, 2));
+    let tilted = (class == Class::Tilted).then(|| random.below(2));
     let mut text = format!("name = \"machine {number}\"\n");
     for letter in linear {
         let half = match letter {

@@ -125,7 +125,7 @@ impl Unseen<'_> {
         for (step, duty) in duties.into_iter().enumerate() {
             let time = start + step as f64 * STEP;
             self.temperatures(step, time, cycle, &state, random);
-            if step % EVERY == 0 {
+            if step.is_multiple_of(EVERY) {
                 let truth = state.errors(self.machine, self.cold, self.parts);
                 for command in rounds.next().unwrap_or_default() {
                     self.positions.push(Position {
@@ -147,7 +147,7 @@ impl Unseen<'_> {
         state: &State,
         random: &mut Fixed,
     ) {
-        if step % LOG == 0 {
+        if step.is_multiple_of(LOG) {
             let celsius = state.celsius(time, random).map(|c| format!("{c:.2}"));
             let _ = writeln!(self.log, "{time},{cycle},{}", celsius.join(","));
         }
