@@ -133,8 +133,8 @@ fn a_submission_gets_the_scores_of_the_answer_that_it_was_written_from() {
     }
     assert_eq!(mine[0].failure, None);
     assert_eq!(mine[1].failure.as_deref(), Some("there is no answer"));
-    let none = scores.iter().filter(|s| s.name == "none");
-    assert_eq!(none.last().unwrap().score, mine[1].score);
+    let mut none = scores.iter().filter(|s| s.name == "none");
+    assert_eq!(none.next_back().unwrap().score, mine[1].score);
 }
 
 #[test]
