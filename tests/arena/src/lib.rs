@@ -10,6 +10,7 @@ mod class;
 mod drawn;
 mod effect;
 mod export;
+mod hidden;
 mod interval;
 mod layout;
 mod left;

@@ -2,7 +2,6 @@
 
 use crate::class::Class;
 use crate::measured::Measured;
-use crate::{drawn, warming};
 use trueaxis_measure::formats::temperatures::Temperatures;
 use trueaxis_model::errors::{ErrorModel, MAX_SENSORS, Parameter, Thermal};
 use trueaxis_model::machine::Machine;
@@ -140,18 +139,6 @@ pub struct Hidden {
 }
 
 impl Hidden {
-    /// A machine of a round.
-    ///
-    /// # Panics
-    /// If what the arena writes cannot be read: a mistake in it.
-    #[must_use]
-    pub fn new(round: u64, number: usize) -> Self {
-        match Class::of(number) {
-            Class::Thermal => warming::hidden(round, number),
-            _ => drawn::hidden(round, number),
-        }
-    }
-
     /// The errors at a position.
     #[must_use]
     pub fn truth_at(&self, position: usize) -> &ErrorModel {
