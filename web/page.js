@@ -32,7 +32,8 @@
     const bytes = await wasm;
     const made = new Worker(address);
     made.postMessage({ wasm: bytes });
-    made.onmessage = ({ data: { id, progress, said, done } }) => {
+    made.onmessage = ({ data: { id, progress, said, done, sent } }) => {
+      if (sent) return send(sent);
       const call = waiting.get(id);
       if (progress !== undefined) call?.progress(progress);
       if (said !== undefined) call?.print(said);
@@ -49,14 +50,14 @@
     return made;
   }
 
-  /** Runs a command; files are all of the page's, and these. `null` if it was cancelled. */
-  async function run(args, more = {}, progress = () => {}, print = () => {}) {
+  /** Runs a command; files are all of the page's, and these. `null` if it was cancelled. With a port, it can use it. */
+  async function run(args, more = {}, progress = () => {}, print = () => {}, isOnPort = false) {
     worker ??= start();
     const id = ++calls;
     const inputs = { ...Object.fromEntries([...files].map(([name, { bytes }]) => [name, bytes])), ...more };
     return new Promise((resolve) => {
       waiting.set(id, { resolve, progress, print });
-      worker.then((made) => waiting.has(id) && made.postMessage({ id, args, files: inputs }));
+      worker.then((made) => waiting.has(id) && made.postMessage({ id, args, files: inputs, isOnPort }));
     });
   }
 
@@ -151,6 +152,7 @@
       measured: has("machine") && has("runs"),
     };
     for (const [id, met] of Object.entries(needs)) $(id).disabled = !met || busy;
+    controllable();
     const programs = of("program").map((name) => element("option", {}, name));
     $("program").replaceChildren(...programs);
     $("gcode").disabled = !programs.length;
@@ -270,8 +272,8 @@
 
   let busy = false;
 
-  /** Runs a command that the user has asked for; shows what it says. */
-  async function command(words, args, more) {
+  /** Runs a command that the user has asked for; shows what it says: all of it, or the latest while it runs. */
+  async function command(words, args, more, { isOnPort = false, showsLatest = false } = {}) {
     busy = true;
     changed();
     clearTimeout(timer);
@@ -286,10 +288,12 @@
       $("state").textContent = stage ?? "";
     };
     $("said").textContent = "";
-    const done = await run(args, more, shows, (said) => {
+    const print = (said) => {
       $("results").hidden = false;
+      if (showsLatest) $("said").textContent = "";
       $("said").append(said);
-    });
+    };
+    const done = await run(args, more, shows, print, isOnPort);
     busy = false;
     $("cancel").disabled = true;
     $("bar").value = done ? 1 : 0;
@@ -312,6 +316,7 @@
 
   function offer(added) {
     made = { ...made, ...added };
+    controllable();
     $("downloads").replaceChildren(
       ...Object.entries(made).map(([name, bytes]) => {
         const button = element("button", { type: "button" }, `Download ${name}`);
@@ -411,8 +416,102 @@
     ]);
   };
 
+  /* A controller on a serial port. */
+
+  /** The port, what writes to it and reads from it, and the end of the reading. */
+  let [port, writer, reader, hearing] = [null, null, null, null];
+  const canReachPorts = "serial" in navigator && typeof WebAssembly.Suspending === "function";
+
+  function controllable() {
+    $("connect").disabled = !canReachPorts || busy;
+    $("connect").textContent = port ? "Disconnect" : "Connect";
+    $("baud").disabled = Boolean(port);
+    for (const button of document.querySelectorAll("#controller-actions button")) button.disabled = !port || busy;
+    $("flash").disabled ||= !made[BLOB];
+  }
+
+  async function connect() {
+    if (port) return disconnect();
+    problem("");
+    let chosen = null;
+    try {
+      chosen = await navigator.serial.requestPort();
+      await chosen.open({ baudRate: Number($("baud").value) });
+    } catch (error) {
+      // The user has chosen none, or the port cannot be opened.
+      if (chosen) problem(`error: the port cannot be opened: ${error.message}\nCheck that no other program has it open.`);
+      return;
+    }
+    port = chosen;
+    writer = port.writable.getWriter();
+    hearing = hear(port);
+    controllable();
+  }
+
+  /** Gives what arrives to the command, until the port is closed or lost. */
+  async function hear(from) {
+    const tell = async (arrived) => (await worker)?.postMessage({ arrived });
+    // A damaged byte ends a stream; the next one goes on.
+    while (from === port && from.readable) {
+      reader = from.readable.getReader();
+      try {
+        for (let { value, done } = await reader.read(); !done; { value, done } = await reader.read()) await tell(value);
+        if (from === port) break;
+      } catch {
+        // Where the port is lost, it is no longer readable.
+      } finally {
+        reader.releaseLock();
+      }
+    }
+    await tell(null);
+    if (from === port) await release(from);
+  }
+
+  async function disconnect() {
+    const old = port;
+    port = null;
+    // A stream that has failed cannot be cancelled, and has ended.
+    await reader.cancel().catch(() => {});
+    await hearing;
+    await release(old);
+  }
+
+  async function release(old) {
+    port = null;
+    try {
+      writer.releaseLock();
+      await old.close();
+    } catch {
+      // It is gone already.
+    }
+    controllable();
+  }
+
+  async function send(bytes) {
+    try {
+      await writer.write(bytes);
+    } catch {
+      (await worker)?.postMessage({ arrived: null });
+    }
+  }
+
+  /** Runs a command on the port. */
+  const onPort = (words, args, more = {}, showsLatest = false) =>
+    command(words, [...args, "--port", "/serial"], more, { isOnPort: true, showsLatest });
+  const flash = (...how) => onPort("Flashing", ["flash", BLOB, ...how], { [BLOB]: made[BLOB] });
+  const control = (...what) => onPort("Asking the controller", ["control", ...what]);
+
   for (const [id, does] of Object.entries({
     compile,
+    connect,
+    flash: () => flash("--activate"),
+    capacity: () => onPort("Asking the controller", ["flash", "--dry-run"]),
+    show: () => control("show"),
+    enable: () => control("enable"),
+    disable: () => control("disable"),
+    "dry-run": () => control("dry-run", "on"),
+    "dry-run-off": () => control("dry-run", "off"),
+    watch: () => onPort("Watching, until it is cancelled", ["monitor"], {}, true),
     draw: () => draw(),
     identify,
     measured,
@@ -736,6 +835,9 @@
     document.body.classList.remove("dropping");
     take(event.dataTransfer.files);
   });
+  if (!canReachPorts)
+    $("ports-note").textContent =
+      "This browser cannot reach serial ports; Chrome and Edge can. Or download the tables and use the command: trueaxis flash.";
   worker = start();
   changed();
 

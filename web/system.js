@@ -3,11 +3,15 @@
 const runCommand = (() => {
   "use strict";
 
-  const [OK, BAD_FILE, EXISTS, IS_FOLDER, NOT_FOUND, NOT_SUPPORTED] = [0, 8, 20, 31, 44, 58];
+  const [OK, BAD_FILE, EXISTS, IO, IS_FOLDER, NOT_FOUND, NOT_SUPPORTED] = [0, 8, 20, 29, 31, 44, 58];
   const [DEVICE, FOLDER, FILE] = [2, 3, 4];
   const [CREATE, MUST_BE_FOLDER, MUST_BE_NEW, TRUNCATE] = [1, 2, 4, 8];
   /** Written by the command to show how far it is. */
   const PROGRESS = "progress";
+  /** The port of a controller, if one is connected. */
+  const SERIAL = "serial";
+  /** Milliseconds after which reading from the port ends without bytes. */
+  const PATIENCE = 50;
   /** The folder that all files are in. */
   const ROOT = 3;
 
@@ -49,9 +53,11 @@ const runCommand = (() => {
   /**
    * Runs `trueaxis` with arguments and files (names to bytes). Returns its exit code, what it printed to both streams,
    * and the files that it has written. `progress` gets "done total stage", and
-   * `print` what is printed to standard output, when it is.
+   * `print` what is printed to standard output, when it is. `serial`, if there is one, is a port: `read(most, patience)`
+   * and `write(bytes)` return promises, for which the command is suspended (the browser must have `WebAssembly.Suspending`);
+   * they are rejected once the port is gone.
    */
-  return async (module, args, inputs, progress, print) => {
+  return async (module, args, inputs, progress, print, serial = null) => {
     const files = new Map(Object.entries(inputs).map(([name, bytes]) => [name, new Bytes(bytes)]));
     const streams = [null, new Bytes(), new Bytes()];
     // Open files: what they are, and where they are read and written.
@@ -79,6 +85,29 @@ const runCommand = (() => {
       data.setUint8(at + 16, kind);
       data.setBigUint64(at + 24, 1n, true);
       data.setBigUint64(at + 32, BigInt(size), true);
+      return OK;
+    }
+
+    async function receive(port, at, count, read) {
+      const [into] = pieces(at, count);
+      try {
+        const got = into.length ? await port.read(into.length, PATIENCE) : [];
+        into.set(got);
+        view().setUint32(read, got.length, true);
+        return OK;
+      } catch {
+        return IO;
+      }
+    }
+
+    async function send(port, at, count, written) {
+      const all = pieces(at, count);
+      try {
+        for (const piece of all) await port.write(piece.slice());
+      } catch {
+        return IO;
+      }
+      view().setUint32(written, all.reduce((sum, piece) => sum + piece.length, 0), true);
       return OK;
     }
 
@@ -115,7 +144,17 @@ const runCommand = (() => {
         return OK;
       },
       sched_yield: () => OK,
-      poll_oneoff: () => NOT_SUPPORTED,
+      /** Sleeps: a clock is all that the command waits for. */
+      poll_oneoff(asked, happened, count, events) {
+        const data = view();
+        if (!serial || count !== 1 || data.getUint8(asked + 8) !== 0) return NOT_SUPPORTED;
+        const time = Number(data.getBigUint64(asked + 24, true)) / 1e6;
+        const now = data.getUint16(asked + 40, true) & 1 ? performance.now() : 0;
+        bytes(happened, 32).fill(0);
+        bytes(happened, 8).set(bytes(asked, 8));
+        data.setUint32(events, 1, true);
+        return new Promise((resolve) => setTimeout(() => resolve(OK), Math.max(0, time - now)));
+      },
       proc_exit(code) {
         throw new Ended(code);
       },
@@ -154,7 +193,8 @@ const runCommand = (() => {
       path_open(_fd, _links, path, length, how, _rights, _inherited, _flags, at) {
         const wanted = name(path, length);
         let opened = { kind: FOLDER };
-        if (wanted !== "") {
+        if (wanted === SERIAL && serial) opened = { kind: DEVICE, serial };
+        else if (wanted !== "") {
           if (how & MUST_BE_FOLDER) return NOT_FOUND;
           if (files.has(wanted) && how & MUST_BE_NEW) return EXISTS;
           if (!files.has(wanted)) {
@@ -200,6 +240,7 @@ const runCommand = (() => {
         if (fd !== 0) {
           const file = open.get(fd);
           if (!file) return BAD_FILE;
+          if (file.serial) return receive(file.serial, at, count, read);
           if (!file.bytes) return IS_FOLDER;
           for (const piece of pieces(at, count)) {
             const part = file.bytes.bytes.subarray(file.at, Math.min(file.bytes.length, file.at + piece.length));
@@ -213,6 +254,7 @@ const runCommand = (() => {
       },
       fd_write(fd, at, count, written) {
         const file = fd < ROOT ? { bytes: streams[fd], at: streams[fd]?.length } : open.get(fd);
+        if (file?.serial) return send(file.serial, at, count, written);
         if (!file?.bytes) return BAD_FILE;
         let sum = 0;
         for (const piece of pieces(at, count)) {
@@ -226,11 +268,14 @@ const runCommand = (() => {
       },
     };
 
+    if (serial)
+      for (const name of ["fd_read", "fd_write", "poll_oneoff"]) wasi[name] = new WebAssembly.Suspending(wasi[name]);
     const instance = await WebAssembly.instantiate(module, { wasi_snapshot_preview1: wasi });
     memory = instance.exports.memory;
     let code = 0;
     try {
-      instance.exports._start();
+      if (serial) await WebAssembly.promising(instance.exports._start)();
+      else instance.exports._start();
     } catch (error) {
       code = error.code ?? 101;
       if (!(error instanceof Ended)) streams[2].write(streams[2].length, encode(`error: ${error.message}\n`));

@@ -1,15 +1,16 @@
 // The page of `cargo xtask web` in real browsers, beside the command. Started by `cargo xtask web --check`:
-//   node web.mjs PAGE FOLDER DRIVER TRUEAXIS
-// FOLDER has the blobs of all examples as the command makes them, and gets pictures.
+//   node web.mjs PAGE FOLDER DRIVER TRUEAXIS FIRMWARE
+// FOLDER has the blobs of all examples as the command makes them, and gets pictures. FIRMWARE is the firmware for QEMU.
 
-import { execFileSync, spawnSync } from "node:child_process";
+import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { connect, createServer } from "node:net";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import * as checks from "./checks.mjs";
 
-const [page, folder, driver, trueaxis] = process.argv.slice(2);
+const [page, folder, driver, trueaxis, firmware] = process.argv.slice(2);
 const resolved = createRequire(join(driver, "package.json")).resolve("puppeteer-core");
 const { default: puppeteer } = await import(pathToFileURL(resolved));
 
@@ -24,6 +25,8 @@ const BROWSERS = {
 const [MOST_OPEN, OPENINGS] = [4500, 5];
 /** Longest pause between two pictures while a command runs, and until it is cancelled: milliseconds. */
 const [MOST_PAUSE, MOST_CANCEL] = [400, 1000];
+/** The example with the most parameters, and how many times as long as the command it may take in the page. */
+const [LARGEST, MOST_TIMES] = ["hu40-84", 4];
 /** Longest command: milliseconds. */
 const MOST_WAIT = 300_000;
 
@@ -87,37 +90,28 @@ function place(name, files) {
 }
 
 /** What the command says and writes. */
-function native(where, args) {
-  const { status, stdout, stderr } = spawnSync(trueaxis, args, { cwd: where, encoding: "utf8" });
+function native(where, args, more = {}) {
+  const { status, stdout, stderr } = spawnSync(trueaxis, args, { cwd: where, encoding: "utf8", env: { ...process.env, ...more } });
   return { status, stdout, stderr, file: (name) => readFileSync(join(where, name)) };
-}
-
-/** The blob of an example. Sines and products of matrices differ between platforms in the last bits (the command's own
- * blobs differ between processors for that reason), and some tables then do in theirs. Such a blob must have the same
- * size, and the command must find it as good as its own. */
-async function sameTables(tab, fault, name) {
-  const [own, found] = [readFileSync(join(folder, `${name}.trax`)), await bytes(tab, "machine.trax")];
-  if (!found) {
-    fault(`${name}: no tables: ${await text(tab, "#problem")}`);
-    return "";
-  }
-  if (found.equals(own)) return "same bytes";
-  if (name === "huron-13") fault(`${name}: other bytes than the command's`);
-  const { files } = examples[name];
-  const where = place("verified", { ...files, "own.trax": own, "page.trax": found });
-  const [a, b] = ["own.trax", "page.trax"].map((blob) =>
-    native(where, ["verify", ...Object.keys(files), blob, "--random", "2000"]),
-  );
-  if (found.length !== own.length || a.status !== b.status || a.status === 2)
-    fault(`${name}: ${found.length} bytes, not ${own.length}; verified: ${b.status}, not ${a.status}\n${b.stderr}`);
-  const count = own.reduce((sum, byte, k) => sum + (byte !== found[k]), 0);
-  return `${count} of ${own.length} bytes differ`;
 }
 
 async function same(tab, fault, what, name, wanted) {
   const found = await bytes(tab, name);
   if (!found) fault(`${what}: there is no ${name}: ${await text(tab, "#problem")}`);
   else if (!found.equals(wanted)) fault(`${what}: ${name} differs from the command's`);
+}
+
+/** The page takes a few times as long as the command on one thread. */
+function times(fault, name, page) {
+  const { files, options } = examples[name];
+  const where = place("timed", files);
+  const start = Date.now();
+  const args = ["compile", ...Object.keys(files), "-o", "machine.trax", "--report", "report.html", ...options.split(" ").filter(Boolean)];
+  const { status, stderr } = native(where, args, { RAYON_NUM_THREADS: "1" });
+  const own = (Date.now() - start) / 1e3;
+  if (status > 1) fault(stderr);
+  console.log(`  ${name}: ${page.toFixed(1)} s in the page, ${own.toFixed(1)} s by the command on one thread: ${(page / own).toFixed(1)} times`);
+  if (page > MOST_TIMES * own) fault(`${name} takes ${(page / own).toFixed(1)} times as long as the command`);
 }
 
 /** Every example gives the bytes of the command. */
@@ -127,10 +121,11 @@ async function compiles(browser, kind) {
     await tab.select("#example", name);
     const start = Date.now();
     const state = await press(tab, "#compile");
-    const alike = await sameTables(tab, fault, name);
+    await same(tab, fault, name, "machine.trax", readFileSync(join(folder, `${name}.trax`)));
     const agrees = await tab.waitForSelector("#agreement:not(.disagreement)").catch(() => null);
     if (!agrees) fault(`${name}: no report, or one that does not agree`);
-    console.log(`  ${kind} ${name.padEnd(22)} ${Date.now() - start} ms  ${state}  ${alike}`);
+    console.log(`  ${kind} ${name.padEnd(22)} ${Date.now() - start} ms  ${state}`);
+    if (name === LARGEST) times(fault, name, Number(/in ([\d.]+) s/.exec(state)[1]));
   }
   await tab.close();
 }
@@ -366,6 +361,129 @@ async function others(browser, kind) {
   await tab.close();
 }
 
+/** A port that nobody listens to. */
+const freePort = () =>
+  new Promise((resolve) => {
+    const server = createServer().listen(0, "127.0.0.1", () => {
+      const { port } = server.address();
+      server.close(() => resolve(port));
+    });
+  });
+
+/** Connects to a TCP port as soon as it is open. */
+async function dial(port) {
+  for (const end = Date.now() + 20_000; ; ) {
+    const socket = connect(port, "127.0.0.1").setNoDelay(true);
+    const isOpen = await new Promise((resolve) => socket.once("connect", () => resolve(true)).once("error", () => resolve(false)));
+    if (isOpen) return socket;
+    if (Date.now() > end) throw new Error("QEMU does not open its port");
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
+/** In the page: what Web Serial gives, on the line of the emulated board. After so many writes it is unplugged. */
+function standIn() {
+  let [into, isOpen] = [null, false];
+  window.unplugAfter = Infinity;
+  const gone = () => new DOMException("The device has been lost.", "NetworkError");
+  const port = {
+    readable: null,
+    writable: null,
+    async open({ baudRate }) {
+      if (isOpen || !(baudRate > 0)) throw new DOMException("The port is already open.", "InvalidStateError");
+      isOpen = true;
+      port.readable = new ReadableStream({ start: (controller) => (into = controller) });
+      port.writable = new WritableStream({
+        write: (bytes) => {
+          if (--window.unplugAfter < 0) {
+            window.unplugAfter = Infinity;
+            into.error(gone());
+            port.readable = null;
+            throw gone();
+          }
+          return window.toBoard([...bytes]);
+        },
+      });
+    },
+    async close() {
+      if (port.readable?.locked || port.writable.locked) throw new TypeError("The port is in use.");
+      isOpen = false;
+      into = port.readable = port.writable = null;
+    },
+  };
+  window.fromBoard = (bytes) => into?.enqueue(new Uint8Array(bytes));
+  Object.defineProperty(navigator, "serial", { value: { requestPort: async () => port } });
+}
+
+/** Tables are flashed from the page into the emulated board, also after the cable was pulled; it is asked and switched. */
+async function flashes(browser, kind) {
+  const where = place("board", {});
+  const number = await freePort();
+  const serial = `tcp:127.0.0.1:${number},server=on,wait=off,nodelay=on`;
+  const words = "-machine mps2-an386 -nographic -monitor none -semihosting-config enable=on,target=native,arg=qemu";
+  const board = spawn("qemu-system-arm", [...words.split(" "), "-serial", serial, "-kernel", firmware], { cwd: where, stdio: "ignore" });
+  const tab = await browser.newPage();
+  const fault = (words) => faults.push(`${kind}, flashing: ${words}`);
+  tab.on("pageerror", (error) => fault(error.message));
+  try {
+    const line = await dial(number);
+    await tab.exposeFunction("toBoard", (bytes) => void line.write(Buffer.from(bytes)));
+    await tab.evaluateOnNewDocument(standIn);
+    await tab.goto(`file://${page}`);
+    line.on("data", (bytes) => tab.evaluate((all) => window.fromBoard(all), [...bytes]));
+    await tab.select("#example", "huron-13");
+    await press(tab, "#compile");
+    await tab.$eval("#connect", (button) => button.click());
+    await tab.waitForFunction(() => !document.querySelector("#flash").disabled);
+    const says = async (selector, wanted) => {
+      await press(tab, selector);
+      const said = (await text(tab, "#said")) + (await text(tab, "#problem"));
+      if (!wanted.test(said)) fault(`${selector}: says\n${said}`);
+    };
+    await says("#capacity", /^axes = 8$/m);
+    await tab.evaluate(() => (window.unplugAfter = 12));
+    await says("#flash", /the connection is lost[^]*an upload goes on where it was/);
+    await tab.waitForFunction(() => document.querySelector("#flash").disabled && !document.querySelector("#connect").disabled);
+    await tab.$eval("#connect", (button) => button.click());
+    await tab.waitForFunction(() => !document.querySelector("#flash").disabled);
+    await says("#flash", /from byte \d+ on, the rest was there\) written to slot [AB] and verified[^]*in use/);
+    await says("#enable", /enabled/);
+    await says("#dry-run", /dry run/);
+    await tab.$eval("#watch", (button) => button.click());
+    await tab.waitForFunction(() => /slot/.test(document.querySelector("#said").textContent));
+    if (!/Cancelled/.test(await press(tab, "#cancel"))) fault("watching does not end");
+    await says("#show", /dry run/);
+    // Once more with the port closed and opened.
+    const isOff = (off) => tab.waitForFunction((off) => document.querySelector("#show").disabled === off, {}, off);
+    await tab.$eval("#connect", (button) => button.click());
+    await isOff(true);
+    await tab.$eval("#connect", (button) => button.click());
+    await isOff(false);
+    await says("#dry-run-off", /off/);
+    await tab.$eval("#connect", (button) => button.click());
+    await isOff(true);
+    line.destroy();
+    // The command finds in the board what it would write.
+    writeFileSync(join(where, "machine.trax"), await bytes(tab, "machine.trax"));
+    const { status, stdout, stderr } = native(where, ["flash", "machine.trax", "--port", `tcp:127.0.0.1:${number}`, "--json"]);
+    if (status !== 0 || !JSON.parse(stdout).already) fault(`the board has other tables: ${stdout}${stderr}`);
+  } finally {
+    board.kill();
+    await tab.close();
+  }
+}
+
+/** Without Web Serial the page says so, and what to use. */
+async function refusesPorts(browser, kind) {
+  const { tab, fault } = await open(browser, kind);
+  const [note, isOff] = await tab.evaluate(() => [
+    document.querySelector("#ports-note").textContent,
+    document.querySelector("#connect").disabled,
+  ]);
+  if (!/trueaxis flash/.test(note) || !isOff) fault(`a browser without Web Serial: ${note}`);
+  await tab.close();
+}
+
 /** The page can be read, and used without a mouse. */
 async function looks(browser, kind) {
   for (const width of [390, 1400]) {
@@ -395,7 +513,8 @@ for (const [kind, options] of Object.entries(BROWSERS)) {
   try {
     await opens(browser, kind);
     const all = [marks, cancels, hostile, builds, others, compiles];
-    if (kind === "chromium") all.unshift(looks);
+    if (kind === "chromium") all.unshift(looks, flashes);
+    else all.unshift(refusesPorts);
     for (const check of all) {
       const start = Date.now();
       await check(browser, kind);

@@ -67,6 +67,14 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     run(&mut hil)
 }
 
+/// The firmware of a board for QEMU.
+///
+/// # Errors
+/// If it cannot be built.
+pub fn emulated(board: &str) -> Result<PathBuf, String> {
+    Ok(build_board(&Cross::provide(CORTEX_M)?, board)?.join("release/qemu"))
+}
+
 /// Builds the programs of a board; returns their folder.
 fn build_board(cross: &Cross, board: &str) -> Result<PathBuf, String> {
     // The one for the real part is linked but not run: it is the default build.

@@ -2,7 +2,7 @@
 
 use crate::packages::provide;
 use crate::process::{cargo, root, run, target, trueaxis};
-use crate::{blob, files, report};
+use crate::{blob, files, hil, qemu, report};
 use std::fmt::Write;
 use std::io::{Read, Write as _};
 use std::net::TcpListener;
@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 const TRIPLE: &str = "wasm32-wasip1";
-/// Largest page, compressed.
-const MOST_BYTES: usize = 2_000_000;
+/// Largest page, compressed. Nine tenths of it are the command's code: packed by LZMA, with a standard library built for
+/// size, it would be 1.5 MB.
+const MOST_BYTES: usize = 2_200_000;
 /// Scripts of the report that the page uses, in their order; the last one draws a report.
 const REPORT: &str = "host/report/src/page";
 const DRAWING: [&str; 6] = [
@@ -254,6 +255,8 @@ fn check(page: &Path) -> Result<(), String> {
     let folder = files::folder(target("web").join("check"))?;
     let driver = report::provide_browser(&target("report"))?;
     provide("firefox-esr", &["firefox-esr"], "`web --check`")?;
+    qemu::provide()?;
+    let firmware = hil::emulated("stm32f405")?;
     let trueaxis = trueaxis()?;
     for case in report::examples() {
         let output = folder.join(format!("{}.trax", case.name));
@@ -267,5 +270,5 @@ fn check(page: &Path) -> Result<(), String> {
     }
     run(Command::new("node")
         .arg(root().join("tests/browser/web.mjs"))
-        .args([page, &folder, &driver, &trueaxis]))
+        .args([page, &folder, &driver, &trueaxis, &firmware]))
 }

@@ -96,9 +96,9 @@ impl Placed {
             about.t.x,
             about.t.y,
             about.t.z,
-            (-r[(1, 2)]).atan2(r[(2, 2)]),
-            r[(0, 2)].clamp(-1.0, 1.0).asin(),
-            (-r[(0, 1)]).atan2(r[(0, 0)]),
+            libm::atan2(-r[(1, 2)], r[(2, 2)]),
+            libm::asin(r[(0, 2)].clamp(-1.0, 1.0)),
+            libm::atan2(-r[(0, 1)], r[(0, 0)]),
         ]
     }
 }

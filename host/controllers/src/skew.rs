@@ -178,7 +178,7 @@ impl Firmware {
                     // The angle at A, by the law of cosines.
                     let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
                     let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
-                    Ok((std::f64::consts::FRAC_PI_2 - cosine.acos()).tan())
+                    Ok(libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine)))
                 };
                 Ok(of_factors(factor("XY")?, factor("XZ")?, factor("YZ")?))
             }

@@ -299,10 +299,15 @@ impl<'a> Fit<'a> {
                         Unknown::Centre(of, k) if of == number => -out[k],
                         Unknown::Centre(..) | Unknown::Tip(_) => 0.0,
                         Unknown::Radius => -1.0,
-                        Unknown::Pole => -height.sin().powi(2),
+                        Unknown::Pole => -libm::sin(height).powi(2),
                         Unknown::Lobe(order, is_sine) => {
                             let angle = order as f64 * around;
-                            -height.cos() * if is_sine { angle.sin() } else { angle.cos() }
+                            -libm::cos(height)
+                                * if is_sine {
+                                    libm::sin(angle)
+                                } else {
+                                    libm::cos(angle)
+                                }
                         }
                     };
                 }
@@ -414,7 +419,7 @@ impl<'a> Fit<'a> {
             file: ProbeFile {
                 machine: self.machine.name.clone(),
                 radius: self.radius,
-                radius_uncertainty: radius.hypot(self.known.radius_uncertainty),
+                radius_uncertainty: libm::hypot(radius, self.known.radius_uncertainty),
                 tip: std::array::from_fn(|k| Some(self.known.tip[k] + tip.offset[k]?.0)),
                 tip_uncertainty: match self.known.place {
                     Some(_) => tip_uncertainty,
@@ -572,9 +577,9 @@ mod tests {
                     let around = k as f64 * std::f64::consts::TAU / f64::from(count);
                     let height = latitude.to_radians();
                     let out = Vector3::new(
-                        height.cos() * around.cos(),
-                        height.cos() * around.sin(),
-                        height.sin(),
+                        libm::cos(height) * libm::cos(around),
+                        libm::cos(height) * libm::sin(around),
+                        libm::sin(height),
                     );
                     let distance = BALL
                         + truth.radius

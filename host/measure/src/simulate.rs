@@ -233,6 +233,6 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
 
 /// A number of the standard normal distribution (Box and Muller).
 pub fn normal(random: &mut Pcg64Mcg) -> f64 {
-    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+    let radius = (-2.0 * libm::log(1.0 - random.random::<f64>())).sqrt();
+    radius * libm::cos(std::f64::consts::TAU * random.random::<f64>())
 }

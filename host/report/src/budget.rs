@@ -230,7 +230,7 @@ mod tests {
                     .dot(&actual.r.column(machine.tool_axis));
                 [
                     (actual.t - nominal.t).norm() * 1e3,
-                    turn.clamp(-1.0, 1.0).acos() * 1e6,
+                    libm::acos(turn.clamp(-1.0, 1.0)) * 1e6,
                 ]
             });
             let distances: Vec<[f64; 2]> = distance.collect();

@@ -264,7 +264,7 @@ fn measured(validation: Option<&Validation>, is_rms: bool) -> Found {
         }
         false => {
             let largest = validation.after.largest_um;
-            let expanded = s * (4.0 + 2.0 * n.ln()).sqrt();
+            let expanded = s * (4.0 + 2.0 * libm::log(n)).sqrt();
             let low = (largest - 3.0_f64.sqrt() * expanded).max(0.0);
             (largest, low, largest + expanded)
         }
@@ -414,7 +414,7 @@ mod tests {
             for _ in 0..times {
                 let mut row = || {
                     let mut part = || trueaxis_measure::simulate::normal(&mut random);
-                    (off + part()).hypot(part()).hypot(part())
+                    libm::hypot(libm::hypot(off + part(), part()), part())
                 };
                 let found: Vec<f64> = (0..rows).map(|_| row()).collect();
                 let mean_square = found.iter().map(|v| v * v).sum::<f64>() / f64::from(rows);

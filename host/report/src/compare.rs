@@ -136,7 +136,9 @@ fn parameters(old: &[Share], new: &[Share]) -> Vec<Change> {
             let value = |share: &Option<Share>| share.as_ref().and_then(|s| s.value);
             let known = |share: &Option<Share>| share.as_ref().and_then(|s| s.standard_uncertainty);
             let apart = value(&then).zip(value(&now)).map(|(a, b)| (a - b).abs());
-            let unsure = known(&then).zip(known(&now)).map(|(a, b)| a.hypot(b));
+            let unsure = known(&then)
+                .zip(known(&now))
+                .map(|(a, b)| libm::hypot(a, b));
             Some(Change {
                 name: name.clone(),
                 words: now

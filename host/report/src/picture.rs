@@ -230,7 +230,7 @@ mod tests {
                 let c = f64::from(byte) / 255.0;
                 match c <= 0.040_45 {
                     true => c / 12.92,
-                    false => ((c + 0.055) / 1.055).powf(2.4),
+                    false => libm::pow((c + 0.055) / 1.055, 2.4),
                 }
             };
             0.2126 * part(0) + 0.7152 * part(1) + 0.0722 * part(2)

@@ -178,7 +178,10 @@ fn circular(
     let angle = |step: i32| (f64::from(step) * 360.0 / f64::from(STEPS)).to_radians();
     let place = |step: i32, is_read: bool| {
         let mut at = [0.0; 3];
-        (at[a], at[b]) = (radius * angle(step).cos(), radius * angle(step).sin());
+        (at[a], at[b]) = (
+            radius * libm::cos(angle(step)),
+            radius * libm::sin(angle(step)),
+        );
         PathPoint { at, is_read }
     };
     let is_read = |step: i32| (0..=STEPS).contains(&step);
@@ -400,7 +403,7 @@ mod tests {
         let y = tests.positioning.iter().find(|p| p.axis == 'Y').unwrap();
         assert!(near(y.before.systematic_um, 0.0), "{y:?}");
         for diagonal in &tests.diagonals {
-            let length = travel('X').hypot(travel('Y')).hypot(travel('Z'));
+            let length = libm::hypot(libm::hypot(travel('X'), travel('Y')), travel('Z'));
             assert!((diagonal.length_mm - length).abs() < 1e-9);
             // The share of X along the diagonal.
             let part = travel('X') / length;

@@ -332,7 +332,7 @@ mod tests {
             low.abs().max(high.abs())
         };
         let way = ['X', 'Y', 'Z'].map(most);
-        let corner = (0.02 * way[0]).hypot(0.03 * way[1]).hypot(0.01 * way[2]);
+        let corner = libm::hypot(libm::hypot(0.02 * way[0], 0.03 * way[1]), 0.01 * way[2]);
         let max = found.before.translation_um.max;
         // Ends of the travel are whole numbers, exact in f32; the rest is rounding of positions of 1 m.
         assert!((max - corner).abs() < 1e-8, "{max} {corner}");

@@ -107,13 +107,31 @@ impl Htm {
     }
 }
 
+/// The product of a rotation and a column. Written out: the loops of nalgebra, not inlined, took a quarter of the time of
+/// `compile`. The sums are the same.
+#[inline]
+fn turned(r: &Matrix3<f64>, [x, y, z]: [f64; 3]) -> Vector3<f64> {
+    Vector3::new(
+        r.m11 * x + r.m12 * y + r.m13 * z,
+        r.m21 * x + r.m22 * y + r.m23 * z,
+        r.m31 * x + r.m32 * y + r.m33 * z,
+    )
+}
+
+/// A point of the inner frame in the outer one.
+#[inline]
+fn outside(frame: &Htm, point: [f64; 3]) -> Vector3<f64> {
+    turned(&frame.r, point) + frame.t
+}
+
 impl Mul for Htm {
     type Output = Htm;
     #[inline]
     fn mul(self, inner: Htm) -> Htm {
+        let [x, y, z]: [[f64; 3]; 3] = inner.r.into();
         Htm {
-            r: self.r * inner.r,
-            t: self.r * inner.t + self.t,
+            r: Matrix3::from_columns(&[x, y, z].map(|column| turned(&self.r, column))),
+            t: outside(&self, inner.t.into()),
         }
     }
 }

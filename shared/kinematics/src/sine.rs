@@ -1,13 +1,7 @@
-//! Sine and cosine, and the choice of their implementation.
+//! Sine and cosine.
 
-/// Sine and cosine of an angle (rad), from the platform.
-#[cfg(feature = "std")]
-pub fn sin_cos(x: f64) -> (f64, f64) {
-    x.sin_cos()
-}
-
-/// Sine and cosine of an angle (rad), from `libm`.
-#[cfg(not(feature = "std"))]
+/// Sine and cosine of an angle (rad). Those of `libm`: those of a platform differ from another's in the last place, and
+/// with them the tables.
 pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }

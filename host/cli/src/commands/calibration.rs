@@ -531,7 +531,7 @@ impl<'a> Calibration<'a> {
         let rows = self.probings(&self.file("before.csv"))?;
         let (before, after) = (scatter(&rows), scatter(&self.probings(after)?));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
-        let expected = SCATTER * (probing.hypot(band));
+        let expected = SCATTER * (libm::hypot(probing, band));
         Ok(Validation {
             probings: rows.rows.len(),
             before,

@@ -1,6 +1,6 @@
 //! `trueaxis export …`
 
-mod cec;
+pub mod cec;
 mod fanuc;
 mod left;
 mod linuxcnc;

@@ -1,8 +1,9 @@
 //! The commands that the page for browsers calls.
 
+use super::export::cec;
 use super::{
-    BadInput, Outcome, compile, explain, export, gcode, generate, identify, inspect, measured,
-    report,
+    BadInput, Outcome, compile, control, explain, flash, gcode, generate, identify, inspect,
+    measured, monitor, report,
 };
 use clap::Subcommand;
 
@@ -16,7 +17,17 @@ pub enum Command {
     Measured(measured::Arguments),
     Gcode(gcode::Arguments),
     Generate(generate::Arguments),
-    Export(export::Arguments),
+    /// Write a compensation as the tables of another controller
+    #[command(subcommand)]
+    Export(Export),
+    Flash(flash::Arguments),
+    Monitor(monitor::Arguments),
+    Control(control::Arguments),
+}
+
+#[derive(Subcommand)]
+pub enum Export {
+    Cec(cec::Arguments),
 }
 
 impl Command {
@@ -30,7 +41,10 @@ impl Command {
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),
             Self::Generate(arguments) => generate::run(&arguments),
-            Self::Export(arguments) => export::run(&arguments),
+            Self::Export(Export::Cec(arguments)) => cec::run(&arguments),
+            Self::Flash(arguments) => flash::run(&arguments),
+            Self::Monitor(arguments) => monitor::run(&arguments),
+            Self::Control(arguments) => control::run(&arguments),
         }
     }
 }

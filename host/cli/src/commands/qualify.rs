@@ -216,9 +216,9 @@ fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
         text += &format!(
             "  order {}       {:>10.2} µm {:>8.2} µm, largest at {:.0}°\n",
             lobe.order,
-            um(lobe.cosine.hypot(lobe.sine)),
+            um(libm::hypot(lobe.cosine, lobe.sine)),
             um(lobe.uncertainty),
-            (lobe.sine.atan2(lobe.cosine).to_degrees() / lobe.order as f64)
+            (libm::atan2(lobe.sine, lobe.cosine).to_degrees() / lobe.order as f64)
                 .rem_euclid(360.0 / lobe.order as f64)
         );
     }

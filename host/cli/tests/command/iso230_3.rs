@@ -8,7 +8,7 @@ fn environment() -> String {
     let mut text = "# test = \"environment\"\ntime_s,x1_um,z_um,air_C\n".to_owned();
     for k in 0..=60 {
         let time = f64::from(k) * 600.0;
-        let kelvin = (std::f64::consts::TAU * time / 36_000.0).sin();
+        let kelvin = libm::sin(std::f64::consts::TAU * time / 36_000.0);
         let _ = writeln!(
             text,
             "{time},{:.4},{:.4},{:.4}",

@@ -144,7 +144,7 @@ fn instruments_alone_and_files_of_runs_and_circles_are_read() {
     let mut sphere = text.to_owned();
     for k in 0..40 {
         let (up, round) = (f64::from(k) * 2.0, f64::from(k) * 55.0);
-        let [(sine, cosine), (y, x)] = [up, round].map(|v| v.to_radians().sin_cos());
+        let [(sine, cosine), (y, x)] = [up, round].map(|v| libm::sincos(v.to_radians()));
         let (x, y, z) = (100.0 * cosine * x, 100.0 * cosine * y, 100.0 * sine);
         // A scale of X of 100 µm/m.
         let radial = 1e-4 * x * x / 100.0 * 1e3;

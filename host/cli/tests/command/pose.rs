@@ -19,7 +19,7 @@ fn pose_is_that_of_the_tip_seen_from_the_workpiece() {
     let machine = example("kolibri/machine.toml");
     let found = json(&["pose", &machine, "--at", "X=10,A=30", "--json"]);
     let pose = &found["poses"][0];
-    let (s, c) = 30_f64.to_radians().sin_cos();
+    let (s, c) = libm::sincos(30_f64.to_radians());
     let near = |found: &Value, expected: [f64; 3]| {
         for (found, expected) in numbers(found).iter().zip(expected) {
             assert!((found - expected).abs() < 1e-12, "{pose}");

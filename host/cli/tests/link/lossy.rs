@@ -200,7 +200,7 @@ fn while_positions_are_streamed_a_swap_makes_no_step_above_the_rate_bound() {
     let mut stream = |client: &mut Client<Wire>, batches: u32| {
         for batch in 0..batches {
             let rows: Vec<[f32; 2]> = (0..30)
-                .map(|k| [0.0, ((batch * 30 + k) as f32 * 0.002).sin() * 30.0])
+                .map(|k| [0.0, libm::sinf((batch * 30 + k) as f32 * 0.002) * 30.0])
                 .collect();
             for result in client.motion(&rows, 2).unwrap() {
                 for (dq, last) in result.dq.iter().zip(last) {

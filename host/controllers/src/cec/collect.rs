@@ -208,7 +208,7 @@ impl Output {
         };
         // A power of two changes no digits. If that makes the factor too large, use the smallest scale that does
         // not.
-        let usual = (peak / most.min(1.0)).log2().ceil().exp2();
+        let usual = libm::exp2(libm::log2(peak / most.min(1.0)).ceil());
         let scale = if own * usual <= limit {
             usual
         } else {

@@ -73,10 +73,10 @@ pub fn with(banks: Vec<DraftBank>, terms: Vec<Term>) -> Draft {
 /// Straight lines of X and Y, a curve of A, a modulo table of C, backlash of X and of C.
 pub fn tables() -> Vec<DraftBank> {
     let turn: Vec<f32> = (0..24)
-        .map(|k| (k as f32 * 15.0).to_radians().sin())
+        .map(|k| libm::sinf((k as f32 * 15.0).to_radians()))
         .collect();
     let curve: Vec<f32> = (0..41)
-        .map(|k| (-120.0 + 6.0 * k as f32).to_radians().cos())
+        .map(|k| libm::cosf((-120.0 + 6.0 * k as f32).to_radians()))
         .collect();
     let mut c = bank(3, [-180.0, 180.0], Direction::Both, &[0.0; 25]);
     c.columns = vec![turn];

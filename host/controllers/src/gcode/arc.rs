@@ -29,7 +29,7 @@ impl Arc {
         clockwise: bool,
         turns: u32,
     ) -> Self {
-        let angle = |p: &PerLetter| (p[axes[1]] - centre[1]).atan2(p[axes[0]] - centre[0]);
+        let angle = |p: &PerLetter| libm::atan2(p[axes[1]] - centre[1], p[axes[0]] - centre[0]);
         let same = (0..2).all(|k| (to[axes[k]] - from[axes[k]]).abs() < 1e-9);
         let mut sweep = angle(&to) - angle(&from);
         if clockwise {
@@ -53,7 +53,10 @@ impl Arc {
     #[must_use]
     pub fn radii(&self) -> [f64; 2] {
         let radius = |p: &PerLetter| {
-            (p[self.axes[0]] - self.centre[0]).hypot(p[self.axes[1]] - self.centre[1])
+            libm::hypot(
+                p[self.axes[0]] - self.centre[0],
+                p[self.axes[1]] - self.centre[1],
+            )
         };
         [radius(&self.from), radius(&self.to)]
     }
@@ -70,10 +73,10 @@ impl Arc {
         let mut at: PerLetter =
             std::array::from_fn(|i| self.from[i] + t * (self.to[i] - self.from[i]));
         let [i, j, _] = self.axes;
-        let begin = (self.from[j] - self.centre[1]).atan2(self.from[i] - self.centre[0]);
+        let begin = libm::atan2(self.from[j] - self.centre[1], self.from[i] - self.centre[0]);
         let [r0, r1] = self.radii();
         let radius = r0 + t * (r1 - r0);
-        let (sine, cosine) = (begin + t * self.sweep).sin_cos();
+        let (sine, cosine) = libm::sincos(begin + t * self.sweep);
         at[i] = self.centre[0] + radius * cosine;
         at[j] = self.centre[1] + radius * sine;
         at
@@ -84,10 +87,10 @@ impl Arc {
     pub fn slope(&self, t: f64) -> PerLetter {
         let mut slope: PerLetter = std::array::from_fn(|i| self.to[i] - self.from[i]);
         let [i, j, _] = self.axes;
-        let begin = (self.from[j] - self.centre[1]).atan2(self.from[i] - self.centre[0]);
+        let begin = libm::atan2(self.from[j] - self.centre[1], self.from[i] - self.centre[0]);
         let [r0, r1] = self.radii();
         let radius = r0 + t * (r1 - r0);
-        let (sine, cosine) = (begin + t * self.sweep).sin_cos();
+        let (sine, cosine) = libm::sincos(begin + t * self.sweep);
         slope[i] = (r1 - r0) * cosine - radius * self.sweep * sine;
         slope[j] = (r1 - r0) * sine + radius * self.sweep * cosine;
         slope
@@ -97,7 +100,7 @@ impl Arc {
     #[must_use]
     pub fn turns_round(&self) -> Vec<f64> {
         let [i, j, _] = self.axes;
-        let begin = (self.from[j] - self.centre[1]).atan2(self.from[i] - self.centre[0]);
+        let begin = libm::atan2(self.from[j] - self.centre[1], self.from[i] - self.centre[0]);
         let quarter = TAU / 4.0;
         let (low, high) = (begin.min(begin + self.sweep), begin.max(begin + self.sweep));
         let first = (low / quarter).ceil() as i64;
@@ -149,7 +152,7 @@ pub(crate) fn centre_by_radius(
     clockwise: bool,
 ) -> Result<[f64; 2], String> {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-    let chord = dx.hypot(dy);
+    let chord = libm::hypot(dx, dy);
     if chord < 1e-9 {
         return Err(
             "an arc by its radius whose ends are the same: its centre is not known".to_owned(),
@@ -205,7 +208,7 @@ mod tests {
         let rounds = arc.turns_round();
         assert_eq!(rounds.len(), 7);
         assert!((rounds[0] - 0.125).abs() < 1e-15);
-        let expected = (2.0 * TAU * 10.0).hypot(8.0);
+        let expected = libm::hypot(2.0 * TAU * 10.0, 8.0);
         assert!((arc.length() - expected).abs() < 1e-12);
     }
 

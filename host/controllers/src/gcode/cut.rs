@@ -67,7 +67,7 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     let [i, j, _] = arc.axes;
     let mut to = last.to;
     let chord = [to[i] - from[i], to[j] - from[j]];
-    let length = chord[0].hypot(chord[1]);
+    let length = libm::hypot(chord[0], chord[1]);
     let part = (last.t - first.t) * arc.sweep;
     let whole = (part.abs() / TAU).round();
     let closes = (part.abs() - whole * TAU).abs() < 1e-9 && whole > 0.0;
@@ -95,7 +95,7 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     for _ in 0..STEPS {
         let out = |at: [f64; 2]| {
             let by = [at[0] - centre[0], at[1] - centre[1]];
-            let radius = by[0].hypot(by[1]);
+            let radius = libm::hypot(by[0], by[1]);
             (radius, [by[0] / radius, by[1] / radius])
         };
         let (radius, begin) = out([from[i], from[j]]);
@@ -130,7 +130,7 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
         }
     }
     // So short an arc says little of its radius: it keeps that of the program.
-    let radius = (from[i] - centre[0]).hypot(from[j] - centre[1]);
+    let radius = libm::hypot(from[i] - centre[0], from[j] - centre[1]);
     let nominal = arc.radii()[0];
     let is_like = (radius - nominal).abs() <= ANOTHER * nominal;
     let centre = if is_like { centre } else { begun };

@@ -210,7 +210,7 @@ impl Dialect {
     #[must_use]
     pub(crate) fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
         match self.table().feed_counts_all {
-            true => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
+            true => by[3..].iter().fold(linear, |sum, d| libm::hypot(sum, *d)),
             false => linear,
         }
     }

@@ -68,7 +68,7 @@ impl Offsets {
         self.selected = number;
         self.active = self.systems.get(&number).copied();
         let degrees = self.active.map_or(0.0, |s| s.rotation);
-        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let (sine, cosine) = libm::sincos(degrees.to_radians());
         self.turn = if degrees == 0.0 {
             [1.0, 0.0]
         } else {

@@ -108,17 +108,17 @@ mod tests {
         let (x, y, z) = (q[0] - 200.0, q[1] - 150.0, q[2] + 320.0);
         let (dy, dz) = (-5.0, 40.0 + 100.0);
         let expected = [
-            c.cos() * x
-                + c.sin() * a.cos() * (y - dy)
-                + c.sin() * a.sin() * (z - dz)
-                + c.sin() * dy
+            libm::cos(c) * x
+                + libm::sin(c) * libm::cos(a) * (y - dy)
+                + libm::sin(c) * libm::sin(a) * (z - dz)
+                + libm::sin(c) * dy
                 + 200.0,
-            -c.sin() * x
-                + c.cos() * a.cos() * (y - dy)
-                + c.cos() * a.sin() * (z - dz)
-                + c.cos() * dy
+            -libm::sin(c) * x
+                + libm::cos(c) * libm::cos(a) * (y - dy)
+                + libm::cos(c) * libm::sin(a) * (z - dz)
+                + libm::cos(c) * dy
                 + 150.0,
-            -a.sin() * (y - dy) + a.cos() * (z - dz) + dz - 320.0,
+            -libm::sin(a) * (y - dy) + libm::cos(a) * (z - dz) + dz - 320.0,
         ];
         for (at, expected) in world.iter().zip(expected) {
             assert!((at - expected).abs() < 1e-9, "{world:?} {expected}");

@@ -4,9 +4,14 @@ mod client;
 mod control;
 mod flash;
 mod port;
+#[cfg_attr(target_family = "wasm", path = "transports_in_browser.rs")]
+mod transports;
 
 pub use client::{Client, Controller, LinkError};
 pub use control::{Action, ControlError, Done, State, control};
 pub(crate) use flash::PAUSE;
 pub use flash::{Activated, FlashError, Outcome, check, flash};
-pub use port::{BadPort, Port, Serial, Tcp, open};
+pub use port::{BadPort, Port};
+pub use transports::open;
+#[cfg(not(target_family = "wasm"))]
+pub use transports::{Serial, Tcp};

@@ -29,7 +29,7 @@ pub(crate) fn by_firmware(text: &str, at: [f64; 2]) -> f64 {
 fn map() -> HeightMap {
     let nodes = [Nodes::over([0.0, 300.0], 7), Nodes::over([-30.0, 170.0], 4)];
     HeightMap::new(Grid::of(&nodes, |p| {
-        [0.05 * (p[0] * 0.01).sin() - 2e-4 * p[1]]
+        [0.05 * libm::sin(p[0] * 0.01) - 2e-4 * p[1]]
     }))
 }
 

@@ -55,7 +55,7 @@ fn a_corrected_machine_keeps_the_distances_between_points() {
         let known = names
             .iter()
             .enumerate()
-            .map(|(k, name)| format!("{name} = {:e}\n", 1e-4 * ((k + 1) as f64 * 1.7).sin()));
+            .map(|(k, name)| format!("{name} = {:e}\n", 1e-4 * libm::sin((k + 1) as f64 * 1.7)));
         let known: Vec<String> = known
             .filter(|line| ErrorModel::from_toml(&file(&machine, line), &machine).is_ok())
             .collect();
@@ -187,7 +187,7 @@ fn by_firmware(firmware: Firmware, text: &str, [x, y, z]: [f64; 3]) -> [f64; 3] 
                 let [ac, bd, ad] = [0, 1, 2].map(|i| lengths[3 * k + i]);
                 let side = (2.0 * ac * ac + 2.0 * bd * bd - 4.0 * ad * ad).sqrt() / 2.0;
                 let cosine = (ac * ac - side * side - ad * ad) / (2.0 * side * ad);
-                (std::f64::consts::FRAC_PI_2 - cosine.acos()).tan()
+                libm::tan(std::f64::consts::FRAC_PI_2 - libm::acos(cosine))
             };
             let (xy, xz, yz) = (factor(0), factor(1), factor(2));
             [x - y * xy - z * (xz - xy * yz), y - z * yz, z]

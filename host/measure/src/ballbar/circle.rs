@@ -53,7 +53,7 @@ impl Circle {
     /// [`CircleError`].
     pub fn of(radius: f64, turns: &Turns) -> Result<Self, CircleError> {
         let point = |(angle, reading): &(f64, f64)| {
-            let (sine, cosine) = angle.sin_cos();
+            let (sine, cosine) = libm::sincos(*angle);
             Vector3::new(cosine, sine, 0.0) * (radius + reading)
         };
         let both = [&turns.counter_clockwise, &turns.clockwise];
@@ -213,7 +213,9 @@ mod tests {
     fn searched(readings: &[(f64, f64)]) -> f64 {
         let mut centre = [0.0, 0.0];
         let width = |[u, v]: [f64; 2]| {
-            let left = readings.iter().map(|(a, r)| r - u * a.cos() - v * a.sin());
+            let left = readings
+                .iter()
+                .map(|(a, r)| r - u * libm::cos(*a) - v * libm::sin(*a));
             let (low, high) = left.fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(r), h.max(r)));
             high - low
         };
@@ -221,7 +223,7 @@ mod tests {
         while step > 1e-9 {
             let mut best = (width(centre), centre);
             for k in 0..64 {
-                let (sine, cosine) = (TAU * f64::from(k) / 64.0).sin_cos();
+                let (sine, cosine) = libm::sincos(TAU * f64::from(k) / 64.0);
                 let next = [centre[0] + step * cosine, centre[1] + step * sine];
                 let found = width(next);
                 if found < best.0 {
@@ -239,7 +241,7 @@ mod tests {
     #[test]
     fn squareness_makes_an_ellipse_of_known_deviation() {
         // 40 µrad of squareness on a bar of 100 mm: 4 µm sin cos, so the band is 4 µm and F is ±2 µm.
-        let reading = |a: f64| 4e-3 * a.sin() * a.cos();
+        let reading = |a: f64| 4e-3 * libm::sin(a) * libm::cos(a);
         let turns = Turns {
             counter_clockwise: turn(360, reading),
             clockwise: turn(360, |a| reading(a) + 1e-3),
@@ -287,7 +289,9 @@ mod tests {
     fn both_turns_at_the_same_angles_are_one_circle() {
         // Angles as in files.
         let angles = (0..360).map(|k| f64::from(k).to_radians());
-        let turn: Vec<_> = angles.map(|a| (a, 4e-3 * a.sin() * a.cos())).collect();
+        let turn: Vec<_> = angles
+            .map(|a| (a, 4e-3 * libm::sin(a) * libm::cos(a)))
+            .collect();
         for radius in [50.0, 100.0, 150.0] {
             let turns = Turns {
                 counter_clockwise: turn.clone(),
@@ -301,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_bar_off_the_centre_is_no_deviation() {
-        let off = |a: f64| 0.02 * a.cos() - 0.03 * a.sin();
+        let off = |a: f64| 0.02 * libm::cos(a) - 0.03 * libm::sin(a);
         let exact = |a: f64| {
             let along = off(a);
             let across = 0.02_f64.powi(2) + 0.03_f64.powi(2) - along * along;

@@ -51,8 +51,8 @@ impl Default for Hemisphere {
 impl Hemisphere {
     /// A point from azimuth and elevation above the equator (deg), and its distance outside the sphere (mm).
     fn place(&self, azimuth: f64, height: f64, outside: f64, is_read: bool) -> PathPoint {
-        let (sine, cosine) = azimuth.to_radians().sin_cos();
-        let (up, flat) = height.to_radians().sin_cos();
+        let (sine, cosine) = libm::sincos(azimuth.to_radians());
+        let (up, flat) = libm::sincos(height.to_radians());
         PathPoint {
             at: [flat * cosine, flat * sine, up].map(|part| (self.radius + outside) * part),
             is_read,
@@ -133,7 +133,7 @@ mod tests {
             let square: f64 = (0..3)
                 .map(|i| (pair[1].at[i] - pair[0].at[i]).powi(2))
                 .sum();
-            let step = 300.0 * (0.05_f64).to_radians().sin();
+            let step = 300.0 * libm::sin((0.05_f64).to_radians());
             assert!((square.sqrt() - step).abs() < 1e-9, "{pair:?}");
         }
     }

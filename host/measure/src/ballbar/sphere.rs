@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_circle_is_fitted_in_its_plane_and_a_line_is_refused() {
-        let circle = |k: f64| Vector3::new(3.0 + 2.0 * k.cos(), 1.0 + 2.0 * k.sin(), 0.0);
+        let circle = |k: f64| Vector3::new(3.0 + 2.0 * libm::cos(k), 1.0 + 2.0 * libm::sin(k), 0.0);
         let points: Vec<_> = (0..40).map(|k| circle(0.15 * f64::from(k))).collect();
         let found = fitted(&points).unwrap();
         assert!((found.centre - Vector3::new(3.0, 1.0, 0.0)).norm() < 1e-12);

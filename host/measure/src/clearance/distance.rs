@@ -72,7 +72,7 @@ fn extreme((shape, place): (&Shape, &Htm), way: &Vector3<f64>) -> Vector3<f64> {
         Shape::Capsule { half, .. } => Vector3::z() * half.copysign(own.z),
         Shape::Box(half) => Vector3::from_fn(|i, _| half[i].copysign(own[i])),
         Shape::Cylinder { radius, half } => {
-            let across = own.x.hypot(own.y);
+            let across = libm::hypot(own.x, own.y);
             let out = if across > 0.0 { radius / across } else { 0.0 };
             Vector3::new(own.x * out, own.y * out, half.copysign(own.z))
         }
@@ -170,7 +170,7 @@ mod tests {
             }
             Shape::Box(half) => Vector3::from_fn(|i, _| out(own[i], half[i])).norm(),
             Shape::Cylinder { radius, half } => {
-                out(own.x.hypot(own.y), radius).hypot(out(own.z, half))
+                libm::hypot(out(libm::hypot(own.x, own.y), radius), out(own.z, half))
             }
         }
     }
@@ -196,7 +196,7 @@ mod tests {
             Shape::Capsule { half, .. } => Vector3::z() * inside(own.z, half),
             Shape::Box(half) => Vector3::from_fn(|i, _| inside(own[i], half[i])),
             Shape::Cylinder { radius, half } => {
-                let across = own.x.hypot(own.y);
+                let across = libm::hypot(own.x, own.y);
                 let part = if across > radius {
                     radius / across
                 } else {

@@ -68,5 +68,5 @@ pub fn uncertainty(machine: &Machine, square: &Square) -> Option<f64> {
         Some(mean_uncertainty(line)? / (across * directions).sqrt())
     };
     let [a, b] = &square.lines;
-    Some(of(a)?.hypot(of(b)?))
+    Some(libm::hypot(of(a)?, of(b)?))
 }

@@ -556,8 +556,8 @@ fn words((sense, sign): (Sense, f64), machine: &Machine) -> String {
 
 /// Rotations (deg) about x, y and z, in this order, of an orientation in a file.
 fn angles(turn: &Matrix3<f64>) -> [f64; 3] {
-    let y = turn[(0, 2)].clamp(-1.0, 1.0).asin();
-    let x = (-turn[(1, 2)]).atan2(turn[(2, 2)]);
-    let z = (-turn[(0, 1)]).atan2(turn[(0, 0)]);
+    let y = libm::asin(turn[(0, 2)].clamp(-1.0, 1.0));
+    let x = libm::atan2(-turn[(1, 2)], turn[(2, 2)]);
+    let z = libm::atan2(-turn[(0, 1)], turn[(0, 0)]);
     [x, y, z].map(f64::to_degrees)
 }

@@ -56,8 +56,8 @@ impl Spherical {
     pub fn direction(machine: &Machine, tip: &Vector3<f64>, own: &Vector3<f64>) -> [f64; 2] {
         let axis = machine.tool_axis;
         let up = if tip[axis] > 0.0 { -1.0 } else { 1.0 };
-        let around = own[(axis + 2) % 3].atan2(own[(axis + 1) % 3]);
-        [around, (own[axis] * up).clamp(-1.0, 1.0).asin()]
+        let around = libm::atan2(own[(axis + 2) % 3], own[(axis + 1) % 3]);
+        [around, libm::asin((own[axis] * up).clamp(-1.0, 1.0))]
     }
 
     /// The deviation (mm) in a direction (rad).
@@ -65,9 +65,9 @@ impl Spherical {
     pub fn deviation(&self, around: f64, height: f64) -> f64 {
         let lobes = self.lobes.iter().map(|lobe| {
             let angle = lobe.order as f64 * around;
-            lobe.cosine * angle.cos() + lobe.sine * angle.sin()
+            lobe.cosine * libm::cos(angle) + lobe.sine * libm::sin(angle)
         });
-        self.pole * height.sin().powi(2) + height.cos() * lobes.sum::<f64>()
+        self.pole * libm::sin(height).powi(2) + libm::cos(height) * lobes.sum::<f64>()
     }
 
     /// The lobe of an order.

@@ -29,7 +29,7 @@ impl Compensability {
         let [before, of_before] = self.before;
         let [after, of_after] = self.after.filter(|_| !self.is_small())?;
         let ratio = after / before;
-        let uncertainty = of_after.hypot(ratio * of_before) / before.abs();
+        let uncertainty = libm::hypot(of_after, ratio * of_before) / before.abs();
         Some([1.0 - ratio.abs(), uncertainty])
     }
 

@@ -92,7 +92,7 @@ impl Component {
         };
         // Wilson and Hilferty: the cube root of χ² over its degrees of freedom.
         let part = 2.0 / (9.0 * self.freedom);
-        let deviations = (factor.powf(2.0 / 3.0) - (1.0 - part)) / part.sqrt();
+        let deviations = (libm::pow(factor, 2.0 / 3.0) - (1.0 - part)) / part.sqrt();
         deviations.abs() > CHANCE
     }
 }

@@ -360,7 +360,8 @@ impl Sums {
         let unit = &change / change.norm();
         Some(Tested {
             uncertainty: ((unit.transpose() * &inverse * &unit)[0] * rest / freedom as f64).sqrt(),
-            gain: 0.5 * freedom as f64 * (all / rest).ln() - 0.5 * count as f64 * equations.ln(),
+            gain: 0.5 * freedom as f64 * libm::log(all / rest)
+                - 0.5 * count as f64 * libm::log(equations),
             change,
         })
     }
@@ -369,7 +370,7 @@ impl Sums {
 /// The number of standard deviations of a normal distribution that are as unlikely as this F (Paulson).
 pub(super) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
     let [one, other] = [count, freedom].map(|n| 2.0 / (9.0 * n as f64));
-    let root = f.cbrt();
+    let root = libm::cbrt(f);
     ((1.0 - other) * root - (1.0 - one)) / (other * root * root + one).sqrt()
 }
 

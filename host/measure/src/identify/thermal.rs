@@ -453,7 +453,7 @@ impl<'p> Search<'p> {
             if group.lag > 0.0 {
                 let [more, less] = [1.0 + SMALL, (1.0 + SMALL).recip()]
                     .map(|factor| self.kelvin(group.sensor, group.lag * factor));
-                let change = (more - less) / (2.0 * SMALL.ln_1p());
+                let change = (more - less) / (2.0 * libm::log1p(SMALL));
                 let mut effect = DVector::zeros(self.residuals.len());
                 for (k, p) in group.parameters.iter().enumerate() {
                     effect += self.columns.column(*p).component_mul(&change) * solution[next + k];
@@ -474,9 +474,9 @@ impl<'p> Search<'p> {
 
 /// True if the lag of a sensor differs enough from its lags in `groups`.
 fn is_apart(groups: &[Group], sensor: usize, lag: f64) -> bool {
-    let ratio = |other: f64| (other.max(NO_LAG) / lag.max(NO_LAG)).ln().abs();
+    let ratio = |other: f64| libm::log(other.max(NO_LAG) / lag.max(NO_LAG)).abs();
     let mut same = groups.iter().filter(|g| g.sensor == sensor);
-    same.all(|g| ratio(g.lag) >= APART.ln())
+    same.all(|g| ratio(g.lag) >= libm::log(APART))
 }
 
 /// Half-width of the interval in which 95 % of the coordinates of another cycle are expected: Student's factor for as
@@ -493,25 +493,25 @@ fn band(cycles: &[LeftOut], with: f64) -> f64 {
 /// Golden-section search over the logarithm of a lag.
 fn narrowed([low, high]: [f64; 2], score: &mut dyn FnMut(f64) -> f64) -> (f64, f64) {
     const GOLDEN: f64 = 0.618_033_988_749_895;
-    let (mut low, mut high) = (low.ln(), high.ln());
+    let (mut low, mut high) = (libm::log(low), libm::log(high));
     let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
     let [mut a, mut b] = inner(low, high);
-    let (mut at_a, mut at_b) = (score(a.exp()), score(b.exp()));
+    let (mut at_a, mut at_b) = (score(libm::exp(a)), score(libm::exp(b)));
     for _ in 0..STEPS {
         if at_a < at_b {
             (high, b, at_b) = (b, a, at_a);
             a = inner(low, high)[0];
-            at_a = score(a.exp());
+            at_a = score(libm::exp(a));
         } else {
             (low, a, at_a) = (a, b, at_b);
             b = inner(low, high)[1];
-            at_b = score(b.exp());
+            at_b = score(libm::exp(b));
         }
     }
     if at_a < at_b {
-        (a.exp(), at_a)
+        (libm::exp(a), at_a)
     } else {
-        (b.exp(), at_b)
+        (libm::exp(b), at_b)
     }
 }
 

@@ -137,7 +137,7 @@ pub(super) fn repeats(
         freedom,
         deviation,
         ratio,
-        is_less: ratio.ln() > CHANCE * chance,
+        is_less: libm::log(ratio) > CHANCE * chance,
     })
 }
 

@@ -179,7 +179,7 @@ impl Exchange {
                 // rounding.
                 Measure::Determinant => {
                     let values = row.variance.symmetric_eigenvalues();
-                    values.iter().map(|v| v.max(0.0).ln_1p()).sum()
+                    values.iter().map(|v| libm::log1p(v.max(0.0))).sum()
                 }
                 Measure::Effect => match with.try_inverse() {
                     Some(inverse) => inverse.dot(&row.effects()),
@@ -199,7 +199,7 @@ impl Exchange {
                 return f64::INFINITY;
             };
             match measure {
-                Measure::Determinant => -without.determinant().ln(),
+                Measure::Determinant => -libm::log(without.determinant()),
                 Measure::Effect => factor.inverse().dot(&row.effects()),
             }
         };
@@ -291,7 +291,7 @@ mod tests {
         (0..12)
             .map(|k| {
                 DMatrix::from_fn(3, 4, |i, j| {
-                    f64::sin(((7 * k + 3 * i + 1) * (j + 2)) as f64)
+                    libm::sin(((7 * k + 3 * i + 1) * (j + 2)) as f64)
                 })
             })
             .collect()
@@ -304,7 +304,7 @@ mod tests {
     }
 
     fn exchange(rows: &[DMatrix<f64>]) -> Exchange {
-        let effect = DMatrix::from_fn(2, 4, |i, j| f64::cos((3 * i + j) as f64));
+        let effect = DMatrix::from_fn(2, 4, |i, j| libm::cos((3 * i + j) as f64));
         Exchange::new(rows, &DMatrix::zeros(0, 4), &effect)
     }
 
@@ -342,11 +342,11 @@ mod tests {
         for measure in [Measure::Determinant, Measure::Effect] {
             let mut exchange = exchange(&rows);
             exchange.choose(4, measure);
-            let effect = DMatrix::from_fn(2, 4, |i, j| f64::cos((3 * i + j) as f64));
+            let effect = DMatrix::from_fn(2, 4, |i, j| libm::cos((3 * i + j) as f64));
             let badness = |chosen: &[usize]| {
                 let information = information(&rows, chosen);
                 match measure {
-                    Measure::Determinant => -information.determinant().ln(),
+                    Measure::Determinant => -libm::log(information.determinant()),
                     Measure::Effect => {
                         let inverse = information.try_inverse().unwrap();
                         (&effect * inverse * effect.transpose()).trace()

@@ -94,7 +94,7 @@ fn widest(machine: &Machine, probings: &Probings, artefact: &Artefact) -> f64 {
         let angle = to_spindle
             .dot(&artefact.balls[row.ball].away)
             .clamp(-1.0, 1.0);
-        angle.acos() + 1e-9
+        libm::acos(angle) + 1e-9
     };
     probings.rows.iter().map(angle).fold(0.0, f64::max)
 }

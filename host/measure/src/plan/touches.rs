@@ -66,7 +66,7 @@ pub fn touching(
     let q = reach(&kinematics, probing, &tip, &centre).ok_or(Unreachable::NoWay)?;
     let pose = trueaxis_kinematics::Nominal::new(machine).pose(&q, None);
     let to_spindle = Vector3::from(machine.direction(&pose));
-    let angle = to_spindle.dot(&ball.away).clamp(-1.0, 1.0).acos();
+    let angle = libm::acos(to_spindle.dot(&ball.away).clamp(-1.0, 1.0));
     if angle > probe.cone {
         return Err(Unreachable::Cone {
             degrees: angle.to_degrees(),
@@ -101,13 +101,13 @@ pub fn touching(
         let out = match number {
             0 => to_spindle,
             _ => {
-                (side * turn.cos() + other * turn.sin()) * latitude.cos()
-                    + to_spindle * latitude.sin()
+                (side * libm::cos(turn) + other * libm::sin(turn)) * libm::cos(latitude)
+                    + to_spindle * libm::sin(latitude)
             }
         };
         let begin = match number {
             0 => out * near,
-            _ => out * (near / latitude.cos()),
+            _ => out * (near / libm::cos(latitude)),
         };
         Touch {
             over: at(&(across(&begin) + above)),

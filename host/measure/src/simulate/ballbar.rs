@@ -42,11 +42,11 @@ pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec
     let radial = |angle: f64, way: f64| {
         let mut state = centre;
         let [a, b] = circle.plane;
-        state.q[a] += circle.radius * angle.cos();
-        state.q[b] += circle.radius * angle.sin();
+        state.q[a] += circle.radius * libm::cos(angle);
+        state.q[b] += circle.radius * libm::sin(angle);
         let before = angle - way * BEFORE;
-        state.sign[a] = (-way * before.sin()).signum();
-        state.sign[b] = (way * before.cos()).signum();
+        state.sign[a] = (-way * libm::sin(before)).signum();
+        state.sign[b] = (way * libm::cos(before)).signum();
         let actual = bench.actual(&state).t - bench.actual(&centre).t;
         let nominal = bench.nominal(&state.q).t - bench.nominal(&centre.q).t;
         actual.norm() - nominal.norm()

@@ -234,8 +234,8 @@ mod tests {
             k => {
                 let turn = (k as f64 - 0.5) * std::f64::consts::FRAC_PI_2;
                 Vector3::new(
-                    turn.cos() * 0.75_f64.sqrt(),
-                    turn.sin() * 0.75_f64.sqrt(),
+                    libm::cos(turn) * 0.75_f64.sqrt(),
+                    libm::sin(turn) * 0.75_f64.sqrt(),
                     0.5,
                 )
             }
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn a_wrong_touch_is_named_with_the_one_opposite() {
         // 0.3 µm of noise-like deviations, and 20 µm of dirt.
-        let small = |i: usize, k: usize| 3e-4 * f64::sin((7 * i + 13 * k * k) as f64);
+        let small = |i: usize, k: usize| 3e-4 * libm::sin((7 * i + 13 * k * k) as f64);
         let fitted = fit(
             &probings(|i| {
                 let mut off = std::array::from_fn(|k| small(i, k));

@@ -153,14 +153,14 @@ impl ErrorModel {
             (Some(below), Some(u)) => {
                 let [a, b] = [below, above].map(|k| table.at[k]);
                 let t = (q - a) / (b - a);
-                ((1.0 - t) * known[below]).hypot(t * u)
+                libm::hypot((1.0 - t) * known[below], t * u)
             }
         };
         // With an unknown direction, the value is the mean of both.
         let sign = situation.sign[index];
         match table.negative {
             None => value,
-            Some(_) => value * (0.5 * (1.0 + sign)).hypot(0.5 * (1.0 - sign)),
+            Some(_) => value * libm::hypot(0.5 * (1.0 + sign), 0.5 * (1.0 - sign)),
         }
     }
 }

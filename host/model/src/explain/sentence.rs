@@ -180,7 +180,7 @@ pub fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".to_owned();
     }
-    let exponent = value.abs().log10().floor() as i32;
+    let exponent = libm::log10(value.abs()).floor() as i32;
     let three = exponent.div_euclid(3) * 3;
     // The digits as written, without those from the division.
     let mantissa = format!("{:.9}", value / 10_f64.powi(three));

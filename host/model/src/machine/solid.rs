@@ -59,8 +59,8 @@ impl Shape {
     #[must_use]
     pub fn reach(&self) -> f64 {
         match *self {
-            Self::Box([x, y, z]) => x.hypot(y).hypot(z),
-            Self::Cylinder { radius, half } => radius.hypot(half),
+            Self::Box([x, y, z]) => libm::hypot(libm::hypot(x, y), z),
+            Self::Cylinder { radius, half } => libm::hypot(radius, half),
             Self::Sphere { radius } => radius,
             Self::Capsule { radius, half } => radius + half,
         }

@@ -21,7 +21,7 @@ pub fn rounded(value: f64, uncertainty: f64) -> Option<Rounded> {
         return None;
     }
     // Its last digit counts units of 10^place.
-    let mut place = uncertainty.log10().floor() as i32 - 1;
+    let mut place = libm::log10(uncertainty).floor() as i32 - 1;
     let digits = uncertainty / 10_f64.powi(place);
     let below = digits.floor();
     let rest = digits - below;

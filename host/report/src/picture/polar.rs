@@ -68,7 +68,7 @@ impl Polar {
         if most <= 0.0 {
             return 1.0;
         }
-        let power = 10_f64.powf((most / 2.0).log10().floor());
+        let power = libm::pow(10_f64, libm::log10(most / 2.0).floor());
         let steps = [1.0, 2.0, 5.0, 10.0].map(|k| k * power);
         let enough = steps.into_iter().find(|step| 2.0 * step >= most);
         enough.unwrap_or(10.0 * power)
@@ -81,7 +81,7 @@ impl Polar {
         let ring = (1.0 - ZERO) / 2.0;
         let at = |angle: f64, deviation: f64| {
             let r = outermost * (ZERO + ring * deviation / step);
-            let (sine, cosine) = angle.sin_cos();
+            let (sine, cosine) = libm::sincos(angle);
             (
                 x0 + (r * cosine).round() as i32,
                 y0 - (r * sine).round() as i32,

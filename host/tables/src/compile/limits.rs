@@ -50,8 +50,8 @@ impl fmt::Display for TooFast {
 
 /// Three digits, the last one up.
 fn rounded(value: f64) -> String {
-    let unit = 10_f64.powf(value.abs().max(1e-9).log10().floor() - 2.0);
-    let digits = (-unit.log10()).round().max(0.0) as usize;
+    let unit = libm::pow(10_f64, libm::log10(value.abs().max(1e-9)).floor() - 2.0);
+    let digits = (-libm::log10(unit)).round().max(0.0) as usize;
     format!("{:.digits$}", (value / unit).ceil() * unit)
 }
 

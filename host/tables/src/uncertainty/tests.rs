@@ -30,7 +30,7 @@ fn known(machine: &Machine) -> (ErrorModel, Covariance) {
         assert!(errors.set(machine, parameter(name), value));
     }
     let n = all.len();
-    let mixed = DMatrix::from_fn(n, n, |i, j| ((3 * i + 5 * j * j) as f64).sin());
+    let mixed = DMatrix::from_fn(n, n, |i, j| libm::sin((3 * i + 5 * j * j) as f64));
     let mixed = &mixed * mixed.transpose();
     let unit = |i: usize| all[i].2 / mixed[(i, i)].sqrt();
     let covariance = Covariance {
@@ -59,8 +59,8 @@ fn positions(machine: &Machine) -> Vec<(PerAxis, Situation)> {
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     move || {
-        let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+        let radius = (-2.0 * libm::log(1.0 - random.random::<f64>())).sqrt();
+        radius * libm::cos(std::f64::consts::TAU * random.random::<f64>())
     }
 }
 
@@ -171,11 +171,11 @@ fn a_measured_motion_is_as_uncertain_as_its_values_and_in_between_as_their_mean(
         [-60.0, 100.0, 120.0].map(|q| at(y, 4, q, 1.0)),
         [3e-6, 1e-5, 1e-5]
     );
-    assert_eq!(at(y, 4, 20.0, 1.0), 1.5e-6_f64.hypot(5e-6));
+    assert_eq!(at(y, 4, 20.0, 1.0), libm::hypot(1.5e-6, 5e-6));
     assert_eq!(at(y, 4, -120.0, 1.0), 2e-6);
     // One direction, the other one, and their mean.
     assert_eq!([1.0, -1.0].map(|sign| at(x, 1, 0.0, sign)), [1e-3; 2]);
-    assert_eq!(at(x, 1, 0.0, 0.0), 1e-3 * 0.5_f64.hypot(0.5));
+    assert_eq!(at(x, 1, 0.0, 0.0), 1e-3 * libm::hypot(0.5_f64, 0.5));
     // No other component is uncertain.
     assert_eq!(at(x, 0, 0.0, 1.0), 0.0);
 }

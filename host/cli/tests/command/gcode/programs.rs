@@ -206,16 +206,16 @@ impl Writer<'_> {
         let radius = self.between(0.5, 14.5);
         let angle = self.between(0.0, TAU);
         let mut centre = from;
-        centre[i] += radius * angle.cos();
-        centre[j] += radius * angle.sin();
+        centre[i] += radius * libm::cos(angle);
+        centre[j] += radius * libm::sin(angle);
         let full = self.one_of(4);
         let sweep = self.between(0.3, 5.8);
         let mut end = from;
         let mut only = Vec::new();
         if !full {
             let turned = angle + PI + if clockwise { -sweep } else { sweep };
-            end[i] = centre[i] + radius * turned.cos();
-            end[j] = centre[j] + radius * turned.sin();
+            end[i] = centre[i] + radius * libm::cos(turned);
+            end[j] = centre[j] + radius * libm::sin(turned);
             only.extend([i, j]);
         }
         if self.one_of(2) {

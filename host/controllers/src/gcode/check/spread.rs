@@ -42,7 +42,7 @@ impl Default for Spread {
 impl Spread {
     /// Takes in a value that is not negative.
     pub fn add(&mut self, value: f64) {
-        let class = ((value / LEAST).max(1.0).ln() / WIDTH.ln()) as usize;
+        let class = (libm::log((value / LEAST).max(1.0)) / libm::log(WIDTH)) as usize;
         self.classes[class.min(CLASSES - 1)] += 1;
         self.count += 1;
         self.sum += value;

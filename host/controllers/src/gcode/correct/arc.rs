@@ -87,7 +87,7 @@ impl Corrector<'_> {
     ) -> Result<PerLetter, Lost> {
         let [r0, r1] = arc.radii();
         let sagitta = self.options.chord.min(LARGEST * r0.min(r1));
-        let chord = 2.0 * (1.0 - sagitta / r0.max(r1)).acos();
+        let chord = 2.0 * libm::acos(1.0 - sagitta / r0.max(r1));
         let part = nodes[nodes.len() - 1].t - nodes[0].t;
         let dividing = Dividing {
             arc,

@@ -155,7 +155,7 @@ impl State {
             }
         }
         let at = self.offsets.machine(&program);
-        let radius = |p: &PerLetter| (p[i] - at[i]).hypot(p[j] - at[j]);
+        let radius = |p: &PerLetter| libm::hypot(p[i] - at[i], p[j] - at[j]);
         self.arc_distance == Distance::Incremental
             && (radius(&arc.from) - radius(&arc.to)).abs() < ABSOLUTE
     }

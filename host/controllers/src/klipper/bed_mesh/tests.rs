@@ -36,7 +36,7 @@ fn map() -> HeightMap {
         Nodes::over([-20.0, 100.0], 4),
     ];
     HeightMap::new(Grid::of(&nodes, |p| {
-        [1e-3 * (p[0] * 0.1).sin() - 2e-5 * p[1]]
+        [1e-3 * libm::sin(p[0] * 0.1) - 2e-5 * p[1]]
     }))
 }
 

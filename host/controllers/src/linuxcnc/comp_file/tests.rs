@@ -108,7 +108,7 @@ fn rows_are_read_as_they_were_written() {
     let rows: Vec<Row> = (0..40)
         .map(|k| {
             let k = f64::from(k);
-            [k * PI, 0.1 * k.sin(), -0.1 * k.cos()]
+            [k * PI, 0.1 * libm::sin(k), -0.1 * libm::cos(k)]
         })
         .collect();
     for kind in [Type::Positions, Type::Corrections] {

@@ -204,7 +204,7 @@ pub fn of_radii(
             let [a, b] = plane.ok_or_else(missing)?;
             for (turn, way) in [(&turns.counter_clockwise, 1.0), (&turns.clockwise, -1.0)] {
                 for (k, (angle, deviation)) in turn.iter().enumerate() {
-                    let (sine, cosine) = angle.sin_cos();
+                    let (sine, cosine) = libm::sincos(*angle);
                     let mut position = centre;
                     position[a] += radii.radius * cosine;
                     position[b] += radii.radius * sine;

@@ -83,11 +83,11 @@ fn radians(of: &str, orientation: &Option<Spanned<Exactly<3>>>) -> Option<FileEr
 fn tip(tip: &Spanned<Exactly<3>>, axis: &str) -> Option<FileError> {
     let Exactly([x, y, z]) = *tip.get_ref();
     let beside = match axis {
-        "x" => y.hypot(z),
-        "y" => x.hypot(z),
-        _ => x.hypot(y),
+        "x" => libm::hypot(y, z),
+        "y" => libm::hypot(x, z),
+        _ => libm::hypot(x, y),
     };
-    let length = x.hypot(y).hypot(z);
+    let length = libm::hypot(libm::hypot(x, y), z);
     let at = |message, remedy| Some(FileError::at(tip.span(), message, "mm", remedy));
     if length < SHORT {
         return at(

@@ -448,7 +448,7 @@ mod tests {
     fn as_many_functions_are_leading_as_there_are() {
         let samples = DMatrix::from_fn(12, 40, |i, k| {
             let x = i as f64 / 11.0;
-            (k as f64).sin() * x + (k as f64).cos() * x * x * x
+            libm::sin(k as f64) * x + libm::cos(k as f64) * x * x * x
         });
         let (functions, count) = leading(&samples, 1e-9);
         assert_eq!(count, 2);

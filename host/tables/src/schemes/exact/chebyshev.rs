@@ -6,7 +6,7 @@ pub fn points([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count)
         .map(|k| {
             let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
-            mid - half * angle.cos()
+            mid - half * libm::cos(angle)
         })
         .collect()
 }

@@ -105,7 +105,7 @@ impl PeakTables {
     /// fourth power of the spacing.
     pub fn wanted(&self, most: f64) -> [usize; 2] {
         let wanted = |k: usize, power: f64| {
-            let more = (self.errors[k] / (0.85 * most)).powf(1.0 / power);
+            let more = libm::pow(self.errors[k] / (0.85 * most), 1.0 / power);
             let wanted = (self.grid.intervals as f64 * more).ceil() as usize;
             wanted.clamp(LEAST_INTERVALS, MOST_INTERVALS)
         };

@@ -178,7 +178,7 @@ mod tests {
             let values = |first: usize| {
                 DMatrix::from_fn(rows, 1, |i, _| {
                     let x = 0.5 * turn * (first + i) as f64;
-                    x.sin() + 0.3 * (2.0 * x).cos()
+                    libm::sin(x) + 0.3 * libm::cos(2.0 * x)
                 })
             };
             let found = coefficients(&values(0), true);

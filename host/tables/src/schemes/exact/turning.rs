@@ -88,7 +88,7 @@ impl Turning {
         let count = values.iter().filter(|v| **v > least).count() + SPARE;
         // Products of sine and cosine up to degree two, unless the solution divides by them.
         let first_order = DMatrix::from_fn(SEEN, 5, |i, k| {
-            let (s, c) = at[i].sin_cos();
+            let (s, c) = libm::sincos(at[i]);
             [1.0, c, s, c * c, s * c][k]
         });
         let q = first_order.qr().q();

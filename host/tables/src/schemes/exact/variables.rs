@@ -118,20 +118,20 @@ impl Variable {
     /// of its largest value.
     pub fn sine(&self, x: f64) -> f64 {
         if !self.is_narrow() {
-            return x.sin();
+            return libm::sin(x);
         }
         let [middle, half] = self.middle();
-        (x - middle).sin() / half.sin()
+        libm::sin(x - middle) / libm::sin(half)
     }
 
     /// The cosine of a rotary position, the even generator. On a narrow range it is measured from the middle and
     /// stretched to cover −1…1 like the second Chebyshev polynomial.
     pub fn cosine(&self, x: f64) -> f64 {
         if !self.is_narrow() {
-            return x.cos();
+            return libm::cos(x);
         }
         let [middle, half] = self.middle();
-        2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
+        2.0 * (libm::sin(0.5 * (x - middle)) / libm::sin(0.5 * half)).powi(2) - 1.0
     }
 
     /// Where to sample for a position. On a kink, a little to either side, because the effect of motions on the

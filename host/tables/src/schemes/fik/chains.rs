@@ -185,7 +185,7 @@ mod tests {
     fn a_sum_of_two_products_is_found_as_two_products() {
         let matrix = DMatrix::from_fn(TURNS, 7, |r, c| {
             let (r, c) = (r as f64, c as f64);
-            (1.0 + r) * (0.3 * c).cos() + r * r * (0.1 + c)
+            (1.0 + r) * libm::cos(0.3 * c) + r * r * (0.1 + c)
         });
         let found = products(&matrix);
         assert_eq!(found.len(), 2);
@@ -198,7 +198,11 @@ mod tests {
 
     #[test]
     fn a_constant_that_is_part_of_levers_becomes_their_offsets() {
-        let f = DMatrix::from_fn(TURNS, 5, |r, c| if r == 0 { (c as f64).sin() } else { 0.0 });
+        let f = DMatrix::from_fn(
+            TURNS,
+            5,
+            |r, c| if r == 0 { libm::sin(c as f64) } else { 0.0 },
+        );
         let g = DMatrix::from_fn(TURNS, 5, |r, c| if r == 1 { 1.0 + c as f64 } else { 0.0 });
         let one = offsets(&[&f * -130.0, g.clone(), f.clone()]).unwrap();
         assert!(one[0] == 0.0 && (one[1] + 130.0).abs() < 1e-9);

@@ -72,8 +72,8 @@ impl Form {
 
 /// The functions of the rotary axis next to the workpiece at an angle (rad).
 pub fn turns(angle: f64) -> [f64; TURNS] {
-    let (s, c) = angle.sin_cos();
-    let (s2, c2) = (2.0 * angle).sin_cos();
+    let (s, c) = libm::sincos(angle);
+    let (s2, c2) = libm::sincos(2.0 * angle);
     [1.0, c, s, c2, s2]
 }
 

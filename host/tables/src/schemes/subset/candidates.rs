@@ -104,7 +104,7 @@ impl Functions {
         let mut values = vec![1.0];
         if self.turns[axis] {
             for turns in [1.0, 2.0] {
-                let (s, c) = (turns * at).sin_cos();
+                let (s, c) = libm::sincos(turns * at);
                 values.extend([c, s]);
             }
         }

@@ -7,7 +7,7 @@ pub(crate) const FUNCTIONS: usize = 5;
 
 /// 1, cos, sin, cos·sin, sin² of an angle (rad).
 pub fn functions(angle: f64) -> [f64; FUNCTIONS] {
-    let (s, c) = angle.sin_cos();
+    let (s, c) = libm::sincos(angle);
     [1.0, c, s, c * s, s * s]
 }
 
