@@ -663,12 +663,29 @@ size_t trueaxis_model_axes(struct trueaxis_model *model,
 
 #if defined(TRUEAXIS_MODEL)
 /*
+ Lets the errors of a model follow temperatures for `seconds`, each with the lag of the error file: the next
+ `trueaxis_model_pose` without temperatures has them. `celsius` has `sensors` temperatures in the order in which the
+ error file names sensors; NAN, or a missing one, leaves a temperature as it is, at first at its reference. Suitable
+ for a real-time thread.
+
+ # Safety
+ The array has this many values.
+ */
+trueaxis_result trueaxis_model_warm(struct trueaxis_model *model,
+                                    const double *celsius,
+                                    size_t sensors,
+                                    double seconds);
+#endif
+
+#if defined(TRUEAXIS_MODEL)
+/*
  The position of the tool relative to the workpiece: the actual one, with all errors at `positions`, and the nominal
  one, without errors at `commands`. Both arrays have `count` axes in the order of the model, in mm and degrees. The
  directions of travel, for backlash, follow the commands from call to call. `tool_length` is in mm along the tool
- axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order
- of the error file; missing ones are taken at their reference. Suitable for a real-time thread: no heap, no lock, no
- system call.
+ axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order in
+ which the error file names sensors, which act at once; missing ones are taken at their reference. Without any
+ (`sensors` 0), the temperatures are those of `trueaxis_model_warm`. Suitable for a real-time thread: no heap, no
+ lock, no system call.
 
  # Safety
  The arrays have this many values, `pose` has room for one.

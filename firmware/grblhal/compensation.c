@@ -12,7 +12,8 @@
  * several seconds. */
 #define MOST_STEPS 500
 /* Conditions that are reported when they begin. */
-#define FAULTS (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED)
+#define REPORTED \
+    (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED | TRUEAXIS_BEYOND_RANGE)
 
 static trueaxis_tables_memory tables_memory;
 static trueaxis_servo_memory servo_memory;
@@ -183,10 +184,10 @@ bool trueaxis_set_temperature(const char *name, float celsius)
     return known;
 }
 
-/* Reports faults, once each when they begin. */
+/* Reports faults, and temperatures beyond their tables, once each when they begin. */
 static void report_faults(void)
 {
-    uint16_t now = txa_status().conditions & FAULTS;
+    uint16_t now = txa_status().conditions & REPORTED;
     uint16_t fresh = (uint16_t)(now & ~faults);
     faults = now;
     if (fresh != 0 && mode != TXA_OFF) {

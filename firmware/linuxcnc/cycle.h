@@ -34,6 +34,7 @@ struct cycle {
     double share;
     float in;                        /* the common factor */
     bool cut_off;
+    bool beyond;                     /* a temperature is outside of what was measured */
     unsigned taken;                  /* number of files */
     enum reason why;
     int awaited;                     /* the joint that is not homed or is homing, or -1 */
@@ -189,6 +190,7 @@ static enum trouble update(struct cycle *c, double period)
     show(c, computed);
     c->in = status.factor;
     c->cut_off = status.saturated != 0;
+    c->beyond = (status.conditions & TRUEAXIS_BEYOND_RANGE) != 0;
     if (found == TROUBLE_NONE && (status.conditions & TRUEAXIS_BAD_PERIOD))
         found = TROUBLE_PERIOD;
     if (found == TROUBLE_NONE && (status.conditions & TRUEAXIS_BAD_INPUT))

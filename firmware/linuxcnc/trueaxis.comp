@@ -110,6 +110,7 @@ pin out float factor "The common factor of all corrections, 0 to 1";
 pin out unsigned state = 7 "Why the corrections are not in, or 0: see NOTES";
 pin out signed waiting_for = -1 "The joint that must be homed before the corrections come in, or \\-1";
 pin out bit   saturated "A correction is limited to the largest of its axis";
+pin out bit   beyond_range "A temperature is outside of the range that was measured: its effect stays what it is at the border";
 pin out bit   fault "There is a fault: see fault\\-code";
 pin out unsigned fault_code "The kind of fault: see NOTES";
 pin in  float tool_length = NAN "From motion.tooloffset.z, in machine units";
@@ -151,7 +152,7 @@ static bool reload_before;
 static struct {
     float in;
     unsigned taken, sum, code, answers;
-    bool acting, cut_off, busy;
+    bool acting, cut_off, beyond, busy;
     enum reason why;
     int awaited;
     unsigned turn;
@@ -223,6 +224,7 @@ FUNCTION(write_)
     SHOW(0, factor, shown.in, now.in);
     SHOW(1, active, shown.acting, now.in > 0);
     SHOW(2, saturated, shown.cut_off, now.cut_off);
+    SHOW(2, beyond_range, shown.beyond, now.beyond);
     SHOW(3, loading, shown.busy, loading_busy());
     SHOW(4, loads, shown.taken, now.taken);
     SHOW(5, checksum, shown.sum, current != NULL ? current->sum : 0);

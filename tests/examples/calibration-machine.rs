@@ -172,6 +172,7 @@ fn balls(
             balls: vec!["one".to_owned()],
             probe: Probe::default(),
             sigma: 1e-3,
+            observations: None,
         };
         (setup.candidates(&allowed).0.rows.len() >= LEAST).then_some(())
     };

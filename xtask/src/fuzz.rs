@@ -5,19 +5,21 @@ use crate::process::{self, has, nightly, provide, root, target, works};
 use std::path::Path;
 use std::process::Command;
 
-const TARGETS: [&str; 6] = ["decode", "evaluate", "slots", "link", "gcode", "cec"];
+const TARGETS: [&str; 7] = [
+    "decode", "evaluate", "slots", "link", "gcode", "cec", "readers",
+];
 /// Maximum input length, bytes: short inputs are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
 /// Maximum length of programs: about ten lines.
 const MAX_PROGRAM: u64 = 192;
-/// Maximum length of tables of a Sinumerik: three tables.
-const MAX_CEC: u64 = 1536;
+/// Maximum length of tables and measurements: three tables of a Sinumerik, some twenty rows.
+const MAX_TABLES: u64 = 1536;
 
 /// Maximum length for targets with text inputs. Their vocabulary is in `fuzz/NAME.dict`.
 fn text(name: &str) -> Option<u64> {
     match name {
         "gcode" => Some(MAX_PROGRAM),
-        "cec" => Some(MAX_CEC),
+        "cec" | "readers" => Some(MAX_TABLES),
         _ => None,
     }
 }
@@ -62,6 +64,7 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         match name {
             "gcode" => seed_gcode(&corpus)?,
             "cec" => seed_cec(&corpus)?,
+            "readers" => seed_readers(&corpus)?,
             _ => seed_golden(&corpus)?,
         }
         if name == "link" {
@@ -192,6 +195,46 @@ fn seed_cec(corpus: &Path) -> Result<(), String> {
     for (number, file) in files.iter().enumerate() {
         let (name, modes) = (format!("tables-{number}"), [0, 1, 8, 17]);
         put(corpus, &name, &modes, file.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Adds measurements, and small files of other controllers, to the corpus. Their first byte is the number of their reader.
+fn seed_readers(corpus: &Path) -> Result<(), String> {
+    let example = |name: &str| files::read_text(&root().join("examples").join(name));
+    let mesh = "[bed_mesh default]\nversion = 1\npoints =\n\t0.1, 0.2, 0.1\n\t0, 0, 0\n\t0.1, 0, -0.1\nx_count = 3\n\
+                y_count = 3\nmesh_x_pps = 0\nmesh_y_pps = 0\nalgo = lagrange\ntension = 0.2\nmin_x = 0\nmax_x = 200\n\
+                min_y = 0\nmax_y = 200\n";
+    let map = "RepRapFirmware height map file v2, mean error 0.0\n\
+               xmin,xmax,ymin,ymax,radius,xspacing,yspacing,xnum,ynum\n0,100,0,100,-1,100,100,2,2\n0.1,0\n0,0.2\n";
+    let twist = "[axis_twist_compensation]\nz_compensations = 0.1, 0, -0.1\ncompensation_start_x = 10\n\
+                 compensation_end_x = 190\n";
+    let isg = "x\texx\teyx\n0\t0\t0\n100\t0.001\t0.002\n#\nc0w\n1e-5\n";
+    let etalon = "EXX {\n0 0\n100 0.001\n}\nC0Y 1e-5\n";
+    let run = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\ntarget,+1,-1\n0,0.2,-3.9\n200,3.1,-1.2\n";
+    let radii = "angle_deg,radius_um\n0,1\n90,-1\n180,0\n270,2\n";
+    let all = [
+        (0, mesh.to_owned()),
+        (1, map.to_owned()),
+        (2, twist.to_owned()),
+        (3, isg.to_owned()),
+        (4, etalon.to_owned()),
+        (5, example("kolibri/observations.csv")?),
+        (6, example("kolibri/validation.csv")?),
+        (7, run.to_owned()),
+        (8, radii.to_owned()),
+        (9, example("mill-warming/temperatures.csv")?),
+        (10, example("thermal-drift/spindle.csv")?),
+    ];
+    for (reader, text) in all {
+        // The beginning of a long file is one, too.
+        let lines: String = text.split_inclusive('\n').take(20).collect();
+        put(
+            corpus,
+            &format!("reader-{reader}"),
+            &[reader],
+            lines.as_bytes(),
+        )?;
     }
     Ok(())
 }

@@ -318,6 +318,10 @@ pub fn deny() -> Result<(), String> {
             &format!("deny --manifest-path {manifest} {features} --config deny.toml check licenses bans sources"),
         )
     }));
+    steps.push(step(
+        "licences, bans, sources of the module for Python",
+        "deny --manifest-path python/Cargo.toml --config deny.toml check licenses bans sources",
+    ));
     steps.push(step("advisories", "deny --all-features check advisories"));
     run_steps(steps, Vec::new(), Vec::new())
 }

@@ -6,8 +6,8 @@ use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::text::Text;
 use trueaxis::{Reversal, Travel};
 use trueaxis_kinematics::{
-    Htm, Kinematics, MAX_AXES, MAX_SENSORS, Machine, PerAxis, Situation, Stored, StoredError,
-    Switches,
+    Htm, Kinematics, MAX_AXES, MAX_SENSORS, Machine, PerAxis, Sensor, Situation, Stored,
+    StoredError, Switches,
 };
 
 /// Size of a model in bytes.
@@ -40,6 +40,8 @@ pub struct ModelPose {
 pub struct Model {
     stored: Option<Stored<'static>>,
     reversals: [Reversal; MAX_AXES],
+    /// What the errors see of each sensor (K from its reference); `None` before the first reading.
+    warmed: [Option<f64>; MAX_SENSORS],
 }
 
 const _: () = {
@@ -54,6 +56,7 @@ impl Model {
         Self {
             stored: None,
             reversals: [const { Reversal::new() }; MAX_AXES],
+            warmed: [None; MAX_SENSORS],
         }
     }
 
@@ -83,8 +86,28 @@ impl Model {
         self.loaded().map(|stored| stored.machine.axes.len())
     }
 
-    /// The position of the tool. `commands` give the nominal pose and the directions of travel, as in the runtime;
-    /// `positions` give the actual pose. Both are in mm and degrees, with one value per axis.
+    /// Lets the errors follow readings (°C) for a time (s), each with the lag of its sensor; without a reading, a
+    /// sensor stays as it is, at first at its reference.
+    pub(crate) fn warm(&mut self, celsius: &[f64], seconds: f64) -> Result<(), Code> {
+        let stored = self.stored.as_ref().ok_or(Code::NotLoaded)?;
+        for (warmed, sensor) in self.warmed.iter_mut().zip(&stored.sensors) {
+            let Some(kelvin) = read(sensor, celsius) else {
+                continue;
+            };
+            let before = warmed.unwrap_or(kelvin);
+            // y' = (u − y)/τ, backward: half a step over τ from the exact solution, and stable for any step.
+            let part = match sensor.lag > 0.0 {
+                true => seconds.max(0.0) / (sensor.lag + seconds.max(0.0)),
+                false => 1.0,
+            };
+            *warmed = Some(before + part * (kelvin - before));
+        }
+        Ok(())
+    }
+
+    /// The position of the tool; without `celsius`, at the temperatures of [`Self::warm`]. `commands` give the nominal
+    /// pose and the directions of travel, as in the runtime; `positions` give the actual pose. Both are in mm and
+    /// degrees, with one value per axis.
     pub(crate) fn pose(
         &mut self,
         commands: &[f64],
@@ -112,9 +135,13 @@ impl Model {
             };
         }
         let mut kelvin = [0.0; MAX_SENSORS];
-        for ((kelvin, reference), celsius) in kelvin.iter_mut().zip(&stored.references).zip(celsius)
-        {
-            *kelvin = celsius - reference;
+        for ((kelvin, warmed), sensor) in kelvin.iter_mut().zip(self.warmed).zip(&stored.sensors) {
+            let found = if celsius.is_empty() {
+                warmed
+            } else {
+                read(sensor, celsius)
+            };
+            *kelvin = found.unwrap_or(0.0);
         }
         situation.kelvin = kelvin;
         let kinematics = Kinematics::new(machine, &stored.errors);
@@ -129,6 +156,12 @@ impl Model {
             nominal_direction: machine.direction(&nominal),
         })
     }
+}
+
+/// A reading (°C) as a difference from the sensor's reference (K), if there is one.
+fn read(sensor: &Sensor, celsius: &[f64]) -> Option<f64> {
+    let celsius = celsius.get(sensor.reading).filter(|v| v.is_finite())?;
+    Some(celsius - sensor.reference)
 }
 
 /// Converts positions (mm, deg) to mm and rad, reducing those of endless axes to the turn in which errors are

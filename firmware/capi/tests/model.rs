@@ -4,8 +4,8 @@ use std::ptr::{null, null_mut};
 use trueaxis_capi::border::*;
 use trueaxis_capi::{Code, Model, ModelMemory, ModelPose, TRUEAXIS_HEADER as HEADER};
 use trueaxis_kinematics::{
-    Axis, Branch, ErrorModel, Kinematics, Letter, Machine, Parameter, Situation, Stored, Switches,
-    Table,
+    Axis, Branch, ErrorModel, Kinematics, Letter, Machine, Parameter, Sensor, Situation, Stored,
+    Switches, Table,
 };
 
 fn machine() -> Machine {
@@ -44,10 +44,18 @@ fn errors(machine: &Machine) -> ErrorModel<Vec<f64>> {
     errors
 }
 
+/// The lag of its sensor (s).
+const LAG: f64 = 200.0;
+
 /// A file in words of 8 bytes, for the required alignment.
 fn file() -> (Vec<u64>, usize) {
     let machine = machine();
-    let bytes = Stored::write("Mill", &machine, &errors(&machine), &[20.0]).unwrap();
+    let sensor = Sensor {
+        reading: 0,
+        reference: 20.0,
+        lag: LAG,
+    };
+    let bytes = Stored::write("Mill", &machine, &errors(&machine), &[sensor]).unwrap();
     let words = bytes.chunks(8).map(|chunk| {
         let mut word = [0; 8];
         word[..chunk.len()].copy_from_slice(chunk);
@@ -144,6 +152,44 @@ fn the_tool_is_that_of_the_exact_kinematics() {
             assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-14), "{a:?} {b:?}");
         }
     }
+}
+
+#[test]
+fn errors_follow_temperatures_with_their_lag() {
+    let mut memory = Box::new(ModelMemory { words: [!0; _] });
+    let model = made(&mut memory);
+    let (words, length) = file();
+    // SAFETY: the file outlives the model.
+    let code = unsafe { trueaxis_model_load(model, words.as_ptr().cast(), length) };
+    assert_eq!(code, Code::Ok);
+    let height = || {
+        let mut pose = ModelPose::default();
+        let at = [0.0; 4].as_ptr();
+        // SAFETY: four values each, and no temperatures.
+        let code = unsafe { trueaxis_model_pose(model, at, at, 4, f64::NAN, null(), 0, &mut pose) };
+        assert_eq!(code, Code::Ok);
+        pose.tip[2]
+    };
+    // SAFETY: one value.
+    let warm = |celsius: f64, seconds| unsafe { trueaxis_model_warm(model, &celsius, 1, seconds) };
+    let cold = height();
+    // The first reading counts at once, and a lost one is kept. EZ0S grows by 1 µm/K.
+    assert_eq!(warm(f64::NAN, 1.0), Code::Ok);
+    assert_eq!(height(), cold);
+    assert_eq!(warm(21.0, 1e-3), Code::Ok);
+    // The cosine of 0.1 mrad, by which EB0Z tilts Z, less 1 is 5e-9.
+    assert!((height() - cold - 1e-3).abs() < 1e-11);
+    for _ in 0..200_000 {
+        assert_eq!(warm(31.0, 1e-3), Code::Ok);
+    }
+    assert_eq!(warm(f64::NAN, 50.0), Code::Ok);
+    let after = 1.0 + 10.0 * (1.0 - (-200.0 / LAG).exp());
+    // Half a step over τ of the way that is left, 2.5e-6 of 4 µm.
+    let off = height() - cold - after * 1e-3;
+    assert!(off.abs() < 1e-7, "{off}");
+    // SAFETY: too many, none of which is read.
+    let many = unsafe { trueaxis_model_warm(model, null(), 100, 1.0) };
+    assert_eq!(many, Code::Count);
 }
 
 #[test]

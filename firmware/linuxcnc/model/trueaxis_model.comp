@@ -33,22 +33,24 @@ Each line of the file of \fBballs=\fR is a ball on the workpiece side: x, y and 
 the machine file, and its diameter, mm, separated by spaces. The centre of the stylus tip is the tip of the tool.
 
 Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the hysteresis of the machine file, as the
-compensation does it. Temperatures are at their references.
+compensation does it. Temperatures act with the lags of the error file; a pin that is not connected leaves its temperature
+at the reference.
 """;
 see_also """\\fBtrueaxis\\fR(9), https://docs.rs/trueaxis""";
 author "The trueaxis maintainers";
 license "Dual MIT/GPL";
 
-// Joints are counted in EXTRA_SETUP.
-pin in  float joint.#.pos_in[16 : personality] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd";
-pin in  float joint.#.motor_in[16 : personality] = NAN "Command to the drive of the joint, including the correction";
-pin in  float joint.#.motor_offset[16 : personality] "From joint.N.motor\\-offset: the offset between the two due to homing";
+// Joints and temperatures are counted in EXTRA_SETUP, 5 bits each.
+pin in  float joint.#.pos_in[16 : personality & 31] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd";
+pin in  float joint.#.motor_in[16 : personality & 31] = NAN "Command to the drive of the joint, including the correction";
+pin in  float joint.#.motor_offset[16 : personality & 31] "From joint.N.motor\\-offset: the offset between the two due to homing";
 pin in  float stylus = 6 "Diameter of the stylus tip, mm";
 pin in  float pretravel "Distance that the stylus moves on from the surface before the probe trips, µm";
 pin in  float lobing "Amplitude of its change around the tool axis, with three lobes, µm";
 pin in  float noise "Standard deviation of a touch, µm";
 pin in  float moved "How far the first ball has been pushed along x, mm";
 pin in  float drift "How fast all balls move along each axis of the workpiece, µm/h";
+pin in  float temperature_#[8 : (personality >> 5) & 31] = NAN "Temperatures in °C, in the order in which the error file names sensors";
 pin out bit   touching "The stylus has contact with a ball";
 pin in  float tool_length = NAN "Tool length along its axis from the spindle frame, machine units; until set, that of the machine file";
 
@@ -69,6 +71,7 @@ modparam dummy file "Path of the model";
 modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with the same letter the first counts; \\- is a joint that is not an axis of the model";
 modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 
+modparam dummy temperatures "Number of temperature pins (0)";
 modparam dummy balls "Path of a file with balls for the stylus, one in each line";
 
 function _;
@@ -96,11 +99,15 @@ RTAPI_MP_STRING(units, "linear units of the machine");
 static char *balls = "";
 RTAPI_MP_STRING(balls, "path of the balls");
 
+static int temperatures = 0;
+RTAPI_MP_INT(temperatures, "number of temperature pins");
+
 /* A ball: its centre in the workpiece frame and its diameter, mm. */
 struct ball {
     double centre[3], diameter;
 };
 #define MOST_BALLS 64
+#define MOST_TEMPERATURES 8
 static struct ball ball[MOST_BALLS];
 static int ball_count;
 /* How far this touch is off, µm; another one once the stylus is free. */
@@ -234,7 +241,11 @@ EXTRA_SETUP()
         SAY("%s\n", trueaxis_result_text(result));
         return -EINVAL;
     }
-    personality = joints;
+    if (temperatures < 0 || temperatures > MOST_TEMPERATURES) {
+        SAY("temperatures= is from 0 to %d\n", MOST_TEMPERATURES);
+        return -EINVAL;
+    }
+    personality = joints | temperatures << 5;
     if (*balls != '\0' && !load_balls())
         return -EINVAL;
     /* Without a model LinuxCNC starts all the same, with `fault`. */
@@ -249,7 +260,7 @@ EXTRA_CLEANUP()
 
 FUNCTION(_)
 {
-    double commands[TRUEAXIS_AXES], positions[TRUEAXIS_AXES], off[3], across = 0;
+    double commands[TRUEAXIS_AXES], positions[TRUEAXIS_AXES], celsius[MOST_TEMPERATURES], off[3], across = 0;
     trueaxis_model_pose_facts pose = {{0}, {0}, {0}, {0}};
     bool right = count > 0;
     static double drifted; /* mm */
@@ -259,6 +270,10 @@ FUNCTION(_)
         positions[k] = (joint_motor_in(j) - joint_motor_offset(j)) * unit[k];
         right = right && isfinite(commands[k]) && isfinite(positions[k]);
     }
+    for (int t = 0; t < temperatures; t++)
+        celsius[t] = temperature(t);
+    if (right && temperatures > 0)
+        trueaxis_model_warm(model, celsius, temperatures, (double)period * 1e-9);
     right = right && trueaxis_model_pose(model, commands, positions, count, tool_length * mm, NULL, 0, &pose) ==
                          TRUEAXIS_RESULT_OK;
     fault = !right;

@@ -322,6 +322,8 @@ class Panel:
             why.append("fault: " + fault)
         if pin("saturated"):
             why.append("a correction is limited to the largest of its axis")
+        if pin("beyond-range"):
+            why.append("a temperature is outside of the range that was measured")
         self.show_state("wrong" if pin("fault") else COLOURS[state], title, "; ".join(why))
         for name, button in self.switches.items():
             button.handler_block_by_func(self.on_switch)

@@ -11,6 +11,7 @@ mod direct_error;
 mod error_file;
 pub mod iso230_2;
 pub mod iso230_3;
+pub mod iso230_7;
 mod measurement;
 mod motion;
 mod single;

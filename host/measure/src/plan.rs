@@ -1,5 +1,5 @@
-//! Plans which balls to probe at which rotary positions: what a strategy will identify, a better strategy, and its
-//! touches.
+//! Plans which balls to probe at which rotary positions: what a strategy will identify, alone or with what instruments
+//! read, a better strategy, and its touches.
 //!
 //! Equations and identifiability are those of [`identify`](crate::identify).
 
@@ -10,6 +10,7 @@ mod compare;
 mod course;
 mod design;
 mod exchange;
+mod expected;
 mod judge;
 mod order;
 mod program;
@@ -28,6 +29,7 @@ pub use candidates::{Allowed, AllowedError, Setup};
 pub use collision::{Collision, collision};
 pub use compare::{AsGood, Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
+pub use expected::{NoPlace, expected};
 pub use judge::{JudgeError, Judgement, judge, placed};
 pub use program::{Feeds, linuxcnc, table};
 pub use remedy::{Remedy, would_show};

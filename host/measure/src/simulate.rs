@@ -24,12 +24,24 @@ pub struct Disturbances {
     pub noise: f64,
     /// Movement of the workpiece frame from the first to the last row (mm), along each of its axes.
     pub drift: [f64; 3],
+    /// Time constant of the drift, as a part of the time from the first to the last row; linear if it is 0.
+    pub drift_lag: f64,
     /// Fraction of the rows, 0 to 1, that are off by an additional `outlier`.
     pub outliers: f64,
     /// Size of an outlier (mm), in a random direction.
     pub outlier: f64,
     /// Seed of the random numbers.
     pub seed: u64,
+}
+
+/// Drift (mm) after a part of the time in which it goes from zero to `whole`, with a time constant as a part of that
+/// time, or linear if it is 0.
+pub(crate) fn drifted(whole: [f64; 3], lag: f64, part: f64) -> Vector3<f64> {
+    let part = match lag > 0.0 {
+        true => libm::expm1(-part / lag) / libm::expm1(-1.0 / lag),
+        false => part,
+    };
+    Vector3::from(whole) * part
 }
 
 /// Why a probing cannot be simulated.
@@ -85,7 +97,7 @@ pub fn probings(
     disturbances: &Disturbances,
 ) -> Result<Probings, SimulateError> {
     let none = vec![[0.0; MAX_AXES]; strategy.rows.len()];
-    let mut measured = on_balls(kinematics, artefact, strategy, disturbances.drift, &none)?;
+    let mut measured = on_balls(kinematics, artefact, strategy, disturbances, &none)?;
     disturb_all(kinematics.machine, &mut measured, disturbances);
     in_travel(kinematics.machine, &measured)?;
     Ok(measured)
@@ -97,7 +109,7 @@ fn on_balls(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
     strategy: &Probings,
-    drift: [f64; 3],
+    disturbances: &Disturbances,
     off: &[PerAxis],
 ) -> Result<Probings, SimulateError> {
     let machine = kinematics.machine;
@@ -110,7 +122,11 @@ fn on_balls(
             .find(|b| b.name == *name)
             .and_then(|b| b.nominal);
         let ball = ball.ok_or_else(|| SimulateError::NoPlace { ball: name.clone() })?;
-        let drift = Vector3::from(drift) * (number as f64 / last);
+        let drift = drifted(
+            disturbances.drift,
+            disturbances.drift_lag,
+            number as f64 / last,
+        );
         let tip = turned(machine.tool_axis, row.spindle) * tip;
         let mut real = row.clone();
         for (position, off) in real.position.iter_mut().zip(off) {

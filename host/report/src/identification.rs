@@ -1,5 +1,6 @@
 //! The results of an identification: the part of the output of `identify --json` that a report shows.
 
+use super::observed::{Observed, Temperatures};
 use serde::{Deserialize, Serialize};
 
 /// An identification, with the names and units of `identify --json`.
@@ -32,6 +33,12 @@ pub struct Identification {
     pub held_out: Option<HeldOut>,
     /// Residuals along the axes of the workpiece frame (rms).
     pub left_um: [f64; 3],
+    /// Instruments, and drift; `None` if there are only probings that do not drift.
+    #[serde(default)]
+    pub observed: Option<Observed>,
+    /// What temperatures explain, if any were given.
+    #[serde(default)]
+    pub temperatures: Option<Temperatures>,
     /// Whether the residuals depend on time, temperature, run or direction.
     pub checks: Vec<Check>,
     /// Rows that do not fit the others.
@@ -143,6 +150,26 @@ pub struct Row {
     pub after_um: [f64; 3],
     /// False if it fits badly.
     pub is_trusted: bool,
+}
+
+impl Identification {
+    /// What was measured, in words: `168 probings of 4 balls and 53 observations with 3 set-ups`.
+    #[must_use]
+    pub fn counts(&self) -> String {
+        let noise = self.observed.iter().flat_map(|observed| &observed.noise);
+        let observations: usize = (noise.filter(|one| one.source != "probings"))
+            .map(|one| one.rows)
+            .sum();
+        let setups = (self.observed.as_ref()).map_or(0, |observed| observed.setups.len());
+        let probings = format!("{} probings of {} balls", self.probings, self.balls.len());
+        let plural = if setups == 1 { "" } else { "s" };
+        let observed = format!("{observations} observations with {setups} set-up{plural}");
+        match (self.probings, observations) {
+            (_, 0) => probings,
+            (0, _) => observed,
+            _ => format!("{probings} and {observed}"),
+        }
+    }
 }
 
 impl Check {

@@ -1,6 +1,7 @@
 //! The page: templates, figures and data in one file.
 
 use super::certificate::{Certificate, Judged};
+use super::observed::Shown;
 use super::words::{figure, quantity};
 use super::{Model, Report, figures};
 use crate::picture::Picture;
@@ -9,7 +10,7 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
 
 /// Named parts of the page.
-const TEMPLATES: [(&str, &str); 11] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("page.html", include_str!("page/page.html")),
     ("validation.html", include_str!("page/validation.html")),
     ("machine.html", include_str!("page/machine.html")),
@@ -22,6 +23,7 @@ const TEMPLATES: [(&str, &str); 11] = [
         "identification.html",
         include_str!("page/identification.html"),
     ),
+    ("observed.html", include_str!("page/observed.html")),
     ("document.html", include_str!("page/document.html")),
     ("certificate.html", include_str!("page/certificate.html")),
 ];
@@ -43,6 +45,10 @@ const SCRIPTS: [&str; 7] = [
     include_str!("page/sliders.js"),
     include_str!("page/view.js"),
 ];
+
+/// Unknowns of set-ups that are listed: on the page, and on a certificate of four sheets.
+const MOST_SETUPS: usize = 60;
+const MOST_ON_PAPER: usize = 12;
 
 /// Figures beside their data.
 #[derive(Serialize)]
@@ -87,6 +93,8 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
                 .collect::<Vec<_>>(),
             checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
                 .collect::<Vec<_>>()),
+            counts => identification.map(super::Identification::counts),
+            observed => observed(identification, MOST_SETUPS),
             balls => svg(identification.and_then(figures::balls)),
             validation => svg(report.validation.as_ref().map(figures::validation)),
             residuals => svg(identification.and_then(figures::residuals)),
@@ -106,9 +114,18 @@ pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<St
             certificate => Value::from(Serde(certificate)),
             judged => certificate.judged.iter().map(Judged::printed).collect::<Vec<_>>(),
             style => Value::from_safe_string(CERTIFICATE_STYLE.to_owned()),
+            counts => identification.map(super::Identification::counts),
+            observed => observed(identification, MOST_ON_PAPER),
             balls => svg(identification.and_then(figures::balls)),
             residuals => svg(identification.and_then(figures::residuals)),
         })
+}
+
+/// Instruments, drift and temperatures, if an identification has them, with at most so many unknowns of set-ups.
+fn observed(found: Option<&super::Identification>, most: usize) -> Option<Value> {
+    let found = found?;
+    let shown = Shown::of(found.observed.as_ref(), found.temperatures.as_ref(), most)?;
+    Some(Value::from(Serde(shown)))
 }
 
 /// The templates, and how they show numbers.

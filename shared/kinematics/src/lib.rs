@@ -86,7 +86,7 @@ pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
 pub use policy::Policy;
 pub use sensitivity::Sensitivity;
 #[cfg(feature = "stored")]
-pub use stored::{Stored, StoredError};
+pub use stored::{Sensor, Stored, StoredError};
 
 /// Maximum number of axes of a machine.
 pub const MAX_AXES: usize = 6;

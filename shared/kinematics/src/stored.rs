@@ -44,8 +44,19 @@ pub struct Stored<'f> {
     pub machine: Machine,
     /// Its errors.
     pub errors: ErrorModel<&'f [f64]>,
-    /// Reference temperature (°C) of each sensor.
-    pub references: Vec<f64, MAX_SENSORS>,
+    /// The temperatures on which errors depend.
+    pub sensors: Vec<Sensor, MAX_SENSORS>,
+}
+
+/// A temperature on which errors depend.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensor {
+    /// The reading (by index) that it follows: sensors with several lags share one.
+    pub reading: usize,
+    /// Reference temperature (°C).
+    pub reference: f64,
+    /// Time constant (s) with which the effect follows the reading; 0 if it does at once.
+    pub lag: f64,
 }
 
 /// Why a file is refused.
@@ -160,7 +171,7 @@ fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, Sto
         name: head.name,
         machine,
         errors,
-        references: Vec::new(),
+        sensors: Vec::new(),
     };
     for _ in 0..head.items {
         stored.take(&next(&mut rest)?, &mut points)?;
@@ -184,7 +195,27 @@ impl<'f> Stored<'f> {
             (index <= n && component < 6).then_some((index, component))
         };
         let taken = match *item {
-            Item::Reference(celsius) => is_number(celsius) && self.references.push(celsius).is_ok(),
+            Item::Reference(celsius) => {
+                let sensor = Sensor {
+                    reading: self.sensors.len(),
+                    reference: celsius,
+                    lag: 0.0,
+                };
+                is_number(celsius) && self.sensors.push(sensor).is_ok()
+            }
+            Item::Lag(reading, lag) => {
+                let reading = usize::from(reading);
+                let right = reading < MAX_SENSORS && lag >= 0.0 && is_number(lag);
+                let last = self.sensors.last_mut().filter(|_| right);
+                last.is_some_and(|last| {
+                    *last = Sensor {
+                        reading,
+                        lag,
+                        ..*last
+                    };
+                    true
+                })
+            }
             Item::Location([index, component], value) => {
                 let place = location(index, component).filter(|_| is_number(value));
                 place.is_some_and(|(index, component)| {

@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probe::Spherical;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
 use trueaxis_measure::plan::{
-    Allowed, Criterion, Probe, Ratios, Setup, Wanted, as_good_as, design, judge, simulated_touches,
-    touch_log, would_show,
+    Allowed, Criterion, Probe, Ratios, Setup, Wanted, as_good_as, design, expected, judge,
+    simulated_touches, touch_log, would_show,
 };
 use trueaxis_measure::simulate::{self, Disturbances};
 use trueaxis_measure::spheres::{read_log, to_probings};
@@ -64,6 +65,7 @@ impl Case {
             balls: self.artefact.balls.iter().map(|b| b.name.clone()).collect(),
             probe: PROBE,
             sigma: SIGMA,
+            observations: None,
         }
     }
 
@@ -157,6 +159,78 @@ fn what_is_foreseen_is_what_identify_states() {
 }
 
 #[test]
+fn what_is_foreseen_of_instruments_is_what_identify_states() {
+    let case = Case::new("kolibri", "errors-10.toml", "10");
+    // A strategy has no readings.
+    let strategy: String = (read("examples/kolibri/observations.csv").lines())
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [kind, setup, x, y, z, a, c, reads, _, _, sigma] => {
+                format!("{kind},{setup},{x},{y},{z},{a},{c},{reads},{sigma}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let instruments = observations::read_strategy(&strategy, "mixed.csv", &case.machine).unwrap();
+    let few = Model::Named(case.parameters[5..].to_vec());
+    let few = few.parameters(&case.machine, 0, &[]).unwrap();
+    let perfect = ErrorModel::perfect(&case.machine);
+    // On a perfect machine, only rounding is left. Otherwise set-ups are foreseen where they would be seen from a perfect
+    // machine, and directions differ by its errors of up to 1.1 mrad.
+    for (strategy, parameters, assumed, most) in [
+        (case.strategy.clone(), &case.parameters, &perfect, 1e-8),
+        (case.strategy.clone(), &case.parameters, &case.errors, 2e-3),
+        (Probings::default(), &few, &perfect, 1e-8),
+        (Probings::default(), &few, &case.errors, 2e-3),
+    ] {
+        let observed = expected(&case.machine, &instruments, assumed, SIGMA).unwrap();
+        let setup = Setup {
+            observations: Some(&observed),
+            ..case.setup()
+        };
+        let judged = judge(&setup, parameters, &strategy, assumed).unwrap();
+        let problem = Problem::new(
+            &case.machine,
+            &judged.strategy,
+            &case.artefact,
+            parameters,
+            &perfect,
+        );
+        let problem = problem.with(&observed);
+        let identified = identify(&problem, Options::default()).unwrap();
+        let foreseen = &judged.foreseen;
+        assert_eq!(foreseen.parameters.len(), parameters.len());
+        let uncertainties = foreseen.uncertainties().into_iter();
+        for (planned, stated) in uncertainties.zip(&identified.parameters) {
+            let ratio = planned / stated.uncertainty;
+            let name = stated.parameter;
+            assert!((ratio - 1.0).abs() < most, "{name}: {ratio}");
+        }
+    }
+    let observed = expected(&case.machine, &instruments, &case.errors, SIGMA).unwrap();
+    // Probings are chosen for what the instruments do not show.
+    let allowed = Allowed::of(&case.machine, &[false; 5]);
+    let wanted = |_| Wanted {
+        probings: 10,
+        criterion: Criterion::Volume,
+    };
+    let proposed = |observations| {
+        let setup = Setup {
+            observations,
+            ..case.setup()
+        };
+        let strategy = design(&setup, &allowed, &case.parameters, case.assumed(), wanted);
+        let setup = Setup {
+            observations: Some(&observed),
+            ..setup
+        };
+        judge(&setup, &case.parameters, &strategy.unwrap(), case.assumed()).unwrap()
+    };
+    let [alone, together] = [None, Some(&observed)].map(proposed);
+    let [alone, together] = [alone, together].map(|judged| judged.tip.root_mean_square);
+    assert!(together < alone, "{together} {alone}");
+}
+
+#[test]
 fn an_added_position_shows_what_was_not_seen() {
     let mut case = Case::new("hu40", "errors-13.toml", "13");
     // Without indexing, the spindle's position cannot be distinguished from the stylus.
@@ -211,6 +285,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
                 &case.machine,
                 &measured,
                 &case.artefact,
+                &Observations::default(),
                 &perfect,
                 &identified,
             );

@@ -79,8 +79,9 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     not_referenced(bench)?;
     reloading(bench)?;
     commanded(bench)?;
+    warming(bench)?;
     println!(
-        "faults: {count} bad files and parameters, pins that are not connected, gantry, states, reloading, pins set by `trueaxis control`"
+        "faults: {count} bad files and parameters, pins that are not connected, gantry, states, reloading, pins set by `trueaxis control`, a simulated machine that warms up"
     );
     Ok(())
 }
@@ -183,6 +184,12 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
         + &set("temperature-0", "22")
         + &until("fault-code", "0")
         + &until("factor", "1")
+        // Outside of its tables.
+        + &set("temperature-0", "1000")
+        + &until("beyond-range", "TRUE")
+        + &until("factor", "1")
+        + &set("temperature-0", "22")
+        + &until("beyond-range", "FALSE")
         + &set("weight-1", "0.01")
         + &until("fault-code", "9")
         + &set("weight-1", "0.00005")
@@ -202,6 +209,46 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
             "temperature that is not connected",
         ],
     )
+}
+
+/// A simulated machine follows a temperature with the lag of its error file.
+fn warming(bench: &Bench) -> Result<(), String> {
+    let errors = "machine = \"xyzac-trt\"\n[thermal]\nEZ0S = { per_kelvin = 1e-3, sensor = \"bed\", lag_s = 3.0, reference_celsius = 20.0 }\n";
+    bench.write("warm.toml", errors)?;
+    let machine = example("machine.toml");
+    let said = bench.trueaxis(&[
+        "linuxcnc",
+        "model",
+        &machine,
+        "warm.toml",
+        "-o",
+        "warm.model",
+    ])?;
+    if !said.contains("temperature-0 is bed") {
+        return Err(said);
+    }
+    let joints: String = (0..5)
+        .flat_map(|j| ["pos-in", "motor-in"].map(|pin| (j, pin)))
+        .map(|(j, pin)| format!("setp trueaxis-model.joint.{j}.{pin} 0\n"))
+        .collect();
+    let wait = |value: &str| format!("loadusr -w sh /tmp/until wcomp.0.out {value}\n");
+    let lines = "loadrt threads name1=t period1=1000000\n\
+         loadrt trueaxis_model file=/tmp/warm.model axes=XYZAC units=mm temperatures=1\n\
+         loadrt wcomp\naddf trueaxis-model t\naddf wcomp.0 t\n\
+         net error trueaxis-model.error wcomp.0.in\n"
+        .to_owned()
+        + &joints
+        // At the reference of 20 °C, and after a time constant at 63 % of 10 µm.
+        + "setp wcomp.0.min -1\nsetp wcomp.0.max 0.001\nstart\n"
+        + &wait("TRUE")
+        + "setp trueaxis-model.temperature-0 20\nloadusr -w sleep 0.2\n"
+        + &wait("TRUE")
+        + "setp trueaxis-model.temperature-0 30\nsetp wcomp.0.min 6\nsetp wcomp.0.max 6.8\n"
+        + &wait("TRUE")
+        + "setp wcomp.0.min 8\nsetp wcomp.0.max 10.1\n"
+        + &wait("TRUE")
+        + "loadusr -w sh /tmp/until trueaxis-model.fault FALSE\n";
+    run(bench, &lines, &[])
 }
 
 /// Both joints of a gantry must be homed and none homing; uncorrected joints need not be.

@@ -81,12 +81,42 @@ pub unsafe extern "C" fn trueaxis_model_axes(
     })
 }
 
+/// Lets the errors of a model follow temperatures for `seconds`, each with the lag of the error file: the next
+/// `trueaxis_model_pose` without temperatures has them. `celsius` has `sensors` temperatures in the order in which the
+/// error file names sensors; NAN, or a missing one, leaves a temperature as it is, at first at its reference. Suitable
+/// for a real-time thread.
+///
+/// # Safety
+/// The array has this many values.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trueaxis_model_warm(
+    model: *mut Model,
+    celsius: *const f64,
+    sensors: usize,
+    seconds: f64,
+) -> Code {
+    guarded(|| {
+        // SAFETY: guaranteed by the caller.
+        let model = unsafe { self::model(model) }?;
+        if sensors > trueaxis_kinematics::MAX_SENSORS {
+            return Err(Code::Count);
+        }
+        let celsius = match sensors {
+            0 => &[],
+            // SAFETY: guaranteed by the caller.
+            _ => unsafe { values(celsius, sensors) }?,
+        };
+        model.warm(celsius, seconds)
+    })
+}
+
 /// The position of the tool relative to the workpiece: the actual one, with all errors at `positions`, and the nominal
 /// one, without errors at `commands`. Both arrays have `count` axes in the order of the model, in mm and degrees. The
 /// directions of travel, for backlash, follow the commands from call to call. `tool_length` is in mm along the tool
-/// axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order
-/// of the error file; missing ones are taken at their reference. Suitable for a real-time thread: no heap, no lock, no
-/// system call.
+/// axis from the spindle frame; NAN selects the machine's own tool. `celsius` has `sensors` temperatures in the order in
+/// which the error file names sensors, which act at once; missing ones are taken at their reference. Without any
+/// (`sensors` 0), the temperatures are those of `trueaxis_model_warm`. Suitable for a real-time thread: no heap, no
+/// lock, no system call.
 ///
 /// # Safety
 /// The arrays have this many values, `pose` has room for one.

@@ -289,6 +289,7 @@ impl<'a> Calibration<'a> {
                 ..self.options.touching.five().stated()?
             },
             sigma: 1e-3,
+            observations: None,
         })
     }
 

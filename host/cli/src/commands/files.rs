@@ -175,12 +175,25 @@ pub fn read_strategy(path: &Path, machine: &Machine) -> Result<Probings, BadInpu
 
 /// Reads observations of any kind from several files; set-ups have the name of their file if it does not name them.
 pub fn read_observations(paths: &[PathBuf], machine: &Machine) -> Result<Observations, BadInput> {
+    of_instruments(paths, machine, observations::read)
+}
+
+/// The same of strategies, which may lack readings.
+pub fn read_instruments(paths: &[PathBuf], machine: &Machine) -> Result<Observations, BadInput> {
+    of_instruments(paths, machine, observations::read_strategy)
+}
+
+fn of_instruments(
+    paths: &[PathBuf],
+    machine: &Machine,
+    read: fn(&str, &str, &Machine) -> Result<Observations, FileError>,
+) -> Result<Observations, BadInput> {
     let mut all = Observations::default();
     for path in paths {
         let text = Text::read(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let read = observations::read(&text.text, &name, machine).map_err(|e| text.bad(e))?;
-        all.add(read).map_err(|(message, remedy)| {
+        let one = read(&text.text, &name, machine).map_err(|e| text.bad(e))?;
+        all.add(one).map_err(|(message, remedy)| {
             BadInput::new(format!("{}: {message}", text.name), remedy)
         })?;
     }

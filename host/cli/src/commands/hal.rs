@@ -165,6 +165,9 @@ impl Pins {
         if self.is_on("saturated") {
             text += "limited      a correction is limited to the largest of its axis\n";
         }
+        if self.is_on("beyond-range") {
+            text += "beyond range a temperature is outside of the range that was measured\n";
+        }
         text += &format!(
             "{:<5} {:>14} {:>12} {:>12}  {:>8}\n",
             "joint", "position", "correction", "computed", "of bound"
@@ -194,7 +197,7 @@ impl Pins {
                 text += &format!(",{prefix}{j}");
             }
         }
-        text + ",factor,state,waiting_for,fault_code,saturated\n"
+        text + ",factor,state,waiting_for,fault_code,saturated,beyond_range\n"
     }
 
     /// A line of `--csv`.
@@ -208,7 +211,9 @@ impl Pins {
         for pin in ["factor", "state", "waiting-for", "fault-code"] {
             text += &format!(",{}", self.text(pin).unwrap_or(""));
         }
-        text + &format!(",{}\n", u8::from(self.is_on("saturated")))
+        let [saturated, beyond] =
+            ["saturated", "beyond-range"].map(|pin| u8::from(self.is_on(pin)));
+        text + &format!(",{saturated},{beyond}\n")
     }
 
     /// The state as JSON.
@@ -228,6 +233,7 @@ impl Pins {
             "active": self.is_on("active"),
             "factor": self.number("factor"),
             "saturated": self.is_on("saturated"),
+            "beyond_range": self.is_on("beyond-range"),
             "state": self.index("state"),
             "reason": self.reason(),
             "waiting_for": waiting,

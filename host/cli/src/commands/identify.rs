@@ -58,7 +58,8 @@ pub struct Arguments {
     /// Readings of instruments (CSV)
     #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "active")]
     observations: Vec<PathBuf>,
-    /// Temperatures over time (CSV: time_s, NAME_C …): find which of them parameters change with, and with which lags
+    /// Temperatures over time (CSV: time_s, NAME_C …, or the file of measurements if it has these columns): find which of
+    /// them parameters change with, and with which lags
     #[arg(long, value_name = "LOG.csv")]
     temperatures: Option<PathBuf>,
     /// Parameters that may change with temperature (default: all that are looked for)
@@ -283,7 +284,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 options,
             ),
         },
-        remedies: would_show(&machine, &measured, &artefact, &base, &identified),
+        remedies: would_show(
+            &machine,
+            &measured,
+            &artefact,
+            &observations,
+            &base,
+            &identified,
+        ),
         places,
         suspicions,
         missing: problem
@@ -478,6 +486,7 @@ impl Arguments {
             ("probings", self.probings.as_ref()),
             ("artefact", self.artefact.as_ref()),
             ("probe", self.probe.as_ref()),
+            ("temperatures", self.temperatures.as_ref()),
         ];
         let observed = self.observations.iter();
         let observed = observed.map(|path| ("observations", Some(path)));

@@ -25,6 +25,7 @@ mod in_browser;
 mod inspect;
 mod iso230_2;
 mod iso230_3;
+mod iso230_7;
 mod linuxcnc;
 mod measured;
 mod monitor;
@@ -95,6 +96,8 @@ enum Command {
     Iso2302(iso230_2::Arguments),
     #[command(name = "iso230-3")]
     Iso2303(iso230_3::Arguments),
+    #[command(name = "iso230-7")]
+    Iso2307(iso230_7::Arguments),
     Ballbar(ballbar::Arguments),
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
@@ -159,6 +162,7 @@ impl Command {
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Iso2302(arguments) => iso230_2::run(&arguments),
             Self::Iso2303(arguments) => iso230_3::run(&arguments),
+            Self::Iso2307(arguments) => iso230_7::run(&arguments),
             Self::Ballbar(arguments) => ballbar::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),

@@ -10,29 +10,34 @@ use super::touch_options::Touching;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
 use trueaxis_measure::plan::{
     Allowed, Collision, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched,
-    Positions, Set, Setup, Unreachable, Wanted, as_good_as, collision, design, judge, linuxcnc,
-    needs_spindle, positions, steps, table,
+    Positions, Set, Setup, Unreachable, Wanted, as_good_as, collision, design, expected, judge,
+    linuxcnc, needs_spindle, positions, steps, table,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
-/// Predict what a probing strategy will identify, or propose a strategy
+/// Predict what probings and instruments will identify, or propose what to probe
 ///
 /// Solves the equations of `trueaxis identify` at the positions of a strategy: which parameters will be identified,
 /// how well each will be known, and what volumetric error will remain over the travel. Without --strategy it chooses
-/// the most informative probings and writes them together with a program.
+/// the most informative probings, beside what the instruments of --observations read, and writes them together with a
+/// program.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis plan machine.toml --model 12 --artefact artefact.toml --strategy strategy.csv\n  \
 trueaxis plan machine.toml --model 12 --artefact artefact.toml --minutes 60 --indexings A=-55:55:5,C=0:330:30 \\\n    \
---ball-diameter 20 --stylus-diameter 6 -o strategy.csv --program probe.ngc\n\n\
+--ball-diameter 20 --stylus-diameter 6 -o strategy.csv --program probe.ngc\n  \
+trueaxis plan machine.toml --model 12 --observations bar.csv laser.csv\n\n\
 The artefact has balls with nominal_mm, and away_from_table where that is not z of the workpiece. A strategy has a\n\
 header and a line for each probing, without linear axes; S indexes the spindle, A_dir is the direction from\n\
-which an axis arrives:\n  ball,A,C\n  1,15,60\n  1,30,180"
+which an axis arrives:\n  ball,A,C\n  1,15,60\n  1,30,180\n\n\
+Observations are those of `identify` and need no readings; a length then needs its place_mm:\n  \
+# [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,sigma_um\n  length,bar,150,0,-24,0,0,0.5"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
@@ -44,19 +49,23 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=3))]
     degree: u8,
     /// Positions of the balls (artefact.toml)
-    #[arg(long, value_name = "FILE")]
-    artefact: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "observations")]
+    artefact: Option<PathBuf>,
+    /// What instruments read at which positions, with the uncertainty of each reading (CSV); without --artefact, they
+    /// alone are judged
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    observations: Vec<PathBuf>,
     /// Evaluate this strategy instead of proposing one (CSV)
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", requires = "artefact")]
     strategy: Option<PathBuf>,
     /// Use a position set of the source document instead of proposing one: one ball at 60 rotary positions
     /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
     /// Unreachable positions are left out. For samba, --cone defaults to 90
-    #[arg(long, value_enum, conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
+    #[arg(long, value_enum, requires = "artefact", conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
     set: Option<Set>,
     /// Propose the fewest probings after which the volumetric error (with --best-for parameters, also every
     /// parameter) is known at least as well as after this strategy (CSV)
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
+    #[arg(long, value_name = "FILE.csv", requires = "artefact", conflicts_with_all = ["strategy", "minutes", "probings"])]
     as_good_as: Option<PathBuf>,
     /// Balls that may be used (default: all balls of the artefact)
     #[arg(
@@ -82,7 +91,8 @@ pub struct Arguments {
     /// What a proposed strategy optimizes
     #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "strategy")]
     best_for: Criterion,
-    /// Standard uncertainty of each coordinate of a probing, unless the strategy states one
+    /// Standard uncertainty of each coordinate of a probing and of each reading, unless the strategy states one (of angles:
+    /// µrad)
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
     /// Assumed errors of the machine (errors.toml)
@@ -97,12 +107,19 @@ pub struct Arguments {
     #[arg(long, value_name = "MM/MIN", default_value_t = 1000.0, value_parser = positive)]
     approach: f64,
     /// Where to write the proposed strategy (CSV)
-    #[arg(short, long, value_name = "STRATEGY.csv", conflicts_with = "strategy")]
+    #[arg(
+        short,
+        long,
+        value_name = "STRATEGY.csv",
+        requires = "artefact",
+        conflicts_with = "strategy"
+    )]
     output: Option<PathBuf>,
     /// Where to write a program that probes the strategy on LinuxCNC
     #[arg(
         long,
         value_name = "FILE.ngc",
+        requires = "artefact",
         requires = "ball_diameter",
         requires = "stylus_diameter"
     )]
@@ -114,6 +131,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "FILE.csv",
+        requires = "artefact",
         requires = "ball_diameter",
         requires = "stylus_diameter"
     )]
@@ -135,13 +153,17 @@ fn log_name(text: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
     let machine = files::read_machine(&arguments.machine)?;
-    let artefact = files::read_artefact(&arguments.artefact, &machine)?;
+    let artefact = match &arguments.artefact {
+        Some(path) => files::read_artefact(path, &machine)?,
+        None => Artefact::default(),
+    };
     let errors = match &arguments.errors {
         Some(path) => files::read_errors(path, &machine)?,
         None => ErrorModel::perfect(&machine),
     };
     let assumed = &errors;
-    let setup = arguments.setup(&machine, &artefact)?;
+    let observations = arguments.instruments(&machine, assumed)?;
+    let setup = arguments.setup(&machine, &artefact, &observations)?;
     let read = |path: &PathBuf| files::read_strategy(path, &machine);
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let set = arguments.set;
@@ -150,9 +172,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .transpose()?;
     let given = match &positions {
         Some(positions) => Some(positions.strategy.clone()),
+        None if arguments.artefact.is_none() => Some(Probings::default()),
         None => arguments.strategy.as_ref().map(&read).transpose()?,
     };
-    let directions = arguments.directions(&machine, &model, given.as_ref())?;
+    let directions = arguments.directions(&machine, &model, given.as_ref(), &observations)?;
     let parameters =
         (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
     let not_judged = |path: &Path| {
@@ -163,6 +186,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 match error {
                     JudgeError::Strategy(_) => {
                         "correct the strategy, or where the balls are in the artefact"
+                    }
+                    JudgeError::Identify(_) if arguments.artefact.is_none() => {
+                        "read more, add probings (--artefact), or give a model with fewer parameters"
                     }
                     JudgeError::Identify(_) => {
                         "probe at more rotary positions, or give a model with fewer parameters"
@@ -181,9 +207,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let judgement = match (&arguments.strategy, given) {
         (path, Some(strategy)) => {
-            let name = Path::new(set.map_or("", Set::name));
-            let path = path.as_deref().unwrap_or(name);
-            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
+            let first = arguments.observations.first().map(PathBuf::as_path);
+            let name = match (set, path) {
+                (Some(set), _) => Path::new(set.name()),
+                (None, Some(path)) => path,
+                (None, None) => first.unwrap_or(Path::new("")),
+            };
+            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(name))?
         }
         _ => {
             let strategy =
@@ -213,7 +243,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         &artefact,
         &parameters,
         &perfect,
-    );
+    )
+    .with(&observations);
     let missing = problem.missing().map_err(|error| {
         BadInput::new(
             error.to_string(),
@@ -226,10 +257,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let minutes = judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
     if arguments.json {
         let left_out = positions.map(|positions| positions.left_out);
-        let answer = Answer::new(&machine, &judgement, other.as_ref(), minutes).lacking(&missing);
+        let answer = Answer::new(&setup, &judgement, other.as_ref(), minutes).lacking(&missing);
         files::print_json(&answer.leaving_out(&left_out.unwrap_or_default()))?;
     } else {
-        files::print(&screen(&machine, &judgement, other.as_ref(), minutes))?;
+        files::print(&screen(&setup, &judgement, other.as_ref(), minutes))?;
     }
     Ok(Outcome::Done)
 }
@@ -238,12 +269,13 @@ impl Arguments {
     fn prepare(&self) -> Result<(), BadInput> {
         let inputs = [
             Some(&self.machine),
-            Some(&self.artefact),
+            self.artefact.as_ref(),
             self.strategy.as_ref(),
             self.as_good_as.as_ref(),
             self.errors.as_ref(),
         ];
-        let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs = inputs.into_iter().flatten().chain(&self.observations);
+        let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         let outputs = [&self.output, &self.program, &self.table];
         let outputs: Vec<&Path> = outputs
             .into_iter()
@@ -266,8 +298,9 @@ impl Arguments {
         &self,
         machine: &'a Machine,
         artefact: &'a Artefact,
+        observations: &'a Observations,
     ) -> Result<Setup<'a>, BadInput> {
-        let place = self.artefact.display();
+        let place = self.artefact.as_deref().unwrap_or(Path::new("")).display();
         let known: Vec<String> = (artefact.balls.iter())
             .filter(|b| b.nominal.is_some())
             .map(|b| b.name.clone())
@@ -292,7 +325,7 @@ impl Arguments {
                 "name every ball once",
             ));
         }
-        if balls.is_empty() {
+        if balls.is_empty() && self.artefact.is_some() {
             return Err(BadInput::new(
                 format!("{place}: there is no ball with nominal_mm"),
                 "write [[ball]] with name and nominal_mm for every ball",
@@ -307,6 +340,28 @@ impl Arguments {
                 None => self.touching.probe()?,
             },
             sigma: self.noise * 1e-3,
+            observations: Some(observations),
+        })
+    }
+
+    /// What the instruments will read.
+    fn instruments(
+        &self,
+        machine: &Machine,
+        assumed: &ErrorModel,
+    ) -> Result<Observations, BadInput> {
+        let strategy = files::read_instruments(&self.observations, machine)?;
+        expected(machine, &strategy, assumed, self.noise * 1e-3).map_err(|error| {
+            let names: Vec<String> = (self.observations.iter())
+                .map(|path| path.display().to_string())
+                .collect();
+            BadInput::new(
+                format!("{}: {error}", names.join(", ")),
+                format!(
+                    "add # [setup.{}] and # place_mm = [0.0, 0.0, 0.0] with its centre, or the readings of all its lines",
+                    error.setup
+                ),
+            )
         })
     }
 
@@ -317,9 +372,12 @@ impl Arguments {
         machine: &Machine,
         model: &Model,
         given: Option<&Probings>,
+        observations: &Observations,
     ) -> Result<Vec<bool>, BadInput> {
         if let Some(strategy) = given {
-            let of = |i| strategy.rows.iter().any(|row| row.direction[i] != 0.0);
+            let probed = strategy.rows.iter().map(|row| &row.direction);
+            let all = probed.chain(observations.rows.iter().map(|row| &row.direction));
+            let of = |i: usize| all.clone().any(|direction| direction[i] != 0.0);
             return Ok((0..machine.axes.len()).map(of).collect());
         }
         let none = vec![false; machine.axes.len()];

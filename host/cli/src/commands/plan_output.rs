@@ -3,11 +3,10 @@
 use super::quantity::{EXPANDED, count, shown};
 use super::unidentifiable;
 use serde::Serialize;
-use trueaxis_measure::formats::probings::Probing;
+use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::Unknown;
-use trueaxis_measure::plan::{Judgement, Ratios, Spread, Unreachable};
+use trueaxis_measure::plan::{Judgement, Ratios, Setup, Spread, Unreachable};
 use trueaxis_model::errors::Parameter;
-use trueaxis_model::machine::Machine;
 
 /// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
 /// their units.
@@ -16,6 +15,8 @@ pub struct Answer<'a> {
     machine: &'a str,
     probings: usize,
     balls: &'a [String],
+    observations: usize,
+    setups: usize,
     minutes: f64,
     unknowns: usize,
     rank: usize,
@@ -105,11 +106,13 @@ impl Answer<'_> {
 
 impl<'a> Answer<'a> {
     pub fn new(
-        machine: &'a Machine,
+        setup: &Setup<'a>,
         judgement: &'a Judgement,
         other: Option<&Judgement>,
         minutes: f64,
     ) -> Self {
+        let machine = setup.machine;
+        let [observations, setups] = observed(setup);
         let foreseen = &judgement.foreseen;
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
         let add = |unknown: &Unknown| {
@@ -120,6 +123,8 @@ impl<'a> Answer<'a> {
             machine: &machine.name,
             probings: judgement.strategy.rows.len(),
             balls: &judgement.strategy.balls,
+            observations,
+            setups,
             minutes,
             unknowns: foreseen.unknowns,
             rank: foreseen.rank,
@@ -158,22 +163,45 @@ impl<'a> Answer<'a> {
     }
 }
 
+/// Numbers of observations and of their set-ups.
+fn observed(setup: &Setup<'_>) -> [usize; 2] {
+    setup.observations.map_or([0; 2], |observations| {
+        [observations.rows.len(), observations.setups.len()]
+    })
+}
+
+/// How much is measured, in words.
+fn counted(setup: &Setup<'_>, strategy: &Probings, minutes: f64) -> String {
+    let [observations, setups] = observed(setup);
+    let mut parts = Vec::new();
+    if observations == 0 || !strategy.rows.is_empty() {
+        let balls = count(strategy.balls.len(), "ball");
+        let probings = count(strategy.rows.len(), "probing");
+        parts.push(format!("{probings} of {balls}, {minutes:.0} min"));
+    }
+    if observations > 0 {
+        let rows = count(observations, "observation");
+        parts.push(format!("{rows} with {}", count(setups, "set-up")));
+    }
+    parts.join(", and ")
+}
+
 /// Largest number of rows listed.
 const NAMED: usize = 10;
 
 /// The text output.
 pub fn screen(
-    machine: &Machine,
+    setup: &Setup<'_>,
     judgement: &Judgement,
     other: Option<&Judgement>,
     minutes: f64,
 ) -> String {
     let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let machine = setup.machine;
     let mut text = format!(
-        "{}: {} of {}, {minutes:.0} min\nrank {} of {}, condition {:.0}\n\n",
+        "{}: {}\nrank {} of {}, condition {:.0}\n\n",
         machine.name,
-        count(strategy.rows.len(), "probing"),
-        count(strategy.balls.len(), "ball"),
+        counted(setup, strategy, minutes),
         foreseen.rank,
         foreseen.unknowns,
         foreseen.condition

@@ -145,6 +145,7 @@ impl<'a> Work<'a> {
             balls: strategy.balls.clone(),
             probe,
             sigma: 1e-3,
+            observations: None,
         };
         let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
         if let Some(collision) = collision(&setup, &rest, &steps) {

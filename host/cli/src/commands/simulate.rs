@@ -72,6 +72,9 @@ struct Probings {
         value_parser = finite
     )]
     drift: Vec<f64>,
+    /// Time constant with which the drift ends, as a part of the whole time (default: linear drift)
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = size, requires = "drift", hide_default_value = true)]
+    drift_lag: f64,
     /// Percentage of probings that are outliers
     #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
     outliers: f64,
@@ -124,6 +127,7 @@ impl Probings {
         let disturbances = Disturbances {
             noise: self.noise * 1e-3,
             drift: drift.map(|v| v * 1e-3),
+            drift_lag: self.drift_lag,
             outliers: self.outliers * 1e-2,
             outlier: self.outlier * 1e-3,
             seed: self.seed,

@@ -1196,6 +1196,7 @@ fn the_component_is_watched_and_switched_through_its_pins() {
 9 bit IN FALSE trueaxis.dry-run <== panel-dry
 9 bit OUT FALSE trueaxis.loading
 9 bit OUT FALSE trueaxis.saturated
+9 bit OUT TRUE trueaxis.beyond-range
 9 float OUT 0 trueaxis.factor
 9 u32 OUT 1 trueaxis.state
 9 s32 OUT 0 trueaxis.waiting-for
@@ -1222,6 +1223,7 @@ fn the_component_is_watched_and_switched_through_its_pins() {
     assert_eq!(code, Some(0), "{said}");
     let row = "0            12.5000      0.00000      0.01250      50 % |##########          |  not homed";
     assert!(said.contains(row), "{said}");
+    assert!(said.contains("\nbeyond range a temperature"), "{said}");
     let (_, said) = run(&[
         "monitor",
         "--hal",
@@ -1235,7 +1237,7 @@ fn the_component_is_watched_and_switched_through_its_pins() {
         said.starts_with("time,0,d0,computed 0,factor,state,"),
         "{said}"
     );
-    assert!(said.contains(",12.5,0,0.0125,0,3,0,0,0\n"), "{said}");
+    assert!(said.contains(",12.5,0,0.0125,0,3,0,0,0,1\n"), "{said}");
     let (_, said) = run(&["monitor", "--hal", "--json", "--count", "1"]);
     let object: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(object["reason"], "joint 0 is not homed");

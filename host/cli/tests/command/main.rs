@@ -17,6 +17,7 @@ mod height_map;
 mod hints;
 mod identify;
 mod iso230_3;
+mod iso230_7;
 mod large_files;
 mod linuxcnc;
 mod linuxcnc_probe;

@@ -57,6 +57,15 @@ fn instruments_and_probings_give_one_answer_that_can_be_compiled() {
     // With the page, too.
     let page = folder.at("page.html");
     answer(0, &[&arguments[..], &["--report", &page]].concat());
+    let page = std::fs::read_to_string(page).unwrap();
+    for part in [
+        "168 probings of 4 balls and 53 observations with 3 set-ups",
+        "<th scope=\"row\">displacements</th><td>23</td>",
+        "<th scope=\"row\">bar (length)</th><td class=\"text\">dead length</td>",
+        "<td class=\"text\">rotation about z</td><td>−0.",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
 }
 
 #[test]
@@ -327,31 +336,40 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
     let mixed: Vec<&str> = std::iter::once(header).chain(mixed).collect();
     let strategy = folder.file("mixed.csv", mixed.join("\n"));
     let probed = folder.at("probings.csv");
-    let arguments = [
-        "simulate",
-        "probings",
+    let timed = |lag: &str| {
+        let arguments = [
+            "simulate",
+            "probings",
+            &machine,
+            &errors,
+            "--artefact",
+            &artefact,
+        ];
+        let more = ["--strategy", &strategy, "--noise", "1", "-o", &probed];
+        let drift = ["--drift", "10,0,0", "--drift-lag", lag];
+        answer(0, &[&arguments[..], &more, &drift].concat());
+        let text = std::fs::read_to_string(&probed).unwrap();
+        let timed = text.lines().enumerate().map(|(i, line)| match i {
+            0 => format!("{line},time_s"),
+            _ => format!("{line},{}", 30 * i),
+        });
+        folder.file("timed.csv", timed.collect::<Vec<_>>().join("\n"))
+    };
+    let exponential = [
+        "identify",
         &machine,
-        &errors,
-        "--artefact",
-        &artefact,
+        &timed("0.2"),
+        "--model",
+        "10",
+        "--json",
     ];
-    let more = [
-        "--strategy",
-        &strategy,
-        "--noise",
-        "1",
-        "--drift",
-        "10,0,0",
-        "-o",
-        &probed,
-    ];
-    answer(0, &[&arguments[..], &more].concat());
-    let text = std::fs::read_to_string(&probed).unwrap();
-    let timed = text.lines().enumerate().map(|(i, line)| match i {
-        0 => format!("{line},time_s"),
-        _ => format!("{line},{}", 30 * i),
-    });
-    let timed = folder.file("timed.csv", timed.collect::<Vec<_>>().join("\n"));
+    let json: serde_json::Value = serde_json::from_str(&answer(0, &exponential)).unwrap();
+    let drift = &json["observed"]["drift"][0];
+    let [moved, lag] = ["value", "time_constant_s"].map(|key| drift[key].as_f64().unwrap());
+    assert!((moved - 10e-3).abs() < 1e-3, "{moved}");
+    // Of a bend of 4 µm, 1 µm of noise in 168 rows leaves this much.
+    assert!((lag - 0.2 * 5010.0).abs() < 300.0, "{lag}");
+    let timed = timed("0");
     for model in ["10", "auto"] {
         let said = answer(0, &["identify", &machine, &timed, "--model", model]);
         let line = said

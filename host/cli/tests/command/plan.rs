@@ -202,6 +202,95 @@ fn program_row(program: &str, line: &str) -> bool {
 }
 
 #[test]
+fn instruments_are_planned_beside_probings_and_alone() {
+    let folder = Folder::new();
+    let [machine, artefact, probings, observations] = [
+        "machine.toml",
+        "artefact.toml",
+        "strategy.csv",
+        "observations.csv",
+    ]
+    .map(|f| example(&format!("kolibri/{f}")));
+    let alone = ["plan", &machine, "--observations", &observations, "--json"];
+    let plan = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&answer(0, &[&alone[..], more].concat())).unwrap()
+    };
+    let json = plan(&["--model", "10"]);
+    assert_eq!([&json["probings"], &json["observations"]], [0, 53]);
+    // The rotary axes do not move.
+    let unseen = json["unseen"].as_array().unwrap();
+    assert_eq!(unseen.len(), 5);
+    assert!(
+        unseen[0]["sentence"]
+            .as_str()
+            .unwrap()
+            .contains("observe at more positions"),
+        "{unseen:?}"
+    );
+    // Probings and instruments know more together than either.
+    let of = |json: &serde_json::Value, name: &str| {
+        let all = json["parameters"].as_array().unwrap();
+        let one = all.iter().find(|p| p["parameter"] == name).unwrap();
+        one["standard_uncertainty"].as_f64().unwrap()
+    };
+    let probed = [
+        "--model",
+        "10",
+        "--artefact",
+        &artefact,
+        "--strategy",
+        &probings,
+    ];
+    let both = plan(&probed);
+    let balls = ["plan", &machine, "--json"];
+    let balls: serde_json::Value =
+        serde_json::from_str(&answer(0, &[&balls[..], &probed].concat())).unwrap();
+    assert_eq!([&both["setups"], &balls["setups"]], [3, 0]);
+    for name in ["EC0X", "EYY1", "EZZ1"] {
+        assert!(
+            of(&both, name) < of(&json, name).min(of(&balls, name)),
+            "{name}"
+        );
+    }
+    // What the file says about the set-up, or its readings, is needed of a length only.
+    let text = std::fs::read_to_string(&observations).unwrap();
+    let without = text.replace("# place_mm = [0.0, 0.0, 50.0]\n", "");
+    let without = folder.file("without.csv", without);
+    let arguments = [
+        "plan",
+        &machine,
+        "--observations",
+        &without,
+        "--model",
+        "EXX1",
+    ];
+    refused(
+        &arguments,
+        &[
+            "without.csv",
+            "the set-up `bar` reads lengths",
+            "# [setup.bar]",
+            "place_mm",
+        ],
+    );
+    let alone = ["plan", &machine, "--observations", &observations];
+    for more in [["--strategy", &probings], ["-o", &without]] {
+        let output = trueaxis(&[&alone[..], &more].concat());
+        let said = plain(&output.stderr);
+        assert!(
+            !output.status.success() && said.contains("--artefact <FILE>"),
+            "{said}"
+        );
+    }
+    let few = folder.file(
+        "few.csv",
+        "kind,X,Y,Z,A,C,reads\ndisplacement,0,0,100,0,0,tool +X\n",
+    );
+    let arguments = ["plan", &machine, "--observations", &few, "--model", "EXX1"];
+    refused(&arguments, &["few.csv", "equations", "read more"]);
+}
+
+#[test]
 fn what_cannot_be_planned_is_refused() {
     let folder = Folder::new();
     let [machine, artefact] =

@@ -9,6 +9,7 @@ fn compiled(folder: &Folder) -> String {
     let [machine, points, log] = ["machine.toml", "points.csv", "temperatures.csv"]
         .map(|f| example(&format!("mill-warming/{f}")));
     let (errors, blob) = (folder.at("errors.toml"), folder.at("mill.trax"));
+    let page = folder.at("page.html");
     let arguments = [
         "identify",
         &machine,
@@ -20,6 +21,8 @@ fn compiled(folder: &Folder) -> String {
         MODEL,
         "-o",
         &errors,
+        "--report",
+        &page,
     ];
     let said = plain(answer(0, &arguments).as_bytes());
     answer(0, &["compile", &machine, &errors, "-o", &blob]);
@@ -37,6 +40,14 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
         "another cycle stays within",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
+    }
+    let page = std::fs::read_to_string(folder.at("page.html")).unwrap();
+    for part in [
+        "288 observations with 1 set-up.",
+        "Warm-ups predicted from the others are off by",
+        "<td class=\"text\">bearing</td>",
+    ] {
+        assert!(page.contains(part), "{part}");
     }
     let blob = folder.at("mill.trax");
     let inspected = answer(0, &["inspect", &blob, "--json"]);
@@ -78,6 +89,39 @@ fn terms_with_lags_are_identified_compiled_and_follow_over_time() {
     refused(
         &["eval", &blob, "--positions", &short],
         &["is missing", "or time_s and"],
+    );
+}
+
+#[test]
+fn temperatures_may_stand_beside_the_readings() {
+    let folder = Folder::new();
+    let [machine, points, log] = ["machine.toml", "points.csv", "temperatures.csv"]
+        .map(|f| example(&format!("mill-warming/{f}")));
+    let log = std::fs::read_to_string(log).unwrap();
+    let at = |time: &str| {
+        let mut rows = log.lines();
+        rows.find(|row| row.split(',').next() == Some(time))
+    };
+    let text = std::fs::read_to_string(points).unwrap();
+    let joined = text.lines().map(|line| {
+        let (row, time) = line.rsplit_once(',').unwrap();
+        format!("{row},{}\n", at(time).unwrap())
+    });
+    let points = folder.file("points.csv", joined.collect::<String>());
+    let mut arguments = vec!["identify", &machine, "--observations", &points];
+    arguments.extend(["--temperatures", &points, "--model", MODEL]);
+    arguments.extend(["--thermal", "EZ0S"]);
+    let said = plain(answer(0, &arguments).as_bytes());
+    assert!(
+        said.contains("4 cycles each predicted") && said.contains("per K of bearing"),
+        "{said}"
+    );
+    let text = std::fs::read_to_string(&points).unwrap();
+    let hot = folder.file("hot.csv", text.replacen(",20.98,", ",2098,", 1));
+    let arguments = ["identify", &machine, "--observations", &hot];
+    refused(
+        &arguments,
+        &["hot.csv", "line 2", "(bearing_C): 2098 °C", "in °C"],
     );
 }
 

@@ -240,6 +240,38 @@ fn the_exchange_format_becomes_errors_of_the_machine() {
     assert!(text.contains("A0X, P0Z"), "{text}");
 }
 
+/// An angle of a linear axis turns its direction: the tip goes as with the exact location error, which also turns what the
+/// axis carries, by as much at every position.
+#[test]
+fn an_angle_turns_the_direction_of_an_axis_also_if_it_is_reversed() {
+    for sense in ["", "\nreversed = true"] {
+        let text = MACHINES[0]
+            .0
+            .replace("name = \"Y\"", &format!("name = \"Y\"{sense}"));
+        let machine = Machine::from_toml(&text).unwrap();
+        let parameters = Parameters::read_etalon("[C0Y]\nVALUE = 0.0001\n").unwrap();
+        let sloped = imported(&parameters, &machine).unwrap();
+        let turned = "[parameters]\nEC0Y = 1e-4\n";
+        let y = machine.index('Y').unwrap();
+        let along = |errors: &str| {
+            let errors = ErrorModel::from_toml(errors, &machine).unwrap();
+            let kinematics = Kinematics::new(&machine, &errors);
+            let mut q = PerAxis::default();
+            let [at_zero, at_300] = [0.0, 300.0].map(|position| {
+                q[y] = position;
+                kinematics
+                    .actual(&q, &Situation::default(), &Switches::ALL)
+                    .t
+            });
+            at_300 - at_zero
+        };
+        let off = along(&sloped) - along(turned);
+        // 300 mm · (1e-4)² / 2.
+        assert!(off.norm() < 2e-6, "{off:?}\n{sloped}");
+        assert!(along(turned).x.abs() > 0.029);
+    }
+}
+
 /// What is exported is imported as the same errors: the exact poses agree.
 #[test]
 fn an_export_is_imported_as_the_same_poses() {

@@ -25,7 +25,7 @@ const VALUES: &str = "write one value per column, with a decimal point";
 /// Largest plausible distance between sensors, and position (mm).
 const FAR: f64 = 1e4;
 /// Largest plausible reading (µm).
-const LARGE: f64 = 1e4;
+pub(super) const LARGE: f64 = 1e4;
 const TEMPERATURES: Range<f64> = -50.0..200.0;
 
 #[derive(Clone, PartialEq)]
@@ -38,11 +38,10 @@ enum Column {
 
 impl Column {
     fn named(name: &str) -> Option<Self> {
-        let sensor = |sensor: &&str| format!("{}_um", sensor.to_lowercase()) == name;
         Some(match name {
             "time_s" => Self::Time,
             "position_mm" => Self::Position,
-            _ => match SENSORS.iter().position(sensor) {
+            _ => match sensor(name) {
                 Some(sensor) => Self::Sensor(sensor),
                 None => {
                     let place = name.strip_suffix("_C").filter(|place| !place.is_empty())?;
@@ -113,7 +112,7 @@ pub fn read(text: &str) -> Result<Displacements, FileError> {
     }
     Ok(Displacements {
         test,
-        apart: heading.apart()?,
+        apart: apart(heading.sensors_apart_mm.as_ref())?,
         stop: heading.stop(&readings)?,
         sensors: sensors.map(|column| column.is_some()),
         temperatures: temperatures.into_iter().map(|(_, place)| place).collect(),
@@ -121,8 +120,19 @@ pub fn read(text: &str) -> Result<Displacements, FileError> {
     })
 }
 
+/// The sensor, by its place in [`SENSORS`], of a column such as `x1_um`.
+pub(super) fn sensor(column: &str) -> Option<usize> {
+    let is = |sensor: &&str| format!("{}_um", sensor.to_lowercase()) == column;
+    SENSORS.iter().position(is)
+}
+
 /// A number in a column that must be within a range.
-fn within(row: &Row<'_>, column: usize, range: Range<f64>, unit: &str) -> Result<f64, FileError> {
+pub(super) fn within(
+    row: &Row<'_>,
+    column: usize,
+    range: Range<f64>,
+    unit: &str,
+) -> Result<f64, FileError> {
     let value = row.number(column)?;
     match range.contains(&value) {
         true => Ok(value),
@@ -131,6 +141,22 @@ fn within(row: &Row<'_>, column: usize, range: Range<f64>, unit: &str) -> Result
             format!("{value} {unit} is beyond what is measured in such a test"),
             "here",
             VALUES,
+        )),
+    }
+}
+
+/// How far the sensors 2 are from the sensors 1 (mm), if that is stated.
+pub(super) fn apart(stated: Option<&Spanned<f64>>) -> Result<Option<f64>, FileError> {
+    let Some(apart) = stated else {
+        return Ok(None);
+    };
+    match (0.1..FAR).contains(&apart.get_ref().abs()) {
+        true => Ok(Some(*apart.get_ref())),
+        false => Err(FileError::at(
+            apart.span(),
+            format!("sensors cannot be {} mm apart", apart.get_ref()),
+            "here",
+            "write how far X2 and Y2 are from X1 and Y1 in +Z, in mm",
         )),
     }
 }
@@ -171,21 +197,6 @@ impl Heading {
                 format!("`{name}` is not a known test"),
                 "here",
                 HEADING,
-            )),
-        }
-    }
-
-    fn apart(&self) -> Result<Option<f64>, FileError> {
-        let Some(apart) = &self.sensors_apart_mm else {
-            return Ok(None);
-        };
-        match (0.1..FAR).contains(&apart.get_ref().abs()) {
-            true => Ok(Some(*apart.get_ref())),
-            false => Err(FileError::at(
-                apart.span(),
-                format!("sensors cannot be {} mm apart", apart.get_ref()),
-                "here",
-                "write how far X2 and Y2 are from X1 and Y1 in +Z, in mm",
             )),
         }
     }

@@ -7,6 +7,7 @@ pub mod observations;
 pub mod probe;
 pub mod probings;
 pub mod radii;
+pub mod revolutions;
 pub mod runs;
 pub mod temperatures;
 pub mod validation;

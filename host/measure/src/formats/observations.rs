@@ -3,7 +3,8 @@
 //! The header names the columns, in any order: `kind`, `setup` (optional: the name of the file), one column per axis
 //! (mm, degrees), the reading of each kind that occurs (`length_mm`; `x_mm`, `y_mm`, `z_mm`; `displacement_um`;
 //! `angle_urad`), `reads` for the direction of a displacement or an angle, and optionally `sigma_um` or `sigma_urad`
-//! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C` and `A_dir` …. A cell that does not
+//! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C`, `A_dir` …, and columns of
+//! [`temperatures`]: `NAME_C` and `cycle`. A cell that does not
 //! belong to the kind of its line is empty. Lines at the top that begin with `#` say in TOML what is known about the
 //! set-ups.
 
@@ -13,7 +14,7 @@ mod heading;
 use super::radii;
 use super::runs::sense;
 use super::temperatures::ThermalModel;
-use super::{axis, is_in_travel};
+use super::{axis, is_in_travel, temperatures};
 use crate::instrument::{Commanded, Given, Kind, turned};
 pub use converted::of_surface;
 use heading::Heading;
@@ -36,9 +37,8 @@ pub struct Observations {
     pub tools: Vec<ToolPoint>,
     /// The observations, in the order of the files.
     pub rows: Vec<Observation>,
-    /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting): of the artefact (`None`) or a
-    /// set-up (by index), along (0, 1, 2) or about (3, 4, 5) an axis of the workpiece frame.
-    pub drift: Vec<(Option<usize>, usize)>,
+    /// Drift that is looked for, as found by [`drifting`](crate::identify::drifting).
+    pub drift: Vec<Drift>,
     /// Temperatures on which parameters depend, as chosen by [`thermal`](crate::identify::thermal()).
     pub thermal: Option<ThermalModel>,
 }
@@ -108,8 +108,47 @@ pub struct Observation {
     pub line: usize,
 }
 
-/// Content of a column.
+/// A component of the drift of the artefact or of a set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// The set-up, as an index into [`Observations::setups`]; `None` for the artefact.
+    pub setup: Option<usize>,
+    /// Along (0, 1, 2) or about (3, 4, 5) which axis of the workpiece frame.
+    pub component: usize,
+    /// Time constant (s) with which it approaches its end; `None` if it is linear in time.
+    pub lag: Option<f64>,
+    /// The time (s) of the first row.
+    pub first: f64,
+    /// The time (s) of the last row.
+    pub last: f64,
+}
+
+impl Drift {
+    /// The time (h) that linear drift of the same amount from the first to the last row would have taken until a time
+    /// (s): half of it is before 0.
+    #[must_use]
+    pub fn hours(&self, time: f64) -> f64 {
+        const HOUR: f64 = 3600.0;
+        let span = self.last - self.first;
+        match self.lag {
+            None => (time - 0.5 * (self.first + self.last)) / HOUR,
+            Some(lag) => {
+                // 1 − e^(−t/τ), which goes from 0 to 1 from the first to the last row.
+                let gone = |seconds: f64| -libm::expm1(-seconds / lag);
+                (gone(time - self.first) / gone(span) - 0.5) * span / HOUR
+            }
+        }
+    }
+
+    /// Number of unknowns: the rate, and the time constant.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        1 + usize::from(self.lag.is_some())
+    }
+}
+
+/// Content of a column.
+#[derive(Clone, Debug, PartialEq)]
 enum Column {
     Kind,
     Setup,
@@ -123,10 +162,13 @@ enum Column {
     SigmaOfAngle,
     Time,
     Temperature,
+    Cycle,
+    /// A temperature for [`temperatures::read`].
+    Sensor(String),
 }
 
 /// Names of the columns that are neither axes nor readings.
-const NAMES: [(&str, Column); 8] = [
+const NAMES: [(&str, Column); 9] = [
     ("kind", Column::Kind),
     ("setup", Column::Setup),
     ("S", Column::Spindle),
@@ -135,6 +177,7 @@ const NAMES: [(&str, Column); 8] = [
     ("sigma_urad", Column::SigmaOfAngle),
     ("time_s", Column::Time),
     ("temperature_C", Column::Temperature),
+    ("cycle", Column::Cycle),
 ];
 
 /// Permitted standard uncertainties (µm, µrad).
@@ -148,7 +191,10 @@ const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the re
 impl Column {
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES.iter().find(|(n, _)| *n == name).map(|(_, c)| *c);
+        let named = NAMES
+            .iter()
+            .find(|(n, _)| *n == name)
+            .map(|(_, c)| c.clone());
         let value = || {
             Kind::ALL.into_iter().find_map(|kind| {
                 let k = kind.columns().0.iter().position(|n| *n == name)?;
@@ -160,6 +206,7 @@ impl Column {
             .or_else(value)
             .or_else(|| axis(name).map(Self::Axis))
             .or_else(direction)
+            .or_else(|| Some(Self::Sensor(temperatures::sensor(name)?.to_owned())))
     }
 }
 
@@ -171,6 +218,23 @@ impl Column {
 /// set-up that no line has, a missing column, a value that is missing or belongs to another kind, a position outside
 /// the travel, an impossible direction, reading or uncertainty.
 pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    opened(text, file, machine, true)
+}
+
+/// The same of a strategy, which may lack readings: they are zero then.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_strategy(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+    opened(text, file, machine, false)
+}
+
+fn opened(
+    text: &str,
+    file: &str,
+    machine: &Machine,
+    has_readings: bool,
+) -> Result<Observations, FileError> {
     match converted::first_column(text).0 {
         "target" | "line" => return converted::of_runs(text, file, machine),
         "angle" => return converted::of_radii(text, file, &radii::read(text)?, machine),
@@ -182,7 +246,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
     let (heading, start) = Heading::read(text)?;
     let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
     let layout = format!(
-        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads), and sigma_um, sigma_urad, S, time_s, temperature_C or A_dir where they are known",
+        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
         letters.collect::<Vec<_>>().join(",")
     );
     let table = Table::open(text, start, layout, VALUES)?;
@@ -241,7 +305,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
         }
         for name in of.columns().0 {
             let has = |c: &Column| matches!(c, Column::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
-            if !columns.iter().any(has) {
+            if has_readings && !columns.iter().any(has) {
                 let message = format!("{} needs the column `{name}`", of.one());
                 return Err(FileError::at(
                     header.span.clone(),
@@ -259,7 +323,7 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
                 DIRECTIONS,
             ));
         }
-        let observation = observation(&row, &columns, machine, of, number)?;
+        let observation = observation(&row, &columns, machine, (of, number), has_readings)?;
         all.rows.push(observation);
     }
     heading.is_used(&all)?;
@@ -270,8 +334,8 @@ fn observation(
     row: &Row<'_>,
     columns: &[Column],
     machine: &Machine,
-    kind: Kind,
-    setup: usize,
+    (kind, setup): (Kind, usize),
+    has_readings: bool,
 ) -> Result<Observation, FileError> {
     let mut one = Observation {
         setup,
@@ -290,7 +354,9 @@ fn observation(
     for (k, column) in columns.iter().enumerate() {
         let is_empty = row.cells[k].text.is_empty();
         match *column {
-            Column::Kind | Column::Setup => {}
+            Column::Kind | Column::Setup | Column::Cycle => {}
+            Column::Sensor(_) if is_empty => {}
+            Column::Sensor(_) => _ = temperatures::celsius(row, k)?,
             Column::Axis(i) => {
                 let value = row.number(k)?;
                 let axis = &machine.axes[i];
@@ -328,6 +394,7 @@ fn observation(
                 }
                 one.reads = Some(read);
             }
+            Column::Value(..) if is_empty && !has_readings => {}
             Column::Value(of, i) if of == kind => {
                 let value = row.number(k)? * unit;
                 let most = match kind {

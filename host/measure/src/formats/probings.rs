@@ -1,14 +1,15 @@
 //! Probings as CSV: the axis positions at which a stylus was at the centre of a ball.
 //!
 //! The header names the columns, in any order: `ball`, one column per axis (mm, degrees), and optionally `S`
-//! (spindle angle, degrees), `run`, `time_s`, `sigma_um` (standard uncertainty of one coordinate), `temperature_C`
-//! and `A_dir` … (+1 or −1: the direction from which an axis arrived). Empty lines are ignored.
+//! (spindle angle, degrees), `run`, `time_s`, `sigma_um` (standard uncertainty of one coordinate), `temperature_C`,
+//! `A_dir` … (+1 or −1: the direction from which an axis arrived), and columns of [`temperatures`]: `NAME_C` and `cycle`.
+//! Empty lines are ignored.
 
 mod checks;
 
 pub use checks::have_known_balls;
 
-use super::{axis, is_in_travel};
+use super::{axis, is_in_travel, temperatures};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use trueaxis_model::formats::csv::{Row, Table};
@@ -48,7 +49,7 @@ pub struct Probings {
 }
 
 /// Content of a column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Column {
     Ball,
     Axis(usize),
@@ -58,16 +59,20 @@ enum Column {
     Time,
     Sigma,
     Temperature,
+    Cycle,
+    /// A temperature for [`temperatures::read`].
+    Sensor(String),
 }
 
 /// Names of the columns that are not axes.
-const NAMES: [(&str, Column); 6] = [
+const NAMES: [(&str, Column); 7] = [
     ("ball", Column::Ball),
     ("S", Column::Spindle),
     ("run", Column::Run),
     ("time_s", Column::Time),
     ("sigma_um", Column::Sigma),
     ("temperature_C", Column::Temperature),
+    ("cycle", Column::Cycle),
 ];
 
 /// Permitted standard uncertainties (µm): files have nine digits, and no error is as large as a metre.
@@ -78,11 +83,15 @@ impl Column {
     /// The column with a name.
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
-        let named = NAMES.iter().find(|(n, _)| *n == name).map(|(_, c)| *c);
+        let named = NAMES
+            .iter()
+            .find(|(n, _)| *n == name)
+            .map(|(_, c)| c.clone());
         let direction = || axis(name.strip_suffix("_dir")?).map(Self::Direction);
         named
             .or_else(|| axis(name).map(Self::Axis))
             .or_else(direction)
+            .or_else(|| Some(Self::Sensor(temperatures::sensor(name)?.to_owned())))
     }
 }
 
@@ -96,7 +105,7 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     let needed = needed(machine, linear);
     let letters = needed.iter().map(|i| machine.axes[*i].letter.to_string());
     let layout = format!(
-        "write the header ball,{} in any order, with S, run, time_s, sigma_um, temperature_C or A_dir where they were recorded, then one probing per line",
+        "write the header ball,{} in any order, with S, run, time_s, sigma_um, temperature_C, NAME_C of other sensors or A_dir where they were recorded, then one probing per line",
         letters.collect::<Vec<_>>().join(",")
     );
     let table = Table::open(text, 0, layout, VALUES)?;
@@ -175,7 +184,8 @@ fn probing(
         }
         let value = row.number(k)?;
         match *column {
-            Column::Ball => {}
+            Column::Ball | Column::Cycle => {}
+            Column::Sensor(_) => _ = temperatures::celsius(row, k)?,
             Column::Axis(i) => {
                 let axis = &machine.axes[i];
                 if !axis.modulo {

@@ -1,11 +1,12 @@
 //! Temperatures over time as CSV, and what error parameters see of them: differences from a reference, with a lag.
 //!
 //! The columns are `time_s`, `NAME_C` for each sensor (°C), and `cycle` (a number) where a warm-up or cool-down begins
-//! that is to be left out as a whole. Without it, a new cycle begins after each gap in time.
+//! that is to be left out as a whole. Without it, a new cycle begins after each gap in time. A file of probings or
+//! observations with these columns is read, too.
 
 use std::ops::Range;
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, Thermal};
-use trueaxis_model::formats::csv::Table;
+use trueaxis_model::formats::csv::{self, Row, Table};
 use trueaxis_model::source::FileError;
 
 /// Temperatures of sensors over time.
@@ -35,10 +36,14 @@ enum Column {
     Time,
     Cycle,
     Sensor(String),
+    /// What is measured, in a file of probings or observations.
+    Other(String),
 }
 
 const COLUMNS: &str =
     "write the header time_s, a column NAME_C for each sensor, and cycle where cycles are numbered";
+/// Columns that only a file of measurements has.
+const MEASURED: [&str; 2] = ["ball", "kind"];
 const VALUES: &str = "write one row for each time, with a temperature in °C in each column";
 /// Temperatures (°C) that a sensor on a machine can read.
 const CELSIUS: Range<f64> = -60.0..200.0;
@@ -46,23 +51,40 @@ const CELSIUS: Range<f64> = -60.0..200.0;
 const GAP: f64 = 5.0;
 const SHORTEST_GAP: f64 = 600.0;
 
-/// Reads a file.
+/// The name of the sensor of a column `NAME_C`.
+pub(super) fn sensor(column: &str) -> Option<&str> {
+    let name = column.strip_suffix("_C")?;
+    (1..=16).contains(&name.len()).then_some(name)
+}
+
+/// The temperature (°C) in a column.
+pub(super) fn celsius(row: &Row<'_>, column: usize) -> Result<f64, FileError> {
+    let value = row.number(column)?;
+    if CELSIUS.contains(&value) {
+        return Ok(value);
+    }
+    let message = format!("{value} °C is no temperature of a machine");
+    Err(row.error(column, message, "here", VALUES))
+}
+
+/// Reads a file. Rows of measurements may be in any order, and those without all temperatures are left out; of rows at the
+/// same time, the first counts.
 ///
 /// # Errors
 /// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, missing columns, times that do not increase,
 /// temperatures that no sensor reads, names that a compensation cannot hold, fewer than two rows.
 pub fn read(text: &str) -> Result<Temperatures, FileError> {
-    let table = Table::open(text, 0, COLUMNS, VALUES)?;
-    let columns = table.columns(0, |name| {
-        Some(match name {
-            "time_s" => Column::Time,
-            "cycle" => Column::Cycle,
-            _ => {
-                let sensor = name.strip_suffix("_C")?;
-                (1..=16).contains(&sensor.len()).then_some(())?;
-                Column::Sensor(sensor.to_owned())
-            }
-        })
+    let (_, start): (toml::Table, usize) = csv::heading(text, COLUMNS)?;
+    let table = Table::open(text, start, COLUMNS, VALUES)?;
+    let mut names = table.header.cells.iter().map(|cell| cell.text);
+    let is_measured = names.any(|name| MEASURED.contains(&name));
+    let columns = table.columns(0, |name| match name {
+        "time_s" => Some(Column::Time),
+        "cycle" => Some(Column::Cycle),
+        _ => match sensor(name) {
+            Some(sensor) => Some(Column::Sensor(sensor.to_owned())),
+            None => is_measured.then(|| Column::Other(name.to_owned())),
+        },
     })?;
     let place = |column: &Column| columns.iter().position(|c| c == column);
     let time = place(&Column::Time).ok_or_else(|| table.missing("time_s"))?;
@@ -76,30 +98,30 @@ pub fn read(text: &str) -> Result<Temperatures, FileError> {
     if sensors.is_empty() {
         return Err(table.wrong_header("there is no column with temperatures"));
     }
-    let mut readings: Vec<Celsius> = Vec::new();
-    let mut labels: Vec<i64> = Vec::new();
+    let mut rows: Vec<(Celsius, Option<i64>)> = Vec::new();
     for row in table {
         let row = row?;
-        let last = readings.last().map(|reading| reading.time);
-        let mut celsius = Vec::with_capacity(sensors.len());
-        for (column, _) in &sensors {
-            let value = row.number(*column)?;
-            if !CELSIUS.contains(&value) {
-                let message = format!("{value} °C is no temperature of a machine");
-                return Err(row.error(*column, message, "here", VALUES));
-            }
-            celsius.push(value);
+        let is_empty = |(column, _): &(usize, String)| row.cells[*column].text.is_empty();
+        if is_measured && sensors.iter().any(is_empty) {
+            continue;
         }
-        if let Some(column) = cycle {
-            labels.push(row.number(column)? as i64);
-        }
-        readings.push(Celsius {
+        let last = rows.last().filter(|_| !is_measured);
+        let last = last.map(|(reading, _)| reading.time);
+        let temperatures = sensors.iter().map(|(column, _)| celsius(&row, *column));
+        let temperatures = temperatures.collect::<Result<_, _>>()?;
+        let label = cycle.map(|column| row.number(column)).transpose()?;
+        let reading = Celsius {
             time: row.increasing(time, last, "write the rows in the order of their times")?,
             cycle: 0,
-            is_first: last.is_none(),
-            celsius,
-        });
+            is_first: false,
+            celsius: temperatures,
+        };
+        rows.push((reading, label.map(|label| label as i64)));
     }
+    rows.sort_by(|a, b| a.0.time.total_cmp(&b.0.time));
+    rows.dedup_by(|later, first| later.0.time == first.0.time);
+    let (mut readings, labels): (Vec<Celsius>, Vec<Option<i64>>) = rows.into_iter().unzip();
+    let labels: Vec<i64> = labels.into_iter().flatten().collect();
     if readings.len() < 2 {
         return Err(FileError::whole(
             "temperatures need at least two rows",
@@ -258,6 +280,17 @@ mod tests {
         let found = read("time_s,cycle,bed_C\n0,7,20\n1,7,21\n2,3,20\n3,7,20\n").unwrap();
         let cycles: Vec<usize> = found.readings.iter().map(|r| r.cycle).collect();
         assert_eq!(cycles, [0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn rows_of_measurements_are_a_log() {
+        let log = read("time_s,cycle,bed_C\n0,1,20\n60,1,21.5\n120,2,22\n").unwrap();
+        let rows = "kind,time_s,bed_C,cycle\npoint,60,21.5,1\npoint,0,20,1\npoint,0,20,1\npoint,90,,1\npoint,120,22,2\n";
+        assert_eq!(read(rows).unwrap(), log);
+        let heading = format!("# [setup.camera]\n{rows}");
+        assert_eq!(read(&heading).unwrap(), log);
+        let message = read("ball,X,bed_C\n1,0,20\n").unwrap_err().message;
+        assert!(message.contains("time_s"), "{message}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::{
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
-use crate::formats::observations::Observations;
+use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
@@ -110,7 +110,7 @@ pub struct Chosen {
     pub chosen: usize,
     /// Drift that was found together with the parameters, as in
     /// [`Observations::drift`](crate::formats::observations::Observations::drift).
-    pub drift: Vec<(Option<usize>, usize)>,
+    pub drift: Vec<Drift>,
 }
 
 /// The highest degree tried.

@@ -201,7 +201,7 @@ impl Problem<'_> {
                             0..3 => unit,
                             _ => unit.cross(&estimate.balls[place.ball]),
                         };
-                        *row = (moved * (-place.time * weight)).into();
+                        *row = (moved * (-place.hours[k] * weight)).into();
                     });
                 }
                 Unknown::Setup(..) | Unknown::Tool(..) | Unknown::Drift(Some(_), _) => {}

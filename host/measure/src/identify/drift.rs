@@ -3,7 +3,8 @@
 use super::rows::Problem;
 use super::snooping::deviations;
 use super::{Identified, Unknown};
-use nalgebra::DVector;
+use crate::formats::observations::Drift;
+use nalgebra::{DMatrix, DVector};
 
 /// A component of drift is significant beyond this many standard deviations of a normal distribution: chance gives
 /// one this large once in a thousand.
@@ -11,62 +12,267 @@ const SIGNIFICANT: f64 = 3.09;
 /// The fraction of its effect that the unknowns must not be able to absorb. Drift of rows in an order in which a
 /// parameter changes steadily would otherwise take the place of the parameter.
 const TESTABLE: f64 = 0.1;
+/// Time constants that are tried, as parts of the time of the rows: longer ones hardly bend, and shorter ones are over
+/// before there are enough rows.
+const LAGS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
+/// The ratio of neighbours.
+const RATIO: f64 = 2.0;
+/// Steps of the search between neighbours, each of which leaves 0.62 of the interval: to half a percent.
+const STEPS: usize = 12;
+/// How often each component is judged again when the others are known.
+const ROUNDS: usize = 2;
 
-/// The drift that the residuals of an identification show: linear in time, along and about the axes of the workpiece
-/// frame, of the artefact and of each set-up whose rows all have a time. The component with the largest F is accepted
-/// if it is significant, then the next one is searched. For
+/// The drift that the residuals of an identification show, along and about the axes of the workpiece frame, of the
+/// artefact and of each set-up whose rows all have a time. The component that chance explains least (F-test) is
+/// accepted if it is significant, then the next one is searched. Drift is linear in time, or exponential where that
+/// lowers the Bayesian information criterion although the time constant is one more unknown. For
 /// [`Observations::drift`](crate::formats::observations::Observations::drift).
 #[must_use]
-pub fn drifting(problem: &Problem<'_>, identified: &Identified) -> Vec<(Option<usize>, usize)> {
-    let is_timed = |setup: usize| problem.observed.periods[setup].is_some();
-    let setups = (0..problem.observed.setups.len()).filter(|i| is_timed(*i));
-    let artefact = problem.period.map(|_| None);
-    let sources = artefact.into_iter().chain(setups.map(Some));
-    let all = sources.flat_map(|source| (0..6).map(move |k| (source, k)));
-    let all: Vec<(Option<usize>, usize)> = all.collect();
-    if all.is_empty() {
-        return all;
+pub fn drifting(problem: &Problem<'_>, identified: &Identified) -> Vec<Drift> {
+    let steady = steady(problem);
+    if steady.is_empty() {
+        return steady;
     }
-    let place = &identified.place;
-    let unknowns: Vec<Unknown> = all.iter().map(|(of, k)| Unknown::Drift(*of, *k)).collect();
-    let columns = problem.derivatives(&unknowns, &place.estimate, &place.weights);
-    let jacobian = problem.jacobian(&place.estimate, &place.weights);
-    let mut left = problem.residuals(&place.estimate, &place.weights);
-    // The part that the unknowns cannot absorb, and the size of the whole.
-    let mut free: Vec<(DVector<f64>, f64)> = (columns.column_iter())
-        .map(|column| {
-            let mut part = column.into_owned();
-            if let Some(step) = place.factor.step(&jacobian.tr_mul(&column)) {
-                part += &jacobian * step;
-            }
-            (part, column.norm())
+    let search = Search::new(problem, identified, steady);
+    let mut found: Vec<Component> = Vec::new();
+    loop {
+        let rest = search.rest(&found);
+        let is_new = |i: &usize| found.iter().all(|one| one.number != *i);
+        let others = (0..search.steady.len()).filter(is_new);
+        let others = others.filter_map(|i| search.best(i, &rest));
+        match others.max_by(|a, b| a.deviations.total_cmp(&b.deviations)) {
+            Some(best) if best.deviations >= SIGNIFICANT => found.push(best),
+            _ => break,
+        }
+    }
+    for _ in 0..ROUNDS {
+        for _ in 0..found.len() {
+            let number = found.remove(0).number;
+            let again = search.best(number, &search.rest(&found));
+            found.extend(again.filter(|again| again.deviations >= SIGNIFICANT));
+        }
+    }
+    found.into_iter().map(|one| one.drift).collect()
+}
+
+/// Every component, linear.
+fn steady(problem: &Problem<'_>) -> Vec<Drift> {
+    let artefact = problem.period.map(|period| (None, period));
+    let setups = problem.observed.periods.iter().enumerate();
+    let setups = setups.filter_map(|(setup, period)| Some((Some(setup), (*period)?)));
+    let sources = artefact.into_iter().chain(setups);
+    let all = sources.flat_map(|(setup, [first, last])| {
+        (0..6).map(move |component| Drift {
+            setup,
+            component,
+            lag: None,
+            first,
+            last,
         })
-        .collect();
-    let mut freedom = identified.freedom;
-    let mut found = Vec::new();
-    while freedom > 1 {
-        let rest = left.norm_squared();
-        let gain = |(part, whole): &(DVector<f64>, f64)| {
-            let size = part.norm();
-            let is_testable = size > TESTABLE * whole;
-            is_testable.then(|| (part.dot(&left) / size).powi(2))
-        };
-        let gains = free.iter().map(gain).enumerate();
-        let gains = gains.filter_map(|(i, gain)| Some((i, gain?)));
-        let Some((best, gain)) = gains.max_by(|a, b| a.1.total_cmp(&b.1)) else {
-            break;
-        };
-        let ratio = gain / ((rest - gain).max(f64::MIN_POSITIVE) / (freedom - 1) as f64);
-        if deviations(ratio, 1, freedom - 1) < SIGNIFICANT {
-            break;
+    });
+    all.collect()
+}
+
+/// A component of drift with the best course.
+struct Component {
+    /// As an index into [`Search::steady`].
+    number: usize,
+    drift: Drift,
+    effect: Effect,
+    /// Chance explains as much as a normal distribution gives this many standard deviations.
+    deviations: f64,
+}
+
+/// The effect of drift of 1 mm/h or rad/h on all equations.
+#[derive(Clone)]
+struct Effect {
+    /// The part that the unknowns cannot absorb.
+    free: DVector<f64>,
+    /// The size of the part that varies.
+    whole: f64,
+}
+
+/// What the unknowns and the components found so far leave.
+struct Rest {
+    /// Orthonormal effects of these components.
+    basis: Vec<DVector<f64>>,
+    left: DVector<f64>,
+    freedom: usize,
+}
+
+impl Rest {
+    fn apart(&self, mut column: DVector<f64>) -> DVector<f64> {
+        for unit in &self.basis {
+            column.axpy(-unit.dot(&column), unit, 1.0);
         }
-        found.push(all[best]);
-        let unit = free[best].0.normalize();
-        left -= &unit * unit.dot(&left);
-        for (part, _) in &mut free {
-            *part -= &unit * unit.dot(part);
-        }
-        freedom -= 1;
+        column
     }
-    found
+
+    /// By how much an effect lowers the sum of squares; `None` if the unknowns absorb it.
+    fn gain(&self, effect: &Effect) -> Option<f64> {
+        let free = self.apart(effect.free.clone());
+        let size = free.norm();
+        (size > TESTABLE * effect.whole).then(|| (free.dot(&self.left) / size).powi(2))
+    }
+
+    /// The Bayesian information criterion after a gain by a number of unknowns.
+    fn criterion(&self, gain: f64, unknowns: usize) -> f64 {
+        let count = self.left.len() as f64;
+        let squares = (self.left.norm_squared() - gain).max(f64::MIN_POSITIVE);
+        count * libm::log(squares) + unknowns as f64 * libm::log(count)
+    }
+
+    /// How unlikely chance gives a gain by a number of unknowns, in standard deviations of a normal distribution.
+    fn deviations(&self, gain: f64, unknowns: usize) -> f64 {
+        let freedom = self.freedom - unknowns;
+        let squares = (self.left.norm_squared() - gain).max(f64::MIN_POSITIVE);
+        let ratio = (gain / unknowns as f64) / (squares / freedom as f64);
+        deviations(ratio, unknowns, freedom)
+    }
+}
+
+/// All components that can be found.
+struct Search<'a> {
+    steady: Vec<Drift>,
+    /// Each with its linear course, then with each of [`LAGS`].
+    effects: Vec<Vec<Effect>>,
+    identified: &'a Identified,
+    jacobian: DMatrix<f64>,
+    left: DVector<f64>,
+    /// The effect of one hour of each component.
+    hour: DMatrix<f64>,
+    /// Source and time (s) of each equation of a probing or an observation.
+    times: Vec<(Option<usize>, Option<f64>)>,
+}
+
+impl<'a> Search<'a> {
+    fn new(problem: &Problem<'_>, identified: &'a Identified, steady: Vec<Drift>) -> Self {
+        let place = &identified.place;
+        let unknowns: Vec<Unknown> = (steady.iter())
+            .map(|drift| Unknown::Drift(drift.setup, drift.component))
+            .collect();
+        let hour = problem.after_an_hour();
+        let mut search = Self {
+            steady,
+            effects: Vec::new(),
+            identified,
+            jacobian: problem.jacobian(&place.estimate, &place.weights),
+            left: problem.residuals(&place.estimate, &place.weights),
+            hour: hour.derivatives(&unknowns, &place.estimate, &place.weights),
+            times: problem.times(),
+        };
+        let of = |(number, drift): (usize, &Drift)| {
+            let lags = LAGS.map(|part| Some(part * (drift.last - drift.first)));
+            let lags = std::iter::once(None).chain(lags);
+            lags.map(|lag| search.effect(number, lag)).collect()
+        };
+        search.effects = search.steady.iter().enumerate().map(of).collect();
+        search
+    }
+
+    fn effect(&self, number: usize, lag: Option<f64>) -> Effect {
+        let drift = Drift {
+            lag,
+            ..self.steady[number]
+        };
+        let hours: Vec<Option<f64>> = (self.times.iter())
+            .map(|(source, time)| Some(drift.hours((*time).filter(|_| *source == drift.setup)?)))
+            .collect();
+        let own = hours.iter().flatten();
+        let mean = own.clone().sum::<f64>() / own.count() as f64;
+        let column = |less: f64| {
+            let mut column = self.hour.column(number).into_owned();
+            for (value, hours) in column.iter_mut().zip(&hours) {
+                *value *= hours.map_or(0.0, |hours| hours - less);
+            }
+            column
+        };
+        let mut free = column(0.0);
+        let gradient = self.jacobian.tr_mul(&free);
+        if let Some(step) = self.identified.place.factor.step(&gradient) {
+            free += &self.jacobian * step;
+        }
+        Effect {
+            free,
+            whole: column(mean).norm(),
+        }
+    }
+
+    fn rest(&self, found: &[Component]) -> Rest {
+        let unknowns = found.iter().map(|one| one.drift.unknowns());
+        let mut rest = Rest {
+            basis: Vec::new(),
+            left: self.left.clone(),
+            freedom: self.identified.freedom.saturating_sub(unknowns.sum()),
+        };
+        for one in found {
+            let unit = rest.apart(one.effect.free.clone()).normalize();
+            rest.left.axpy(-unit.dot(&rest.left), &unit, 1.0);
+            rest.basis.push(unit);
+        }
+        rest
+    }
+
+    /// A component with its best course; `None` if it cannot be told from the unknowns.
+    fn best(&self, number: usize, rest: &Rest) -> Option<Component> {
+        let of = |drift: Drift, effect: Effect| {
+            let (gain, unknowns) = (rest.gain(&effect)?, drift.unknowns());
+            (rest.freedom > unknowns).then(|| {
+                let component = Component {
+                    number,
+                    drift,
+                    effect,
+                    deviations: rest.deviations(gain, unknowns),
+                };
+                (component, rest.criterion(gain, unknowns))
+            })
+        };
+        let steady = self.steady[number];
+        let tried = std::iter::once(None).chain(LAGS.map(Some));
+        let tried = self.effects[number].iter().zip(tried);
+        let tried = tried.filter_map(|(effect, part)| {
+            let lag = part.map(|part| part * (steady.last - steady.first));
+            let (component, criterion) = of(Drift { lag, ..steady }, effect.clone())?;
+            Some((component, criterion, part))
+        });
+        let (component, _, part) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let refined = part.and_then(|part| {
+            let (drift, effect) = self.refined(number, part, rest);
+            of(drift, effect)
+        });
+        Some(refined.map_or(component, |(refined, _)| refined))
+    }
+
+    /// A component with the time constant near one of [`LAGS`] that leaves least.
+    fn refined(&self, number: usize, part: f64, rest: &Rest) -> (Drift, Effect) {
+        let steady = self.steady[number];
+        let span = steady.last - steady.first;
+        let at = |log: f64| {
+            let lag = span * libm::exp(log);
+            let effect = self.effect(number, Some(lag));
+            (rest.gain(&effect).unwrap_or(0.0), lag, effect)
+        };
+        let ends = [LAGS[0], LAGS[LAGS.len() - 1]].map(libm::log);
+        let [mut low, mut high] =
+            [part / RATIO, part * RATIO].map(|part| libm::log(part).clamp(ends[0], ends[1]));
+        // The golden section.
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let inner =
+            |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
+        let [mut left, mut right] = inner(low, high).map(at);
+        for _ in 0..STEPS {
+            if left.0 > right.0 {
+                high = libm::log(right.1 / span);
+                right = left;
+                left = at(inner(low, high)[0]);
+            } else {
+                low = libm::log(left.1 / span);
+                left = right;
+                right = at(inner(low, high)[1]);
+            }
+        }
+        let (_, lag, effect) = if left.0 > right.0 { left } else { right };
+        let lag = Some(lag);
+        (Drift { lag, ..steady }, effect)
+    }
 }

@@ -95,14 +95,14 @@ impl Problem<'_> {
     }
 
     /// The derivatives of every probing by all unknowns, in units of its standard uncertainty and in the order of
-    /// the file, three rows each; followed by those of prior knowledge.
+    /// the file, three rows each; followed by those of observations and of prior knowledge.
     pub(crate) fn equations_at(&self, errors: &ErrorModel) -> (Vec<DMatrix<f64>>, DMatrix<f64>) {
         let weights = Weights {
             rows: self.stated().iter().map(|s| s.recip()).collect(),
             least: 0.0,
         };
         let jacobian = self.jacobian(&self.assumed(errors), &weights);
-        let probed = self.measured();
+        let probed = 3 * self.places.len();
         let mut blocks = vec![DMatrix::zeros(0, 0); self.places.len()];
         for (i, place) in self.places.iter().enumerate() {
             blocks[place.row] = jacobian.rows(3 * i, 3).into_owned();

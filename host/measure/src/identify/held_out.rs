@@ -48,12 +48,11 @@ pub fn held_out(
         let without = identify(&problem, options)?;
         let part = subset(probings, |i| part.contains(&i));
         let problem = Problem::new(machine, &part, artefact, &[], &without.errors);
-        let problem = problem.warmed(observations);
+        let problem = problem.at_times(observations);
         let mut tips = problem.tips(&without.errors, &without.stylus);
         if let Some(drift) = without.place.estimate.drift_of(None) {
-            // These have another middle of their time, which only displaces their balls.
             for (place, (_, tip)) in problem.places.iter().zip(&mut tips) {
-                *tip = moved(*tip, &drift, place.time);
+                *tip = moved(*tip, &drift, &place.hours);
             }
         }
         let part_squares = (0..part.balls.len())

@@ -3,7 +3,7 @@
 use super::Unknown;
 use super::estimate::{Estimate, Row};
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
-use crate::formats::observations::{Known, Observations, STYLUS};
+use crate::formats::observations::{Drift, Known, Observations, STYLUS};
 use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
@@ -19,8 +19,8 @@ pub(super) struct Observed {
     pub setups: Vec<(String, Kind, Setting)>,
     /// Name and first place (mm, spindle frame) of the points of the tool.
     pub tools: Vec<(String, Vector3<f64>)>,
-    /// The time of the rows of each set-up, if all have one.
-    pub periods: Vec<Option<Period>>,
+    /// The times (s) of the first and the last row of each set-up, if all have one.
+    pub periods: Vec<Option<[f64; 2]>>,
     /// Files that the observations come from.
     pub files: Vec<String>,
     /// Set-ups and tool points that are to be found.
@@ -45,8 +45,8 @@ pub(super) struct ObservedRow {
     pub read: Vector3<f64>,
     /// Stated standard uncertainty (mm).
     pub sigma: Option<f64>,
-    /// Time (h) from the middle of its set-up's rows, or 0 if it is not known.
-    pub time: f64,
+    /// [`Drift::hours`] of each component of drift.
+    pub hours: [f64; 6],
     /// Time (s) by the clock of the file.
     pub clock: Option<f64>,
     pub file: usize,
@@ -67,10 +67,9 @@ impl Observed {
             .collect();
         let of_setup = |number: usize| {
             let own = all.rows.iter().filter(move |row| row.setup == number);
-            let times: Option<Vec<f64>> = own.map(|row| row.time).collect();
-            times.and_then(|times| Period::of(&times))
+            period(own.map(|row| row.time))
         };
-        let periods: Vec<Option<Period>> = (0..all.setups.len()).map(of_setup).collect();
+        let periods: Vec<Option<[f64; 2]>> = (0..all.setups.len()).map(of_setup).collect();
         let rows: Vec<ObservedRow> = (all.rows.iter().zip(commanded))
             .map(|(row, commanded)| {
                 let setup = &all.setups[row.setup];
@@ -87,7 +86,7 @@ impl Observed {
                     commanded,
                     read: row.value,
                     sigma: row.sigma,
-                    time: Period::hours(periods[row.setup], row.time),
+                    hours: [0.0; 6],
                     clock: row.time,
                     file: row.file,
                     line: row.line,
@@ -309,31 +308,26 @@ impl Observed {
         self.setups.iter().enumerate().map(of).collect()
     }
 
-    /// Drift as found; `artefact` is the time of the probings.
+    /// Drift as found.
     pub fn drifts(
         &self,
-        artefact: Option<Period>,
+        all: &[Drift],
         estimate: &Estimate,
         variance: &dyn Fn(Unknown) -> Option<f64>,
     ) -> Vec<FoundDrift> {
-        let all = estimate.drift.iter().flat_map(|(source, drift)| {
-            drift
-                .iter()
-                .enumerate()
-                .map(move |(k, value)| (*source, k, *value))
-        });
-        all.filter_map(|(setup, component, value)| {
-            let period = setup.map_or(artefact, |number| self.periods[number])?;
-            let hours = period.seconds / HOUR;
+        let found = |drift: &Drift| {
+            let (setup, component) = (drift.setup, drift.component);
+            let hours = drift.hours(drift.last) - drift.hours(drift.first);
             Some(FoundDrift {
                 setup: setup.map(|number| self.setups[number].0.clone()),
                 component,
-                value: value * hours,
+                lag: drift.lag,
+                value: estimate.drift_of(setup)?[component] * hours,
                 uncertainty: variance(Unknown::Drift(setup, component))?.sqrt() * hours,
-                seconds: period.seconds,
+                seconds: drift.last - drift.first,
             })
-        })
-        .collect()
+        };
+        all.iter().filter_map(found).collect()
     }
 
     /// True if an instrument observes the stylus.
@@ -347,35 +341,12 @@ impl Observed {
     }
 }
 
-/// The time in which rows were measured.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Period {
-    /// Its middle and its length (s).
-    middle: f64,
-    pub seconds: f64,
-}
-
-/// Seconds in an hour.
-pub(super) const HOUR: f64 = 3600.0;
-
-impl Period {
-    /// `None` if all times are the same.
-    pub fn of(times: &[f64]) -> Option<Self> {
-        let low = times.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (high > low).then_some(Self {
-            middle: 0.5 * (low + high),
-            seconds: high - low,
-        })
-    }
-
-    /// A time (s) as hours from the middle of a period; 0 if there is none.
-    pub fn hours(period: Option<Self>, time: Option<f64>) -> f64 {
-        match (period, time) {
-            (Some(period), Some(time)) => (time - period.middle) / HOUR,
-            _ => 0.0,
-        }
-    }
+/// The times (s) of the first and the last row, if all have one and these differ.
+pub(super) fn period(times: impl Iterator<Item = Option<f64>>) -> Option<[f64; 2]> {
+    let times: Vec<f64> = times.collect::<Option<_>>()?;
+    let low = times.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (high > low).then_some([low, high])
 }
 
 impl ObservedRow {
@@ -396,8 +367,8 @@ impl ObservedRow {
         match estimate.drift_of(Some(self.setup)) {
             None => seen,
             Some(drift) => Seen {
-                point: moved(seen.point, &drift, self.time),
-                turn: Rotation3::from_scaled_axis(-self.time * turn(&drift)).matrix() * seen.turn,
+                point: moved(seen.point, &drift, &self.hours),
+                turn: Rotation3::from_scaled_axis(-turn(&drift, &self.hours)).matrix() * seen.turn,
             },
         }
     }
@@ -439,12 +410,12 @@ impl ObservedRow {
                 by_point() * by_tool * self.turned.column(k)
             }
             Unknown::Drift(Some(setup), k) if setup == self.setup => match k {
-                0..3 => -self.time * by_point().column(k),
+                0..3 => -self.hours[k] * by_point().column(k),
                 _ => {
                     let axis = Vector3::ith(k - 3, 1.0);
                     let about = instrument.about(commanded).unwrap_or_default();
                     let turned = Vector3::new(LEVER * about[k - 3], 0.0, 0.0);
-                    -self.time * (by_point() * axis.cross(&seen.point) + turned)
+                    -self.hours[k] * (by_point() * axis.cross(&seen.point) + turned)
                 }
             },
             _ => Vector3::zeros(),
@@ -452,12 +423,12 @@ impl ObservedRow {
     }
 }
 
-/// A point as seen from a set-up that drifts (mm/h and rad/h), at a time (h) from the middle of its rows.
-pub(super) fn moved(point: Vector3<f64>, drift: &[f64; 6], time: f64) -> Vector3<f64> {
-    let shift = Vector3::new(drift[0], drift[1], drift[2]);
-    point - time * (shift + turn(drift).cross(&point))
+/// A point as seen from a set-up that drifts (mm/h and rad/h), after hours of each component of drift.
+pub(super) fn moved(point: Vector3<f64>, drift: &[f64; 6], hours: &[f64; 6]) -> Vector3<f64> {
+    let shift = Vector3::from_fn(|k, _| drift[k] * hours[k]);
+    point - shift - turn(drift, hours).cross(&point)
 }
 
-fn turn(drift: &[f64; 6]) -> Vector3<f64> {
-    Vector3::new(drift[3], drift[4], drift[5])
+fn turn(drift: &[f64; 6], hours: &[f64; 6]) -> Vector3<f64> {
+    Vector3::from_fn(|k, _| drift[3 + k] * hours[3 + k])
 }

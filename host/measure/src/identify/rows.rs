@@ -2,11 +2,11 @@
 //! stylus or of a set-up.
 
 use super::estimate::{Estimate, Row};
-use super::observed::{Observed, ObservedRow, Period, moved};
+use super::observed::{Observed, ObservedRow, moved, period};
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
-use crate::formats::observations::Observations;
+use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
 use crate::simulate::{normal, turned};
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -31,8 +31,10 @@ pub struct Problem<'a> {
     pub(super) bars: Vec<Bar>,
     /// Observations other than probings.
     pub(super) observed: Observed,
-    /// The time of the probings, if all have one.
-    pub(super) period: Option<Period>,
+    /// The times (s) of the first and the last probing, if all have one.
+    pub(super) period: Option<[f64; 2]>,
+    /// Drift that is looked for.
+    pub(super) drift: Vec<Drift>,
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
@@ -54,8 +56,8 @@ pub(super) struct ProbingRow {
     pub spindle: f64,
     /// Stated standard uncertainty of a coordinate (mm).
     pub sigma: Option<f64>,
-    /// Time (h) from the middle of all probings, or 0 if it is not known.
-    pub time: f64,
+    /// [`Drift::hours`] of each component of drift.
+    pub hours: [f64; 6],
     /// Time (s) by the clock of the file.
     pub clock: Option<f64>,
 }
@@ -102,8 +104,7 @@ impl<'a> Problem<'a> {
         base: &ErrorModel,
     ) -> Self {
         let index = |name: &String| probings.balls.iter().position(|b| b == name);
-        let times: Option<Vec<f64>> = probings.rows.iter().map(|row| row.time).collect();
-        let period = times.and_then(|times| Period::of(&times));
+        let period = period(probings.rows.iter().map(|row| row.time));
         let place = |row: usize| {
             let probing = &probings.rows[row];
             ProbingRow {
@@ -118,7 +119,7 @@ impl<'a> Problem<'a> {
                 turned: turned(machine.tool_axis, probing.spindle),
                 spindle: probing.spindle,
                 sigma: probing.sigma,
-                time: Period::hours(period, probing.time),
+                hours: [0.0; 6],
                 clock: probing.time,
             }
         };
@@ -153,6 +154,7 @@ impl<'a> Problem<'a> {
             base: Box::new(base.clone()),
             observed: Observed::default(),
             period,
+            drift: Vec::new(),
             spindle: Spindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
@@ -169,7 +171,7 @@ impl<'a> Problem<'a> {
         }
         self.unknowns.extend(&observed.unknowns);
         self.observed = observed;
-        self = self.warmed(observations);
+        self = self.at_times(observations);
         if let Some(thermal) = &observations.thermal {
             let terms = thermal.terms.iter();
             self.unknowns
@@ -178,13 +180,23 @@ impl<'a> Problem<'a> {
         }
         let drift = observations.drift.iter();
         self.unknowns
-            .extend(drift.map(|(of, k)| Unknown::Drift(*of, *k)));
+            .extend(drift.map(|one| Unknown::Drift(one.setup, one.component)));
         self
     }
 
-    /// The same with the temperatures at the times of its rows.
+    /// The same with what drift and temperatures are at the times of its rows.
     #[must_use]
-    pub(super) fn warmed(mut self, observations: &Observations) -> Self {
+    pub(super) fn at_times(mut self, observations: &Observations) -> Self {
+        self.drift.clone_from(&observations.drift);
+        for drift in &self.drift {
+            for row in self.places.iter_mut().filter(|_| drift.setup.is_none()) {
+                row.hours[drift.component] = row.clock.map_or(0.0, |time| drift.hours(time));
+            }
+            let observed = self.observed.rows.iter_mut();
+            for row in observed.filter(|row| drift.setup == Some(row.setup)) {
+                row.hours[drift.component] = row.clock.map_or(0.0, |time| drift.hours(time));
+            }
+        }
         if let Some(thermal) = &observations.thermal {
             for row in &mut self.places {
                 row.situation.kelvin = thermal.at(row.clock);
@@ -200,6 +212,28 @@ impl<'a> Problem<'a> {
     pub(super) fn clocks(&self) -> impl Iterator<Item = Option<f64>> {
         let probed = self.places.iter().map(|row| row.clock);
         probed.chain(self.observed.rows.iter().map(|row| row.clock))
+    }
+
+    /// The same with all rows an hour later than drift began.
+    pub(super) fn after_an_hour(&self) -> Self {
+        let mut other = self.clone();
+        for row in &mut other.places {
+            row.hours = [1.0; 6];
+        }
+        for row in &mut other.observed.rows {
+            row.hours = [1.0; 6];
+        }
+        other
+    }
+
+    /// Source and time (s) of each equation of a probing or an observation.
+    pub(super) fn times(&self) -> Vec<(Option<usize>, Option<f64>)> {
+        let probed = self.places.iter().map(|row| (None, row.clock));
+        let observed = self.observed.rows.iter();
+        let rows = probed.chain(observed.map(|row| (Some(row.setup), row.clock)));
+        let each = rows.zip(self.blocks());
+        each.flat_map(|(row, block)| block.map(move |_| row))
+            .collect()
     }
 
     /// True if the artefact or a set-up has times at which its rows were measured.
@@ -373,7 +407,7 @@ impl<'a> Problem<'a> {
         let mut tips = self.tips(&estimate.errors, &estimate.stylus);
         if let Some(drift) = estimate.drift_of(None) {
             for (place, (_, tip)) in self.places.iter().zip(&mut tips) {
-                *tip = moved(*tip, &drift, place.time);
+                *tip = moved(*tip, &drift, &place.hours);
             }
         }
         let probed = tips.into_iter();

@@ -31,6 +31,8 @@ pub struct FoundDrift {
     pub setup: Option<String>,
     /// Along (0, 1, 2) or about (3, 4, 5) which axis of the workpiece frame.
     pub component: usize,
+    /// Time constant (s) with which it approached its end; `None` if it was linear in time.
+    pub lag: Option<f64>,
     /// How far it moved from the first to the last row (mm or rad).
     pub value: f64,
     /// Standard uncertainty of that.

@@ -250,7 +250,7 @@ fn identified(
         rows: problem.rows(&before, &misses, &trusted),
         observed: problem.observed.found(&before, &misses, &trusted),
         setups: problem.observed.set_up(estimate, &variance),
-        drift: problem.observed.drifts(problem.period, estimate, &variance),
+        drift: problem.observed.drifts(&problem.drift, estimate, &variance),
         thermal: changes(problem, estimate, &variance),
         components,
         errors: (*place.estimate.errors).clone(),

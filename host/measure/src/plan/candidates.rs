@@ -3,10 +3,13 @@
 use super::touch::{Probe, Touching};
 use super::touches::{Unreachable, touching};
 use crate::formats::artefact::Artefact;
+use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings};
+use crate::identify::Problem;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_model::parallel;
 
@@ -23,6 +26,8 @@ pub struct Setup<'a> {
     pub probe: Probe,
     /// Standard uncertainty of a coordinate of a probing (mm).
     pub sigma: f64,
+    /// What instruments read besides, as [`expected`](super::expected()).
+    pub observations: Option<&'a Observations>,
 }
 
 /// Positions that rotary axes and spindle may take (deg).
@@ -161,7 +166,21 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
 /// More candidates are not worth the time and memory; they are thinned out at random.
 const MANY: usize = 4000;
 
-impl Setup<'_> {
+impl<'a> Setup<'a> {
+    /// The equations of probings and of what instruments read besides. `base` is known of the machine.
+    pub(super) fn problem(
+        &self,
+        probings: &Probings,
+        parameters: &[Parameter],
+        base: &ErrorModel,
+    ) -> Problem<'a> {
+        let problem = Problem::new(self.machine, probings, self.artefact, parameters, base);
+        match self.observations {
+            Some(observations) => problem.with(observations),
+            None => problem,
+        }
+    }
+
     /// All reachable probings, and the first unreachable one with the reason.
     #[must_use]
     pub fn candidates(&self, allowed: &Allowed) -> (Probings, Option<(Probing, Unreachable)>) {

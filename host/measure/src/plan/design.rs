@@ -8,7 +8,7 @@ use super::judge::band;
 use super::order::{ordered, repeated};
 use super::touches::Unreachable;
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Foreseen, IdentifyError, Problem, Unknown};
+use crate::identify::{Foreseen, IdentifyError, Unknown};
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
@@ -87,6 +87,7 @@ pub(super) struct Choice {
     pub foreseen: Foreseen,
     /// Derivatives by the identifiable unknowns.
     rows: Vec<DMatrix<f64>>,
+    /// The same of what is there anyway: instruments and prior knowledge.
     fixed: DMatrix<f64>,
     /// The volumetric error for the uncertainty of these.
     pub band: Band,
@@ -110,13 +111,7 @@ impl Choice {
             });
         }
         let perfect = ErrorModel::perfect(setup.machine);
-        let problem = Problem::new(
-            setup.machine,
-            &candidates,
-            setup.artefact,
-            parameters,
-            &perfect,
-        );
+        let problem = setup.problem(&candidates, parameters, &perfect);
         let foreseen = problem
             .foresee(assumed)
             .map_err(|error| DesignError::TooFewPositions {

@@ -121,7 +121,7 @@ pub(super) fn judge_alone(
     })
 }
 
-/// The volumetric error after probings at these positions.
+/// The volumetric error after probings at these positions and what instruments read.
 pub(super) fn band(
     setup: &Setup<'_>,
     parameters: &[Parameter],
@@ -129,8 +129,10 @@ pub(super) fn band(
     assumed: &ErrorModel,
 ) -> Band {
     let axes = 0..setup.machine.axes.len();
+    let observed = setup.observations.map_or(&[][..], |o| &o.rows);
     let probed = axes.map(|i| {
         let positions = probings.rows.iter().map(|row| row.position[i]);
+        let positions = positions.chain(observed.iter().map(|row| row.position[i]));
         let low = positions.clone().fold(f64::INFINITY, f64::min);
         [low, positions.fold(f64::NEG_INFINITY, f64::max)]
     });

@@ -3,8 +3,9 @@
 use super::candidates::{Allowed, Setup};
 use super::touch::Probe;
 use crate::formats::artefact::{Artefact, Ball};
+use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Foreseen, Identified, IdentifyError, Problem, Unknown};
+use crate::identify::{Foreseen, Identified, IdentifyError, Unknown};
 use nalgebra::{DVector, Vector3};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
@@ -33,6 +34,7 @@ pub fn would_show(
     machine: &Machine,
     probings: &Probings,
     artefact: &Artefact,
+    observations: &Observations,
     base: &ErrorModel,
     identified: &Identified,
 ) -> Vec<Remedy> {
@@ -71,6 +73,7 @@ pub fn would_show(
             ..usual
         },
         sigma: identified.noise,
+        observations: Some(observations),
     };
     let assumed = &identified.errors;
     let parameters = &identified.looked_for;
@@ -107,8 +110,7 @@ pub(super) fn foreseen(
     strategy: &Probings,
     assumed: &ErrorModel,
 ) -> Result<Foreseen, IdentifyError> {
-    let problem = Problem::new(setup.machine, strategy, setup.artefact, parameters, base);
-    problem.foresee(assumed)
+    setup.problem(strategy, parameters, base).foresee(assumed)
 }
 
 /// For each unidentifiable parameter, the single probing with the largest effect of it, if that makes it
@@ -143,7 +145,7 @@ pub(super) fn remedies(
     if candidates.rows.is_empty() {
         return Vec::new();
     }
-    let problem = Problem::new(machine, &candidates, setup.artefact, parameters, base);
+    let problem = setup.problem(&candidates, parameters, base);
     let (equations, _) = problem.equations_at(assumed);
     let shown = |i: usize, hidden: &DVector<f64>| (&equations[i] * hidden).norm();
     let remedy = |unknown: Unknown, hidden: &DVector<f64>, indexed: bool| {

@@ -5,9 +5,7 @@ use super::touches::touching;
 use crate::formats::artefact::Artefact;
 use crate::formats::probe::Spherical;
 use crate::formats::probings::Probings;
-use crate::simulate::turned;
-use crate::simulate::{Disturbances, SimulateError, normal, three_linear};
-use nalgebra::Vector3;
+use crate::simulate::{Disturbances, SimulateError, drifted, normal, three_linear, turned};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::Situation;
@@ -47,7 +45,8 @@ pub fn simulated_touches(
         let missing = || SimulateError::NoPlace { ball: name.clone() };
         let (ball, _) = place(planned).ok_or_else(missing)?;
         let (_, centre) = place(artefact).ok_or_else(missing)?;
-        let centre = centre + Vector3::from(disturbances.drift) * (number as f64 / last);
+        let part = number as f64 / last;
+        let centre = centre + drifted(disturbances.drift, disturbances.drift_lag, part);
         let not_reached = || SimulateError::NotReached {
             line: row.line,
             ball: name.clone(),

@@ -26,7 +26,7 @@ pub fn compensated<E: From<SimulateError>>(
     disturbances: &Disturbances,
     mut corrections: impl FnMut(&[Probing]) -> Result<Vec<PerAxis>, E>,
 ) -> Result<Probings, E> {
-    let at = |off: &[PerAxis]| on_balls(kinematics, artefact, strategy, disturbances.drift, off);
+    let at = |off: &[PerAxis]| on_balls(kinematics, artefact, strategy, disturbances, off);
     let off = vec![[0.0; MAX_AXES]; strategy.rows.len()];
     let mut measured = settled(at(&off)?, |rows| at(&corrections(rows)?).map_err(E::from))?;
     disturb_all(kinematics.machine, &mut measured, disturbances);

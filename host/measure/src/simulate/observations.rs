@@ -1,6 +1,6 @@
 //! Simulated observations of any kind.
 
-use super::normal;
+use super::{drifted, normal};
 use crate::formats::observations::Observations;
 use crate::instrument::{Kind, Sample, turned};
 use nalgebra::Vector3;
@@ -16,6 +16,8 @@ pub struct OfObservations {
     pub noise: f64,
     /// Movement of every instrument from the first to the last time (mm, workpiece frame).
     pub drift: [f64; 3],
+    /// Time constant of that, as a part of the whole time; linear if it is 0.
+    pub drift_lag: f64,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -66,7 +68,7 @@ pub fn observations(
             Some(time) if span > 0.0 => (time - first) / span,
             _ => number as f64 / last,
         };
-        seen.point -= Vector3::from(disturbances.drift) * at;
+        seen.point -= drifted(disturbances.drift, disturbances.drift_lag, at);
         let instrument = setup.kind.instrument();
         row.value = instrument.reads(commanded, &settings[row.setup], &seen);
         let sigma = disturbances.noise * row.sigma.unwrap_or(0.0);

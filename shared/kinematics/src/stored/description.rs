@@ -52,4 +52,6 @@ pub enum Item {
     MotionPerKelvin([u8; 2], Kind, u8, f64),
     /// Number of points, and whether there are separate values after negative travel.
     Table([u8; 2], u32, bool),
+    /// Of the last sensor: the reading that it follows, and its lag (s). Without it, the reading of the same number at once.
+    Lag(u8, f64),
 }

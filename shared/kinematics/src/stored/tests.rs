@@ -68,9 +68,23 @@ impl Aligned {
     }
 }
 
+/// The second one follows the same reading as the first one, with a lag.
+const SENSORS: [Sensor; 2] = [
+    Sensor {
+        reading: 0,
+        reference: 20.0,
+        lag: 0.0,
+    },
+    Sensor {
+        reading: 0,
+        reference: 21.5,
+        lag: 218.0,
+    },
+];
+
 fn file() -> List<u8> {
     let machine = machine();
-    Stored::write("Mill", &machine, &errors(&machine), &[20.0, 21.5]).unwrap()
+    Stored::write("Mill", &machine, &errors(&machine), &SENSORS).unwrap()
 }
 
 fn refused(bytes: &[u8]) -> StoredError {
@@ -92,7 +106,7 @@ fn what_is_read_is_what_was_written() {
     let file = Aligned::new(&file());
     let stored = Stored::read(file.bytes()).unwrap();
     assert_eq!((stored.name, &stored.machine), ("Mill", &machine));
-    assert_eq!(&stored.references[..], [20.0, 21.5]);
+    assert_eq!(stored.sensors[..], SENSORS);
     let (a, b) = (
         Kinematics::new(&machine, &errors),
         Kinematics::new(&stored.machine, &stored.errors),

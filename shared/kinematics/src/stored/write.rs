@@ -2,12 +2,12 @@
 
 use super::description::{AxisEntry, Frame, Head, Item, Kind};
 use super::{HEADER, MAGIC, VERSION, checksum};
-use crate::{Branch, ErrorModel, Htm, Machine, Motion, ParameterKind, Stored};
+use crate::{Branch, ErrorModel, Htm, Machine, Motion, ParameterKind, Sensor, Stored};
 use serde::Serialize;
 use std::vec::Vec;
 
 impl Stored<'_> {
-    /// The file of a machine; `references` are the reference temperatures (°C) of its sensors.
+    /// The file of a machine; `sensors` are the temperatures on which its errors depend.
     ///
     /// `None` if a table or the whole exceeds the maximum size of a file, about four billion bytes.
     #[must_use]
@@ -15,9 +15,9 @@ impl Stored<'_> {
         name: &str,
         machine: &Machine,
         errors: &ErrorModel<P>,
-        references: &[f64],
+        sensors: &[Sensor],
     ) -> Option<Vec<u8>> {
-        let (items, points) = items(machine, errors, references)?;
+        let (items, points) = items(machine, errors, sensors)?;
         let head = Head {
             name,
             axes: u8::try_from(machine.axes.len()).ok()?,
@@ -76,9 +76,15 @@ fn put(file: &mut Vec<u8>, part: &impl Serialize) -> Option<()> {
 fn items<P: AsRef<[f64]>>(
     machine: &Machine,
     errors: &ErrorModel<P>,
-    references: &[f64],
+    sensors: &[Sensor],
 ) -> Option<(Vec<Item>, Vec<f64>)> {
-    let mut items: Vec<Item> = references.iter().copied().map(Item::Reference).collect();
+    let mut items: Vec<Item> = Vec::new();
+    for (number, sensor) in sensors.iter().enumerate() {
+        items.push(Item::Reference(sensor.reference));
+        if sensor.reading != number || sensor.lag != 0.0 {
+            items.push(Item::Lag(u8::try_from(sensor.reading).ok()?, sensor.lag));
+        }
+    }
     let mut points = Vec::new();
     let place = |index: usize, component: usize| [index as u8, component as u8];
     let n = machine.axes.len();

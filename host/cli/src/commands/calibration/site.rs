@@ -244,6 +244,7 @@ impl Errand<'_> {
             balls: self.strategy.balls.clone(),
             probe: self.touching.stated()?,
             sigma: 1e-3,
+            observations: None,
         })
     }
 

@@ -87,8 +87,11 @@ fn sentence(drift: &FoundDrift) -> String {
         0..3 => ("along", "µm", 1e3),
         _ => ("about", "µrad", 1e6),
     };
+    let course = (drift.lag).map_or(String::new(), |lag| {
+        format!(", with a time constant of {lag:.0} s")
+    });
     format!(
-        "{what} moved {way} {axis} by {:.2} ± {:.2} {unit} in {:.0} s",
+        "{what} moved {way} {axis} by {:.2} ± {:.2} {unit} in {:.0} s{course}",
         drift.value * factor,
         EXPANDED * drift.uncertainty * factor,
         drift.seconds
@@ -181,6 +184,9 @@ struct Drift<'a> {
     value: f64,
     standard_uncertainty: f64,
     over_s: f64,
+    /// If it approached its end exponentially.
+    time_constant_s: Option<f64>,
+    sentence: String,
 }
 
 /// Residuals in µm, or µrad for angles.
@@ -228,6 +234,8 @@ impl<'a> Observed<'a> {
             value: drift.value,
             standard_uncertainty: drift.uncertainty,
             over_s: drift.seconds,
+            time_constant_s: drift.lag,
+            sentence: sentence(drift),
         });
         let rows = all.rows.iter().zip(&identified.observed);
         let rows = rows.map(|(row, found)| {

@@ -6,7 +6,8 @@ use crate::commands::files::{self, MachineFiles};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_kinematics::Stored;
+use trueaxis_kinematics::{Sensor, Stored};
+use trueaxis_model::errors::Thermal;
 
 /// Write the file from which HAL simulates a machine with errors
 ///
@@ -33,6 +34,8 @@ struct Answer<'a> {
     machine: &'a str,
     axes: &'a str,
     bytes: usize,
+    /// The sensor of each temperature pin.
+    temperatures: Vec<&'a str>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -43,18 +46,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } = arguments;
     files::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
-    if let Some(lagging) = errors.sensors.iter().find(|s| s.lag > 0.0) {
-        return Err(BadInput::new(
-            format!(
-                "{}: `{}` has a lag, which a model cannot have",
-                files.errors.display(),
-                lagging.sensor
-            ),
-            "leave out lag_s: the model has the temperature of its pin at once",
-        ));
+    let sensors = &errors.sensors;
+    let mut names: Vec<&str> = Vec::new();
+    for sensor in sensors {
+        if !names.contains(&sensor.sensor.as_str()) {
+            names.push(&sensor.sensor);
+        }
     }
-    let references: Vec<f64> = errors.sensors.iter().map(|s| s.reference_celsius).collect();
-    let model = Stored::write(&machine.name, &machine, &errors, &references).ok_or_else(|| {
+    let followed = |sensor: &Thermal| names.iter().position(|name| *name == sensor.sensor);
+    let stored: Vec<Sensor> = (sensors.iter())
+        .map(|sensor| Sensor {
+            reading: followed(sensor).unwrap_or_default(),
+            reference: sensor.reference_celsius,
+            lag: sensor.lag,
+        })
+        .collect();
+    let model = Stored::write(&machine.name, &machine, &errors, &stored).ok_or_else(|| {
         BadInput::new(
             format!(
                 "{}: too many measured values for a model",
@@ -70,16 +77,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         machine: &machine.name,
         axes: &axes,
         bytes: model.len(),
+        temperatures: names.clone(),
     };
     if *json {
         files::print_json(&answer)?;
     } else {
         files::print(&format!(
-            "{}: {} with axes {axes}, {} bytes\n",
+            "{}: {} with axes {axes}, {} bytes{}\n",
             output.display(),
             machine.name,
-            model.len()
+            model.len(),
+            pins(&names)
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Which pin has which temperature, in words.
+fn pins(names: &[&str]) -> String {
+    let pins = names.iter().enumerate();
+    pins.map(|(number, name)| format!(", temperature-{number} is {name}"))
+        .collect()
 }

@@ -14,8 +14,8 @@ use trueaxis_model::kinematics::Kinematics;
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate observations machine.toml errors.toml --strategy bar-strategy.csv -o bar.csv\n\n\
-The strategy has the layout of the result; its readings are replaced. Instruments are where its lines with #\n\
-put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,length_mm,sigma_um\n  length,bar,150,0,-24,0,0,0,0.5"
+The strategy has the layout of the result, and needs no readings. Instruments are where its lines with #\n\
+put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,sigma_um\n  length,bar,150,0,-24,0,0,0.5"
 )]
 pub struct Observations {
     #[command(flatten)]
@@ -38,6 +38,9 @@ pub struct Observations {
         value_parser = finite
     )]
     drift: Vec<f64>,
+    /// Time constant with which the drift ends, as a part of the whole time (default: linear drift)
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = size, requires = "drift", hide_default_value = true)]
+    drift_lag: f64,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -51,10 +54,11 @@ impl Observations {
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
-        let strategy = files::read_observations(std::slice::from_ref(&self.strategy), &machine)?;
+        let strategy = files::read_instruments(std::slice::from_ref(&self.strategy), &machine)?;
         let disturbances = OfObservations {
             noise: self.noise,
             drift: drift.map(|v| v * 1e-3),
+            drift_lag: self.drift_lag,
             seed: self.seed,
         };
         let kinematics = Kinematics::new(&machine, &errors);
