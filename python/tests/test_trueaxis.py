@@ -186,6 +186,26 @@ class Alone(unittest.TestCase):
         # Tens of milliseconds without the lock; with it, this thread would have come back once or twice.
         self.assertGreater(ticks, 10)
 
+    def test_the_example_for_the_arena_is_scored(self):
+        with tempfile.TemporaryDirectory() as folder:
+            at = pathlib.Path(folder)
+            arena = [os.environ["ARENA"], "2"]
+            subprocess.run([*arena, "--export", at / "round"], check=True, capture_output=True)
+            example = ROOT / "python" / "examples" / "arena.py"
+            subprocess.run(
+                [sys.executable, example, at / "round", at / "mine"], check=True, capture_output=True
+            )
+            scored = subprocess.run(
+                [*arena, "--score", at / "mine"], check=True, capture_output=True, text=True
+            ).stdout
+        # The first table is of both machines: failed, worse than nothing, tip.
+        rows = [line.split("|") for line in scored.splitlines() if line.startswith("| ")]
+        none, mine = ([cell.strip() for cell in row] for row in rows[2:4])
+        self.assertEqual([none[1], mine[1]], ["none", "python"])
+        self.assertEqual(mine[2:4], ["0", "0"])
+        median = [float(row[4].split(" / ")[0]) for row in (none, mine)]
+        self.assertLess(median[1], median[0] / 10)
+
     def test_the_stubs_have_every_name(self):
         stubs = (pathlib.Path(trueaxis.__file__).parent / "__init__.pyi").read_text()
         for name in trueaxis.__all__:

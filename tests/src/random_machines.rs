@@ -78,7 +78,7 @@ pub fn case(seed: u64) -> Option<Case> {
 
 impl Fixed {
     /// One of `0..n`.
-    fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         ((u64::from(self.bits()) * n as u64) >> 32) as usize
     }
 

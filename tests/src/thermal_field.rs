@@ -68,6 +68,32 @@ pub struct Duty {
     pub hall: f64,
 }
 
+/// How much each part of the machine does of what it does here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts {
+    /// The spindle, which grows.
+    pub spindle: f64,
+    /// The head, which leans and moves away from the column.
+    pub head: f64,
+    /// The column, which rises.
+    pub column: f64,
+    /// Screws and scales of X and Z.
+    pub screws: f64,
+}
+
+impl Parts {
+    /// All of them the same.
+    #[must_use]
+    pub const fn all(effect: f64) -> Self {
+        Self {
+            spindle: effect,
+            head: effect,
+            column: effect,
+            screws: effect,
+        }
+    }
+}
+
 /// The machine at one time.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -140,12 +166,13 @@ impl State {
         })
     }
 
-    /// The errors of the machine now, in addition to `errors`.
+    /// The errors of the machine now, in addition to `errors`. `parts` multiplies what it does: 1, or that of another
+    /// machine of its kind.
     ///
     /// # Panics
     /// If the machine is not [`MACHINE`].
     #[must_use]
-    pub fn errors(&self, machine: &Machine, errors: &ErrorModel) -> ErrorModel {
+    pub fn errors(&self, machine: &Machine, errors: &ErrorModel, parts: &Parts) -> ErrorModel {
         let mut errors = errors.clone();
         let named = |name: &str| Parameter::parse(name).expect("a parameter");
         let mut add = |name: &str, value: f64| {
@@ -155,15 +182,18 @@ impl State {
         // The spindle grows out of its housing, towards -z; its front half counts fully, the rear half by a third.
         let growth = self.spindle.growth();
         let long = growth[7] - growth[2] + growth[2] / 3.0;
-        add("EZ0S", -long);
+        add("EZ0S", -long * parts.spindle);
         // The head leans away from the column as the spindle warms it, and rises with the column up to it.
         let front = self.column.celsius.iter().sum::<f64>() / self.column.celsius.len() as f64;
-        add("EA0Z", ALPHA * (front - self.rear) * 0.9 / 0.3 * 0.5);
+        add(
+            "EA0Z",
+            parts.head * ALPHA * (front - self.rear) * 0.9 / 0.3 * 0.5,
+        );
         add(
             "EY0S",
-            -0.35 * ALPHA * 1e3 * 0.12 * (self.spindle.celsius[0] - self.hall),
+            parts.head * -0.35 * ALPHA * 1e3 * 0.12 * (self.spindle.celsius[0] - self.hall),
         );
-        add("EZ0Z", self.column.growth()[9]);
+        add("EZ0Z", parts.column * self.column.growth()[9]);
         // Screws and scales: the table is where the field puts it, node by node.
         let rods = [('X', 0, &self.bed, -400.0), ('Z', 2, &self.column, -450.0)];
         for (letter, component, rod, first) in rods {
@@ -173,7 +203,10 @@ impl State {
             let at = (0..growth.len()).map(|i| first + 1e3 * NODE * i as f64);
             let table = Table {
                 at: at.collect(),
-                positive: growth.iter().map(|g| sign * (g - fixed) * 0.6).collect(),
+                positive: growth
+                    .iter()
+                    .map(|g| parts.screws * sign * (g - fixed) * 0.6)
+                    .collect(),
                 negative: None,
             };
             let index = machine.index(letter).expect("an axis");

@@ -1,7 +1,7 @@
 //! From temperatures and points measured on a machine that warms up to its drift in duty cycles that nobody has seen.
 
 use crate::Fixed;
-use crate::thermal_field::{Duty, MACHINE, SENSORS, STEP, State, duty_cycle, training};
+use crate::thermal_field::{Duty, MACHINE, Parts, SENSORS, STEP, State, duty_cycle, training};
 use nalgebra::Vector3;
 use std::fmt::Write;
 use trueaxis::Lag;
@@ -149,15 +149,26 @@ pub fn tip(
 /// Temperatures and points of four cycles.
 #[must_use]
 pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
+    let parts = Parts::all(measurement.effect);
+    measured_on(machine, &cold(machine), &parts, measurement)
+}
+
+/// The same of a machine with other errors when it is cold, and other effects of temperatures. `effect` is not used.
+#[must_use]
+pub fn measured_on(
+    machine: &Machine,
+    cold: &ErrorModel,
+    parts: &Parts,
+    measurement: &Measurement,
+) -> Files {
     let Measurement {
         hours,
         every,
         log: log_every,
-        effect,
         seed,
+        ..
     } = *measurement;
     let mut random = Fixed::new(seed);
-    let cold = cold(machine);
     let mut state = State::cold();
     let names: Vec<String> = SENSORS.iter().map(|s| format!("{s}_C")).collect();
     let mut log = format!("time_s,cycle,{}\n", names.join(","));
@@ -170,11 +181,7 @@ pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
                 let _ = writeln!(log, "{time},{cycle},{}", celsius.join(","));
             }
             if time % every == 0.0 {
-                let errors = if effect > 0.0 {
-                    state.errors(machine, &cold)
-                } else {
-                    cold.clone()
-                };
+                let errors = state.errors(machine, cold, parts);
                 for place in places() {
                     let mut p = tip(machine, &errors, &place, &Situation::default());
                     for value in p.iter_mut() {
@@ -213,32 +220,31 @@ pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
 pub fn learnt(machine: &Machine, files: &Files) -> (Identified, Warmed, String) {
     let log = temperatures::read(&files.temperatures).expect("temperatures");
     let observations = observations::read(&files.points, "points.csv", machine).expect("points");
-    learnt_from(machine, observations, &log)
+    learnt_from(machine, observations, &log).expect("an identification")
 }
 
 /// The same from what was read of files.
 ///
-/// # Panics
-/// If it cannot.
-#[must_use]
+/// # Errors
+/// Why it cannot.
 pub fn learnt_from(
     machine: &Machine,
     mut observations: Observations,
     log: &Temperatures,
-) -> (Identified, Warmed, String) {
+) -> Result<(Identified, Warmed, String), String> {
     let base = ErrorModel::perfect(machine);
     let model = MODEL.map(named);
     let (probings, artefact) = (Probings::default(), Artefact::default());
     let find = |observations: &Observations| {
         let problem = Problem::new(machine, &probings, &artefact, &model, &base);
         let problem = problem.with(observations);
-        let identified = identify(&problem, Options::default()).expect("identified");
-        (problem, identified)
+        let identified = identify(&problem, Options::default()).map_err(|e| e.to_string())?;
+        Ok::<_, String>((problem, identified))
     };
-    let (problem, identified) = find(&observations);
-    let warmed = thermal(&problem, &identified, log, &model).expect("temperatures");
+    let (problem, identified) = find(&observations)?;
+    let warmed = thermal(&problem, &identified, log, &model).map_err(|e| e.to_string())?;
     observations.thermal = Some(warmed.model.clone());
-    let (_, identified) = find(&observations);
+    let (_, identified) = find(&observations)?;
     let text = error_file(
         machine,
         &probings,
@@ -246,7 +252,7 @@ pub fn learnt_from(
         &identified,
         "covariance.csv",
     );
-    (identified, warmed, text)
+    Ok((identified, warmed, text))
 }
 
 /// Compares the drift of the machine in `count` random duty cycles of `hours` with what the identified errors say.
@@ -297,7 +303,7 @@ pub fn unseen(
                 *kelvin = f64::from(y).clamp(low, high);
             }
             if step % 30 == 0 {
-                let errors = state.errors(machine, &cold);
+                let errors = state.errors(machine, &cold, &Parts::all(1.0));
                 let at = |place: &[f64; 3]| {
                     let truth = tip(machine, &errors, place, &Situation::default());
                     let model = tip(machine, &identified.errors, place, &situation);

@@ -1,5 +1,6 @@
 //! `cargo xtask …`: all developer and CI commands.
 
+mod arena;
 mod bare;
 mod bench;
 mod bench_identify;
@@ -60,6 +61,9 @@ usage: cargo xtask COMMAND
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
+  arena [COUNT] [--seed N] [--page FOLDER|--check FOLDER|--export FOLDER|--score FOLDER]
+                                 ways of compensation on 200 machines with hidden errors: scores; their page; a
+                                 round for others, and scores of their answers
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
   generated [COUNT|bare-metal]   what `trueaxis generate` writes for every example, compiled with rustc, gcc and clang,
@@ -85,6 +89,7 @@ fn main() -> ExitCode {
     let result = match words[..] {
         ["test"] => test::run(false),
         ["test", "--all"] => test::run(true),
+        ["arena", ref options @ ..] => arena::execute(options),
         ["bare"] => bare::execute(),
         ["boards"] => boards::execute(),
         ["capi", ref parts @ ..] => capi::execute(parts),

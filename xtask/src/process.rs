@@ -36,7 +36,7 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     // Builds everything that the commands need from the workspace together: cargo selects the features of dependencies
     // by what is built, and with an example included they match `cargo test --workspace`. Otherwise half of them would
     // be built again.
-    let programs = ["trueaxis", "hil"].map(|name| ["--bin", name]);
+    let programs = ["trueaxis", "hil", ARENA].map(|name| ["--bin", name]);
     let examples = EXAMPLES.map(|name| ["--example", name]);
     run(cargo()
         .args(["build", "-q", "--workspace"])
@@ -53,6 +53,14 @@ const EXAMPLES: [&str; 4] = [
     "gcode_moves",
     "random-machines",
 ];
+
+/// The machines with hidden errors.
+const ARENA: &str = "trueaxis-arena";
+
+/// The arena, built by [`trueaxis`].
+pub fn arena() -> Command {
+    Command::new(target("debug").join(ARENA))
+}
 
 /// An example, built by [`trueaxis`].
 pub fn example(name: &str) -> Command {

@@ -1,6 +1,6 @@
 //! `cargo xtask python`: the wheel, built and tested beside the command in an environment of its own.
 
-use crate::process::{NOT_RUN, root, run, target, trueaxis, works};
+use crate::process::{NOT_RUN, arena, root, run, target, trueaxis, works};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -36,6 +36,7 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
     run(Command::new(&python)
         .arg(root().join("python/tests/test_trueaxis.py"))
         .env("TRUEAXIS", trueaxis()?)
+        .env("ARENA", arena().get_program())
         .current_dir(&folder))?;
     println!("{}", wheel.display());
     Ok(Some(wheel))

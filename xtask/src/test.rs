@@ -118,6 +118,10 @@ fn rest() -> Vec<Step> {
             "test -q -p trueaxis-reproduce --no-fail-fast",
         ),
         step("30 random machines", "xtask random-machines 30 --quick"),
+        step(
+            "a machine of each class of the arena",
+            "xtask arena 6 --check docs/src",
+        ),
         with(native, "RUSTFLAGS", "-C target-cpu=native"),
         step("the oldest supported compiler", "xtask oldest"),
         step("kinematics on the target", "xtask bare"),

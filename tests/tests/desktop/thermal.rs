@@ -91,7 +91,7 @@ fn coefficients_and_lags_that_the_model_contains_are_found_within_their_uncertai
             [situation, Situation::default()].map(|s| tip(&machine, &warm, &place, &s));
         row.value += hot - cold;
     }
-    let (identified, warmed, _) = learnt_from(&machine, observations, &log);
+    let (identified, warmed, _) = learnt_from(&machine, observations, &log).unwrap();
     let found = |name: &str, sensor: &str| {
         let is_it = |c: &&FoundChange| {
             let input = &warmed.model.inputs[c.input];
