@@ -48,7 +48,7 @@ fuzz_target!(|data: &[u8]| {
         }
         4 => {
             if let Ok(parameters) = Parameters::read_etalon(text) {
-                drop(parameters.motion(&MACHINE));
+                drop(parameters.motions(&MACHINE));
             }
         }
         5 => drop(observations::read(text, "fuzz.csv", &MACHINE)),

@@ -466,6 +466,9 @@ async function flashes(browser, kind) {
     line.destroy();
     // The command finds in the board what it would write.
     writeFileSync(join(where, "machine.trax"), await bytes(tab, "machine.trax"));
+    // QEMU listens again a moment after the last connection has ended.
+    (await dial(number)).destroy();
+    await new Promise((resolve) => setTimeout(resolve, 500));
     const { status, stdout, stderr } = native(where, ["flash", "machine.trax", "--port", `tcp:127.0.0.1:${number}`, "--json"]);
     if (status !== 0 || !JSON.parse(stdout).already) fault(`the board has other tables: ${stdout}${stderr}`);
   } finally {

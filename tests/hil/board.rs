@@ -25,9 +25,18 @@ pub struct Setup<'c> {
 }
 
 impl Setup<'_> {
-    /// Runs `trueaxis WORDS`.
+    /// Runs `trueaxis WORDS`. QEMU does not listen for a moment after a connection has ended: a command that finds nobody
+    /// is run again.
     pub fn trueaxis(&self, words: &[&str]) -> Result<Output, Failure> {
-        Ok(Command::new(&self.command).args(words).output()?)
+        let end = Instant::now() + Duration::from_secs(5);
+        loop {
+            let output = Command::new(&self.command).args(words).output()?;
+            let is_refused = String::from_utf8_lossy(&output.stderr).contains("Connection refused");
+            if !is_refused || Instant::now() > end {
+                return Ok(output);
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
     }
 
     /// Runs `trueaxis WORDS`, which must succeed.
@@ -106,15 +115,8 @@ impl Board<'_> {
             .stderr(log("qemu.txt")?)
             .spawn()?;
         self.running = Some(child);
-        let end = Instant::now() + Duration::from_secs(20);
         // A connection without data does no harm, and is closed at once.
-        while Tcp::open(&self.address()).is_err() {
-            if Instant::now() > end {
-                return Err("QEMU does not open its port".into());
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        Ok(())
+        self.dial(Duration::from_secs(20)).map(drop)
     }
 
     /// Cuts the power.
@@ -137,7 +139,19 @@ impl Board<'_> {
 
     /// A raw line to it, without the link protocol.
     pub fn line(&self) -> Result<Tcp, Failure> {
-        Ok(Tcp::open(&self.address())?)
+        self.dial(Duration::from_secs(5))
+    }
+
+    /// Connects as soon as QEMU listens.
+    fn dial(&self, patience: Duration) -> Result<Tcp, Failure> {
+        let end = Instant::now() + patience;
+        loop {
+            match Tcp::open(&self.address()) {
+                Err(error) if Instant::now() > end => return Err(error.into()),
+                Err(_) => std::thread::sleep(Duration::from_millis(5)),
+                Ok(line) => return Ok(line),
+            }
+        }
     }
 
     /// Opens the link.
