@@ -51,21 +51,9 @@ impl Set {
     /// The document's list, with the indices of the tilting and the turning axis on its own machine.
     fn listed(self) -> Result<(Probings, [usize; 2]), FileError> {
         let (machine, text, tilts) = match self {
-            Self::ChaseTheBall => (
-                KOLIBRI,
-                include_str!("../../../../examples/kolibri/validation.csv"),
-                'A',
-            ),
-            Self::Rumba => (
-                KOLIBRI,
-                include_str!("../../../../examples/kolibri/strategy.csv"),
-                'A',
-            ),
-            Self::Samba => (
-                HU40,
-                include_str!("../../../../examples/hu40/strategy.csv"),
-                'B',
-            ),
+            Self::ChaseTheBall => (KOLIBRI, include_str!("sets/kolibri-validation.csv"), 'A'),
+            Self::Rumba => (KOLIBRI, include_str!("sets/kolibri-strategy.csv"), 'A'),
+            Self::Samba => (HU40, include_str!("sets/hu40-strategy.csv"), 'B'),
         };
         let machine = Machine::from_toml(machine)?;
         let listed = probings::read(text, &machine, false)?;
@@ -74,8 +62,9 @@ impl Set {
     }
 }
 
-const KOLIBRI: &str = include_str!("../../../../examples/kolibri/machine.toml");
-const HU40: &str = include_str!("../../../../examples/hu40/machine.toml");
+// Links, because a published crate has no other folders than its own.
+const KOLIBRI: &str = include_str!("sets/kolibri-machine.toml");
+const HU40: &str = include_str!("sets/hu40-machine.toml");
 
 impl fmt::Display for Set {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
