@@ -9,9 +9,7 @@ use trueaxis_controllers::height_map::HeightMap;
 use trueaxis_controllers::isg::Parameters;
 use trueaxis_controllers::klipper::{bed_mesh, twist};
 use trueaxis_controllers::reprapfirmware;
-use trueaxis_measure::formats::{
-    displacements, observations, probings, radii, runs, temperatures,
-};
+use trueaxis_measure::formats::{displacements, observations, probings, radii, runs, temperatures};
 use trueaxis_model::machine::Machine;
 
 static MACHINE: LazyLock<Machine> = LazyLock::new(|| {
