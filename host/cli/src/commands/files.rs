@@ -17,6 +17,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 use trueaxis_report as report;
+use trueaxis_report::picture::Picture;
 
 /// A text file with its name.
 pub struct Text {
@@ -269,6 +270,24 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })
+}
+
+/// Writes pictures into a folder, which is made if it is missing: each into its own file.
+pub fn write_pictures(
+    folder: &Path,
+    pictures: impl IntoIterator<Item = (String, Picture)>,
+) -> Result<(), BadInput> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        BadInput::new(
+            format!("{} cannot be made: {error}", folder.display()),
+            "give a folder that can be written to",
+        )
+    })?;
+    for (name, picture) in pictures {
+        let path = folder.join(format!("{name}.svg"));
+        write(&path, picture.file().as_bytes())?;
+    }
+    Ok(())
 }
 
 /// Writes to standard output. A reader that has closed the pipe is not an error.

@@ -5,7 +5,7 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trueaxis_measure::direct::iso230_3::{Analysis, Displacements, Drift, Test, Unit, analysis};
 use trueaxis_measure::formats::displacements;
 use trueaxis_report::picture::{Chart, Ink, Mark, Picture, Scale, Series};
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let at: Vec<f64> = arguments.at.iter().map(|m| first + m * 60.0).collect();
     let found = analysis(&measured, &at);
     if let Some(folder) = &arguments.pictures {
-        pictures(folder, &measured, &found)?;
+        files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
         true => files::print_json(&Answer::new(&measured, &found, &arguments.at))?,
@@ -134,14 +134,9 @@ fn screen(name: &str, measured: &Displacements, found: &[Analysis], at: &[f64]) 
     text
 }
 
-/// Writes the courses of what has the same unit, each into its own file.
-fn pictures(folder: &Path, measured: &Displacements, found: &[Analysis]) -> Result<(), BadInput> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        BadInput::new(
-            format!("{} cannot be made: {error}", folder.display()),
-            "give a folder that can be written to",
-        )
-    })?;
+/// The courses of what has the same unit in a picture, with its name.
+fn pictures(measured: &Displacements, found: &[Analysis]) -> Vec<(String, Picture)> {
+    let mut pictures = Vec::new();
     for analysis in found {
         for (unit, what) in [
             (Unit::Length, "displacement"),
@@ -159,11 +154,10 @@ fn pictures(folder: &Path, measured: &Displacements, found: &[Analysis]) -> Resu
                 Some(position) => format!("{what}-at-{position}"),
                 None => what.to_owned(),
             };
-            let path = folder.join(format!("{name}.svg"));
-            files::write(&path, picture(measured, what, &drifts).file().as_bytes())?;
+            pictures.push((name, picture(measured, what, &drifts)));
         }
     }
-    Ok(())
+    pictures
 }
 
 /// Courses over time.

@@ -5,7 +5,7 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trueaxis_measure::direct::iso230_3::Unit;
 use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns};
 use trueaxis_measure::formats::revolutions;
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let measured = revolutions::read(&text.text).map_err(|error| text.bad(error))?;
     let found = measured.error_motions();
     if let Some(folder) = &arguments.pictures {
-        pictures(folder, &measured, &found)?;
+        files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
         true => files::print_json(&Answer::new(&measured, &found))?,
@@ -85,24 +85,13 @@ fn screen(name: &str, measured: &Turns, found: &[ErrorMotion]) -> String {
     text
 }
 
-/// Writes a polar plot of each error motion.
-fn pictures(folder: &Path, measured: &Turns, found: &[ErrorMotion]) -> Result<(), BadInput> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        BadInput::new(
-            format!("{} cannot be made: {error}", folder.display()),
-            "give a folder that can be written to",
-        )
-    })?;
-    for motion in found {
-        let name = motion
-            .name
-            .replace(", ", "-")
-            .replace(' ', "-")
-            .to_lowercase();
-        let path = folder.join(format!("{name}.svg"));
-        files::write(&path, picture(measured, motion).file().as_bytes())?;
-    }
-    Ok(())
+/// A polar plot of each error motion, with its name.
+fn pictures(measured: &Turns, found: &[ErrorMotion]) -> Vec<(String, Picture)> {
+    let one = |motion: &ErrorMotion| {
+        let name = motion.name.replace(", ", "-").replace(' ', "-");
+        (name.to_lowercase(), picture(measured, motion))
+    };
+    found.iter().map(one).collect()
 }
 
 /// All turns, and their mean.

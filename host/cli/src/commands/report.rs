@@ -245,7 +245,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         write_page(output, &report, &model)?;
     }
     if let Some(folder) = &arguments.pictures {
-        write_pictures(folder, &report)?;
+        files::write_pictures(folder, report::pictures(&report))?;
     }
     match arguments.json {
         true => files::print_json(&report)?,
@@ -270,21 +270,6 @@ fn made(page: Result<String, impl std::fmt::Display>) -> Result<String, BadInput
             "this is a mistake of trueaxis: please report it; --json writes the figures",
         )
     })
-}
-
-/// Writes the pictures of a report, each into its own file.
-fn write_pictures(folder: &Path, report: &Report) -> Result<(), BadInput> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        BadInput::new(
-            format!("{} cannot be made: {error}", folder.display()),
-            "give a folder that can be written to",
-        )
-    })?;
-    for (name, picture) in report::pictures(report) {
-        let path = folder.join(format!("{name}.svg"));
-        files::write(&path, picture.file().as_bytes())?;
-    }
-    Ok(())
 }
 
 fn load<'a>(bytes: &'a AlignedBlob, path: &Path) -> Result<Runtime<'a>, BadInput> {
