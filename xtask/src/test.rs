@@ -102,7 +102,7 @@ fn rest() -> Vec<Step> {
         ),
         step("runtime without features", "test -q -p trueaxis"),
         step(
-            "kinematics with the sine of libm",
+            "kinematics without features",
             "test -q -p trueaxis-kinematics",
         ),
         step(
