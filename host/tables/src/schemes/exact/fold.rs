@@ -4,45 +4,11 @@
 //! resulting tables are multiples of each other, or that one is a product of others.
 
 use super::basis::Basis;
-use super::core::merges;
+use super::edit::{Edit, Uses};
 use super::generators::Generator;
 use super::prune::{Spare, peak_with};
-use super::structure::{Function, Merged, Structure, Term};
+use super::structure::{Function, Merged, Structure};
 use super::variables::Variable;
-use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
-use std::collections::BTreeMap;
-
-/// The function of each variable in a term.
-type Parts = BTreeMap<usize, Part>;
-
-/// A function of one variable.
-struct Part {
-    /// Coefficients over the variable's basis.
-    coefficients: Vec<f64>,
-    /// Its values at nodes.
-    values: Vec<f64>,
-}
-
-impl Part {
-    fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
-        let values = basis.at_nodes(&coefficients);
-        Self {
-            coefficients,
-            values,
-        }
-    }
-
-    fn constant(basis: &Basis) -> Self {
-        Self::new(unit(0, basis.len()), basis)
-    }
-}
-
-/// One function, with its term's weight, is nearly a multiple of another: the factor, and the largest change if one
-/// replaces the other.
-struct Multiple {
-    weight: f64,
-    error: f64,
-}
 
 /// Tables of one variable, and the values of their product at the nodes.
 struct Product {
@@ -50,89 +16,20 @@ struct Product {
     values: Vec<f64>,
 }
 
-/// Merged tables: values at nodes, and peaks.
+/// Merged tables: values at nodes, peaks, and the places and peaks of the terms that use them.
 struct Known {
     values: Vec<Vec<f64>>,
     peaks: Vec<f64>,
-}
-
-/// A cheaper structure, and its change of each output.
-struct Cheaper {
-    errors: Vec<(usize, f64)>,
-    structure: Structure,
-}
-
-impl Cheaper {
-    fn error(&self) -> f64 {
-        largest(self.errors.iter().map(|(_, error)| *error))
-    }
-
-    /// True if no better one is known and its changes fit into the spare tolerance.
-    fn is_wanted(best: Option<&Self>, errors: &[(usize, f64)], spare: &Spare) -> bool {
-        let error = largest(errors.iter().map(|(_, error)| *error));
-        best.is_none_or(|best| error < best.error()) && spare.has_all(errors)
-    }
+    users: Vec<Vec<(usize, f64)>>,
 }
 
 impl Structure {
     /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples or products
     /// of others, as long as that is cheaper and fits into the spare tolerance.
     pub fn fold(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
-        while self.fold_once(variables, bases, spare) {}
+        self.add_up(variables, bases, spare);
         while self.share_once(variables, bases, spare) {}
         while self.split_once(variables, bases, spare) {}
-    }
-
-    /// Estimated instructions. Assumes that tables with peaks will be cubic.
-    pub fn cost(&self, variables: &[Variable]) -> f64 {
-        let beyond = |t: &Term| t.factors.len().saturating_sub(2);
-        let factors: usize = self.terms.iter().map(beyond).sum();
-        let table = |(v, _): (usize, Function)| match variables[v].peaks.is_empty() {
-            true => LINEAR_TABLE,
-            false => CUBIC_TABLE,
-        };
-        let tables: f64 = self.tables().into_iter().map(table).sum();
-        TERM * self.terms.len() as f64 + tables + FACTOR * factors as f64
-    }
-
-    /// True if it takes fewer instructions and no more tables, which are scarce on a target.
-    fn is_cheaper(&self, than: &Self, variables: &[Variable]) -> bool {
-        self.cost(variables) < than.cost(variables) && self.count() <= than.count()
-    }
-
-    /// Adds up the two terms with the smallest change, if that is cheaper.
-    fn fold_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
-        let parts: Vec<Option<Parts>> = (self.terms.iter())
-            .map(|term| self.parts(term, bases))
-            .collect();
-        let mut best: Option<Cheaper> = None;
-        for (i, one) in self.terms.iter().enumerate() {
-            for (j, other) in self.terms.iter().enumerate() {
-                let (Some(of_one), Some(of_other)) = (&parts[i], &parts[j]) else {
-                    continue;
-                };
-                if i == j || one.output != other.output {
-                    continue;
-                }
-                for (v, multiple) in along(of_one, of_other, other.weight, variables, bases) {
-                    let errors = vec![(one.output, multiple.error)];
-                    if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
-                        continue;
-                    }
-                    let sum = added(of_one, of_other, v, one.weight, multiple.weight, bases);
-                    let mut with = self.clone();
-                    with.put(i, of_one, v, sum, bases);
-                    with.terms.remove(j);
-                    if with.is_cheaper(self, variables) {
-                        best = Some(Cheaper {
-                            errors,
-                            structure: with,
-                        });
-                    }
-                }
-            }
-        }
-        self.settle(best, spare)
     }
 
     /// Replaces a merged table by a multiple of another one, choosing the smallest change.
@@ -144,14 +41,14 @@ impl Structure {
             _ => None,
         };
         let used: Vec<(usize, usize)> = tables.iter().filter_map(merged).collect();
-        let mut best: Option<Cheaper> = None;
+        let (uses, mut best) = (Uses::new(self), None);
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
                 let product = Product {
                     factors: vec![(v, Function::Merged(kept))],
                     values: known.values[kept].clone(),
                 };
-                let tables = (variables, bases, &known);
+                let tables = (variables, &known, &uses);
                 self.consider(&mut best, (v, gone), &product, tables, spare);
             }
         }
@@ -162,7 +59,7 @@ impl Structure {
     fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
         let known = self.known(bases);
-        let mut best: Option<Cheaper> = None;
+        let (uses, mut best) = (Uses::new(self), None);
         for &(v, whole) in &tables {
             let Function::Merged(gone) = whole else {
                 continue;
@@ -185,7 +82,7 @@ impl Structure {
                         factors: vec![generator, (w, kept)],
                         values: other.iter().zip(&by).map(|(a, by)| a * by).collect(),
                     };
-                    let tables = (variables, bases, &known);
+                    let tables = (variables, &known, &uses);
                     self.consider(&mut best, (v, gone), &product, tables, spare);
                 }
             }
@@ -193,25 +90,30 @@ impl Structure {
         self.settle(best, spare)
     }
 
-    /// Replaces a merged table by the nearest multiple of a product. Keeps the result if it is cheaper, fits into
-    /// the spare tolerance and changes less than the best so far.
+    /// Replaces a merged table by the nearest multiple of a product. Keeps the edit if it is cheaper, fits into the
+    /// spare tolerance and changes less than the best so far.
     fn consider(
         &self,
-        best: &mut Option<Cheaper>,
+        best: &mut Option<Edit>,
         (v, gone): (usize, usize),
         product: &Product,
-        (variables, bases, known): (&[Variable], &[Basis], &Known),
+        (variables, known, uses): (&[Variable], &Known, &Uses),
         spare: &Spare,
     ) {
         let (weight, rest) = nearest(&product.values, &known.values[gone]);
-        let errors = self.errors(v, gone, rest, bases, known);
-        if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
+        let part = rest / known.peaks[gone];
+        let users = &known.users[gone];
+        let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * part);
+        let errors: Vec<(usize, f64)> = users.iter().map(error).collect();
+        if !Edit::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
-        let mut with = self.clone();
-        for term in &mut with.terms {
+        let table = (v, Function::Merged(gone));
+        let mut terms = Vec::new();
+        for &(place, _) in users {
+            let mut term = self.terms[place].clone();
             for factor in std::mem::take(&mut term.factors) {
-                if factor == (v, Function::Merged(gone)) {
+                if factor == table {
                     term.weight *= weight;
                     term.factors.extend(&product.factors);
                 } else {
@@ -221,172 +123,65 @@ impl Structure {
             if term.factors.len() > trueaxis::FACTORS {
                 return;
             }
+            terms.push((place, Some(term)));
         }
-        if with.is_cheaper(self, variables) {
-            *best = Some(Cheaper {
-                errors,
-                structure: with,
-            });
-        }
-    }
-
-    /// Adopts the best candidate, if any.
-    fn settle(&mut self, best: Option<Cheaper>, spare: &mut Spare) -> bool {
-        let Some(best) = best else {
-            return false;
+        let edit = Edit {
+            errors,
+            terms,
+            merged: None,
         };
-        for (output, error) in best.errors {
-            spare.take(output, error);
+        if self.is_cheaper_with(&edit, uses, variables) {
+            *best = Some(edit);
         }
-        *self = best.structure;
-        true
     }
 
-    /// The change in each term that uses a table, if that table changes by the given amount.
-    fn errors(
-        &self,
-        v: usize,
-        id: usize,
-        wrong: f64,
-        bases: &[Basis],
-        known: &Known,
-    ) -> Vec<(usize, f64)> {
-        let table = (v, Function::Merged(id));
-        let part = wrong / known.peaks[id];
-        let users = self.terms.iter().filter(|t| t.factors.contains(&table));
-        users
-            .map(|t| (t.output, peak_with(t, bases, |id| known.peaks[id]) * part))
-            .collect()
+    /// Makes the best edit, if any.
+    fn settle(&mut self, best: Option<Edit>, spare: &mut Spare) -> bool {
+        let found = best.is_some();
+        if let Some(edit) = best {
+            self.make(edit, spare);
+        }
+        found
     }
 
-    /// Values of merged tables at the nodes.
     fn known(&self, bases: &[Basis]) -> Known {
         let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
         let values: Vec<Vec<f64>> = self.merged.iter().map(at_nodes).collect();
+        let peaks: Vec<f64> = values.iter().map(|v| largest(v.iter().copied())).collect();
+        let mut users = vec![Vec::new(); self.merged.len()];
+        for (place, term) in self.terms.iter().enumerate() {
+            let peak = peak_with(term, bases, |id| peaks[id]);
+            for (i, (_, function)) in term.factors.iter().enumerate() {
+                let again = term.factors[..i].iter().any(|(_, f)| f == function);
+                if let (Function::Merged(id), false) = (function, again) {
+                    users[*id].push((place, peak));
+                }
+            }
+        }
         Known {
-            peaks: values.iter().map(|v| largest(v.iter().copied())).collect(),
             values,
+            peaks,
+            users,
         }
     }
 
     /// A function as coefficients over its variable's basis.
-    fn coefficients(&self, v: usize, function: Function, bases: &[Basis]) -> Option<Vec<f64>> {
+    pub(super) fn coefficients(
+        &self,
+        v: usize,
+        function: Function,
+        bases: &[Basis],
+    ) -> Option<Vec<f64>> {
         match function {
             Function::Merged(id) => Some(self.merged[id].coefficients.clone()),
             Function::Numeric(k) => Some(unit(k, bases[v].len())),
             Function::Generator(_) | Function::Sign => None,
         }
     }
-
-    /// The function of each variable; `None` if the bases do not contain all of them.
-    fn parts(&self, term: &Term, bases: &[Basis]) -> Option<Parts> {
-        let mut parts = Parts::new();
-        let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
-        for &(v, function) in &term.factors {
-            match function {
-                Function::Generator(g) => generators.entry(v).or_default().push(g),
-                Function::Sign => {
-                    parts.insert(v, Part::new(unit(1, bases[v].len()), &bases[v]));
-                }
-                _ => {
-                    let coefficients = self.coefficients(v, function, bases)?;
-                    let part = Part::new(coefficients, &bases[v]);
-                    if parts.insert(v, part).is_some() {
-                        return None;
-                    }
-                }
-            }
-        }
-        for (v, mut product) in generators {
-            product.sort_unstable();
-            let is_it = |known: &Vec<Generator>| {
-                let mut known = known.clone();
-                known.sort_unstable();
-                known == product
-            };
-            let k = bases[v].products.iter().position(is_it)?;
-            let part = Part::new(unit(k, bases[v].len()), &bases[v]);
-            if parts.insert(v, part).is_some() {
-                return None;
-            }
-        }
-        Some(parts)
-    }
-
-    /// Replaces a term by parts, with `sum` along variable `v`.
-    fn put(&mut self, i: usize, parts: &Parts, v: usize, sum: Vec<f64>, bases: &[Basis]) {
-        let generators = &bases[v].products;
-        let mut factors = self.terms[i].factors.clone();
-        factors.retain(|(w, _)| *w != v);
-        let only = |k: usize| sum.iter().enumerate().all(|(i, c)| i == k || *c == 0.0);
-        self.terms[i].weight = if let Some(k) = (0..generators.len()).find(|k| only(*k)) {
-            factors.extend(generators[k].iter().map(|g| (v, Function::Generator(*g))));
-            sum[k]
-        } else {
-            let others: f64 = (parts.iter().filter(|(w, _)| **w != v))
-                .map(|(_, part)| largest(part.values.iter().copied()))
-                .product();
-            let (id, weight) = self.merge(v, sum, bases, others);
-            factors.push((v, Function::Merged(id)));
-            weight
-        };
-        self.terms[i].factors = factors;
-    }
-}
-
-/// The variables along which `other`, with its weight, can be added to `one`, because the two are nearly
-/// proportional in all other variables.
-fn along(
-    one: &Parts,
-    other: &Parts,
-    weight_of_other: f64,
-    variables: &[Variable],
-    bases: &[Basis],
-) -> Vec<(usize, Multiple)> {
-    let mut all: Vec<usize> = one.keys().chain(other.keys()).copied().collect();
-    all.sort_unstable();
-    all.dedup();
-    // For each variable: the ratio of `other`'s part to `one`'s, the residual, and its peak.
-    let compared: Vec<(usize, f64, f64, f64)> = all
-        .into_iter()
-        .map(|v| {
-            let constant = Part::constant(&bases[v]);
-            let [a, b] = [one, other].map(|parts| &parts.get(&v).unwrap_or(&constant).values);
-            let (weight, rest) = nearest(a, b);
-            (v, weight, rest, largest(b.iter().copied()))
-        })
-        .collect();
-    let whole: f64 = compared.iter().map(|c| c.3).product::<f64>() * weight_of_other.abs();
-    (compared.iter())
-        .filter(|(v, ..)| merges(&variables[*v].kind))
-        .map(|&(v, ..)| {
-            let elsewhere = || compared.iter().filter(move |c| c.0 != v);
-            let weight = weight_of_other * elsewhere().map(|c| c.1).product::<f64>();
-            let error = elsewhere().map(|c| whole * c.2 / c.3).sum();
-            (v, Multiple { weight, error })
-        })
-        .collect()
-}
-
-/// The sum of two terms' functions of a variable.
-fn added(
-    one: &Parts,
-    other: &Parts,
-    v: usize,
-    weight_of_one: f64,
-    weight_of_other: f64,
-    bases: &[Basis],
-) -> Vec<f64> {
-    let constant = Part::constant(&bases[v]);
-    let [a, b] = [one, other].map(|parts| &parts.get(&v).unwrap_or(&constant).coefficients);
-    let pairs = a.iter().zip(b);
-    pairs
-        .map(|(a, b)| weight_of_one * a + weight_of_other * b)
-        .collect()
 }
 
 /// The factor by which `a` best approximates `b`, and the residual.
-fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
+pub(super) fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
     let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let square: f64 = a.iter().map(|a| a * a).sum();
     let weight = if square > 0.0 { along / square } else { 0.0 };
@@ -394,12 +189,12 @@ fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
     (weight, rest)
 }
 
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// The coefficients of function `k` alone.
-fn unit(k: usize, count: usize) -> Vec<f64> {
+pub(super) fn unit(k: usize, count: usize) -> Vec<f64> {
     let mut coefficients = vec![0.0; count];
     coefficients[k] = 1.0;
     coefficients
@@ -408,6 +203,7 @@ fn unit(k: usize, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::specimen::{errors, with_rotary};
+    use super::super::structure::Term;
     use super::super::variables::variables;
     use super::*;
     use trueaxis_model::kinematics::Kinematics;

@@ -222,15 +222,18 @@ impl<'a> Search<'a> {
         } else {
             &SHARES[SHARES.len() - 2..]
         };
-        let mut last = None;
+        let mut last: Option<Tried> = None;
         for &share in shares {
             let next = self.attempt(tolerance, share, pairs)?;
             if self.finish(tolerance, &next, false)? {
                 return Ok(true);
             }
+            // What remains has another cause than what was left out.
+            let before = last.map_or(f64::INFINITY, |last| last.error);
+            let is_stuck = next.error > CUT * share && next.error > STUCK * before;
             let is_full = next.attempt.is_full;
             last = Some(next);
-            if is_full {
+            if is_full || is_stuck {
                 break;
             }
         }

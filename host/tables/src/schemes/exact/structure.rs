@@ -120,36 +120,39 @@ impl Structure {
         bases: &[Basis],
         others: f64,
     ) -> (usize, f64) {
-        let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
-        for (id, known) in self
-            .merged
-            .iter()
-            .enumerate()
-            .filter(|(_, m)| m.variable == variable)
-        {
-            let along: f64 = known
-                .coefficients
-                .iter()
-                .zip(&coefficients)
-                .map(|(a, b)| a * b)
-                .sum();
-            let weight = along / norm(&known.coefficients);
-            let rest: f64 = known
-                .coefficients
-                .iter()
-                .zip(&coefficients)
-                .zip(&bases[variable].peaks)
-                .map(|((a, b), peak)| (b - weight * a).abs() * peak)
-                .sum();
-            if rest * others < SAME {
-                return (id, weight);
-            }
+        if let Some(known) = self.multiple(0, variable, &coefficients, bases, others) {
+            return known;
         }
         self.merged.push(Merged {
             variable,
             coefficients,
         });
         (self.merged.len() - 1, 1.0)
+    }
+
+    /// The first merged table from number `first` on that is proportional to these coefficients, and the weight to use
+    /// with it.
+    pub(crate) fn multiple(
+        &self,
+        first: usize,
+        variable: usize,
+        coefficients: &[f64],
+        bases: &[Basis],
+        others: f64,
+    ) -> Option<(usize, f64)> {
+        let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
+        let same = self.merged.iter().enumerate().skip(first);
+        let mut same = same.filter(|(_, m)| m.variable == variable);
+        same.find_map(|(id, known)| {
+            let both = || known.coefficients.iter().zip(coefficients);
+            let along: f64 = both().map(|(a, b)| a * b).sum();
+            let weight = along / norm(&known.coefficients);
+            let rest: f64 = both()
+                .zip(&bases[variable].peaks)
+                .map(|((a, b), peak)| (b - weight * a).abs() * peak)
+                .sum();
+            (rest * others < SAME).then_some((id, weight))
+        })
     }
 
     /// The number of tables.
