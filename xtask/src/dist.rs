@@ -1,5 +1,7 @@
-//! `cargo xtask dist`: what a release consists of, in `target/release-VERSION`, with checksums and a list of components;
-//! the packages unpacked in a bare root and run there.
+//! `cargo xtask dist`: what a release consists of, in `target/release-VERSION`, with checksums and a list of components.
+//! Each part does its main job where there is nothing else: programs and the C library in a bare root, the component in
+//! LinuxCNC, the wheel in an environment of its own, the page in browsers. Of the firmware, QEMU runs the same source,
+//! built for the part that it has (`cargo xtask hil`).
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
 use crate::{capi, cross, files, hil, linuxcnc, packages, python, web};
@@ -34,17 +36,22 @@ pub fn execute() -> Result<(), String> {
     let library = library_package(&folder)?;
     let component = linuxcnc::package()?;
     files::copy(&component, &in_folder(&folder, &component))?;
-    files::copy(
-        &web::build()?,
-        &folder.join(format!("trueaxis-{VERSION}.html")),
-    )?;
-    if let Some(wheel) = python::execute()? {
-        files::copy(&wheel, &in_folder(&folder, &wheel))?;
+    let page = folder.join(format!("trueaxis-{VERSION}.html"));
+    files::copy(&web::build()?, &page)?;
+    let wheel = python::execute()?;
+    if let Some(wheel) = &wheel {
+        files::copy(wheel, &in_folder(&folder, wheel))?;
     }
     images(&folder)?;
     components(&folder)?;
-    runs_in_a_bare_root(&command)?;
+    compiles_in_a_bare_root(&program)?;
+    compiles_in_a_bare_root(&command)?;
     links_in_a_bare_root(&library)?;
+    linuxcnc::package_corrects(&component)?;
+    if let Some(wheel) = &wheel {
+        python::alone(wheel, &EXAMPLE)?;
+    }
+    web::check(&page)?;
     sums(&folder)?;
     println!("the release is in {}", folder.display());
     Ok(())
@@ -174,10 +181,16 @@ fn sums(folder: &Path) -> Result<(), String> {
     files::write(&folder.join("SHA256SUMS"), text)
 }
 
-/// Unpacks a package into an empty folder, with the example.
-fn bare_root(package: &Path, name: &str) -> Result<PathBuf, String> {
-    let bare = fresh(name)?;
-    run(Command::new("dpkg-deb").arg("-x").args([package, &bare]))?;
+/// An empty folder with a package unpacked, or with a program, and with the example.
+fn bare_root(part: &Path) -> Result<PathBuf, String> {
+    let name = part.file_name().unwrap_or_default().to_string_lossy();
+    let bare = fresh(&format!("bare-{name}"))?;
+    if name.ends_with(".deb") {
+        run(Command::new("dpkg-deb").arg("-x").args([part, &bare]))?;
+    } else {
+        let programs = files::folder(bare.join("usr/bin"))?;
+        files::copy(part, &programs.join("trueaxis"))?;
+    }
     for (source, name) in EXAMPLE.into_iter().zip(["machine.toml", "errors.toml"]) {
         files::copy(&root().join(source), &bare.join(name))?;
     }
@@ -203,8 +216,8 @@ fn inside(bare: &Path, program: &str) -> Option<Command> {
 }
 
 /// The command compiles and proves the Huron where there is nothing else.
-fn runs_in_a_bare_root(package: &Path) -> Result<(), String> {
-    let bare = bare_root(package, "bare-command")?;
+fn compiles_in_a_bare_root(part: &Path) -> Result<(), String> {
+    let bare = bare_root(part)?;
     let Some(mut compile) = inside(&bare, "/usr/bin/trueaxis") else {
         return Ok(());
     };
@@ -217,7 +230,7 @@ fn runs_in_a_bare_root(package: &Path) -> Result<(), String> {
 
 /// A program in C, built with what the package contains, corrects where there is nothing else.
 fn links_in_a_bare_root(package: &Path) -> Result<(), String> {
-    let bare = bare_root(package, "bare-library")?;
+    let bare = bare_root(package)?;
     capi::compilers("the C library")?;
     let (lib, include) = (bare.join("usr/lib"), bare.join("usr/include"));
     run(Command::new("gcc")

@@ -19,7 +19,7 @@ mod times;
 mod touches;
 
 use bench::Bench;
-pub use package::execute as package;
+pub use package::{corrects as package_corrects, execute as package};
 use std::thread::{self, ScopedJoinHandle};
 
 /// Fails with the violated condition.

@@ -1,7 +1,7 @@
 //! `cargo xtask python`: the wheel, built and tested beside the command in an environment of its own.
 
 use crate::process::{NOT_RUN, arena, root, run, target, trueaxis, works};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the environment needs: the builder, and what tests and example use.
@@ -40,6 +40,25 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
         .current_dir(&folder))?;
     println!("{}", wheel.display());
     Ok(Some(wheel))
+}
+
+/// The wheel with nothing but what it declares, in an environment of its own: it compiles `example`, a machine and its
+/// errors, and evaluates the tables.
+///
+/// # Errors
+/// If it cannot be installed, or does not.
+pub fn alone(wheel: &Path, example: &[&str]) -> Result<(), String> {
+    let environment = target("python").join("alone");
+    run(Command::new("python3")
+        .args(["-m", "venv", "--clear"])
+        .arg(&environment))?;
+    let python = environment.join("bin/python");
+    run(pip(&python).arg(wheel))?;
+    let files = example.iter().map(|name| root().join(name));
+    run(Command::new(&python)
+        .arg(root().join("python/examples/speed.py"))
+        .args(files)
+        .current_dir(&environment))
 }
 
 fn pip(python: &PathBuf) -> Command {

@@ -38,8 +38,8 @@ const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test 
 /// Tests, of which `--all` tries more cases (`usual_or_all` in the crate `trueaxis-tests`).
 const TESTS: &str = "all tests";
 
-/// A step that mostly waits.
-const LINUXCNC: &str = "LinuxCNC";
+/// Steps that mostly wait, or use one processor.
+const BESIDE: [&str; 2] = ["LinuxCNC", "hardware in the loop"];
 
 /// A step included in a longer one.
 const SIX: &str = "6 random machines";
@@ -131,7 +131,7 @@ fn rest() -> Vec<Step> {
         ),
         step("C interface from C and C++", "xtask capi"),
         step("plugin for grblHAL", "xtask grblhal"),
-        step(LINUXCNC, "xtask linuxcnc"),
+        step("LinuxCNC", "xtask linuxcnc"),
         step("generated code", "xtask generated 300000"),
         step("programs beside another interpreter", "xtask gcode"),
         step("reports in a browser", "xtask report"),
@@ -168,30 +168,28 @@ fn ran(mut step: Step) -> Ran {
     }
 }
 
-/// Runs all steps, continuing after failures, and prints a summary. LinuxCNC, which mostly waits for its machines, runs
-/// beside the others of the `rest`. The summary ends with what could not be checked here: `not_run` and the steps'
+/// Runs all steps, continuing after failures, and prints a summary. Those of [`BESIDE`] run one after the other beside the
+/// others of the `rest`. The summary ends with what could not be checked here: `not_run` and the steps'
 /// own reports.
 ///
 /// # Errors
 /// The names of the failed steps.
-fn run_steps(
-    steps: Vec<Step>,
-    mut rest: Vec<Step>,
-    mut not_run: Vec<String>,
-) -> Result<(), String> {
+fn run_steps(steps: Vec<Step>, rest: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
     let count = steps.len() + rest.len();
-    let waits = rest.iter().position(|step| step.name == LINUXCNC);
-    let waits = waits.map(|number| rest.remove(number));
-    let mut all: Vec<Ran> = steps.into_iter().map(ran).collect();
+    let (beside, rest): (Vec<Step>, Vec<Step>) = rest
+        .into_iter()
+        .partition(|step| BESIDE.contains(&step.name.as_str()));
+    let run_all = |steps: Vec<Step>| steps.into_iter().map(ran).collect::<Vec<Ran>>();
+    let mut all = run_all(steps);
     thread::scope(|scope| {
-        let beside = waits.map(|step| scope.spawn(|| ran(step)));
-        all.extend(rest.into_iter().map(ran));
-        all.extend(beside.map(|thread| {
-            thread.join().unwrap_or_else(|_| Ran {
-                name: LINUXCNC.to_owned(),
+        let beside = scope.spawn(|| run_all(beside));
+        all.extend(run_all(rest));
+        all.extend(beside.join().unwrap_or_else(|_| {
+            vec![Ran {
+                name: BESIDE.join(", "),
                 seconds: 0,
                 result: Err("a thread has panicked".to_owned()),
-            })
+            }]
         }));
     });
     let mut summary = Vec::new();

@@ -247,7 +247,10 @@ fn serve(page: &Path) -> Result<(), String> {
 }
 
 /// Drives the page in real browsers and compares what it makes with the command's.
-fn check(page: &Path) -> Result<(), String> {
+///
+/// # Errors
+/// If something cannot be installed or built, or a check fails.
+pub fn check(page: &Path) -> Result<(), String> {
     let folder = files::folder(target("web").join("check"))?;
     let driver = report::provide_browser(&target("report"))?;
     provide("firefox-esr", &["firefox-esr"], "`web --check`")?;

@@ -1,6 +1,7 @@
 //! The package: built like Debian does, installable, and with a component that LinuxCNC loads.
 
 use super::bench::Bench;
+use super::halrun;
 use crate::process::{output, root, run, target};
 use crate::{capi, files, firmware_crate, packages};
 use std::fs;
@@ -8,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const FOLDER: &str = "linuxcnc-trueaxis";
+/// The component in the package.
+const MODULE: &str = "usr/lib/linuxcnc/modules/trueaxis.so";
 
 /// # Errors
 /// If something does not build, or is not in the package.
@@ -39,7 +42,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     run(Command::new("apt-get")
         .args(["-q", "-s", "install"])
         .arg(&package))?;
-    let module = files.join("usr/lib/linuxcnc/modules/trueaxis.so");
+    let module = files.join(MODULE);
     let said = bench.with_module(&module, || {
         bench.halrun("loadrt trueaxis file=/tmp/none.trax axes=XYZ units=mm\nshow funct\n")
     })?;
@@ -51,6 +54,18 @@ pub fn check(bench: &Bench) -> Result<(), String> {
             "the component of the package does not load:\n{said}"
         ))
     }
+}
+
+/// The component of a package corrects as `trueaxis eval` does, to the last bit.
+///
+/// # Errors
+/// If something cannot be installed or built, or a correction differs.
+pub fn corrects(package: &Path) -> Result<(), String> {
+    let bench = Bench::provide()?;
+    let files = target("linuxcnc").join("unpacked");
+    run(Command::new("dpkg-deb").arg("-x").arg(package).arg(&files))?;
+    let module = files.join(MODULE);
+    bench.with_module(&module, || halrun::check(&bench))
 }
 
 /// `cargo xtask linuxcnc-deb`: the package, in the target folder; returns its path.
