@@ -206,6 +206,7 @@ mod tests {
     use super::super::structure::Term;
     use super::super::variables::variables;
     use super::*;
+    use trueaxis::FACTORS;
     use trueaxis_model::kinematics::Kinematics;
     use trueaxis_model::machine::PerAxis;
 
@@ -329,6 +330,28 @@ mod tests {
         assert_eq!((structure.terms.len(), structure.count()), (2, 1));
         assert!((1e-6..0.01).contains(&change), "{change}");
         assert_eq!(folded(&made, 0.0001, [X, Y]).0.count(), 2);
+    }
+
+    #[test]
+    fn a_sum_that_is_a_product_of_too_many_tables_is_not_made() {
+        use Generator::{Coordinate, Cosine, Sine};
+        let (_, bases) = specimen();
+        let [single, double] = [vec![Sine], vec![Sine, Cosine]].map(|p| number_of(&bases[C], &p));
+        let (mut one, mut other) = (vec![0.0; bases[C].len()], vec![0.0; bases[C].len()]);
+        (one[single], one[double], other[single]) = (0.7, 0.5, -0.7);
+        for count in [FACTORS - 1, FACTORS] {
+            let mut made = Made::default();
+            let [one, other] = [&one, &other].map(|c| made.table(C, c.clone()));
+            for own in [one, other] {
+                let levers = [X, X, Y, Y, 2].map(|v| (v, Function::Generator(Coordinate)));
+                let factors = [&levers[..count - 1], &[own]].concat();
+                made.term(0, 1.0, &factors);
+            }
+            let (structure, change) = folded(&made, 1e-6, [X, C]);
+            assert_eq!(structure.terms.len(), if count < FACTORS { 1 } else { 2 });
+            assert!(structure.terms.iter().all(|t| t.factors.len() <= FACTORS));
+            assert!(change < 1e-9, "{change}");
+        }
     }
 
     #[test]

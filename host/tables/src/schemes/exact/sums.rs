@@ -209,6 +209,10 @@ impl<'a> Sums<'a> {
                 continue;
             }
             let (sum, merged) = self.sum(structure, pair)?;
+            // A table may become a product of several.
+            if sum.factors.len() > trueaxis::FACTORS {
+                continue;
+            }
             let edit = Edit {
                 errors,
                 terms: vec![(places[0], Some(sum)), (places[1], None)],
