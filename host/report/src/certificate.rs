@@ -3,6 +3,7 @@
 
 mod calibration;
 mod expected;
+mod grounds;
 mod limits;
 mod rounding;
 
@@ -14,6 +15,7 @@ use super::identification::Identification;
 use super::words::{figure, in_unit};
 use super::{Compensation, Report, ReportError, Share, Subject};
 use expected::expected;
+use grounds::Grounds;
 use serde::Serialize;
 use trueaxis_measure::formats::validation::Validation;
 use trueaxis_model::errors::ErrorModel;
@@ -117,7 +119,19 @@ pub fn certificate(
 ) -> Result<Certificate, ReportError> {
     let validation = report.validation;
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
-    let judged = judged(&subject, report, &calibration.limits, validation.as_ref())?;
+    let grounds = Grounds::new(
+        machine,
+        errors,
+        report.identification.as_ref(),
+        &calibration,
+    );
+    let judged = judged(
+        &subject,
+        report,
+        &grounds,
+        &calibration.limits,
+        validation.as_ref(),
+    )?;
     let shares = &report.budget.shares;
     let listed = shares.len().min(MOST_PARAMETERS);
     let (found, suspects) = match &report.identification {
@@ -191,6 +205,7 @@ fn suspects(found: &Identification) -> Vec<String> {
 fn judged(
     subject: &Subject<'_>,
     report: &Report,
+    grounds: &Grounds<'_>,
     limits: &[Limit],
     validation: Option<&Validation>,
 ) -> Result<Vec<Judged>, ReportError> {
@@ -214,16 +229,19 @@ fn judged(
             ),
         };
         let (value, interval) = found.map_or((None, None), |(value, all)| (Some(value), all));
+        let of_interval =
+            interval.map_or(Decision::NotDecided, |all| Decision::of(all, limit.at_most));
+        let (decision, doubt) = grounds.allow(limit.quantity, of_interval);
         Judged {
             words: limit.quantity.words(),
             source,
             value,
             interval,
-            decision: interval.map_or(Decision::NotDecided, |all| Decision::of(all, limit.at_most)),
+            decision,
             why: match (found, interval) {
                 (Err(why), _) => Some(why.to_owned()),
                 (Ok(_), None) => Some("its uncertainty is not known".to_owned()),
-                _ => None,
+                _ => doubt,
             },
             limit: limit.clone(),
         }

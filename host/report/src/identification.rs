@@ -25,6 +25,15 @@ pub struct Identification {
     pub unseen: Vec<NotSeen>,
     /// Standard deviation of a coordinate.
     pub noise_um: f64,
+    /// The residuals in units of the stated uncertainty, if the file states it for all rows.
+    #[serde(default)]
+    pub noise_of_stated: Option<f64>,
+    /// Sources of readings whose residuals exceed what they state, beyond chance.
+    #[serde(default)]
+    pub refuted: Vec<String>,
+    /// Repeatability, if anything was measured more than once.
+    #[serde(default)]
+    pub repeats: Option<Repeats>,
     /// Probed coordinates minus unknowns.
     pub degrees_of_freedom: usize,
     /// Condition number of the scaled problem.
@@ -137,6 +146,13 @@ pub struct Check {
     pub is_significant: bool,
 }
 
+/// Repeatability.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Repeats {
+    /// True if it is smaller than the residuals, beyond chance.
+    pub is_less: bool,
+}
+
 /// A probing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
@@ -153,6 +169,12 @@ pub struct Row {
 }
 
 impl Identification {
+    /// False if the residuals show errors that the model lacks: they exceed the stated noise, or the repeatability.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        self.refuted.is_empty() && !self.repeats.as_ref().is_some_and(|repeats| repeats.is_less)
+    }
+
     /// What was measured, in words: `168 probings of 4 balls and 53 observations with 3 set-ups`.
     #[must_use]
     pub fn counts(&self) -> String {

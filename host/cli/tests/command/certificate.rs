@@ -163,11 +163,10 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: proven to be more than 30, and less than 90.
     let limit =
         |quantity: &str, um: f64| format!("[[limit]]\nquantity = \"{quantity}\"\num = {um}\n");
+    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
     let judged = |all: &[(&str, f64)], more: &[&str]| {
-        let text: String = all
-            .iter()
-            .map(|(quantity, um)| limit(quantity, *um))
-            .collect();
+        let limits = all.iter().map(|(quantity, um)| limit(quantity, *um));
+        let text = STATED.to_owned() + &limits.collect::<String>();
         let path = folder.file("limits.toml", text);
         let start = [
             "report",
@@ -177,6 +176,8 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
             "--json",
             "--calibration",
             &path,
+            "--identification",
+            &found,
         ];
         let output = trueaxis(&[&start, more].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -207,6 +208,98 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     );
 }
 
+/// The date and an instrument.
+const STATED: &str = "date = 2026-11-26\n[[instrument]]\nname = \"Touch probe\"\n";
+
+/// The least that a certificate reads of an identification, with `more` keys.
+fn identified(machine: &str, more: &str) -> String {
+    format!(
+        r#"{{ "machine": "{machine}", "probings": 0, "probed": [], "balls": [], "parameters": [], "correlations": [],
+            "unseen": [], "noise_um": 1.0, "degrees_of_freedom": 100, "condition": 1.0, "held_out": null,
+            "left_um": [1.0, 1.0, 1.0], "checks": [], "suspected": [], "rows": []{more} }}"#
+    )
+}
+
+#[test]
+fn nothing_passes_without_its_grounds() {
+    let folder = Folder::new();
+    let machine = example("huron-k2x8/machine.toml");
+    let errors = example("huron-k2x8/errors-13.toml");
+    // All with limits that no interval reaches.
+    let limits = [
+        "EZ0S", "tip p95", "E X", "E +X+Y+Z", "F XY", "G XY", "B X", "EYY1",
+    ]
+    .map(|quantity| {
+        let unit = if quantity == "EYY1" { "um_per_m" } else { "um" };
+        format!("[[limit]]\nquantity = \"{quantity}\"\n{unit} = 9999.0\n")
+    });
+    let judged = |stated: &str, errors: &str, found: Option<String>| {
+        let calibration = folder.file("limits.toml", stated.to_owned() + &limits.concat());
+        let mut arguments = vec!["report", &machine, errors, "--certificate", "--json"];
+        arguments.extend(["--calibration", &calibration]);
+        let found = found.map(|text| folder.file("found.json", text));
+        arguments.extend(found.iter().flat_map(|path| ["--identification", path]));
+        let output = trueaxis(&arguments);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let judged = json["judged"].as_array().unwrap().iter();
+        let text = |one: &serde_json::Value, key: &str| one[key].as_str().unwrap_or("").to_owned();
+        let all: Vec<[String; 2]> = judged
+            .map(|one| [text(one, "decision"), text(one, "why")])
+            .collect();
+        (output.status.code(), all)
+    };
+    let found = |more: &str| Some(identified("Huron K2X8-Five", more));
+    let (code, all) = judged(STATED, &errors, found(""));
+    assert!(
+        all.iter().all(|[decision, _]| decision == "pass"),
+        "{all:?}"
+    );
+    assert_eq!(code, Some(0));
+    // Without a statement, or with residuals that refute the model, nothing passes.
+    let undated = STATED.replace("date = 2026-11-26\n", "");
+    for (stated, found, reason) in [
+        ("", found(""), "no instrument"),
+        (&undated[..], found(""), "no date"),
+        (STATED, None, "no identification"),
+        (
+            STATED,
+            found(r#", "refuted": ["probings"]"#),
+            "residuals exceed",
+        ),
+        (
+            STATED,
+            found(r#", "repeats": { "is_less": true }"#),
+            "residuals exceed",
+        ),
+    ] {
+        let (code, all) = judged(stated, &errors, found);
+        let is_open =
+            |[decision, why]: &[String; 2]| decision == "not_decided" && why.contains(reason);
+        assert!(all.iter().all(is_open), "{reason}: {all:?}");
+        assert_eq!(code, Some(1), "{reason}");
+    }
+    // The scale of X is not known, so neither is any length: only form and reversal can pass.
+    let text = std::fs::read_to_string(&errors).unwrap();
+    let left = text.lines().filter(|line| !line.starts_with("EXX1"));
+    let left = left.filter(|line| !line.starts_with("covariance"));
+    let left: String = left.map(|line| line.to_owned() + "\n").collect();
+    assert_ne!(left.lines().count(), text.lines().count());
+    let errors = folder.file("relative.toml", left);
+    let (code, all) = judged(STATED, &errors, found(""));
+    let decisions: Vec<&str> = all.iter().map(|[decision, _]| &decision[..]).collect();
+    let [pass, open] = ["pass", "not_decided"];
+    assert_eq!(
+        decisions,
+        [pass, open, open, open, open, pass, pass, open],
+        "{all:?}"
+    );
+    assert!(
+        all[2][1].contains("the scale of X was not measured"),
+        "{all:?}"
+    );
+    assert_eq!(code, Some(1));
+}
+
 #[test]
 fn nothing_of_a_statement_is_run() {
     let folder = Folder::new();
@@ -231,7 +324,7 @@ fn nothing_of_a_statement_is_run() {
     let calibration = folder.file("<i>calibration.toml", text);
     let [page, _] = certificate(
         &folder,
-        0,
+        1,
         &[&files[0], &files[1], "--calibration", &calibration],
     );
     assert!(!page.contains("<script") && !page.contains("<b>&") && !page.contains("<i>cal"));

@@ -58,7 +58,7 @@ pub struct Identified {
     /// of [`Self::components`].
     pub noise: f64,
     /// The same in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
-    /// values are used.
+    /// values are used, unless the residuals refute them.
     pub of_stated: Option<f64>,
     /// Degrees of freedom: equations in excess of unknowns.
     pub freedom: usize,

@@ -70,8 +70,11 @@ pub struct Component {
     /// [`LEVER`](crate::instrument::LEVER)).
     pub noise: f64,
     /// The same in units of the stated uncertainty of each row, if all rows of the source state it; then the stated
-    /// values are used.
+    /// values are used, unless the residuals refute them.
     pub of_stated: Option<f64>,
+    /// True if the residuals of most rows exceed the stated uncertainty, beyond chance: it is too small, or the machine
+    /// has errors that the model lacks. Uncertainties then rest on the residuals.
+    pub is_refuted: bool,
     /// Its share of the degrees of freedom.
     pub freedom: f64,
     /// The noise (mm, or in units of the stated uncertainty) of the median row, which wrong rows hardly change; `None`
@@ -83,18 +86,27 @@ impl Component {
     /// True if chance gives a factor as far from 1 less than once in a thousand.
     #[must_use]
     pub fn is_misstated(&self) -> bool {
-        /// Standard deviations of a normal distribution, two-sided.
-        const CHANCE: f64 = 3.29;
-        // Below, the logarithm of a standard deviation is not normally distributed.
-        const LEAST: f64 = 3.0;
-        let Some(factor) = self.of_stated.filter(|_| self.freedom >= LEAST) else {
-            return false;
-        };
-        // Wilson and Hilferty: the cube root of χ² over its degrees of freedom.
-        let part = 2.0 / (9.0 * self.freedom);
-        let deviations = (libm::pow(factor, 2.0 / 3.0) - (1.0 - part)) / part.sqrt();
-        deviations.abs() > CHANCE
+        self.of_stated
+            .is_some_and(|factor| deviations(factor, self.freedom).abs() > CHANCE)
     }
+}
+
+/// Less than once in a thousand: standard deviations of a normal distribution, two-sided.
+const CHANCE: f64 = 3.29;
+/// Degrees of freedom below which the logarithm of a standard deviation is not normally distributed.
+const LEAST_TO_JUDGE: f64 = 3.0;
+/// Efficiency of the standard deviation from a median, for a normal distribution: 1/n of it varies as much as 0.37/n of
+/// that from the mean square.
+const OF_MEDIAN: f64 = 0.37;
+
+/// How far a ratio of standard deviations is above 1, in standard deviations of chance (Wilson and Hilferty: the cube
+/// root of χ² over its degrees of freedom is normally distributed).
+fn deviations(factor: f64, freedom: f64) -> f64 {
+    if freedom < LEAST_TO_JUDGE || !factor.is_finite() {
+        return 0.0;
+    }
+    let part = 2.0 / (9.0 * freedom);
+    (libm::pow(factor, 2.0 / 3.0) - (1.0 - part)) / part.sqrt()
 }
 
 /// The rows of one source.
@@ -247,6 +259,7 @@ impl Noise {
                 rows: part.rows.len(),
                 noise: factor / root_mean_square(weights.into_iter()),
                 of_stated: part.is_stated.then_some(factor),
+                is_refuted: part.is_stated && part.deviation > 1.0,
                 freedom: *freedom,
                 typical: Some(self.spread(part, misses, *freedom)).filter(|s| s.is_finite()),
             }
@@ -298,12 +311,21 @@ impl Noise {
         self.trust = trust;
         let next: Vec<f64> = (self.parts.iter().zip(shares).zip(spreads))
             .map(|((part, freedom), spread)| {
-                if part.is_stated || *freedom < LEAST_FREEDOM {
+                if *freedom < LEAST_FREEDOM {
                     return part.deviation;
+                }
+                let factor = self.factor(part, misses, *freedom);
+                if part.is_stated {
+                    // The residuals of most rows refute the stated uncertainty, not those of a few wrong rows. Once
+                    // refuted it stays so, or rounds might alternate.
+                    let is_refuted = part.deviation > 1.0
+                        || deviations(factor, *freedom) > CHANCE
+                            && deviations(spread, OF_MEDIAN * *freedom) > CHANCE;
+                    return if is_refuted { factor.max(1.0) } else { 1.0 };
                 }
                 let found = match robust && round < HUBER_ROUNDS {
                     true => spread,
-                    false => self.factor(part, misses, *freedom),
+                    false => factor,
                 };
                 found.max(LEAST_NOISE)
             })

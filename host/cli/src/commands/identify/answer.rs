@@ -40,6 +40,8 @@ pub struct Answer<'a> {
     unseen: Vec<NotSeen>,
     noise_um: f64,
     noise_of_stated: Option<f64>,
+    /// Sources whose residuals exceed what they state, beyond chance.
+    refuted: Vec<&'static str>,
     degrees_of_freedom: usize,
     condition: f64,
     levels: Vec<AtLevel>,
@@ -215,6 +217,10 @@ impl<'a> Answer<'a> {
                 .collect(),
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
+            refuted: (identified.components.iter())
+                .filter(|one| one.is_refuted)
+                .map(|one| one.source.name())
+                .collect(),
             degrees_of_freedom: identified.freedom,
             condition: identified.condition,
             levels: levels.iter().map(AtLevel::new).collect(),
