@@ -102,19 +102,20 @@ fn sentence(drift: &FoundDrift) -> String {
 pub fn warnings(found: &Found<'_>) -> Vec<String> {
     let identified = found.identified;
     let mut warnings = Vec::new();
-    // With probings alone, the screen says how their noise compares with what they state; and wrong readings make the
-    // residuals of a whole source larger.
-    if !found.observations.rows.is_empty() && found.suspicions.is_empty() {
-        let wrong = identified
-            .components
-            .iter()
-            .filter(|one| one.is_misstated());
+    // Wrong readings make the residuals of a whole source larger.
+    if found.suspicions.is_empty() {
+        let wrong = (identified.components.iter()).filter(|one| one.is_misstated());
         warnings.extend(wrong.map(|one| {
             let name = one.source.name();
-            format!(
-                "the residuals of the {name} are {:.2} times the uncertainty that their file states, and chance does not explain that: correct the uncertainty of the {name}, or leave it out so that it is found from the residuals",
-                one.of_stated.unwrap_or(1.0)
-            )
+            let factor = one.of_stated.unwrap_or(1.0);
+            match one.is_refuted {
+                true => format!(
+                    "the residuals of the {name} are {factor:.2} times the uncertainty that their file states, and chance does not explain that: either the machine has errors that the model lacks, which are not in the uncertainties of its parameters, or the stated uncertainty is too small. Try --model auto, or correct the uncertainty"
+                ),
+                false => format!(
+                    "the residuals of the {name} are {factor:.2} times the uncertainty that their file states, and chance does not explain that: correct the uncertainty of the {name}, or leave it out so that it is found from the residuals"
+                ),
+            }
         }));
     }
     let suspected = |number: usize| {

@@ -109,9 +109,11 @@ fn left(text: &mut String, identified: &Identified) {
         identified.condition
     );
     if let Some(factor) = identified.of_stated {
-        *text += &format!(
-            "that is {factor:.2} times what the file states, which uncertainties rest on\n"
-        );
+        let rest_on = match identified.components[0].is_refuted {
+            true => "more than chance explains: uncertainties rest on the residuals",
+            false => "which uncertainties rest on",
+        };
+        *text += &format!("that is {factor:.2} times what the file states, {rest_on}\n");
     }
 }
 
