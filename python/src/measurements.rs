@@ -251,8 +251,11 @@ pub fn identified(
         }
     });
     let found = found.map_err(|error| raise(error.to_string(), error.remedy()))?;
+    let problem = Problem::new(&machine.0, measured, &artefact, &found.looked_for, &base);
+    let hidden = problem.with(&observed).hidden_by_stylus(&found);
+    let hidden = hidden.map_err(|error| raise(error.to_string(), error.remedy()))?;
     Ok(Found {
-        toml: error_file(&machine.0, measured, &observed, &found, COVARIANCE),
+        toml: error_file(&machine.0, measured, &observed, &found, &hidden, COVARIANCE),
         covariance: covariance::write(&found.known),
         machine: Arc::clone(&machine.0),
         found,

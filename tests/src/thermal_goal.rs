@@ -250,6 +250,7 @@ pub fn learnt_from(
         &probings,
         &observations,
         &identified,
+        &[],
         "covariance.csv",
     );
     Ok((identified, warmed, text))

@@ -183,7 +183,7 @@ pub fn report(
         validation: None,
         changes: None,
     };
-    report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares);
+    report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares, errors);
     report.verdict.extend(verdict::thermal(errors));
     Ok(report)
 }
@@ -210,7 +210,7 @@ pub fn verdict(
     let subject = Subject::new(machine, errors, compensation, seed);
     let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
-    let mut sentences = verdict::sentences(&volumetric, &shares);
+    let mut sentences = verdict::sentences(&volumetric, &shares, errors);
     sentences.extend(verdict::thermal(errors));
     Ok(Verdict { sentences, shares })
 }

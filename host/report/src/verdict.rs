@@ -2,7 +2,7 @@
 
 use super::words::{capital, figure};
 use super::{Share, Volumetric};
-use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tables::validate::Quality;
 
 /// Mean errors below this (µm, µrad) count as zero.
@@ -10,7 +10,7 @@ const NOTHING: f64 = 5e-5;
 
 /// The verdict, one sentence each: the expected error of the machine, its main cause, and what the tables leave. All
 /// figures are means over the travel.
-pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
+pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
         return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
@@ -18,15 +18,42 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
     if is_nothing(before) {
         return vec!["The errors that are known change nothing at the tool.".to_owned()];
     }
-    vec![
-        expected(volumetric),
+    let mut all = vec![
+        expected(volumetric, errors.unseen.is_empty()),
         cause(before, shares),
         left(volumetric),
-    ]
+    ];
+    all.extend(unseen(errors));
+    all
+}
+
+/// Most errors that the sentence names.
+const NAMED: usize = 4;
+
+/// What the measurements could not show.
+fn unseen(errors: &ErrorModel) -> Option<String> {
+    let mut all: Vec<_> = errors.unseen.iter().collect();
+    all.sort_by(|a, b| b.1.total_cmp(a.1));
+    let (most, um) = all.first()?;
+    let names: Vec<String> = all.iter().take(NAMED).map(|(p, _)| p.to_string()).collect();
+    let more = match all.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let unit = match (most.is_angular(), most.kind) {
+        (true, _) => "10 µrad",
+        (_, ParameterKind::Degree(1)) => "10 µm/m",
+        _ => "10 µm",
+    };
+    Some(format!(
+        "Not measured, and not in these figures: {}{more}. {unit} of {most} alone moves the tip by {} µm over the travel; the error file says what would show each.",
+        names.join(", "),
+        figure(**um)
+    ))
 }
 
 /// The expected error: with tables, what they leave plus the effect of uncertain parameters.
-fn expected(volumetric: &Volumetric) -> String {
+fn expected(volumetric: &Volumetric, is_all_seen: bool) -> String {
     match (&volumetric.after, &volumetric.known) {
         (None, _) => format!(
             "Without tables the machine is off by {} on average over the travel.",
@@ -43,8 +70,12 @@ fn expected(volumetric: &Volumetric) -> String {
             };
             // The length of a sum does not exceed the sum of the lengths.
             let within = |left: f64, band: f64| figure(left + band);
+            let how_far = match is_all_seen {
+                true => "the machine will be off by no more than about",
+                false => "the errors that were measured leave about",
+            };
             format!(
-                "With these tables the machine will be off by no more than about {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
+                "With these tables {how_far} {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
                 within(after.translation_um.mean, known.band.translation_um.mean),
                 within(after.direction_urad.mean, known.band.direction_urad.mean)
             )
@@ -182,6 +213,34 @@ mod tests {
         }
     }
 
+    /// A machine of which all was seen.
+    fn none() -> ErrorModel {
+        let text = include_str!("../../../examples/huron-k2x8/machine.toml");
+        ErrorModel::perfect(&trueaxis_model::machine::Machine::from_toml(text).unwrap())
+    }
+
+    #[test]
+    fn where_something_was_not_seen_no_figure_is_a_limit() {
+        use trueaxis_model::errors::Parameter;
+        let mut errors = none();
+        for (name, um) in [("EX0C", 20.0), ("EXX1", 4.0)] {
+            errors.unseen.insert(Parameter::parse(name).unwrap(), um);
+        }
+        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        let said = sentences(&found, &[], &errors);
+        assert!(
+            said[0]
+                .starts_with("With these tables the errors that were measured leave about 2.1 µm"),
+            "{said:?}"
+        );
+        assert!(!said.concat().contains("no more than"), "{said:?}");
+        assert_eq!(
+            said[3],
+            "Not measured, and not in these figures: EX0C, EXX1. 10 µm of EX0C alone moves the tip by 20 µm over the \
+             travel; the error file says what would show each."
+        );
+    }
+
     #[test]
     fn the_largest_at_the_tip_is_named_and_what_the_tables_leave() {
         let shares = [
@@ -190,7 +249,7 @@ mod tests {
         ];
         let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         assert_eq!(
-            sentences(&found, &shares),
+            sentences(&found, &shares, &none()),
             [
                 "With these tables the machine will be off by no more than about 2.1 µm at the tip and 5.7 µrad in direction \
                  (95 %, on average over the travel), by what is not known of its parameters and what the tables leave.",
@@ -207,13 +266,13 @@ mod tests {
         if let Some(known) = &mut found.known {
             known.exact = 2;
         }
-        let said = sentences(&found, &[]);
+        let said = sentences(&found, &[], &none());
         assert!(
             said[0].contains("its parameters (2 of 3 count as exact) and"),
             "{said:?}"
         );
         found.known = None;
-        let said = sentences(&found, &[]);
+        let said = sentences(&found, &[], &none());
         assert!(
             said[0].contains("cannot be said: the errors have no uncertainties"),
             "{said:?}"
@@ -223,7 +282,7 @@ mod tests {
             "{said:?}"
         );
         found.after = None;
-        let said = sentences(&found, &[]);
+        let said = sentences(&found, &[], &none());
         assert_eq!(
             said[0],
             "Without tables the machine is off by 66 µm and 89 µrad on average over the travel."
@@ -233,7 +292,7 @@ mod tests {
     #[test]
     fn errors_that_take_each_other_away_and_those_of_direction_alone_are_told_as_such() {
         let shares = [share("EX0S", "the spindle's X position", 100.0, 0.0)];
-        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares);
+        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares, &none());
         assert_eq!(
             found[1],
             "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
@@ -244,7 +303,7 @@ mod tests {
             0.0,
             30.0,
         )];
-        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares);
+        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares, &none());
         assert_eq!(
             found[1],
             "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
@@ -253,13 +312,13 @@ mod tests {
 
     #[test]
     fn a_machine_without_known_errors_has_a_verdict() {
-        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[]);
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[], &none());
         assert_eq!(
             found,
             ["No error of this machine is known: there is nothing to correct."]
         );
         let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
-        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares);
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares, &none());
         assert_eq!(
             found,
             ["The errors that are known change nothing at the tool."]

@@ -189,7 +189,7 @@ fn what_is_not_seen_does_not_depend_on_noise() {
                 );
                 // The written file can be read.
                 let none = Observations::default();
-                let file = error_file(&machine, &measured, &none, &found, "covariance.csv");
+                let file = error_file(&machine, &measured, &none, &found, &[], "covariance.csv");
                 let covariance = covariance::write(&found.known);
                 let read =
                     ErrorModel::with_files(&file, &machine, &|_: &str| Ok(covariance.clone()));

@@ -297,12 +297,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
+        hidden: problem
+            .hidden_by_stylus(&identified)
+            .map_err(|e| arguments.not_identified(&e))?,
     };
     let name = covariances
         .as_deref()
         .unwrap_or(Path::new("covariance.csv"));
     let name = name.file_name().unwrap_or_default().to_string_lossy();
-    let errors = error_file(&machine, &measured, &observations, &identified, &name);
+    let hidden = &found.hidden;
+    let errors = error_file(
+        &machine,
+        &measured,
+        &observations,
+        &identified,
+        hidden,
+        &name,
+    );
     let covariance = covariance::write(&identified.known);
     if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
         // If the second file cannot be written, the first one is rejected next to the older covariances.
@@ -354,6 +365,8 @@ struct Found<'a> {
     suspicions: Vec<(Suspicion, String)>,
     /// Location errors that the model cannot compensate for.
     missing: Vec<Parameter>,
+    /// Location errors that the stylus takes up.
+    hidden: Vec<Parameter>,
 }
 
 /// A result is doubtful if a larger part of the rows is suspicious.
@@ -401,6 +414,17 @@ impl Found<'_> {
             ));
         }
         warnings.extend(observed::warnings(self));
+        let stylus = self.places.iter().find(|one| one.what == "stylus");
+        if let Some(apart) = stylus.and_then(Stated::distance)
+            && apart > AS_STATED
+            && !self.hidden.is_empty()
+        {
+            let hidden = Model::Named(self.hidden.clone());
+            warnings.push(format!(
+                "the stylus was found {:.1} µm from its stated place: these probings cannot tell that from {hidden}, errors of the machine that stay when another tool is used; qualify the probe and give --probe, or state the place of the stylus with its uncertainty in the artefact",
+                apart * 1e3
+            ));
+        }
         for (ball, name) in self.measured.balls.iter().enumerate() {
             let mut lines = rows
                 .iter()
@@ -443,6 +467,10 @@ impl Found<'_> {
         warnings
     }
 }
+
+/// A stylus found farther than this (mm) from its stated place may show an error of the machine: it is measured, in the
+/// spindle or on a presetter, to a few micrometres.
+const AS_STATED: f64 = 5e-3;
 
 /// The covariance file that belongs to an error file.
 fn beside(errors: &Path) -> PathBuf {

@@ -527,3 +527,89 @@ fn what_cannot_be_probed_is_not_simulated() {
         );
     }
 }
+
+/// The stylus of the Kolibri, measured.
+const STYLUS: &str = "
+[stylus]
+x_mm = 0.0
+y_mm = 0.0
+z_mm = -74.0
+x_standard_uncertainty_mm = 1e-3
+y_standard_uncertainty_mm = 1e-3
+z_standard_uncertainty_mm = 1e-3
+";
+
+#[test]
+fn what_the_stylus_takes_up_stays_known_as_not_seen() {
+    let folder = Folder::new();
+    let of = |file: &str| example(&format!("kolibri/{file}"));
+    let [machine, artefact, strategy] = ["machine.toml", "artefact.toml", "strategy.csv"].map(of);
+    let text = std::fs::read_to_string(of("errors-10.toml")).unwrap();
+    let text = text.replace("EB0A =", "EX0C = 20e-3\nEB0A =");
+    let truth = folder.file("truth.toml", text);
+    let measured = folder.at("measured.csv");
+    let simulate = [
+        "simulate",
+        "probings",
+        &machine,
+        &truth,
+        "--artefact",
+        &artefact,
+    ];
+    let strategy = ["--strategy", &strategy, "--noise", "0.5", "-o", &measured];
+    answer(0, &[&simulate[..], &strategy].concat());
+    let found = folder.at("found.toml");
+    let identify = |artefact: &str| {
+        let start = ["identify", &machine, &measured, "--artefact", artefact];
+        let output = trueaxis(&[&start[..], &["--model", "12", "-o", &found]].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        (said, std::fs::read_to_string(&found).unwrap())
+    };
+    // The stylus is found beside its stated place, by the 20 µm.
+    let (said, file) = identify(&artefact);
+    assert!(
+        said.contains("cannot tell that from EX0C,EY0A,EZ0A"),
+        "{said}"
+    );
+    for unseen in ["[unseen]", "\nEX0C = 20.0", "\nEZ0A = 20.0", "\nEXX1 = "] {
+        assert!(file.contains(unseen), "{file}");
+    }
+    let said = answer(
+        0,
+        &["compile", &machine, &found, "-o", &folder.at("tables.trax")],
+    );
+    assert!(
+        said.contains("the errors that were measured leave about"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Not measured, and not in these figures: EX0C"),
+        "{said}"
+    );
+    assert!(!said.contains("no more than"), "{said}");
+    // A stylus that was measured takes nothing up; then the model lacks something, and the residuals show it.
+    let text = std::fs::read_to_string(&artefact).unwrap() + STYLUS;
+    let (said, file) = identify(&folder.file("qualified.toml", text));
+    assert!(!said.contains("cannot tell that from"), "{said}");
+    assert!(said.contains("the model lacks"), "{said}");
+    assert!(!file.contains("\nEX0C"), "{file}");
+}
+
+#[test]
+fn what_is_listed_as_not_seen_is_checked() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let text = std::fs::read_to_string(example("kolibri/errors-10.toml")).unwrap();
+    for (unseen, message) in [
+        ("EX0C = -1.0", "negative or not a number"),
+        ("EX0C = nan", "negative or not a number"),
+        ("EX0Q = 1.0", "is not an error parameter"),
+        ("EB0A = 1.0", "has a value and is also listed as not seen"),
+    ] {
+        let errors = folder.file("errors.toml", format!("{text}\n[unseen]\n{unseen}\n"));
+        let output = trueaxis(&["verify", &machine, &errors, &errors]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(message), "{unseen}: {said}");
+    }
+}

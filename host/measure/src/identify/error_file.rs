@@ -1,6 +1,6 @@
 //! Writes identified parameters as an error file.
 
-use super::{Estimated, FoundChange, Identified};
+use super::{Estimated, FoundChange, Identified, effect_over_travel};
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
@@ -45,14 +45,54 @@ fn thermal(identified: &Identified) -> String {
     text
 }
 
-/// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, and
-/// the probed range. Parameters that were not identified are kept.
+/// `[unseen]`: the errors in `hidden` and the scales that no length reference shows, each with what 10 µm (10 µrad,
+/// 10 µm/m) of it changes at the tip over the travel (µm).
+fn unseen(machine: &Machine, identified: &Identified, hidden: &[Parameter]) -> String {
+    const UNIT: f64 = 1e-2;
+    let mut text = String::new();
+    for parameter in hidden {
+        let per_unit = if parameter.is_angular() { 1e-3 } else { 1.0 };
+        let um = effect_over_travel(machine, *parameter) * per_unit * UNIT * 1e3;
+        let _ = writeln!(
+            text,
+            "{parameter} = {um:.1}  # the stylus takes it up: qualify the probe (--probe), or state the place of the stylus"
+        );
+    }
+    for (index, axis) in machine.axes.iter().enumerate() {
+        let scale = Parameter {
+            component: "XYZUVW".find(axis.letter.char()).unwrap_or(0) % 3,
+            axis: axis.letter.char(),
+            kind: ParameterKind::Degree(1),
+        };
+        let errors = &identified.errors;
+        let is_known = errors.parameters.contains_key(&scale)
+            || errors.motions[index][scale.component].table.is_some();
+        if !axis.letter.is_rotary() && !is_known {
+            let um = (axis.travel[1] - axis.travel[0]) * UNIT;
+            let _ = writeln!(
+                text,
+                "{scale} = {um:.1}  # no length reference: probe a bar of known length, or measure with a laser"
+            );
+        }
+    }
+    match text.is_empty() {
+        true => text,
+        false => format!(
+            "\n[unseen]  # may exist, not measured: µm at the tip, over the travel, for 10 µm, 10 µrad or 10 µm/m of it\n{text}"
+        ),
+    }
+}
+
+/// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, what
+/// was not seen (`hidden` by the stylus: [`Problem::hidden_by_stylus`](super::Problem::hidden_by_stylus)), and the probed
+/// range. Parameters that were not identified are kept.
 #[must_use]
 pub fn error_file(
     machine: &Machine,
     probings: &Probings,
     observations: &Observations,
     identified: &Identified,
+    hidden: &[Parameter],
     covariance: &str,
 ) -> String {
     let mut text = format!(
@@ -105,6 +145,7 @@ pub fn error_file(
             left * 1e3
         );
     }
+    text += &unseen(machine, identified, hidden);
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
         // Motions that were known before remain valid in their range.

@@ -3,7 +3,7 @@
 use super::derivatives::largest;
 use super::locations::{Span, in_order_of_preference};
 use super::structure::Ideal;
-use super::{IdentifyError, Model, Problem, Unknown};
+use super::{Identified, IdentifyError, Model, Problem, Unknown};
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 
@@ -39,6 +39,53 @@ impl Problem<'_> {
         let columns = columns.column_iter().map(|c| c.into_owned());
         Ok((others.into_iter().zip(columns))
             .filter(adds)
+            .map(|(p, _)| p)
+            .collect())
+    }
+}
+
+impl Problem<'_> {
+    /// Location errors of which the stylus takes up the effect at these positions, because its place in the spindle is
+    /// found together with the parameters: the smallest set. The tool that cuts does not take it up.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] if derivatives are not finite.
+    pub fn hidden_by_stylus(
+        &self,
+        identified: &Identified,
+    ) -> Result<Vec<Parameter>, IdentifyError> {
+        let Ideal {
+            problem,
+            estimate,
+            weights,
+        } = Ideal::new(self)?;
+        let jacobian = problem.jacobian(&estimate, &weights);
+        // What was given up takes nothing up.
+        let has = |p: &Parameter| identified.parameters.iter().any(|e| e.parameter == *p);
+        let is_found = |i: &usize| match &problem.unknowns[*i] {
+            Unknown::Parameter(parameter) => has(parameter),
+            _ => true,
+        };
+        let is_stylus = |i: &usize| matches!(problem.unknowns[*i], Unknown::Stylus(_));
+        let found: Vec<usize> = (0..problem.unknowns.len()).filter(is_found).collect();
+        let with = Span::of(&jacobian.select_columns(&found));
+        let others: Vec<usize> = found.into_iter().filter(|i| !is_stylus(i)).collect();
+        let mut without = Span::of(&jacobian.select_columns(&others));
+        let is_known = |p: &Parameter| identified.errors.parameters.contains_key(p);
+        let mut candidates = in_order_of_preference(self.machine);
+        candidates.retain(|p| !is_known(p));
+        // The place of the spindle is that of the stylus itself: name what people look for first.
+        candidates.sort_by_key(|p| p.axis == 'S');
+        let unknowns: Vec<Unknown> = candidates.iter().map(|p| Unknown::Parameter(*p)).collect();
+        let columns = problem.derivatives(&unknowns, &estimate, &weights);
+        let rows = (columns.nrows() as f64).sqrt();
+        let columns = columns.column_iter().map(|c| c.into_owned());
+        let is_hidden = |(p, column): &(Parameter, nalgebra::DVector<f64>)| {
+            let least = rows / largest(*p);
+            !with.clone().add(column.clone(), least) && without.add(column.clone(), least)
+        };
+        Ok((candidates.into_iter().zip(columns))
+            .filter(is_hidden)
             .map(|(p, _)| p)
             .collect())
     }

@@ -31,6 +31,8 @@ struct ErrorsFile {
     #[serde(default)]
     standard_uncertainty: BTreeMap<Spanned<String>, Spanned<f64>>,
     #[serde(default)]
+    unseen: BTreeMap<Spanned<String>, Spanned<f64>>,
+    #[serde(default)]
     calibrated: BTreeMap<Spanned<String>, Spanned<Exactly<2>>>,
     uncertainty: Option<UncertaintyEntry>,
     #[serde(default)]
@@ -209,6 +211,26 @@ impl ErrorModel {
                 ));
             }
             self.standard_uncertainty.insert(parameter, v);
+        }
+        for (name, effect) in &file.unseen {
+            let parameter = known(name, machine)?;
+            let um = *effect.get_ref();
+            let bad = |message: String, remedy: &str| {
+                Err(FileError::at(effect.span(), message, "here", remedy))
+            };
+            if !um.is_finite() || um < 0.0 {
+                return bad(
+                    format!("what {parameter} changes is negative or not a number"),
+                    "write how far 10 µm (10 µrad, 10 µm/m) of it moves the tip, in µm",
+                );
+            }
+            if self.parameters.contains_key(&parameter) {
+                return bad(
+                    format!("{parameter} has a value and is also listed as not seen"),
+                    "remove one of the two",
+                );
+            }
+            self.unseen.insert(parameter, um);
         }
         Ok(())
     }
