@@ -73,7 +73,7 @@ pub struct Component {
     /// values are used, unless the residuals refute them.
     pub of_stated: Option<f64>,
     /// True if the residuals of most rows exceed the stated uncertainty, beyond chance: it is too small, or the machine
-    /// has errors that the model lacks. Uncertainties then rest on the residuals.
+    /// has errors that the model lacks. Uncertainties then rest on the residuals, if there is no other source.
     pub is_refuted: bool,
     /// Its share of the degrees of freedom.
     pub freedom: f64,
@@ -259,7 +259,9 @@ impl Noise {
                 rows: part.rows.len(),
                 noise: factor / root_mean_square(weights.into_iter()),
                 of_stated: part.is_stated.then_some(factor),
-                is_refuted: part.is_stated && part.deviation > 1.0,
+                is_refuted: part.is_stated
+                    && (part.deviation > 1.0
+                        || self.parts.len() > 1 && deviations(factor, *freedom) > CHANCE),
                 freedom: *freedom,
                 typical: Some(self.spread(part, misses, *freedom)).filter(|s| s.is_finite()),
             }
@@ -309,12 +311,17 @@ impl Noise {
             }
         }
         self.trust = trust;
+        let is_one_of_several = self.parts.len() > 1;
         let next: Vec<f64> = (self.parts.iter().zip(shares).zip(spreads))
             .map(|((part, freedom), spread)| {
                 if *freedom < LEAST_FREEDOM {
                     return part.deviation;
                 }
                 let factor = self.factor(part, misses, *freedom);
+                if part.is_stated && is_one_of_several {
+                    // Less weight for a source would hide the slip of its instrument from the search for mistakes.
+                    return part.deviation;
+                }
                 if part.is_stated {
                     // The residuals of most rows refute the stated uncertainty, not those of a few wrong rows. Once
                     // refuted it stays so, or rounds might alternate.

@@ -25,9 +25,14 @@ const REMEDY: &str = "write position,deviation or position,after positive travel
 pub fn read(text: &str) -> Result<Measured, FileError> {
     let table = Table::open(text, 0, REMEDY, REMEDY)?;
     let is_number = |text: &str| text.parse::<f64>().is_ok();
-    let start = match table.header.cells.iter().any(|cell| is_number(cell.text)) {
-        true => 0,
-        false => table.header.span.end,
+    let header = &table.header.cells;
+    let (start, named) = match header.iter().any(|cell| is_number(cell.text)) {
+        true => (0, None),
+        // A single cell is a title.
+        false => (
+            table.header.span.end,
+            Some(header.len()).filter(|count| *count > 1),
+        ),
     };
     let mut found = Measured::default();
     for row in Table::without_header(text, start, &[], REMEDY) {
@@ -35,6 +40,10 @@ pub fn read(text: &str) -> Result<Measured, FileError> {
         let columns = row.cells.len();
         if !(2..=3).contains(&columns) {
             let message = format!("the row has {columns} columns, not two or three");
+            return Err(FileError::at(row.span, message, "here", REMEDY));
+        }
+        if let Some(named) = named.filter(|named| *named != columns) {
+            let message = format!("the row has {columns} columns, the header {named}");
             return Err(FileError::at(row.span, message, "here", REMEDY));
         }
         let at = row.increasing(
@@ -81,6 +90,11 @@ mod tests {
             ),
             ("0\t1\n1\t2\n", Some(1), "the columns are separated by tabs"),
             ("x,y\n0,1\n1,2,3\n", Some(3), "the row has 3 columns, not 2"),
+            (
+                "position,deviation\n100,1,2\n200,1,5\n",
+                Some(2),
+                "the row has 3 columns, the header 2",
+            ),
             (
                 "0,0,5,1\n",
                 Some(1),

@@ -109,7 +109,8 @@ fn left(text: &mut String, identified: &Identified) {
         identified.condition
     );
     if let Some(factor) = identified.of_stated {
-        let rest_on = match identified.components[0].is_refuted {
+        let rest_on = match identified.components.len() == 1 && identified.components[0].is_refuted
+        {
             true => "more than chance explains: uncertainties rest on the residuals",
             false => "which uncertainties rest on",
         };
