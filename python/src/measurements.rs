@@ -11,8 +11,8 @@ use std::sync::Arc;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::{observations, probings};
 use trueaxis_measure::identify::{
-    Identified, IdentifyError, Model, ModelError, Options, Problem, automatic, drifting,
-    error_file, identify,
+    Identified, IdentifyError, Model, ModelError, NotKnown, Options, Problem, automatic, drifting,
+    error_file, held_out, honesty, identify,
 };
 use trueaxis_measure::simulate::{self, Disturbances};
 use trueaxis_model::errors::{ErrorModel, covariance};
@@ -252,10 +252,23 @@ pub fn identified(
     });
     let found = found.map_err(|error| raise(error.to_string(), error.remedy()))?;
     let problem = Problem::new(&machine.0, measured, &artefact, &found.looked_for, &base);
-    let hidden = problem.with(&observed).hidden_by_stylus(&found);
-    let hidden = hidden.map_err(|error| raise(error.to_string(), error.remedy()))?;
+    let problem = problem.with(&observed);
+    let predicted = held_out(
+        &machine.0,
+        measured,
+        &artefact,
+        &observed,
+        &found.looked_for,
+        &base,
+        options,
+    );
+    let honesty = honesty(&problem, measured, &found);
+    let not_known = NotKnown::of(&problem, &found, &honesty, predicted.as_ref().ok());
+    let not_known = not_known.map_err(|error| raise(error.to_string(), error.remedy()))?;
     Ok(Found {
-        toml: error_file(&machine.0, measured, &observed, &found, &hidden, COVARIANCE),
+        toml: error_file(
+            &machine.0, measured, &observed, &found, &not_known, COVARIANCE,
+        ),
         covariance: covariance::write(&found.known),
         machine: Arc::clone(&machine.0),
         found,

@@ -10,7 +10,7 @@ use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::formats::temperatures::{self, Temperatures};
 use trueaxis_measure::identify::{
-    Identified, Options, Problem, Warmed, error_file, identify, thermal,
+    Identified, NotKnown, Options, Problem, Warmed, error_file, identify, thermal,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
@@ -250,7 +250,7 @@ pub fn learnt_from(
         &probings,
         &observations,
         &identified,
-        &[],
+        &NotKnown::default(),
         "covariance.csv",
     );
     Ok((identified, warmed, text))

@@ -169,6 +169,12 @@ pub struct Row {
 }
 
 impl Identification {
+    /// True if something says how large the residuals may be: the file of readings, or places that were measured twice.
+    #[must_use]
+    pub fn is_judged(&self) -> bool {
+        self.noise_of_stated.is_some() || self.repeats.is_some()
+    }
+
     /// False if the residuals show errors that the model lacks: they exceed the stated noise, or the repeatability.
     #[must_use]
     pub fn fits(&self) -> bool {

@@ -1,7 +1,7 @@
 //! The summary at the top of a report.
 
 use super::words::{capital, figure};
-use super::{Share, Volumetric};
+use super::{Known, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tables::validate::Quality;
 
@@ -70,16 +70,25 @@ fn expected(volumetric: &Volumetric, is_all_seen: bool) -> String {
             };
             // The length of a sum does not exceed the sum of the lengths.
             let within = |left: f64, band: f64| figure(left + band);
+            let where_ = zone(known);
             let how_far = match is_all_seen {
                 true => "the machine will be off by no more than about",
                 false => "the errors that were measured leave about",
             };
             format!(
-                "With these tables {how_far} {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
+                "With these tables {how_far} {} µm at the tip and {} µrad in direction (95 %, on average over the {where_}), by what is not known of its parameters{exact} and what the tables leave.",
                 within(after.translation_um.mean, known.band.translation_um.mean),
                 within(after.direction_urad.mean, known.band.direction_urad.mean)
             )
         }
+    }
+}
+
+/// Where a band holds.
+fn zone(known: &Known) -> &'static str {
+    match known.is_of_zone {
+        true => "probed zone; beyond it, errors that the model lacks are not known",
+        false => "travel",
     }
 }
 
@@ -144,9 +153,13 @@ fn left(volumetric: &Volumetric) -> String {
     };
     match &volumetric.known {
         Some(known) => format!(
-            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %).",
+            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %{}).",
             figure(known.band.translation_um.mean),
-            figure(known.band.direction_urad.mean)
+            figure(known.band.direction_urad.mean),
+            match known.is_of_zone {
+                true => ", in the probed zone, with the misfit of the model",
+                false => "",
+            }
         ),
         // Already stated in the first sentence.
         None if volumetric.after.is_some() => format!("{left}."),
@@ -207,6 +220,7 @@ mod tests {
             um_per_mm_of_tool_length: None,
             known: after.map(|_| super::super::Known {
                 band: quality(2.06, 4.0),
+                is_of_zone: false,
                 uncertain: 1,
                 exact: 0,
             }),

@@ -38,8 +38,12 @@ pub struct Volumetric {
 /// How well the errors are known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Known {
-    /// 95 % band of the error that uncertain parameters and measured motions leave.
+    /// 95 % band of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
+    /// True if that is for the calibrated ranges only; how large the errors that the model lacks are elsewhere is not
+    /// known.
+    #[serde(default)]
+    pub is_of_zone: bool,
     /// Number of parameters and measured motions with an uncertainty.
     pub uncertain: usize,
     /// Number of those without one, which count as exact.
@@ -57,7 +61,8 @@ pub fn volumetric(
         None => over_travel(&kinematics, subject.seed)?,
     };
     let known = known.map(|found| Known {
-        band: found.travel,
+        is_of_zone: found.zone.is_some(),
+        band: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,
     });

@@ -6,6 +6,10 @@
 //! not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it lies along one line, 2.80 times
 //! that of a coordinate if all three are equal. The values of a tabulated motion are independent of each other, so
 //! at one position it counts as one more parameter, independent of all others.
+//!
+//! Errors that the model lacks move the tip, too. Their size in the calibrated range is the *misfit*: a random
+//! displacement of the tip, of the same size in all directions, that adds to the covariance. What they do to the tool
+//! direction, balls do not show.
 
 mod benefit;
 mod length;
@@ -73,7 +77,11 @@ impl<'a> Uncertain<'a> {
         let tables = changes.of_tables();
         let [tip, direction] = [0, 1]
             .map(|k| of_root(&parameters[k], &self.root) + &tables[k] * tables[k].transpose());
-        Leaves { tip, direction }
+        let misfit = self.kinematics.errors.misfit.unwrap_or(0.0);
+        Leaves {
+            tip: tip + Matrix3::from_diagonal_element(misfit * misfit),
+            direction,
+        }
     }
 }
 

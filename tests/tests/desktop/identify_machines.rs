@@ -2,7 +2,8 @@
 
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{
-    Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
+    Identified, IdentifyError, Model, NotKnown, Options, Problem, Trial, error_file, identify,
+    monte_carlo,
 };
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::covariance;
@@ -189,7 +190,14 @@ fn what_is_not_seen_does_not_depend_on_noise() {
                 );
                 // The written file can be read.
                 let none = Observations::default();
-                let file = error_file(&machine, &measured, &none, &found, &[], "covariance.csv");
+                let file = error_file(
+                    &machine,
+                    &measured,
+                    &none,
+                    &found,
+                    &NotKnown::default(),
+                    "covariance.csv",
+                );
                 let covariance = covariance::write(&found.known);
                 let read =
                     ErrorModel::with_files(&file, &machine, &|_: &str| Ok(covariance.clone()));

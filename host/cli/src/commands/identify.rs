@@ -17,9 +17,9 @@ use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
-    Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
-    Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, drifting, error_file,
-    held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
+    Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, NotKnown,
+    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, drifting,
+    error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -297,21 +297,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
-        hidden: problem
-            .hidden_by_stylus(&identified)
-            .map_err(|e| arguments.not_identified(&e))?,
+        not_known: NotKnown::default(),
     };
+    let held_out = found.held_out.as_ref().ok();
+    let not_known = NotKnown::of(&problem, &identified, &found.honesty, held_out);
+    let not_known = not_known.map_err(|e| arguments.not_identified(&e))?;
+    let found = Found { not_known, ..found };
     let name = covariances
         .as_deref()
         .unwrap_or(Path::new("covariance.csv"));
     let name = name.file_name().unwrap_or_default().to_string_lossy();
-    let hidden = &found.hidden;
+    let not_known = &found.not_known;
     let errors = error_file(
         &machine,
         &measured,
         &observations,
         &identified,
-        hidden,
+        not_known,
         &name,
     );
     let covariance = covariance::write(&identified.known);
@@ -365,8 +367,8 @@ struct Found<'a> {
     suspicions: Vec<(Suspicion, String)>,
     /// Location errors that the model cannot compensate for.
     missing: Vec<Parameter>,
-    /// Location errors that the stylus takes up.
-    hidden: Vec<Parameter>,
+    /// What the measurements do not show.
+    not_known: NotKnown,
 }
 
 /// A result is doubtful if a larger part of the rows is suspicious.
@@ -417,9 +419,9 @@ impl Found<'_> {
         let stylus = self.places.iter().find(|one| one.what == "stylus");
         if let Some(apart) = stylus.and_then(Stated::distance)
             && apart > AS_STATED
-            && !self.hidden.is_empty()
+            && !self.not_known.hidden.is_empty()
         {
-            let hidden = Model::Named(self.hidden.clone());
+            let hidden = Model::Named(self.not_known.hidden.clone());
             warnings.push(format!(
                 "the stylus was found {:.1} µm from its stated place: these probings cannot tell that from {hidden}, errors of the machine that stay when another tool is used; qualify the probe and give --probe, or state the place of the stylus with its uncertainty in the artefact",
                 apart * 1e3

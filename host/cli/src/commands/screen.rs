@@ -143,6 +143,9 @@ pub fn uncertainty(found: Option<&OverTravel>) -> String {
     if let Some(inside) = &found.inside {
         region("  calibrated", inside);
     }
+    if let Some(zone) = &found.zone {
+        region("  probed zone", zone);
+    }
     let loose = found.parameters - found.correlated;
     if loose > 0 {
         text += &format!(

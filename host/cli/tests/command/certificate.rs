@@ -215,7 +215,7 @@ const STATED: &str = "date = 2026-11-26\n[[instrument]]\nname = \"Touch probe\"\
 fn identified(machine: &str, more: &str) -> String {
     format!(
         r#"{{ "machine": "{machine}", "probings": 0, "probed": [], "balls": [], "parameters": [], "correlations": [],
-            "unseen": [], "noise_um": 1.0, "degrees_of_freedom": 100, "condition": 1.0, "held_out": null,
+            "unseen": [], "noise_um": 1.0, "noise_of_stated": 1.0, "degrees_of_freedom": 100, "condition": 1.0, "held_out": null,
             "left_um": [1.0, 1.0, 1.0], "checks": [], "suspected": [], "rows": []{more} }}"#
     )
 }
@@ -255,12 +255,14 @@ fn nothing_passes_without_its_grounds() {
         "{all:?}"
     );
     assert_eq!(code, Some(0));
+    let unjudged = found("").map(|text| text.replace("\"noise_of_stated\": 1.0,", ""));
     // Without a statement, or with residuals that refute the model, nothing passes.
     let undated = STATED.replace("date = 2026-11-26\n", "");
     for (stated, found, reason) in [
         ("", found(""), "no instrument"),
         (&undated[..], found(""), "no date"),
         (STATED, None, "no identification"),
+        (STATED, unjudged, "no noise is stated"),
         (
             STATED,
             found(r#", "refuted": ["probings"]"#),

@@ -587,6 +587,10 @@ fn what_the_stylus_takes_up_stays_known_as_not_seen() {
         "{said}"
     );
     assert!(!said.contains("no more than"), "{said}");
+    assert!(
+        file.contains("misfit_um = ") && said.contains("over the probed zone"),
+        "{said}"
+    );
     // A stylus that was measured takes nothing up; then the model lacks something, and the residuals show it.
     let text = std::fs::read_to_string(&artefact).unwrap() + STYLUS;
     let (said, file) = identify(&folder.file("qualified.toml", text));
@@ -605,6 +609,10 @@ fn what_is_listed_as_not_seen_is_checked() {
         ("EX0C = nan", "negative or not a number"),
         ("EX0Q = 1.0", "is not an error parameter"),
         ("EB0A = 1.0", "has a value and is also listed as not seen"),
+        (
+            "[uncertainty]\ncovariance = \"c.csv\"\nmisfit_um = -1.0",
+            "misfit_um is not a number from 0",
+        ),
     ] {
         let errors = folder.file("errors.toml", format!("{text}\n[unseen]\n{unseen}\n"));
         let output = trueaxis(&["verify", &machine, &errors, &errors]);

@@ -1,6 +1,6 @@
 //! Writes identified parameters as an error file.
 
-use super::{Estimated, FoundChange, Identified, effect_over_travel};
+use super::{Estimated, FoundChange, Identified, NotKnown, effect_over_travel};
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
@@ -83,16 +83,15 @@ fn unseen(machine: &Machine, identified: &Identified, hidden: &[Parameter]) -> S
     }
 }
 
-/// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, what
-/// was not seen (`hidden` by the stylus: [`Problem::hidden_by_stylus`](super::Problem::hidden_by_stylus)), and the probed
-/// range. Parameters that were not identified are kept.
+/// An error file: parameters in the order of the model, standard uncertainties, the name of the covariance file, what is
+/// not known, and the probed range. Parameters that were not identified are kept.
 #[must_use]
 pub fn error_file(
     machine: &Machine,
     probings: &Probings,
     observations: &Observations,
     identified: &Identified,
-    hidden: &[Parameter],
+    unknown: &NotKnown,
     covariance: &str,
 ) -> String {
     let mut text = format!(
@@ -138,6 +137,13 @@ pub fn error_file(
         "\n[uncertainty]\ncovariance = {}\n",
         toml::Value::from(covariance)
     );
+    if let Some(misfit) = unknown.misfit {
+        let _ = writeln!(
+            text,
+            "misfit_um = {:.3}  # by errors that the model lacks, in the probed zone: rms of a coordinate of the tip",
+            misfit * 1e3
+        );
+    }
     if let Some(left) = observations.thermal.as_ref().and_then(|t| t.left) {
         let _ = writeln!(
             text,
@@ -145,7 +151,7 @@ pub fn error_file(
             left * 1e3
         );
     }
-    text += &unseen(machine, identified, hidden);
+    text += &unseen(machine, identified, &unknown.hidden);
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
         // Motions that were known before remain valid in their range.

@@ -45,9 +45,11 @@ struct ErrorsFile {
 #[serde(deny_unknown_fields)]
 struct UncertaintyEntry {
     /// Name of the covariance file.
-    covariance: Spanned<String>,
+    covariance: Option<Spanned<String>>,
     /// What [thermal] leaves of another warm-up or cool-down (µm, 95 % of coordinates).
     thermal_um: Option<Spanned<f64>>,
+    /// Standard deviation of a coordinate of the tip by errors that the model lacks (µm).
+    misfit_um: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

@@ -44,6 +44,9 @@ pub struct ErrorModel {
     /// Half-width (mm) of the interval in which 95 % of the coordinates of another warm-up or cool-down stay with the
     /// thermal coefficients, if it is known.
     pub thermal_left: Option<f64>,
+    /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, in the calibrated range, if
+    /// it is known.
+    pub misfit: Option<f64>,
     /// Errors that may exist but that the measurements could not show, each with what 10 µm (10 µrad, 10 µm/m) of it
     /// changes at the tip over the travel (µm).
     pub unseen: BTreeMap<Parameter, f64>,
@@ -63,6 +66,7 @@ impl ErrorModel {
             table_uncertainty: BTreeMap::new(),
             slopes_beside_squareness: false,
             thermal_left: None,
+            misfit: None,
             unseen: BTreeMap::new(),
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),

@@ -74,6 +74,11 @@ impl<'a> Grounds<'a> {
             {
                 "no identification is given: whether the residuals fit is not known"
             }
+            () if self.identification.is_some_and(|found| !found.is_judged())
+                && !matches!(quantity, Quantity::Validation { .. }) =>
+            {
+                "no noise is stated and no place was measured twice: whether the residuals fit is not known"
+            }
             () => return None,
         };
         Some(lacks.to_owned())

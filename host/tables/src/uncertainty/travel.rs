@@ -1,7 +1,9 @@
 //! The band over the travel of a machine.
 
 use super::band;
-use crate::validate::{DrawError, Quality, Region, is_partly_calibrated, random_commands};
+use crate::validate::{
+    DrawError, Quality, Region, calibrated, is_partly_calibrated, random_commands,
+};
 use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
@@ -21,6 +23,8 @@ pub struct OverTravel {
     pub travel: Quality,
     /// Where no error motion holds its end value, if that is not the whole travel.
     pub inside: Option<Quality>,
+    /// Where all axes are in their calibrated ranges, if the misfit of the model is known, and only there.
+    pub zone: Option<Quality>,
     /// Number of parameters with a standard uncertainty.
     pub parameters: usize,
     /// Number of parameters without one; they count as exact.
@@ -53,6 +57,14 @@ pub fn over_travel(
         let positions: Vec<_> = positions.collect();
         Ok::<Quality, DrawError>(band(machine, errors, &covariance, &positions))
     };
+    let zone = zone(machine, errors);
+    let in_zone = |zone: Machine| {
+        let kinematics = Kinematics::new(&zone, errors);
+        let commands = random_commands(&kinematics, Region::Travel, POSITIONS, seed ^ OWN)?;
+        let positions = commands.iter().map(|command| command.kinematic(&zone));
+        let positions: Vec<_> = positions.collect();
+        Ok::<Quality, DrawError>(band(&zone, errors, &covariance, &positions))
+    };
     let motions = errors.motions.iter().flatten();
     let tabulated = motions.filter(|motion| motion.table.is_some()).count();
     let is_known = |p| covariance.parameters.contains(p);
@@ -63,10 +75,22 @@ pub fn over_travel(
             true => Some(over(Region::Inside)?),
             false => None,
         },
+        zone: zone.map(in_zone).transpose()?,
         parameters: covariance.parameters.len(),
         exact: errors.parameters.keys().filter(|p| !is_known(p)).count(),
         correlated: (errors.correlated.as_ref()).map_or(0, |known| known.parameters.len()),
         tables: errors.table_uncertainty.len(),
         exact_tables: tabulated - errors.table_uncertainty.len(),
     }))
+}
+
+/// The machine with the calibrated ranges as its travel, if the misfit is known there and not in the whole travel.
+fn zone(machine: &Machine, errors: &ErrorModel) -> Option<Machine> {
+    errors.misfit?;
+    let mut zone = machine.clone();
+    for (i, axis) in zone.axes.iter_mut().enumerate() {
+        let [low, high] = calibrated(machine, errors, i);
+        axis.travel = [axis.travel[0].max(low), axis.travel[1].min(high)];
+    }
+    (zone != *machine).then_some(zone)
 }

@@ -40,6 +40,8 @@ pub struct Answer<'a> {
     unseen: Vec<NotSeen>,
     noise_um: f64,
     noise_of_stated: Option<f64>,
+    /// Standard deviation of a coordinate of the tip by errors that the model lacks, in the probed zone.
+    misfit_um: Option<f64>,
     /// Sources whose residuals exceed what they state, beyond chance.
     refuted: Vec<&'static str>,
     degrees_of_freedom: usize,
@@ -217,6 +219,7 @@ impl<'a> Answer<'a> {
                 .collect(),
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
+            misfit_um: found.not_known.misfit.map(|misfit| misfit * 1e3),
             refuted: (identified.components.iter())
                 .filter(|one| one.is_refuted)
                 .map(|one| one.source.name())

@@ -50,6 +50,7 @@ pub fn screen(found: &Found<'_>) -> String {
     compensability(&mut text, found.compared.as_ref());
     if !measured.rows.is_empty() {
         left(&mut text, identified);
+        misfit(&mut text, found);
     }
     observed::noise(&mut text, found);
     if !measured.rows.is_empty() {
@@ -116,6 +117,22 @@ fn left(text: &mut String, identified: &Identified) {
         };
         *text += &format!("that is {factor:.2} times what the file states, {rest_on}\n");
     }
+}
+
+/// How far errors that the model lacks move the tip.
+fn misfit(text: &mut String, found: &Found<'_>) {
+    let Some(misfit) = found.not_known.misfit else {
+        return;
+    };
+    let is_noise_known = found.identified.of_stated.is_some() || found.honesty.repeats.is_some();
+    *text += &format!(
+        "errors that the model lacks: up to {:.2} µm of each coordinate (rms) in the probed zone{}\n",
+        misfit * 1e3,
+        match is_noise_known {
+            true => "",
+            false => "; all noise counts as such without sigma_um or places probed twice",
+        }
+    );
 }
 
 fn by_ball(text: &mut String, found: &Found<'_>) {

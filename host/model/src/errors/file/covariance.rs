@@ -9,6 +9,8 @@ use crate::source::FileError;
 const ROUNDED: f64 = 1e-3;
 /// The most (µm) that thermal changes may leave: more than any of them explains.
 const MOST_THERMAL: f64 = 1e4;
+/// Largest misfit (µm): a machine that its model misses by more is another machine.
+const MOST_MISFIT: f64 = 1e4;
 
 impl ErrorModel {
     /// Reads the covariance file, if one is named.
@@ -32,7 +34,21 @@ impl ErrorModel {
             }
             self.thermal_left = Some(um * 1e-3);
         }
-        let name = &entry.covariance;
+        if let Some(misfit) = &entry.misfit_um {
+            let um = *misfit.get_ref();
+            if !(0.0..=MOST_MISFIT).contains(&um) {
+                return Err(FileError::at(
+                    misfit.span(),
+                    format!("misfit_um is not a number from 0 to {MOST_MISFIT}"),
+                    "here",
+                    "write in µm how far errors that the model lacks move a coordinate of the tip (rms), as identify does, or leave it out",
+                ));
+            }
+            self.misfit = Some(um * 1e-3);
+        }
+        let Some(name) = &entry.covariance else {
+            return Ok(());
+        };
         let text = read(name.get_ref()).map_err(|cause| {
             FileError::at(
                 name.span(),
