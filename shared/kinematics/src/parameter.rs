@@ -37,6 +37,16 @@ pub const MAX_HARMONIC: u8 = 8;
 const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 impl Parameter {
+    /// The scale error of a linear axis X, Y, Z, U, V or W, as `EXX1`.
+    #[must_use]
+    pub fn scale(axis: char) -> Self {
+        Self {
+            component: "XYZUVW".find(axis).unwrap_or(0) % 3,
+            axis,
+            kind: ParameterKind::Degree(1),
+        }
+    }
+
     /// Parses a name; `None` if it is not valid.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {

@@ -58,22 +58,13 @@ fn unseen(machine: &Machine, identified: &Identified, hidden: &[Parameter]) -> S
             "{parameter} = {um:.1}  # the stylus takes it up: qualify the probe (--probe), or state the place of the stylus"
         );
     }
-    for (index, axis) in machine.axes.iter().enumerate() {
-        let scale = Parameter {
-            component: "XYZUVW".find(axis.letter.char()).unwrap_or(0) % 3,
-            axis: axis.letter.char(),
-            kind: ParameterKind::Degree(1),
-        };
-        let errors = &identified.errors;
-        let is_known = errors.parameters.contains_key(&scale)
-            || errors.motions[index][scale.component].table.is_some();
-        if !axis.letter.is_rotary() && !is_known {
-            let um = (axis.travel[1] - axis.travel[0]) * UNIT;
-            let _ = writeln!(
-                text,
-                "{scale} = {um:.1}  # no length reference: probe a bar of known length, or measure with a laser"
-            );
-        }
+    for scale in identified.errors.missing_scales(machine) {
+        let travel = machine.index(scale.axis).map(|i| machine.axes[i].travel);
+        let um = travel.map_or(0.0, |[low, high]| (high - low) * UNIT);
+        let _ = writeln!(
+            text,
+            "{scale} = {um:.1}  # no length reference: probe a bar of known length, or measure with a laser"
+        );
     }
     match text.is_empty() {
         true => text,

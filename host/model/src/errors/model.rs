@@ -73,6 +73,21 @@ impl ErrorModel {
         }
     }
 
+    /// The scale errors of linear axes (`EXX1`) that neither a parameter nor a table gives. If one is missing, a scale that
+    /// all axes have in common is not known either.
+    #[must_use]
+    pub fn missing_scales(&self, machine: &Machine) -> Vec<Parameter> {
+        let axes = machine.axes.iter().enumerate();
+        let linear = axes.filter(|(_, axis)| !axis.letter.is_rotary());
+        let missing = linear.filter_map(|(index, axis)| {
+            let scale = Parameter::scale(axis.letter.char());
+            let is_known = self.parameters.contains_key(&scale)
+                || self.motions[index][scale.component].table.is_some();
+            (!is_known).then_some(scale)
+        });
+        missing.collect()
+    }
+
     /// Sets one parameter (mm, rad, per mmᵏ or radᵏ).
     ///
     /// Returns false, and sets nothing, if the machine has no such axis or the axis no such parameter (harmonics of

@@ -4,7 +4,7 @@
 use super::calibration::Calibration;
 use super::limits::{Decision, Quantity};
 use crate::identification::Identification;
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
 /// What the decisions about all limits rest on.
@@ -56,9 +56,10 @@ impl<'a> Grounds<'a> {
                     .to_owned(),
             );
         }
-        match self.without_scale() {
-            Some(axis) if self.depends_on_scale(quantity) => Some(format!(
-                "no length reference: the scale of {axis} was not measured"
+        match self.errors.missing_scales(self.machine).first() {
+            Some(scale) if self.depends_on_scale(quantity) => Some(format!(
+                "no length reference: the scale of {} was not measured",
+                scale.axis
             )),
             _ => None,
         }
@@ -84,24 +85,10 @@ impl<'a> Grounds<'a> {
         Some(lacks.to_owned())
     }
 
-    /// The first linear axis without a known scale. A scale that all axes have in common is seen by an instrument
-    /// that measures length, and by no other.
-    fn without_scale(&self) -> Option<char> {
-        let axes = self.machine.axes.iter().enumerate();
-        let linear = axes.filter(|(_, axis)| !axis.letter.is_rotary());
-        let mut unknown = linear.filter(|(index, axis)| {
-            let scale = scale(axis.letter.char());
-            let is_known = self.errors.parameters.contains_key(&scale)
-                || self.errors.motions[*index][scale.component].table.is_some();
-            !is_known
-        });
-        unknown.next().map(|(_, axis)| axis.letter.char())
-    }
-
     /// True if a common scale of all axes changes the quantity.
     fn depends_on_scale(&self, quantity: Quantity) -> bool {
         match quantity {
-            Quantity::Parameter(parameter) => parameter == scale(parameter.axis),
+            Quantity::Parameter(parameter) => parameter == Parameter::scale(parameter.axis),
             Quantity::Volumetric { at_tip, .. } => at_tip,
             // The radius deviates, the form does not.
             Quantity::Circle(what, _) => what == 'F',
@@ -109,14 +96,5 @@ impl<'a> Grounds<'a> {
             Quantity::Diagonal(_) => true,
             Quantity::Validation { .. } => false,
         }
-    }
-}
-
-/// The scale error of a linear axis, as `EXX1`.
-fn scale(axis: char) -> Parameter {
-    Parameter {
-        component: "XYZUVW".find(axis).unwrap_or(0) % 3,
-        axis,
-        kind: ParameterKind::Degree(1),
     }
 }
