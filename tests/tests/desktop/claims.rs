@@ -142,6 +142,10 @@ fn the_tip_is_within_its_band_in_the_probed_zone_whatever_the_model_lacks() {
             within(&case, model, is_stated, number as u64 + 1)
         });
         let mean = shares.sum::<f64>() / count as f64;
+        eprintln!(
+            "model {model}, noise stated: {is_stated}: {:.1} % within, {count} machines",
+            100.0 * mean
+        );
         assert!(mean >= least, "{model}, noise stated: {is_stated}: {mean}");
     }
 }

@@ -257,6 +257,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "give --before what identify wrote with the same --model before the compensation was on",
         ));
     }
+    let honesty = honesty(&problem, &measured, &identified);
+    let held_out = match chosen
+        .as_ref()
+        .map(|chosen| &chosen.levels[chosen.chosen].found)
+    {
+        Some(Ok(fit)) => fit.held_out.clone(),
+        _ => held_out(
+            &machine,
+            &measured,
+            &artefact,
+            &observations,
+            looked_for,
+            &base,
+            options,
+        ),
+    };
     let found = Found {
         machine: &machine,
         measured: &measured,
@@ -268,22 +284,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .as_ref()
             .and_then(|chosen| published(&machine, chosen)),
         compared,
-        honesty: honesty(&problem, &measured, &identified),
-        held_out: match chosen
-            .as_ref()
-            .map(|chosen| &chosen.levels[chosen.chosen].found)
-        {
-            Some(Ok(fit)) => fit.held_out.clone(),
-            _ => held_out(
-                &machine,
-                &measured,
-                &artefact,
-                &observations,
-                looked_for,
-                &base,
-                options,
-            ),
-        },
+        not_known: NotKnown::of(&problem, &identified, &honesty, held_out.as_ref().ok())
+            .map_err(|e| arguments.not_identified(&e))?,
+        honesty,
+        held_out,
         remedies: would_show(
             &machine,
             &measured,
@@ -297,23 +301,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
-        not_known: NotKnown::default(),
     };
-    let held_out = found.held_out.as_ref().ok();
-    let not_known = NotKnown::of(&problem, &identified, &found.honesty, held_out);
-    let not_known = not_known.map_err(|e| arguments.not_identified(&e))?;
-    let found = Found { not_known, ..found };
     let name = covariances
         .as_deref()
         .unwrap_or(Path::new("covariance.csv"));
     let name = name.file_name().unwrap_or_default().to_string_lossy();
-    let not_known = &found.not_known;
     let errors = error_file(
         &machine,
         &measured,
         &observations,
         &identified,
-        not_known,
+        &found.not_known,
         &name,
     );
     let covariance = covariance::write(&identified.known);

@@ -300,6 +300,16 @@ fn nothing_passes_without_its_grounds() {
         "{all:?}"
     );
     assert_eq!(code, Some(1));
+    // Without that of Y, nor is the form of a circle; the reversal of X is.
+    let text = std::fs::read_to_string(&errors).unwrap();
+    let left = text.lines().filter(|line| !line.starts_with("EYY1"));
+    let errors = folder.file(
+        "none.toml",
+        left.map(|line| line.to_owned() + "\n").collect::<String>(),
+    );
+    let (_, all) = judged(STATED, &errors, found(""));
+    assert_eq!([&all[5][0][..], &all[6][0]], [open, pass], "{all:?}");
+    assert!(all[5][1].contains("scales of Y and X"), "{all:?}");
 }
 
 #[test]

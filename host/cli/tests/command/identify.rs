@@ -611,7 +611,7 @@ fn what_is_listed_as_not_seen_is_checked() {
         ("EB0A = 1.0", "has a value and is also listed as not seen"),
         (
             "[uncertainty]\ncovariance = \"c.csv\"\nmisfit_um = -1.0",
-            "misfit_um is not a number from 0",
+            "misfit_um is negative or not a number",
         ),
     ] {
         let errors = folder.file("errors.toml", format!("{text}\n[unseen]\n{unseen}\n"));

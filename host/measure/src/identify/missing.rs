@@ -42,9 +42,7 @@ impl Problem<'_> {
             .map(|(p, _)| p)
             .collect())
     }
-}
 
-impl Problem<'_> {
     /// Location errors of which the stylus takes up the effect at these positions, because its place in the spindle is
     /// found together with the parameters: the smallest set. The tool that cuts does not take it up.
     ///

@@ -109,6 +109,12 @@ fn deviations(factor: f64, freedom: f64) -> f64 {
     (libm::pow(factor, 2.0 / 3.0) - (1.0 - part)) / part.sqrt()
 }
 
+/// True if residuals are larger than stated, beyond chance: in the mean square (`factor`), and those of most rows
+/// (`spread`, of the median row), not those of a few wrong ones.
+fn refute(factor: f64, spread: f64, freedom: f64) -> bool {
+    deviations(factor, freedom) > CHANCE && deviations(spread, OF_MEDIAN * freedom) > CHANCE
+}
+
 /// The rows of one source.
 struct Part {
     source: Source,
@@ -261,7 +267,7 @@ impl Noise {
                 of_stated: part.is_stated.then_some(factor),
                 is_refuted: part.is_stated
                     && (part.deviation > 1.0
-                        || self.parts.len() > 1 && deviations(factor, *freedom) > CHANCE),
+                        || refute(factor, self.spread(part, misses, *freedom), *freedom)),
                 freedom: *freedom,
                 typical: Some(self.spread(part, misses, *freedom)).filter(|s| s.is_finite()),
             }
@@ -314,20 +320,15 @@ impl Noise {
         let is_one_of_several = self.parts.len() > 1;
         let next: Vec<f64> = (self.parts.iter().zip(shares).zip(spreads))
             .map(|((part, freedom), spread)| {
-                if *freedom < LEAST_FREEDOM {
+                // Less weight for one of several sources would hide the slip of its instrument from the search for
+                // mistakes.
+                if *freedom < LEAST_FREEDOM || part.is_stated && is_one_of_several {
                     return part.deviation;
                 }
                 let factor = self.factor(part, misses, *freedom);
-                if part.is_stated && is_one_of_several {
-                    // Less weight for a source would hide the slip of its instrument from the search for mistakes.
-                    return part.deviation;
-                }
                 if part.is_stated {
-                    // The residuals of most rows refute the stated uncertainty, not those of a few wrong rows. Once
-                    // refuted it stays so, or rounds might alternate.
-                    let is_refuted = part.deviation > 1.0
-                        || deviations(factor, *freedom) > CHANCE
-                            && deviations(spread, OF_MEDIAN * *freedom) > CHANCE;
+                    // Once refuted it stays so, or rounds might alternate.
+                    let is_refuted = part.deviation > 1.0 || refute(factor, spread, *freedom);
                     return if is_refuted { factor.max(1.0) } else { 1.0 };
                 }
                 let found = match robust && round < HUBER_ROUNDS {

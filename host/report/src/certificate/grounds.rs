@@ -56,10 +56,15 @@ impl<'a> Grounds<'a> {
                     .to_owned(),
             );
         }
-        match self.errors.missing_scales(self.machine).first() {
-            Some(scale) if self.depends_on_scale(quantity) => Some(format!(
+        let missing = self.errors.missing_scales(self.machine);
+        match &missing[..] {
+            [scale, ..] if depends_on_length(quantity) => Some(format!(
                 "no length reference: the scale of {} was not measured",
                 scale.axis
+            )),
+            [a, b, ..] if matches!(quantity, Quantity::Circle('G', _)) => Some(format!(
+                "the scales of {} and {} were not measured, not even relative to each other",
+                a.axis, b.axis
             )),
             _ => None,
         }
@@ -84,17 +89,17 @@ impl<'a> Grounds<'a> {
         };
         Some(lacks.to_owned())
     }
+}
 
-    /// True if a common scale of all axes changes the quantity.
-    fn depends_on_scale(&self, quantity: Quantity) -> bool {
-        match quantity {
-            Quantity::Parameter(parameter) => parameter == Parameter::scale(parameter.axis),
-            Quantity::Volumetric { at_tip, .. } => at_tip,
-            // The radius deviates, the form does not.
-            Quantity::Circle(what, _) => what == 'F',
-            Quantity::Positioning(what, _) => what != 'B',
-            Quantity::Diagonal(_) => true,
-            Quantity::Validation { .. } => false,
-        }
+/// True if a scale that all axes have in common changes the quantity.
+fn depends_on_length(quantity: Quantity) -> bool {
+    match quantity {
+        Quantity::Parameter(parameter) => parameter == Parameter::scale(parameter.axis),
+        Quantity::Volumetric { at_tip, .. } => at_tip,
+        // The radius deviates, the form does not.
+        Quantity::Circle(what, _) => what == 'F',
+        Quantity::Positioning(what, _) => what != 'B',
+        Quantity::Diagonal(_) => true,
+        Quantity::Validation { .. } => false,
     }
 }

@@ -86,11 +86,16 @@ pub fn over_travel(
 
 /// The machine with the calibrated ranges as its travel, if the misfit is known there and not in the whole travel.
 fn zone(machine: &Machine, errors: &ErrorModel) -> Option<Machine> {
+    /// Rounding of the conversion to radians and back (mm, deg).
+    const ROUNDED: f64 = 1e-9;
     errors.misfit?;
     let mut zone = machine.clone();
+    let mut is_narrower = false;
     for (i, axis) in zone.axes.iter_mut().enumerate() {
         let [low, high] = calibrated(machine, errors, i);
-        axis.travel = [axis.travel[0].max(low), axis.travel[1].min(high)];
+        let [from, to] = axis.travel;
+        is_narrower |= low > from + ROUNDED || high < to - ROUNDED;
+        axis.travel = [from.max(low), to.min(high)];
     }
-    (zone != *machine).then_some(zone)
+    is_narrower.then_some(zone)
 }
