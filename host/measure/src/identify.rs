@@ -12,6 +12,7 @@ mod compensability;
 mod derivatives;
 mod descent;
 mod drift;
+mod elsewhere;
 mod error;
 mod error_file;
 mod estimate;
@@ -43,7 +44,7 @@ mod units;
 mod unknown;
 mod without;
 
-pub use auto::{Chosen, Fit, Level, automatic};
+pub use auto::{Chosen, Fit, Level, Tried, automatic};
 pub use bars::BarCheck;
 pub use candidates::Form;
 pub use compensability::{Compensability, Compensated, compensability};

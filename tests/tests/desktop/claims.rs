@@ -137,10 +137,9 @@ fn the_tip_is_within_its_band_in_the_probed_zone_whatever_the_model_lacks() {
     for (model, is_stated) in [("12", true), ("12", false), ("auto", true)] {
         let mut random = Fixed::new(49);
         let cases = (0..).filter_map(|number| Some((number, drawn(number, &mut random)?)));
-        let shares = cases.take(count).map(|(number, case)| {
-            // Small shares are those of machines on which `auto` takes motions that bend in the corners of the zone.
-            within(&case, model, is_stated, number as u64 + 1)
-        });
+        let shares = cases
+            .take(count)
+            .map(|(number, case)| within(&case, model, is_stated, number as u64 + 1));
         let mean = shares.sum::<f64>() / count as f64;
         eprintln!(
             "model {model}, noise stated: {is_stated}: {:.1} % within, {count} machines",

@@ -1,7 +1,9 @@
 //! The automatic choice, compared with the coefficients published for machines of the same layout.
 
 use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
+use trueaxis_measure::identify::{
+    Chosen, Form, Level, Missing, Options, Tried, automatic, published,
+};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tests::probed::Case;
 
@@ -28,11 +30,7 @@ fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_sam
         let case = Case::new(folder, errors).coming();
         let chosen = chosen(&case);
         assert_eq!(chosen.identified.parameters.len(), count);
-        let level = level(&chosen);
-        assert_eq!(
-            (level.degree, level.form, &level.list),
-            (3, Form::Polynomials, &None)
-        );
+        assert_eq!(level(&chosen).tried, Tried::Degree(3, Form::Polynomials));
         let beside = published(&case.machine, &chosen).unwrap();
         // Alternatives among parameters that cannot be distinguished.
         assert!(beside.is_same, "{beside:?}");

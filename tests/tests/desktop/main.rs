@@ -18,6 +18,7 @@ mod linuxcnc;
 mod measured_examples;
 mod measurement;
 mod observations;
+mod outside;
 mod plan;
 mod policies;
 mod schemes;

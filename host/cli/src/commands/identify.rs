@@ -258,21 +258,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ));
     }
     let honesty = honesty(&problem, &measured, &identified);
-    let held_out = match chosen
-        .as_ref()
-        .map(|chosen| &chosen.levels[chosen.chosen].found)
-    {
-        Some(Ok(fit)) => fit.held_out.clone(),
-        _ => held_out(
-            &machine,
-            &measured,
-            &artefact,
-            &observations,
-            looked_for,
-            &base,
-            options,
-        ),
-    };
+    let seen: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
+    let held_out = held_out(
+        &machine,
+        &measured,
+        &artefact,
+        &observations,
+        &seen,
+        &base,
+        options,
+    );
     let found = Found {
         machine: &machine,
         measured: &measured,

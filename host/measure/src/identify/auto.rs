@@ -1,32 +1,62 @@
-//! Chooses the complexity of the model by cross-validation with balls that are left out.
+//! Chooses the complexity of the model by what it predicts elsewhere.
 
-use super::candidates::{Form, candidates};
+use super::candidates::{Form, candidates, fewest, of_degree};
+use super::elsewhere::{Elsewhere, Predicted};
 use super::published::listed;
+use super::rows::Weights;
 use super::structure::SEEN;
 use super::{
-    HeldOut, Identified, IdentifyError, Model, Options, Problem, drifting, held_out, identify,
+    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify,
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
+use std::fmt;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// One degree that was tried.
+/// A model that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Degree of polynomials and harmonics; 0 means locations and scales.
-    pub degree: u8,
-    /// Form of the motions of axes that rotate by a full turn.
-    pub form: Form,
-    /// The published list for machines of this layout, if it was tried.
-    pub list: Option<Model>,
+    /// What it is.
+    pub tried: Tried,
     /// The result, or why there is none; higher degrees are not tried then.
     pub found: Result<Fit, IdentifyError>,
 }
 
-/// Result for one degree.
+/// What a model has.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tried {
+    /// The fewest locations and scales, and backlash: what the fixed models have.
+    Fewest,
+    /// All locations and scales, and backlash.
+    Locations,
+    /// The same, with every error motion up to a degree of polynomials and harmonics, in this form for axes that rotate by
+    /// a full turn.
+    Degree(u8, Form),
+    /// The published list for machines of this layout.
+    List(Model),
+    /// The fewest, and these, which were added one after the other as long as that predicts other positions better.
+    Added(Vec<Parameter>),
+}
+
+impl fmt::Display for Tried {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fewest => f.write_str("fewest"),
+            Self::Locations => f.write_str("locations and scales"),
+            Self::Degree(degree, Form::Harmonics) => write!(f, "degree {degree}"),
+            Self::Degree(degree, Form::Polynomials) => write!(f, "degree {degree}, polynomials"),
+            Self::List(model) => write!(f, "--model {model}"),
+            Self::Added(parameters) => {
+                write!(f, "fewest and {}", Model::Named(parameters.clone()))
+            }
+        }
+    }
+}
+
+/// Result for one model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// Number of its parameters that can be identified.
@@ -35,14 +65,16 @@ pub struct Fit {
     pub unseen: usize,
     /// Its residual at the rows it was fitted to (mm, root mean square distance).
     pub left: f64,
-    /// Its residual at rows that were held out, or why it cannot be identified without some of the rows.
-    pub held_out: Result<HeldOut, IdentifyError>,
+    /// How far off (mm, root mean square distance) it is where it was not fitted: in zones of the travel of one axis,
+    /// predicted from the other zones, and over the travel by the uncertainty of its parameters. `None` if no axis has two
+    /// zones.
+    pub elsewhere: Option<f64>,
 }
 
 impl Level {
     /// True if there is nothing to compare higher degrees with.
     fn is_end(&self) -> bool {
-        !matches!(&self.found, Ok(fit) if fit.held_out.is_ok())
+        !matches!(&self.found, Ok(fit) if fit.elsewhere.is_some())
     }
 }
 
@@ -60,45 +92,129 @@ fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
     identified.noise / (PLAUSIBLE * size * (problem.equations() as f64).sqrt())
 }
 
-impl Fit {
-    /// Identifies given parameters and cross-validates them.
-    pub(super) fn of(
-        machine: &Machine,
-        probings: &Probings,
-        artefact: &Artefact,
-        observations: &Observations,
+/// What all models are identified from.
+struct Measured<'a> {
+    machine: &'a Machine,
+    probings: &'a Probings,
+    artefact: &'a Artefact,
+    observations: &'a Observations,
+    base: &'a ErrorModel,
+    options: Options,
+}
+
+impl<'a> Measured<'a> {
+    fn problem(&self, parameters: &[Parameter]) -> Problem<'a> {
+        let (machine, probings, artefact) = (self.machine, self.probings, self.artefact);
+        Problem::new(machine, probings, artefact, parameters, self.base).with(self.observations)
+    }
+
+    /// Identifies given parameters, and predicts with them; rows weigh as these `weights` say, or as they did.
+    fn found(
+        &self,
         parameters: &[Parameter],
-        base: &ErrorModel,
-        options: Options,
-    ) -> Result<(Identified, Self), IdentifyError> {
-        let problem = Problem::new(machine, probings, artefact, parameters, base);
-        let problem = problem.with(observations);
-        let mut identified = identify(&problem, options)?;
+        weights: Option<&Weights>,
+    ) -> Result<(Identified, Fit, Option<Predicted>), IdentifyError> {
+        let problem = self.problem(parameters);
+        let mut identified = identify(&problem, self.options)?;
         let options = Options {
             least: told(&problem, &identified),
-            ..options
+            ..self.options
         };
         if options.least > SEEN {
             identified = identify(&problem, options)?;
         }
-        let fit = Self {
+        let place = &identified.place;
+        let kept = place.factor.unknowns().iter();
+        let kept: Vec<Unknown> = kept.map(|i| problem.unknowns[*i]).collect();
+        let weights = weights.unwrap_or(&place.weights);
+        let elsewhere = Elsewhere::new(&problem, &place.estimate, weights, &kept);
+        let all: Vec<usize> = (0..kept.len()).collect();
+        let predicted = elsewhere.map(|elsewhere| elsewhere.predicted(&all));
+        let fit = Fit {
             parameters: identified.parameters.len(),
             unseen: parameters.len() - identified.parameters.len(),
             left: root_mean_square(identified.all_rows().map(|row| row.after.norm())),
-            held_out: held_out(
-                machine,
-                probings,
-                artefact,
-                observations,
-                parameters,
-                base,
-                options,
-            ),
+            elsewhere: predicted.as_ref().map(Predicted::off),
         };
-        Ok((identified, fit))
+        Ok((identified, fit, predicted))
+    }
+
+    /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
+    /// after the other.
+    fn added(&self, of: &Identified, forms: &[Form], directions: &[bool]) -> Vec<Parameter> {
+        let mut groups: Vec<Vec<Parameter>> =
+            candidates(self.machine, 0, Form::Harmonics, directions)
+                .into_iter()
+                .map(|parameter| vec![parameter])
+                .collect();
+        for form in forms {
+            for axis in &self.machine.axes {
+                for component in 0..6 {
+                    for (from, to) in RANGES {
+                        let degrees = from..=to;
+                        let all = degrees.flat_map(|k| of_degree(axis, component, k, *form));
+                        let group: Vec<Parameter> = all.collect();
+                        if !groups.contains(&group) {
+                            groups.push(group);
+                        }
+                    }
+                }
+            }
+        }
+        let mut all: Vec<Parameter> = groups.concat();
+        all.sort_unstable();
+        all.dedup();
+        all.retain(|p| !of.looked_for.contains(p));
+        let problem = self.problem(&of.looked_for);
+        let place = &of.place;
+        let kept = place.factor.unknowns().iter();
+        let mut unknowns: Vec<Unknown> = kept.map(|i| problem.unknowns[*i]).collect();
+        let mut taken: Vec<usize> = (0..unknowns.len()).collect();
+        unknowns.extend(all.iter().copied().map(Unknown::Parameter));
+        let number = |p: &Parameter| {
+            let own = Unknown::Parameter(*p);
+            unknowns.iter().position(|unknown| *unknown == own)
+        };
+        let groups: Vec<Vec<usize>> = groups
+            .iter()
+            .map(|group| group.iter().filter_map(number).collect())
+            .collect();
+        let elsewhere = Elsewhere::new(&problem, &place.estimate, &place.weights, &unknowns);
+        let Some(elsewhere) = elsewhere else {
+            return Vec::new();
+        };
+        let first = taken.len();
+        let mut best = elsewhere.predicted(&taken);
+        loop {
+            let is_new = |i: &usize| !taken.contains(i);
+            let rest = groups.iter();
+            let rest = rest.map(|group| group.iter().copied().filter(is_new).collect());
+            let mut rest: Vec<Vec<usize>> =
+                rest.filter(|group: &Vec<_>| !group.is_empty()).collect();
+            rest.sort_unstable();
+            rest.dedup();
+            let gains = elsewhere.gains(&taken, &rest);
+            let mut order: Vec<usize> = (0..rest.len()).collect();
+            order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+            let tried = order.iter().take(TRIED).filter_map(|i| {
+                let with = [&taken[..], &rest[*i]].concat();
+                let predicted = elsewhere.predicted(&with);
+                predicted.is_better(&best).then_some((predicted, with))
+            });
+            match tried.min_by(|a, b| a.0.off().total_cmp(&b.0.off())) {
+                Some(found) => (best, taken) = found,
+                None => break,
+            }
+        }
+        let added = taken[first..].iter().map(|i| all[*i - first]);
+        added.collect()
     }
 }
 
+/// Ranges of degrees of an error motion that are added together. Degree 1 of many motions is a location.
+const RANGES: [(u8, u8); 6] = [(1, 1), (2, 2), (1, 2), (3, 3), (2, 3), (1, 3)];
+/// Of what may be added, so many that explain most of what is left are tried.
+const TRIED: usize = 8;
 /// The result of the choice.
 #[derive(Clone, Debug)]
 pub struct Chosen {
@@ -115,13 +231,10 @@ pub struct Chosen {
 
 /// The highest degree tried.
 const HIGHEST: u8 = 3;
-/// A higher degree must reduce the residual of held-out rows to this fraction; a smaller gain is chance.
-const WORTH: f64 = 0.95;
 
-/// Identifies with every degree, and takes the lowest whose prediction of held-out rows, one ball at a time, is
-/// about as good as that of any other. If the lowest degree cannot be cross-validated, it is taken. Axes that rotate
-/// by a full turn but have limits are tried with harmonics, then with polynomials of the same degree. Last, the list
-/// published for machines of this layout is tried, if there is one.
+/// Identifies with the fewest parameters, with all locations, with every degree in every form, with the list published for
+/// machines of this layout, and with error motions added to the fewest one after the other; and takes the first that is
+/// about as little off elsewhere ([`Fit::elsewhere`]) as any other.
 ///
 /// # Errors
 /// [`IdentifyError`] if not even the simplest model can be identified.
@@ -150,82 +263,71 @@ pub fn automatic(
             observations.drift = drifting(&problem, &identify(&problem, options)?);
         }
     }
-    let observations = &observations;
-    let find = |degree, form| {
-        let parameters = candidates(machine, degree, form, &directions);
-        Fit::of(
-            machine,
-            probings,
-            artefact,
-            observations,
-            &parameters,
-            base,
-            options,
-        )
+    let measured = Measured {
+        machine,
+        probings,
+        artefact,
+        observations: &observations,
+        base,
+        options,
     };
-    let mut forms = Form::of(machine).to_vec();
-    let form = Form::Harmonics;
-    let (mut best, fit) = find(0, form)?;
-    let mut least = fit.held_out.as_ref().ok().map(|held_out| held_out.rms);
+    let has_length = !artefact.bars.is_empty() || !observations.rows.is_empty();
+    let (simplest, fit, predicted) =
+        measured.found(&fewest(machine, has_length, &directions), None)?;
+    let weights = simplest.place.weights.clone();
+    let mut best = simplest.clone();
+    let mut known = predicted;
+    let can_compare = known.is_some();
     let mut chosen = 0;
     let mut levels = vec![Level {
-        degree: 0,
-        form,
-        list: None,
+        tried: Tried::Fewest,
         found: Ok(fit),
     }];
-    let mut take = |number: usize, (identified, fit): (Identified, Fit)| {
-        let held_out = fit.held_out.as_ref().ok().map(|held_out| held_out.rms);
-        // Without a comparison, no model is better than the simplest.
-        if let (Some(rms), Some(last)) = (held_out, least)
-            && rms < WORTH * last
-        {
-            (best, least, chosen) = (identified, Some(rms), number);
-        }
-        fit
-    };
-    if levels[0].is_end() {
-        forms.clear();
-    }
-    for degree in 1..=HIGHEST {
-        for form in forms.clone() {
-            let found = find(degree, form).map(|found| take(levels.len(), found));
-            let level = Level {
-                degree,
-                form,
-                list: None,
-                found,
-            };
-            // A higher degree has even more unknowns.
-            if level.is_end() {
-                forms.retain(|other| *other != form);
+    let forms = Form::of(machine);
+    let mut attempt = |tried: Tried, parameters: &[Parameter]| {
+        let found = measured.found(parameters, Some(&weights));
+        let found = found.map(|(identified, fit, predicted)| {
+            let last = known.as_ref();
+            if let (Some(predicted), Some(last)) = (predicted, last)
+                && predicted.is_better(last)
+            {
+                (best, known, chosen) = (identified, Some(predicted), levels.len());
             }
-            levels.push(level);
+            fit
+        });
+        let level = Level { tried, found };
+        let is_end = level.is_end();
+        levels.push(level);
+        is_end
+    };
+    // Without a comparison, no model is better than the simplest.
+    if can_compare {
+        let parameters = candidates(machine, 0, Form::Harmonics, &directions);
+        attempt(Tried::Locations, &parameters);
+        for form in forms {
+            for degree in 1..=HIGHEST {
+                let parameters = candidates(machine, degree, *form, &directions);
+                // A higher degree has even more unknowns.
+                if attempt(Tried::Degree(degree, *form), &parameters) {
+                    break;
+                }
+            }
+        }
+        // Coefficients can replace each other; which of them are used affects how well they are determined.
+        if let Some((list, parameters)) = listed(machine) {
+            attempt(Tried::List(list), &parameters);
+        }
+        let added = measured.added(&simplest, forms, &directions);
+        if !added.is_empty() {
+            let parameters = [&simplest.looked_for[..], &added].concat();
+            attempt(Tried::Added(added), &parameters);
         }
     }
-    // Coefficients can replace each other; which of them are used affects how well they are determined.
-    if let Some((list, parameters)) = listed(machine).filter(|_| !levels[0].is_end()) {
-        let found = Fit::of(
-            machine,
-            probings,
-            artefact,
-            observations,
-            &parameters,
-            base,
-            options,
-        );
-        let found = found.map(|found| take(levels.len(), found));
-        levels.push(Level {
-            degree: HIGHEST,
-            form: Form::Polynomials,
-            list: Some(list),
-            found,
-        });
-    }
+    let drift = observations.drift.clone();
     Ok(Chosen {
         identified: best,
         levels,
         chosen,
-        drift: observations.drift.clone(),
+        drift,
     })
 }

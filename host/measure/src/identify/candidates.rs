@@ -1,5 +1,6 @@
 //! The parameters that `auto` starts from.
 
+use super::locations::{self, minimal};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::{Axis, Machine};
 
@@ -31,6 +32,17 @@ fn turns_round(axis: &Axis) -> bool {
     axis.letter.is_rotary() && (axis.modulo || high - low >= TURN)
 }
 
+/// The fewest parameters that a machine is identified with: the location errors that show whatever the stylus is, the
+/// scales of the linear axes (relative to that of X unless something `has_length`), and backlash. These are the
+/// fixed models' parameters.
+pub(super) fn fewest(machine: &Machine, has_length: bool, directions: &[bool]) -> Vec<Parameter> {
+    let mut parameters = minimal(machine);
+    let scales = scales(machine).skip(usize::from(!has_length));
+    parameters.extend(scales);
+    parameters.extend(backlash(machine, directions));
+    possible(machine, parameters)
+}
+
 /// All parameters that a machine can have up to a degree: locations; motions of linear axes and of rotary axes with
 /// less than a turn, as polynomials (from degree 1, because constants are locations); motions of other rotary axes
 /// in the given form; backlash.
@@ -40,47 +52,61 @@ pub(super) fn candidates(
     form: Form,
     directions: &[bool],
 ) -> Vec<Parameter> {
-    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
-    let six = |axis: char, kind| {
-        (0..6).map(move |component| Parameter {
-            component,
-            axis,
-            kind,
-        })
-    };
-    let mut parameters: Vec<Parameter> = Vec::new();
-    for axis in letters.iter().copied().chain(['S']) {
-        parameters.extend(six(axis, ParameterKind::Inter));
-    }
+    let mut parameters = locations::all(machine);
     for k in 1..=degree {
         for axis in &machine.axes {
-            let letter = axis.letter.char();
-            if turns_round(axis) && (axis.modulo || form == Form::Harmonics) {
-                parameters.extend(six(letter, ParameterKind::Cosine(k)));
-                parameters.extend(six(letter, ParameterKind::Sine(k)));
-            } else {
-                parameters.extend(six(letter, ParameterKind::Degree(k)));
+            for component in 0..6 {
+                parameters.extend(of_degree(axis, component, k, form));
             }
         }
     }
     if degree == 0 {
         // Locations alone would omit errors that every machine has.
-        let linear = letters.iter().filter(|l| "XYZUVW".contains(**l));
-        parameters.extend(linear.map(|axis| Parameter {
-            component: direction(*axis),
-            axis: *axis,
-            kind: ParameterKind::Degree(1),
-        }));
+        parameters.extend(scales(machine));
     }
-    for (axis, known) in letters.iter().zip(directions) {
-        let own = direction(*axis) + if "ABC".contains(*axis) { 3 } else { 0 };
-        parameters.extend(known.then_some(Parameter {
-            component: own,
-            axis: *axis,
+    parameters.extend(backlash(machine, directions));
+    possible(machine, parameters)
+}
+
+/// The coefficients of one degree of an error motion.
+pub(super) fn of_degree(axis: &Axis, component: usize, degree: u8, form: Form) -> Vec<Parameter> {
+    let is_harmonic = turns_round(axis) && (axis.modulo || form == Form::Harmonics);
+    let kinds = match is_harmonic {
+        true => vec![ParameterKind::Cosine(degree), ParameterKind::Sine(degree)],
+        false => vec![ParameterKind::Degree(degree)],
+    };
+    let axis = axis.letter.char();
+    let of = |kind| Parameter {
+        component,
+        axis,
+        kind,
+    };
+    kinds.into_iter().map(of).collect()
+}
+
+fn scales(machine: &Machine) -> impl Iterator<Item = Parameter> {
+    let letters = machine.axes.iter().map(|axis| axis.letter);
+    let mut linear: Vec<char> = (letters.filter(|letter| !letter.is_rotary()))
+        .map(|letter| letter.char())
+        .collect();
+    linear.sort_by_key(|letter| "XYZUVW".find(*letter));
+    linear.into_iter().map(Parameter::scale)
+}
+
+fn backlash(machine: &Machine, directions: &[bool]) -> impl Iterator<Item = Parameter> {
+    let known = machine.axes.iter().zip(directions);
+    known.filter(|(_, known)| **known).map(|(axis, _)| {
+        let letter = axis.letter.char();
+        Parameter {
+            component: direction(letter) + if axis.letter.is_rotary() { 3 } else { 0 },
+            axis: letter,
             kind: ParameterKind::Backlash,
-        }));
-    }
-    // Skip degrees and harmonics above the maximum.
+        }
+    })
+}
+
+/// Without degrees and harmonics above the maximum.
+fn possible(machine: &Machine, mut parameters: Vec<Parameter>) -> Vec<Parameter> {
     let mut known = ErrorModel::perfect(machine);
     parameters.retain(|p| known.set(machine, *p, 0.0));
     parameters

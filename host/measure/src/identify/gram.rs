@@ -115,6 +115,38 @@ impl Gram {
         (0..self.parts.len() - 1).map(part).collect()
     }
 
+    /// The same for some of the unknowns.
+    pub fn of(&self, unknowns: &[usize]) -> Self {
+        let part = |(square, side, rest): &(DMatrix<f64>, DVector<f64>, f64)| {
+            let square = square.select_columns(unknowns).select_rows(unknowns);
+            (square, side.select_rows(unknowns), *rest)
+        };
+        Self {
+            lengths: self.lengths.select_rows(unknowns),
+            parts: self.parts.iter().map(part).collect(),
+            equations: self.equations.clone(),
+        }
+    }
+
+    /// For each part: the square that it leaves if the others predict it, in units of what would be left if equations had
+    /// a variance of 1 and the unknowns were all that there is.
+    pub fn by_part_of_expected(&self) -> Vec<f64> {
+        let part = |(number, left): (usize, Left)| {
+            let (square, _) = self.sum(Some(number));
+            let n = square.nrows();
+            let others: Vec<usize> = (0..n).filter(|i| square[(*i, *i)] >= OWN).collect();
+            let known = square.select_columns(&others).select_rows(&others);
+            let count = others.len();
+            let factor = Cholesky::new(known + DMatrix::identity(count, count) * RIDGE);
+            let own = &self.parts[number].0;
+            let own = own.select_columns(&others).select_rows(&others);
+            let from_others = factor.map_or(f64::INFINITY, |factor| factor.solve(&own).trace());
+            let free = left.equations.saturating_sub(n - count);
+            left.mean * left.equations as f64 / (free as f64 + from_others)
+        };
+        self.by_part().into_iter().enumerate().map(part).collect()
+    }
+
     /// Root mean square of all parts, each predicted from the others.
     pub fn left_out(&self) -> f64 {
         let all = self.by_part();
@@ -123,25 +155,56 @@ impl Gram {
         (sum / count as f64).sqrt()
     }
 
+    /// For each of the groups of further unknowns: how much the sum of squares of all equations shrinks if they are added
+    /// to `unknowns`, per unknown.
+    pub fn gains(&self, unknowns: &[usize], groups: &[Vec<usize>]) -> Vec<f64> {
+        let (square, side) = self.sum(None);
+        let n = unknowns.len();
+        let own = square.select_columns(unknowns).select_rows(unknowns);
+        let Some(factor) = Cholesky::new(own + DMatrix::identity(n, n) * RIDGE) else {
+            return vec![0.0; groups.len()];
+        };
+        let rest = factor.solve(&side.select_rows(unknowns));
+        let gain = |group: &Vec<usize>| {
+            let cross = square.select_columns(group).select_rows(unknowns);
+            let left = square.select_columns(group).select_rows(group)
+                - cross.tr_mul(&factor.solve(&cross));
+            let gradient = side.select_rows(group) - cross.tr_mul(&rest);
+            -solved(left, &gradient).dot(&gradient) / group.len() as f64
+        };
+        groups.iter().map(gain).collect()
+    }
+
     /// The solution of all equations.
     pub fn solution(&self) -> DVector<f64> {
         let (square, side) = self.sum(None);
         solved(square, &side).component_div(&self.lengths)
     }
 
-    /// Standard uncertainties of the unknowns, from all equations and what they leave.
-    pub fn deviations(&self) -> DVector<f64> {
+    /// The variance of an equation, from what all equations leave.
+    pub fn variance(&self) -> f64 {
         let (square, side) = self.sum(None);
-        let x = solved(square.clone(), &side);
+        let x = solved(square, &side);
         let rest: f64 = self.parts.iter().map(|(.., rest)| rest).sum();
         let left = (rest + x.dot(&side)).max(0.0);
         let count: usize = self.equations.iter().sum();
-        let variance = left / count.saturating_sub(x.len()).max(1) as f64;
+        left / count.saturating_sub(x.len()).max(1) as f64
+    }
+
+    /// The covariance of the unknowns, from all equations and what they leave.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let (square, _) = self.sum(None);
         let n = square.nrows();
+        let variance = self.variance();
         let inverse = Cholesky::new(square + DMatrix::identity(n, n) * RIDGE);
         let inverse = inverse.map_or(DMatrix::zeros(n, n), |c| c.inverse());
-        let deviation = |i: usize| (variance * inverse[(i, i)]).sqrt() / self.lengths[i];
-        DVector::from_fn(n, |i, _| deviation(i))
+        let scale = |i: usize, j: usize| variance / (self.lengths[i] * self.lengths[j]);
+        DMatrix::from_fn(n, n, |i, j| scale(i, j) * inverse[(i, j)])
+    }
+
+    /// Standard uncertainties of the unknowns, from all equations and what they leave.
+    pub fn deviations(&self) -> DVector<f64> {
+        self.covariance().diagonal().map(f64::sqrt)
     }
 
     /// Values of the unknowns in units of their standard uncertainty.
@@ -193,6 +256,54 @@ mod tests {
             // The prior is 1e-9 of the data, and the normal equations square a condition of 10.
             let expected = left.norm_squared() / 10.0;
             assert!((found.mean / expected - 1.0).abs() < 1e-6, "{part}");
+        }
+    }
+
+    #[test]
+    fn a_part_is_compared_with_what_chance_would_leave_of_it() {
+        let matrix = DMatrix::from_fn(40, 3, |i, j| (i as f64 / 40.0).powi(j as i32));
+        let residuals = DVector::from_fn(40, |i, _| libm::cos(i as f64 * 0.7) + i as f64 * 0.02);
+        let parts: Vec<Option<usize>> = (0..40).map(|i| Some(i / 10)).collect();
+        let gram = Gram::new(&matrix, &residuals, &Split::new(&parts));
+        for (part, found) in gram.by_part_of_expected().iter().enumerate() {
+            let own: Vec<usize> = (10 * part..10 * part + 10).collect();
+            let others: Vec<usize> = (0..40).filter(|i| !own.contains(i)).collect();
+            let known = matrix.select_rows(&others);
+            let inverse = known.tr_mul(&known).try_inverse().unwrap();
+            let x = -&inverse * known.tr_mul(&residuals.select_rows(&others));
+            let own_rows = matrix.select_rows(&own);
+            let left = &own_rows * x + residuals.select_rows(&own);
+            // The variance of a prediction: that of the equation and that of the unknowns.
+            let expected = 10.0 + (&own_rows * inverse * own_rows.transpose()).trace();
+            // As above.
+            assert!(
+                (found * expected / left.norm_squared() - 1.0).abs() < 1e-5,
+                "{part}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_gain_is_what_a_fit_with_the_group_leaves_less() {
+        let matrix = DMatrix::from_fn(30, 4, |i, j| (i as f64 / 30.0).powi(j as i32));
+        let residuals = DVector::from_fn(30, |i, _| libm::cos(i as f64 * 0.3));
+        let split = Split::new(&[None; 30]);
+        let gram = Gram::new(&matrix, &residuals, &split);
+        let left = |columns: &[usize]| {
+            let own = matrix.select_columns(columns);
+            let x = own
+                .clone()
+                .svd(true, true)
+                .solve(&-&residuals, 1e-12)
+                .unwrap();
+            (own * x + &residuals).norm_squared()
+        };
+        let groups = [vec![1], vec![2, 3]];
+        for (group, found) in groups.iter().zip(gram.gains(&[0], &groups)) {
+            let with = [&[0], &group[..]].concat();
+            let expected = (left(&[0]) - left(&with)) / group.len() as f64;
+            // The prior is 1e-9 of the data; powers of up to 3 have a condition of 100.
+            assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
         }
     }
 

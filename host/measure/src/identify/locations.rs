@@ -79,11 +79,43 @@ pub(super) fn in_order_of_preference(machine: &Machine) -> Vec<Parameter> {
 /// [`in_order_of_preference`]. Sorted like the source document's lists: rotary axes towards the workpiece, then
 /// linear ones towards the tool.
 pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
+    let mut found = independent(machine, true, &[]);
+    let chain = chain(machine);
+    found.sort_by_key(|p| {
+        let place = chain.iter().position(|l| *l == p.axis).unwrap_or(MAX_AXES);
+        match "ABC".contains(p.axis) {
+            true => (0, MAX_AXES - place, p.component),
+            false => (1, place, p.component),
+        }
+    });
+    found
+}
+
+/// All location errors: the [`minimal`] set, those that show beside it if the stylus is known, then the others.
+pub(super) fn all(machine: &Machine) -> Vec<Parameter> {
+    let mut all = minimal(machine);
+    all.extend(independent(machine, false, &all));
+    for parameter in in_order_of_preference(machine) {
+        if !all.contains(&parameter) {
+            all.push(parameter);
+        }
+    }
+    all
+}
+
+/// The location errors, in order of preference, with an effect on the tip that those before and `known` ones do not have,
+/// nor the position of the workpiece, nor (if it is free) that of the stylus.
+fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) -> Vec<Parameter> {
     let perfect = ErrorModel::perfect(machine);
     let kinematics = Kinematics::new(machine, &perfect);
     let tip = Vector3::from(machine.tip);
     let mut random = Pcg64Mcg::seed_from_u64(1);
-    let all = in_order_of_preference(machine);
+    let mut all = known.to_vec();
+    all.extend(
+        in_order_of_preference(machine)
+            .iter()
+            .filter(|p| !known.contains(p)),
+    );
     // Translations and rotations of the workpiece, the stylus, then the errors.
     let setup = 9;
     let mut columns = DMatrix::zeros(3 * POSITIONS, setup + all.len());
@@ -111,20 +143,12 @@ pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
                 .copy_from(&effect);
         }
     }
-    let mut span = Span::of(&columns.columns(0, setup).into_owned());
+    let fixed = if has_free_stylus { setup } else { setup - 3 };
+    let mut span = Span::of(&columns.columns(0, fixed).into_owned());
     let adds =
         |(column, _): &(usize, &Parameter)| span.add(columns.column(*column).into_owned(), NOTHING);
-    let found = (setup..).zip(&all).filter(adds);
-    let mut found: Vec<Parameter> = found.map(|(_, parameter)| *parameter).collect();
-    let chain = chain(machine);
-    found.sort_by_key(|p| {
-        let place = chain.iter().position(|l| *l == p.axis).unwrap_or(MAX_AXES);
-        match "ABC".contains(p.axis) {
-            true => (0, MAX_AXES - place, p.component),
-            false => (1, place, p.component),
-        }
-    });
-    found
+    let found = (setup..).zip(&all).filter(adds).map(|(_, p)| *p);
+    found.filter(|p| !known.contains(p)).collect()
 }
 
 /// Largest variation over the travel of the tip displacement by a location error of 1 (mm or rad), in mm.

@@ -1,7 +1,7 @@
 //! Compares the chosen model with the list of coefficients published for machines of the same layout, and explains
 //! the differences.
 
-use super::{Chosen, Fit, IdentifyError, Model, Unknown};
+use super::{Chosen, Fit, IdentifyError, Level, Model, Tried, Unknown};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
@@ -14,9 +14,9 @@ pub enum Missing {
     Idle,
     /// The constant of an error motion, which locations replace.
     Constant,
-    /// Its degree brings nothing: held-out balls are not predicted better.
+    /// It brings nothing: other positions are not predicted better.
     Degree,
-    /// A polynomial of an axis that rotates by a full turn; harmonics predict held-out balls better.
+    /// A polynomial of an axis that rotates by a full turn; harmonics predict other positions better.
     Form,
 }
 
@@ -60,10 +60,15 @@ pub(super) fn listed(machine: &Machine) -> Option<(Model, Vec<Parameter>)> {
 pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
     let (model, list) = listed(machine)?;
     let level = &chosen.levels[chosen.chosen];
-    let of_list = chosen.levels.iter().find(|level| level.list.is_some())?;
-    if level.list.is_some() {
-        return None;
-    }
+    let is_list = |level: &&Level| matches!(level.tried, Tried::List(_));
+    let of_list = chosen.levels.iter().find(is_list)?;
+    let degree = match &level.tried {
+        Tried::List(_) => return None,
+        Tried::Fewest | Tried::Locations => 0,
+        Tried::Degree(degree, _) => *degree,
+        // Each is there because it helps, whatever its degree.
+        Tried::Added(_) => 0,
+    };
     let identified = &chosen.identified;
     let kept: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
     let is_confounded = |p: Parameter| {
@@ -76,7 +81,7 @@ pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
         // Backlash is identified if rows state the direction from which the axis arrived.
         (Some(false), _) | (None, ParameterKind::Backlash) => Missing::Idle,
         (None, ParameterKind::Degree(0)) => Missing::Constant,
-        (None, ParameterKind::Degree(k)) if k > level.degree => Missing::Degree,
+        (None, ParameterKind::Degree(k)) if k > degree => Missing::Degree,
         (None, _) => Missing::Form,
     };
     let is_kept = |p: &Parameter| kept.contains(p);

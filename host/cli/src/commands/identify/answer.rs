@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Along, BarCheck, Checked, Estimated, Form, Level, Unseen};
+use trueaxis_measure::identify::{Along, BarCheck, Checked, Estimated, Level, Unseen};
 use trueaxis_model::machine::Machine;
 use trueaxis_report::Probed;
 
@@ -146,16 +146,12 @@ struct NotSeen {
 
 #[derive(Serialize)]
 struct AtLevel {
-    degree: u8,
-    /// For axes that rotate without limits.
-    form: &'static str,
-    /// The published list for machines of this layout that it equals, if any.
-    model: Option<String>,
+    model: String,
     parameters: Option<usize>,
     unseen: Option<usize>,
     left_um: Option<f64>,
-    held_out_um: Option<f64>,
-    /// Why there is no such model, or none with some of the rows left out.
+    elsewhere_um: Option<f64>,
+    /// Why there is no such model.
     error: Option<String>,
 }
 
@@ -334,22 +330,14 @@ impl NotSeen {
 impl AtLevel {
     fn new(level: &Level) -> Self {
         let fit = level.found.as_ref();
-        let held_out = fit.ok().map(|fit| fit.held_out.as_ref());
-        let error = fit.err().or(held_out.and_then(Result::err));
+        let elsewhere = fit.ok().and_then(|fit| fit.elsewhere);
         Self {
-            degree: level.degree,
-            form: match level.form {
-                Form::Harmonics => "harmonics",
-                Form::Polynomials => "polynomials",
-            },
-            model: level.list.as_ref().map(ToString::to_string),
+            model: level.tried.to_string(),
             parameters: fit.ok().map(|fit| fit.parameters),
             unseen: fit.ok().map(|fit| fit.unseen),
             left_um: fit.ok().map(|fit| fit.left * 1e3),
-            held_out_um: held_out
-                .and_then(Result::ok)
-                .map(|held_out| held_out.rms * 1e3),
-            error: error.map(ToString::to_string),
+            elsewhere_um: elsewhere.map(|off| off * 1e3),
+            error: fit.err().map(ToString::to_string),
         }
     }
 }

@@ -11,7 +11,7 @@ pub struct Listed {
     coefficients: usize,
     seen: Option<usize>,
     left_um: Option<f64>,
-    held_out_um: Option<f64>,
+    elsewhere_um: Option<f64>,
     error: Option<String>,
     kept: Vec<String>,
     /// Each with the reason: confounded, idle, constant, degree, form.
@@ -23,18 +23,15 @@ pub struct Listed {
 impl Listed {
     pub fn new(published: &Published) -> Self {
         let fit = published.fit.as_ref();
-        let held_out = fit.ok().map(|fit| fit.held_out.as_ref());
-        let error = fit.err().or(held_out.and_then(Result::err));
+        let elsewhere = fit.ok().and_then(|fit| fit.elsewhere);
         let names = |all: &[Parameter]| all.iter().map(Parameter::to_string).collect();
         Self {
             model: published.model.to_string(),
             coefficients: published.count,
             seen: fit.ok().map(|fit| fit.parameters),
             left_um: fit.ok().map(|fit| fit.left * 1e3),
-            held_out_um: held_out
-                .and_then(Result::ok)
-                .map(|held_out| held_out.rms * 1e3),
-            error: error.map(ToString::to_string),
+            elsewhere_um: elsewhere.map(|off| off * 1e3),
+            error: fit.err().map(ToString::to_string),
             kept: names(&published.kept),
             missing: (published.missing.iter())
                 .map(|(parameter, why)| (parameter.to_string(), reason(*why)))
@@ -65,14 +62,10 @@ pub fn published(text: &mut String, published: Option<&Published>) {
     match &published.fit {
         Ok(fit) => {
             *text += &format!(
-                "{} of them seen here: they leave {:.2} µm",
+                "{} of them seen here: they leave {:.2} µm\n",
                 fit.parameters,
                 fit.left * 1e3
             );
-            *text += &match &fit.held_out {
-                Ok(held_out) => format!(", {:.2} of balls held out\n", held_out.rms * 1e3),
-                Err(error) => format!("; without some of the balls: {error}\n"),
-            };
         }
         Err(error) => {
             *text += &format!("which cannot be identified here: {error}\n");
@@ -94,10 +87,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
             Missing::Idle,
             "that do nothing here, or of whose axis no row says from where it came: ",
         ),
-        (
-            Missing::Degree,
-            "of higher degrees, which predict balls no better: ",
-        ),
+        (Missing::Degree, "that predict other positions no better: "),
         (
             Missing::Form,
             "polynomials of endless axes, whose harmonics are kept: ",

@@ -7,7 +7,7 @@ use super::compensability::compensability;
 use super::listed::published;
 use super::observed;
 use super::thermal;
-use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
+use trueaxis_measure::identify::{Along, Identified, Level, Row};
 
 /// Largest number of rows listed.
 const NAMED: usize = 10;
@@ -257,29 +257,18 @@ fn levels(text: &mut String, levels: &[Level]) {
     if levels.is_empty() {
         return;
     }
-    *text += "\ndegree   parameters   left (µm)   of balls held out (µm)\n";
-    let has_forms = levels.iter().any(|l| l.form == Form::Polynomials);
+    *text += "\nmodel                    parameters   left (µm)   elsewhere (µm)\n";
     for level in levels {
-        let form = match (&level.list, level.form) {
-            (Some(list), _) => format!("   --model {list}"),
-            _ if !has_forms || level.degree == 0 => String::new(),
-            (None, Form::Harmonics) => "   harmonics of axes that turn round".to_owned(),
-            (None, Form::Polynomials) => "   polynomials of these".to_owned(),
-        };
+        let tried = level.tried.to_string();
         *text += &match &level.found {
             Ok(fit) => {
-                let held_out = match &fit.held_out {
-                    Ok(held_out) => format!("{:>25.2}", held_out.rms * 1e3),
-                    Err(error) => format!("   without some of them: {error}"),
-                };
-                format!(
-                    "{:>6}{:>13}{:>12.2}{held_out}{form}\n",
-                    level.degree,
-                    fit.parameters,
-                    fit.left * 1e3
-                )
+                let elsewhere = fit
+                    .elsewhere
+                    .map_or("-".to_owned(), |off| format!("{:.2}", off * 1e3));
+                let (parameters, left) = (fit.parameters, fit.left * 1e3);
+                format!("{tried:<22}{parameters:>13}{left:>12.2}{elsewhere:>17}\n")
             }
-            Err(error) => format!("{:>6}   {error}{form}\n", level.degree),
+            Err(error) => format!("{tried:<22}   {error}\n"),
         };
     }
 }

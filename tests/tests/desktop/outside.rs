@@ -1,0 +1,153 @@
+//! The automatic choice on machines with error motions outside every model, compared with locations and scales alone.
+
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use trueaxis_measure::formats::observations::Observations;
+use trueaxis_measure::formats::probings::Probings;
+use trueaxis_measure::identify::{
+    Identified, Model, NotKnown, Options, Problem, automatic, error_file, honesty,
+};
+use trueaxis_model::errors::{ErrorModel, Situation, Switches, Table, covariance};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_tests::probed::Case;
+use trueaxis_tests::{Fixed, machine, usual_or_all};
+
+/// Machines for which model 12 has all that it needs.
+const MACHINES: [&str; 5] = [
+    "kolibri",
+    "linuxcnc-xyzac-trt",
+    "hu40",
+    "table-head",
+    "fork-head",
+];
+/// Largest amplitudes of the waves of a machine (mm, rad): from about the noise of 1 µm to well above it, and of one kind
+/// only.
+const AMPLITUDES: [[f64; 2]; 5] = [
+    [4.5e-3, 1.5e-5],
+    [1.5e-3, 5e-6],
+    [12e-3, 4.5e-5],
+    [4.5e-3, 0.0],
+    [0.0, 1.5e-5],
+];
+const ROWS: usize = 120;
+const POSITIONS: usize = 300;
+
+/// Adds waves of one to four periods to all six error motions of every axis.
+fn add_waves(case: &mut Case, largest: [f64; 2], random: &mut Fixed) {
+    const POINTS: usize = 97;
+    for (i, axis) in case.machine.axes.iter().enumerate() {
+        let [low, high] = axis.travel.map(|q| axis.to_kinematic(q));
+        let [low, high] = [low.min(high), low.max(high)];
+        for component in 0..6 {
+            let amplitude = random.within(0.0, largest[component / 3]);
+            let (periods, phase) = (random.within(1.0, 4.0), random.within(0.0, TAU));
+            let periods = match axis.letter.is_rotary() && high - low >= TAU {
+                true => periods.floor() * (high - low) / TAU,
+                false => periods,
+            };
+            let part = |k: usize| k as f64 / (POINTS - 1) as f64;
+            let at = (0..POINTS).map(|k| low + (high - low) * part(k)).collect();
+            let wave = |k: usize| amplitude * (TAU * periods * part(k) + phase).sin();
+            let positive = (0..POINTS).map(wave).collect();
+            let negative = None;
+            let table = Table {
+                at,
+                positive,
+                negative,
+            };
+            assert!(case.errors.tabulate(i, component, table));
+        }
+    }
+}
+
+/// `None` if the balls drawn are out of reach.
+fn drawn(number: usize, random: &mut Fixed) -> Option<Case> {
+    let folder = MACHINES[number % MACHINES.len()];
+    let machine = machine(&format!("examples/{folder}/machine.toml"));
+    let twelve = Model::Twelve.parameters(&machine, 0, &[]).unwrap();
+    let mut case = Case::drawn(&machine, &twelve, ROWS, random)?;
+    case.artefact.stylus.uncertainty = [Some(1e-3); 3];
+    let largest = AMPLITUDES[number / MACHINES.len() % AMPLITUDES.len()];
+    add_waves(&mut case, largest, random);
+    case.reached().map(|_| case)
+}
+
+/// The machine as the error file describes it.
+fn written(case: &Case, measured: &Probings, found: &Identified) -> ErrorModel {
+    let none = Observations::default();
+    let (machine, perfect) = (&case.machine, ErrorModel::perfect(&case.machine));
+    let problem = Problem::new(
+        machine,
+        measured,
+        &case.artefact,
+        &found.looked_for,
+        &perfect,
+    );
+    let problem = problem.with(&none);
+    let honesty = honesty(&problem, measured, found);
+    let not_known = NotKnown::of(&problem, found, &honesty, None).unwrap();
+    let file = error_file(machine, measured, &none, found, &not_known, "c.csv");
+    let covariances = covariance::write(&found.known);
+    let read = |_: &str| Ok(covariances.clone());
+    ErrorModel::with_files(&file, machine, &read).unwrap()
+}
+
+/// Mean distance (mm) of the tip from where `found` puts it over the whole travel, with the zero of the workpiece set
+/// there.
+fn off(case: &Case, found: &ErrorModel, seed: u64) -> f64 {
+    let mut random = Fixed::new(seed);
+    let [truth, found] = [&case.errors, found].map(|errors| Kinematics::new(&case.machine, errors));
+    let one = |_| {
+        let mut q = [0.0; MAX_AXES];
+        for (q, axis) in q.iter_mut().zip(&case.machine.axes) {
+            let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+            *q = random.within(low.min(high), low.max(high));
+        }
+        let situation = Situation::default();
+        let tip = |machine: &Kinematics<'_>| machine.actual(&q, &situation, &Switches::ALL).t;
+        tip(&truth) - tip(&found)
+    };
+    let all: Vec<Vector3<f64>> = (0..POSITIONS).map(one).collect();
+    let zero = all.iter().sum::<Vector3<f64>>() / POSITIONS as f64;
+    all.iter().map(|off| (off - zero).norm()).sum::<f64>() / POSITIONS as f64
+}
+
+#[test]
+fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
+    // Random positions and the choice of zones let means differ by a few per cent.
+    const WORSE: f64 = 1.1;
+    let count = usual_or_all(10, 100);
+    let mut random = Fixed::new(3);
+    let cases = (0..).filter_map(|number| Some((number, drawn(number, &mut random)?)));
+    let mut sums = [0.0; 3];
+    let mut worse = Vec::new();
+    for (number, case) in cases.take(count) {
+        let seed = number as u64 + 1;
+        let measured = case.noisy(seed);
+        let (none, options) = (Observations::default(), Options::default());
+        let (machine, perfect) = (&case.machine, ErrorModel::perfect(&case.machine));
+        let twelve = case.found("12", &measured, options);
+        let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
+        let chosen = chosen.unwrap();
+        let found = [&twelve, &chosen.identified].map(|found| written(&case, &measured, found));
+        let all = [&perfect, &found[0], &found[1]].map(|errors| off(&case, errors, seed));
+        for (sum, off) in sums.iter_mut().zip(all) {
+            *sum += off / count as f64 * 1e3;
+        }
+        if all[2] > WORSE * all[1] {
+            worse.push(format!(
+                "{} {number}: {:.1} instead of {:.1} µm with {}",
+                machine.name,
+                all[2] * 1e3,
+                all[1] * 1e3,
+                chosen.levels[chosen.chosen].tried
+            ));
+        }
+    }
+    eprintln!(
+        "mean of {count}: none {:.1}, model 12 {:.1}, auto {:.1} µm",
+        sums[0], sums[1], sums[2]
+    );
+    assert!(worse.is_empty(), "{worse:#?}");
+}
