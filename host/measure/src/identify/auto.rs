@@ -184,7 +184,10 @@ impl<'a> Measured<'a> {
             return Vec::new();
         };
         let first = taken.len();
-        let mut best = elsewhere.predicted(&taken);
+        let fewest = elsewhere.predicted(&taken);
+        let (mut off, mut worth) = (fewest.off(), first);
+        let mut best = fewest.clone();
+        // One alone may bring little while others are missing: go on, and judge what has come together.
         loop {
             let is_new = |i: &usize| !taken.contains(i);
             let rest = groups.iter();
@@ -196,17 +199,20 @@ impl<'a> Measured<'a> {
             let gains = elsewhere.gains(&taken, &rest);
             let mut order: Vec<usize> = (0..rest.len()).collect();
             order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
-            let tried = order.iter().take(TRIED).filter_map(|i| {
+            let tried = order.iter().take(TRIED).map(|i| {
                 let with = [&taken[..], &rest[*i]].concat();
-                let predicted = elsewhere.predicted(&with);
-                predicted.is_better(&best).then_some((predicted, with))
+                (elsewhere.predicted(&with), with)
             });
-            match tried.min_by(|a, b| a.0.off().total_cmp(&b.0.off())) {
-                Some(found) => (best, taken) = found,
-                None => break,
+            let next = tried.min_by(|a, b| a.0.off().total_cmp(&b.0.off()));
+            let Some((predicted, with)) = next.filter(|(next, _)| next.off() < off) else {
+                break;
+            };
+            (off, taken) = (predicted.off(), with);
+            if predicted.is_better(&best, &fewest) {
+                (best, worth) = (predicted, taken.len());
             }
         }
-        let added = taken[first..].iter().map(|i| all[*i - first]);
+        let added = taken[first..worth].iter().map(|i| all[*i - first]);
         added.collect()
     }
 }
@@ -215,6 +221,7 @@ impl<'a> Measured<'a> {
 const RANGES: [(u8, u8); 6] = [(1, 1), (2, 2), (1, 2), (3, 3), (2, 3), (1, 3)];
 /// Of what may be added, so many that explain most of what is left are tried.
 const TRIED: usize = 8;
+
 /// The result of the choice.
 #[derive(Clone, Debug)]
 pub struct Chosen {
@@ -232,9 +239,9 @@ pub struct Chosen {
 /// The highest degree tried.
 const HIGHEST: u8 = 3;
 
-/// Identifies with the fewest parameters, with all locations, with every degree in every form, with the list published for
-/// machines of this layout, and with error motions added to the fewest one after the other; and takes the first that is
-/// about as little off elsewhere ([`Fit::elsewhere`]) as any other.
+/// Identifies with the fewest parameters, with all locations, with error motions added to the fewest one after the other,
+/// with every degree in every form, and with the list published for machines of this layout. Each in turn is taken if it
+/// predicts so much better elsewhere that it is worth it.
 ///
 /// # Errors
 /// [`IdentifyError`] if not even the simplest model can be identified.
@@ -276,8 +283,7 @@ pub fn automatic(
         measured.found(&fewest(machine, has_length, &directions), None)?;
     let weights = simplest.place.weights.clone();
     let mut best = simplest.clone();
-    let mut known = predicted;
-    let can_compare = known.is_some();
+    let mut known = predicted.clone();
     let mut chosen = 0;
     let mut levels = vec![Level {
         tried: Tried::Fewest,
@@ -286,12 +292,12 @@ pub fn automatic(
     let forms = Form::of(machine);
     let mut attempt = |tried: Tried, parameters: &[Parameter]| {
         let found = measured.found(parameters, Some(&weights));
-        let found = found.map(|(identified, fit, predicted)| {
-            let last = known.as_ref();
-            if let (Some(predicted), Some(last)) = (predicted, last)
-                && predicted.is_better(last)
+        let found = found.map(|(identified, fit, this)| {
+            // Without a comparison, no model is better than the simplest.
+            if let (Some(this), Some(last), Some(fewest)) = (this, &known, &predicted)
+                && this.is_better(last, fewest)
             {
-                (best, known, chosen) = (identified, Some(predicted), levels.len());
+                (best, known, chosen) = (identified, Some(this), levels.len());
             }
             fit
         });
@@ -300,10 +306,14 @@ pub fn automatic(
         levels.push(level);
         is_end
     };
-    // Without a comparison, no model is better than the simplest.
-    if can_compare {
+    if predicted.is_some() {
         let parameters = candidates(machine, 0, Form::Harmonics, &directions);
         attempt(Tried::Locations, &parameters);
+        let added = measured.added(&simplest, forms, &directions);
+        if !added.is_empty() {
+            let parameters = [&simplest.looked_for[..], &added].concat();
+            attempt(Tried::Added(added), &parameters);
+        }
         for form in forms {
             for degree in 1..=HIGHEST {
                 let parameters = candidates(machine, degree, *form, &directions);
@@ -316,11 +326,6 @@ pub fn automatic(
         // Coefficients can replace each other; which of them are used affects how well they are determined.
         if let Some((list, parameters)) = listed(machine) {
             attempt(Tried::List(list), &parameters);
-        }
-        let added = measured.added(&simplest, forms, &directions);
-        if !added.is_empty() {
-            let parameters = [&simplest.looked_for[..], &added].concat();
-            attempt(Tried::Added(added), &parameters);
         }
     }
     let drift = observations.drift.clone();

@@ -114,21 +114,32 @@ impl Predicted {
         (self.rows + self.travel).sqrt()
     }
 
-    /// True if it is worth taking in place of a simpler one.
+    /// True if it is worth taking in place of a simpler one, and of the one with the fewest parameters.
     ///
-    /// Where both put the tip over the travel differs by more than what is uncertain. Part of that is wrong: as much as it
-    /// leaves of the rows beside the simpler one, or twice the part of its error in zones that is not chance, because most
-    /// of the travel is further from the rows than a zone. The rest is right, and the simpler model lacks it.
-    pub fn is_better(&self, simpler: &Self) -> bool {
-        let change = (&self.tips - &simpler.tips).norm_squared() / POSITIONS as f64;
-        let change = (change - self.travel).max(0.0);
-        let misfit = 2.0 * (1.0 - self.worse.recip());
-        let wrong = (self.rows / simpler.rows).max(misfit).min(1.0);
+    /// Where two models put the tip over the travel differs by more than what is uncertain. Part of that is wrong
+    /// ([`Self::wrong`]). The rest is right, and the simpler one lacks it.
+    pub fn is_better(&self, simpler: &Self, fewest: &Self) -> bool {
+        let (change, wrong) = (self.change(simpler), self.wrong(simpler));
         let own = self.rows + self.travel + wrong * change;
         let others = simpler.rows + simpler.travel + (1.0 - wrong) * change;
-        let gain = simpler.rows - self.rows;
+        let risk = self.wrong(fewest) * self.change(fewest);
+        let gain = fewest.rows - self.rows;
         // Neither is true of what is no number.
-        own < WORTH * WORTH * others && wrong * change < WRONG * gain
+        own < WORTH * WORTH * others && risk < WRONG * gain
+    }
+
+    /// How far it moves the tip from where another model puts it (mm², mean square over the travel), beyond what is
+    /// uncertain.
+    fn change(&self, other: &Self) -> f64 {
+        let change = (&self.tips - &other.tips).norm_squared() / POSITIONS as f64;
+        (change - self.travel).max(0.0)
+    }
+
+    /// The part of that which is wrong: as much as it leaves of the rows beside the simpler one, or twice the part of its
+    /// error in zones that is not chance, because most of the travel is further from the rows than a zone.
+    fn wrong(&self, simpler: &Self) -> f64 {
+        let misfit = 2.0 * (1.0 - self.worse.recip());
+        (self.rows / simpler.rows).max(misfit).min(1.0)
     }
 }
 
