@@ -6,7 +6,7 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{
     Identified, Model, NotKnown, Options, Problem, automatic, error_file, held_out, honesty,
 };
-use trueaxis_model::errors::{ErrorModel, Switches, Table, covariance};
+use trueaxis_model::errors::{ErrorModel, Parameter, Switches, Table, covariance};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::uncertainty::Uncertain;
 use trueaxis_tests::probed::Case;
@@ -76,12 +76,13 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
         &perfect,
     );
     let problem = problem.with(&none);
+    let seen: Vec<Parameter> = found.parameters.iter().map(|e| e.parameter).collect();
     let predicted = held_out(
         machine,
         &measured,
         &case.artefact,
         &none,
-        &found.looked_for,
+        &seen,
         &perfect,
         options,
     );
