@@ -312,7 +312,7 @@ fn kept(misfit_of_waves: f64) -> [[f64; 3]; 2] {
                 .map(|k| k.volumetric_error(&q, &Default::default(), &situation));
             let wave = nalgebra::Vector3::from_fn(|k, _| {
                 let at = q[machine.index(['X', 'Y', 'Z'][k]).unwrap()];
-                misfit_of_waves * libm::sin(at / waves[k][0] * 6.28 + waves[k][1])
+                misfit_of_waves * libm::sin(at / waves[k][0] * std::f64::consts::TAU + waves[k][1])
             });
             let mut tilt = a.r - b.r;
             tilt[machine.tool_axis] = 0.0;
