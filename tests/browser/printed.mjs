@@ -4,7 +4,7 @@ import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 
 /** Pages of a printed file, as text. */
-const pages = (file) =>
+export const pages = (file) =>
   execFileSync("pdftotext", ["-raw", file, "-"], { encoding: "utf8", maxBuffer: 1 << 27 }).split("\f");
 
 /** Sheets that the report of a machine with five axes takes. */
@@ -12,7 +12,10 @@ const MOST_PAGES = 8;
 /** Part of a sheet that is written on, of all but the last. */
 const LEAST_FILLED = 0.6;
 
-/** How much of each page is written on, from its top. */
+/** The bottom margin (points), where numbers of sheets stand. */
+const MARGIN = 34;
+
+/** How much of each page is written on, from its top to its margin. */
 function filled(file) {
   const boxes = execFileSync("pdftotext", ["-bbox", file, "-"], { encoding: "utf8", maxBuffer: 1 << 28 });
   return boxes
@@ -20,7 +23,8 @@ function filled(file) {
     .slice(1)
     .map((page) => {
       const height = Number(page.match(/height="([\d.]+)"/)[1]);
-      const ends = [...page.matchAll(/yMax="([\d.]+)"/g)].map((found) => Number(found[1]));
+      const words = [...page.matchAll(/yMin="([\d.]+)" xMax="[\d.]+" yMax="([\d.]+)"/g)];
+      const ends = words.filter((found) => Number(found[1]) < height - MARGIN).map((found) => Number(found[2]));
       return Math.max(0, ...ends) / height;
     });
 }

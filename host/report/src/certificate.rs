@@ -1,4 +1,4 @@
-//! A calibration certificate: who measured what with which instruments, the error parameters with their expanded
+//! A calibration report: who measured what with which instruments, the error parameters with their expanded
 //! uncertainties, before and after, and which limits the machine keeps. It prints to four A4 pages at most.
 
 mod calibration;
@@ -6,13 +6,15 @@ mod expected;
 mod grounds;
 mod limits;
 mod rounding;
+mod sources;
 
-pub use calibration::{Calibration, Instrument, Temperature};
+pub use calibration::{Calibration, Instrument, Stated, Temperature};
 pub use limits::{Decision, Limit, Quantity};
 pub use rounding::{Rounded, rounded};
+pub use sources::{Source, Sources};
 
 use super::identification::Identification;
-use super::words::{figure, in_unit};
+use super::words::{coarse, in_unit, rounded_down, rounded_up};
 use super::{Compensation, Report, ReportError, Share, Subject};
 use expected::expected;
 use grounds::Grounds;
@@ -27,6 +29,9 @@ const EXPANDED: f64 = 2.0;
 const MOST_PARAMETERS: usize = 102;
 const MOST_PLACES: usize = 12;
 const MOST_SUSPECTS: usize = 5;
+
+/// Smallest expanded uncertainty that is printed (µm, µrad, µm/m): no machine is known to a nanometre.
+const LEAST_PRINTED: f64 = 0.1;
 
 /// The contents of a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,6 +56,8 @@ pub struct Certificate {
     pub suspects: Vec<String>,
     /// Number of such sentences that are not in the list.
     pub unlisted_suspects: usize,
+    /// Where the uncertainty of the tip comes from.
+    pub sources: Sources,
     /// Measured without and with the compensation, if it was.
     pub validation: Option<Validation>,
     /// Number of machines drawn with the uncertainties of the parameters for what is expected.
@@ -119,17 +126,12 @@ pub fn certificate(
 ) -> Result<Certificate, ReportError> {
     let validation = report.validation;
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
-    let grounds = Grounds::new(
-        machine,
-        errors,
-        report.identification.as_ref(),
-        &calibration,
-    );
+    let grounds = Grounds::new(&subject, report, &calibration);
     let judged = judged(
         &subject,
         report,
         &grounds,
-        &calibration.limits,
+        &calibration,
         validation.as_ref(),
     )?;
     let shares = &report.budget.shares;
@@ -149,6 +151,7 @@ pub fn certificate(
         places: found.into_iter().take(MOST_PLACES).collect(),
         unlisted_suspects: suspects.len().saturating_sub(MOST_SUSPECTS),
         suspects: suspects.into_iter().take(MOST_SUSPECTS).collect(),
+        sources: sources::sources(&subject, report, &calibration)?,
         calibration,
         validation,
         draws: expected::DRAWS,
@@ -169,7 +172,11 @@ fn ranked(share: &Share) -> Ranked {
     let (factor, unit) = in_unit(&share.name).unwrap_or((1.0, String::new()));
     let shown = |value: f64| format!("{:.2}", value * factor + 0.0).replace('-', "−");
     let both = share.value.zip(share.standard_uncertainty);
-    let both = both.and_then(|(v, u)| rounded(v * factor, EXPANDED * u * factor));
+    let least = match unit.as_str() {
+        "µm" | "µrad" | "µm/m" => LEAST_PRINTED,
+        _ => 0.0,
+    };
+    let both = both.and_then(|(v, u)| rounded(v * factor, (EXPANDED * u * factor).max(least)));
     Ranked {
         name: share.name.clone(),
         words: share.words.clone(),
@@ -206,14 +213,15 @@ fn judged(
     subject: &Subject<'_>,
     report: &Report,
     grounds: &Grounds<'_>,
-    limits: &[Limit],
+    stated: &Calibration,
     validation: Option<&Validation>,
 ) -> Result<Vec<Judged>, ReportError> {
+    let limits = &stated.limits;
     let mut quantities: Vec<Quantity> = limits.iter().map(|limit| limit.quantity).collect();
     quantities.retain(|q| !matches!(q, Quantity::Parameter(_) | Quantity::Validation { .. }));
     let expected = match quantities.is_empty() {
         true => Vec::new(),
-        false => expected(subject, &quantities)?,
+        false => expected(subject, &quantities, stated.uncertainty.combined_um())?,
     };
     let mut expected = expected.into_iter();
     let all = limits.iter().map(|limit| {
@@ -374,13 +382,13 @@ fn missing(report: &Report, stated: &Calibration, validation: Option<&Validation
 }
 
 impl Judged {
-    /// Value and interval as printed.
+    /// Value and interval as printed; the interval is rounded outward.
     #[must_use]
     pub fn printed(&self) -> [String; 2] {
-        let value = self.value.map(figure);
+        let value = self.value.map(coarse);
         let interval = self
             .interval
-            .map(|[low, high]| format!("{} to {}", figure(low), figure(high)));
+            .map(|[low, high]| format!("{} to {}", rounded_down(low), rounded_up(high)));
         [value, interval].map(|text| text.unwrap_or_else(|| "–".to_owned()))
     }
 }

@@ -133,6 +133,9 @@ fn environment() -> Result<Environment<'static>, Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("coarse", |value: f64| crate::words::coarse(value));
+    environment.add_filter("up", |value: f64| crate::words::rounded_up(value));
+    environment.add_filter("css", css);
     environment.add_filter("plain", |value: f64| crate::picture::tick(value));
     environment.add_filter("plain1", |value: f64| decimals(value, 1));
     environment.add_filter("mm", |value: f64| decimals(value, 4));
@@ -141,6 +144,19 @@ fn environment() -> Result<Environment<'static>, Error> {
         environment.add_template(name, text)?;
     }
     Ok(environment)
+}
+
+/// Text as the inside of a string of a style sheet: everything but letters and digits as its code point, so that nothing
+/// ends the string.
+fn css(text: &str) -> String {
+    let mut safe = String::new();
+    for c in text.chars() {
+        match c.is_ascii_alphanumeric() {
+            true => safe.push(c),
+            false => safe += &format!("\\{:06x}", u32::from(c)),
+        }
+    }
+    safe
 }
 
 /// A number with so many decimals and a true minus sign.

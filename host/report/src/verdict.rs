@@ -1,15 +1,15 @@
 //! The summary at the top of a report.
 
-use super::words::{capital, figure};
+use super::words::{capital, figure, rounded_up};
 use super::{Known, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
-use trueaxis_tables::validate::Quality;
+use trueaxis_tables::validate::{Quality, Statistics};
 
 /// Mean errors below this (µm, µrad) count as zero.
 const NOTHING: f64 = 5e-5;
 
-/// The verdict, one sentence each: the expected error of the machine, its main cause, and what the tables leave. All
-/// figures are means over the travel.
+/// The verdict, one sentence each: the expected error of the machine, its main cause, and what the tables leave. Figures
+/// are means over the travel unless they say otherwise.
 pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
@@ -69,16 +69,24 @@ fn expected(volumetric: &Volumetric, is_all_seen: bool) -> String {
                 exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
             };
             // The length of a sum does not exceed the sum of the lengths.
-            let within = |left: f64, band: f64| figure(left + band);
+            let three = |left: &Statistics, most: &Statistics| {
+                [
+                    rounded_up(left.mean + most.mean),
+                    rounded_up(left.p95 + most.p95),
+                    rounded_up(left.max + most.max),
+                ]
+            };
+            let most = &known.at_most;
+            let [mean, p95, largest] = three(&after.translation_um, &most.translation_um);
+            let [of_mean, of_p95, of_largest] =
+                three(&after.direction_urad, &most.direction_urad);
             let where_ = zone(known);
             let how_far = match is_all_seen {
-                true => "the machine will be off by no more than about",
-                false => "the errors that were measured leave about",
+                true => "the tip will be off by no more than about",
+                false => "the errors that were measured leave the tip off by about",
             };
             format!(
-                "With these tables {how_far} {} µm at the tip and {} µrad in direction (95 %, on average over the {where_}), by what is not known of its parameters{exact} and what the tables leave.",
-                within(after.translation_um.mean, known.band.translation_um.mean),
-                within(after.direction_urad.mean, known.band.direction_urad.mean)
+                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst, and the tool direction by {of_mean}, {of_p95} and {of_largest} µrad (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave."
             )
         }
     }
@@ -179,7 +187,6 @@ pub fn thermal(errors: &ErrorModel) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trueaxis_tables::validate::Statistics;
 
     fn quality(tip: f64, direction: f64) -> Quality {
         let all = |v: f64| Statistics {
@@ -220,6 +227,7 @@ mod tests {
             um_per_mm_of_tool_length: None,
             known: after.map(|_| super::super::Known {
                 band: quality(2.06, 4.0),
+                at_most: quality(3.0, 6.0),
                 is_of_zone: false,
                 uncertain: 1,
                 exact: 0,
@@ -243,8 +251,9 @@ mod tests {
         let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         let said = sentences(&found, &[], &errors);
         assert!(
-            said[0]
-                .starts_with("With these tables the errors that were measured leave about 2.1 µm"),
+            said[0].starts_with(
+                "With these tables the errors that were measured leave the tip off by about 3.1 µm"
+            ),
             "{said:?}"
         );
         assert!(!said.concat().contains("no more than"), "{said:?}");
@@ -265,8 +274,9 @@ mod tests {
         assert_eq!(
             sentences(&found, &shares, &none()),
             [
-                "With these tables the machine will be off by no more than about 2.1 µm at the tip and 5.7 µrad in direction \
-                 (95 %, on average over the travel), by what is not known of its parameters and what the tables leave.",
+                "With these tables the tip will be off by no more than about 3.1 µm on average, 3.1 µm at 95 % of positions \
+                 and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 %, over the travel), \
+                 by what is not known of its parameters and what the tables leave.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
                 "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
                  the parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",

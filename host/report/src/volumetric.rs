@@ -40,6 +40,10 @@ pub struct Volumetric {
 pub struct Known {
     /// 95 % band of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
+    /// What mean, 95 % and largest error of a machine by the same do not exceed, each with 95 %. A mean of the band is none
+    /// of these.
+    #[serde(default)]
+    pub at_most: Quality,
     /// True if that is for the calibrated ranges only; how large the errors that the model lacks are elsewhere is not
     /// known.
     #[serde(default)]
@@ -61,6 +65,7 @@ pub fn volumetric(
         None => over_travel(&kinematics, subject.seed)?,
     };
     let known = known.map(|found| Known {
+        at_most: found.at_most,
         is_of_zone: found.zone.is_some(),
         band: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,

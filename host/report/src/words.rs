@@ -190,6 +190,45 @@ pub fn figure(value: f64) -> String {
     }
 }
 
+/// Like [`figure`], but never finer than 0.01: for figures that are measured, or limits to what is.
+#[must_use]
+pub fn coarse(value: f64) -> String {
+    in_steps(value, f64::round)
+}
+
+/// The same, rounded up: an upper limit stays one.
+#[must_use]
+pub fn rounded_up(value: f64) -> String {
+    in_steps(value, f64::ceil)
+}
+
+/// The same, rounded down.
+#[must_use]
+pub fn rounded_down(value: f64) -> String {
+    in_steps(value, f64::floor)
+}
+
+fn in_steps(value: f64, round: fn(f64) -> f64) -> String {
+    let digits = match value.abs() {
+        v if v >= 9.95 => 0,
+        v if v >= 0.995 => 1,
+        _ => 2,
+    };
+    let steps = value * 10_f64.powi(digits);
+    // What differs from a step by the last bits only is that step.
+    let nearest = steps.round();
+    let steps = match (steps - nearest).abs() < 1e-9 * nearest.abs() {
+        true => nearest,
+        false => round(steps),
+    };
+    let text = format!("{:.*}", digits as usize, steps.abs() / 10_f64.powi(digits));
+    match steps {
+        0.0 => "0".to_owned(),
+        s if s < 0.0 => format!("−{text}"),
+        _ => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -223,6 +262,25 @@ mod tests {
             (0.0, "0"),
         ] {
             assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn ranges_are_rounded_outward_and_nothing_is_finer_than_a_hundredth() {
+        for (value, down, near, up) in [
+            (137.24, "137", "137", "138"),
+            (9.96, "9", "10", "10"),
+            (1.78, "1.7", "1.8", "1.8"),
+            (1.8, "1.8", "1.8", "1.8"),
+            (0.0456, "0.04", "0.05", "0.05"),
+            (0.0019, "0", "0", "0.01"),
+            (0.0, "0", "0", "0"),
+            (-2.06, "−2.1", "−2.1", "−2.0"),
+        ] {
+            assert_eq!(
+                [rounded_down(value), coarse(value), rounded_up(value)],
+                [down, near, up]
+            );
         }
     }
 

@@ -12,11 +12,13 @@
 //! direction, balls do not show.
 
 mod benefit;
+mod bounds;
 mod length;
 mod travel;
 
 use crate::validate::{Quality, Statistics};
 pub use benefit::{Benefit, benefit};
+pub use bounds::{MISFIT_MEAN, MISFIT_P95, bounds};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
 pub use travel::{OverTravel, over_travel};
 use trueaxis_kinematics::Sensitivity;

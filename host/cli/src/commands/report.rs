@@ -64,10 +64,10 @@ pub struct Arguments {
     /// An older report of the machine, as printed by --json: shows what has changed since
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
-    /// Write a certificate of calibration instead of the page: four A4 pages at most
+    /// Write a calibration report to hand over instead of the page: four A4 pages at most
     #[arg(long, conflicts_with_all = ["pictures", "compare"])]
     certificate: bool,
-    /// Operator, instruments, temperatures and limits for the certificate (calibration.toml)
+    /// Operator, instruments, temperatures, limits and stated uncertainties for it (calibration.toml)
     #[arg(long, value_name = "FILE.toml", requires = "certificate")]
     calibration: Option<PathBuf>,
     /// Date to print on the page, in any format (default: none)
@@ -348,7 +348,7 @@ pub fn bad(error: &ReportError) -> BadInput {
     BadInput::new(error.to_string(), error.remedy())
 }
 
-/// The text output of a certificate.
+/// The text output of a calibration report.
 fn certified(report: &Report, certificate: &Certificate, output: Option<&Path>) -> String {
     let mut text = String::new();
     if let Some(output) = output {

@@ -313,6 +313,74 @@ fn nothing_passes_without_its_grounds() {
 }
 
 #[test]
+fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matters() {
+    let folder = Folder::new();
+    let machine = example("huron-k2x8/machine.toml");
+    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
+    let text = text.lines().filter(|line| !line.starts_with("covariance"));
+    let text: String = text.map(|line| line.to_owned() + "\n").collect();
+    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
+    let names = [
+        "EZ0S",
+        "tip p95",
+        "direction mean",
+        "E X",
+        "E Y",
+        "E +X+Y+Z",
+        "G XY",
+        "G YZ",
+    ];
+    let limits = names.map(|name| {
+        let unit = if name.starts_with("dir") {
+            "urad"
+        } else {
+            "um"
+        };
+        format!("[[limit]]\nquantity = \"{name}\"\n{unit} = 9999.0\n")
+    });
+    let calibration = folder.file("limits.toml", STATED.to_owned() + &limits.concat());
+    let open = |more: &str| {
+        let errors = folder.file("errors.toml", text.clone() + more);
+        let output = trueaxis(&[
+            "report",
+            &machine,
+            &errors,
+            "--certificate",
+            "--json",
+            "--calibration",
+            &calibration,
+            "--identification",
+            &found,
+        ]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let all = json["judged"].as_array().unwrap().iter().zip(names);
+        let open = all.filter(|(one, _)| one["decision"] == "not_decided");
+        let open: Vec<(&str, String)> = open
+            .map(|(one, name)| (name, one["why"].as_str().unwrap().to_owned()))
+            .collect();
+        (output.status.code(), open)
+    };
+    let names =
+        |open: &[(&'static str, String)]| -> Vec<&str> { open.iter().map(|o| o.0).collect() };
+    let (code, all) = open("");
+    assert_eq!((code, names(&all)), (Some(0), vec![]));
+    // Not the whole travel of X, but the circle in its middle.
+    let (code, all) = open("[calibrated]\nX = [-320.0, 320.0]\n");
+    let beyond = ["tip p95", "direction mean", "E X", "E +X+Y+Z"];
+    assert_eq!((code, names(&all)), (Some(1), beyond.to_vec()), "{all:?}");
+    for (name, why) in &all {
+        assert!(
+            why.contains("it needs X from") && why.contains("only −320 to 320 was probed"),
+            "{name}: {why}"
+        );
+    }
+    // The place of the rotary axis moves the tip only.
+    let (code, all) = open("[unseen]\nEX0C = 14.0\n");
+    assert_eq!((code, names(&all)), (Some(1), vec!["tip p95"]), "{all:?}");
+    assert_eq!(all[0].1, "EX0C was not measured");
+}
+
+#[test]
 fn nothing_of_a_statement_is_run() {
     let folder = Folder::new();
     let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
@@ -340,7 +408,13 @@ fn nothing_of_a_statement_is_run() {
         &[&files[0], &files[1], "--calibration", &calibration],
     );
     assert!(!page.contains("<script") && !page.contains("<b>&") && !page.contains("<i>cal"));
-    assert_eq!(page.matches("&lt;script&gt;alert(1)").count(), 11);
+    // The number is in the title, at the top and at the end; for every sheet it is in the style sheet, as code points.
+    assert_eq!(page.matches("&lt;script&gt;alert(1)").count(), 13);
+    let style = &page[..page.find("</style>").unwrap()];
+    assert!(
+        style.contains("\\00003c\\00002ftd\\00003e\\00003cscript"),
+        "{style}"
+    );
 }
 
 #[test]
@@ -378,6 +452,14 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         (
             "[[temperature]]\nplace = \"air\"\ncelsius = [20,0, 21,0]\n",
             &["line 3", "decimal point, not a comma"],
+        ),
+        (
+            "[uncertainty]\nlobes_um = -0.3\n",
+            &[
+                "line 2",
+                "-0.3 µm is not a standard uncertainty",
+                "Leave out what is not known",
+            ],
         ),
         (&seven, &["line 13", "7 instruments", "room for 6"]),
         (

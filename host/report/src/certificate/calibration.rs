@@ -1,4 +1,4 @@
-//! `calibration.toml`: who calibrated the machine, with what, and which limits it has to keep. Everything is optional.
+//! `calibration.toml`: who calibrated the machine, with what, which limits it has to keep, and what readings do not show. Everything is optional.
 
 use super::limits::{Limit, Quantity};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use toml::Spanned;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::{Exactly, FileError};
 
-/// Longest text, in characters, and the longest description of the method: a certificate has four pages.
+/// Longest text, in characters, and the longest description of the method: a report has four pages.
 const LONGEST: usize = 48;
 const LONGEST_METHOD: usize = 400;
 /// Most instruments, temperatures and limits, for the same reason.
@@ -17,7 +17,7 @@ const MOST_LIMITS: usize = 20;
 /// The circumstances of a calibration, and the limits to judge by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Number of the certificate.
+    /// Number of the report.
     pub number: Option<String>,
     /// Serial number of the machine.
     pub serial_number: Option<String>,
@@ -35,6 +35,28 @@ pub struct Calibration {
     pub temperatures: Vec<Temperature>,
     /// What the machine has to keep.
     pub limits: Vec<Limit>,
+    /// Uncertainties that the readings do not show.
+    pub uncertainty: Stated,
+}
+
+/// Standard uncertainties (µm) of a coordinate of the tip by what the readings do not show.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Stated {
+    /// Form and diameter of the ball, length of the bar.
+    pub artefact_um: Option<f64>,
+    /// Difference of temperature between machine and artefact, and their coefficients of expansion.
+    pub expansion_um: Option<f64>,
+    /// Variation of the probe's pre-travel with direction.
+    pub lobes_um: Option<f64>,
+}
+
+impl Stated {
+    /// All that are stated, combined (µm).
+    pub(super) fn combined_um(&self) -> f64 {
+        let all = [self.artefact_um, self.expansion_um, self.lobes_um];
+        let squares = all.iter().flatten().map(|um| um * um);
+        squares.sum::<f64>().sqrt()
+    }
 }
 
 /// An instrument or artefact.
@@ -76,6 +98,16 @@ struct File {
     temperature: Vec<Spanned<TemperatureEntry>>,
     #[serde(default)]
     limit: Vec<Spanned<LimitEntry>>,
+    #[serde(default)]
+    uncertainty: UncertaintyEntry,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncertaintyEntry {
+    artefact_um: Option<Spanned<f64>>,
+    expansion_um: Option<Spanned<f64>>,
+    lobes_um: Option<Spanned<f64>>,
 }
 
 /// A date in quotes or without.
@@ -117,7 +149,7 @@ impl Calibration {
     /// Parses the file for a machine.
     ///
     /// # Errors
-    /// [`FileError`]: syntax, unknown keys, texts or lists that are too long for a certificate, impossible
+    /// [`FileError`]: syntax, unknown keys, texts or lists that are too long for four pages, impossible
     /// temperatures, and limits of quantities that the machine does not have, or in another unit.
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
         let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
@@ -132,6 +164,11 @@ impl Calibration {
             laboratory: text(file.laboratory)?,
             date: date(file.date)?,
             method: optional(file.method, LONGEST_METHOD)?,
+            uncertainty: Stated {
+                artefact_um: uncertainty(file.uncertainty.artefact_um)?,
+                expansion_um: uncertainty(file.uncertainty.expansion_um)?,
+                lobes_um: uncertainty(file.uncertainty.lobes_um)?,
+            },
             ..Self::default()
         };
         for entry in file.instrument {
@@ -165,11 +202,11 @@ fn few<T>(all: &[Spanned<T>], most: usize, what: &str) -> Result<(), FileError> 
         Some(next) => Err(FileError::at(
             next.span(),
             format!(
-                "there are {} {what}, and a certificate has room for {most}",
+                "there are {} {what}, and a report has room for {most}",
                 all.len()
             ),
             "one too many",
-            "leave out those that matter least, or write a second certificate",
+            "leave out those that matter least, or write a second report",
         )),
     }
 }
@@ -186,7 +223,7 @@ fn short(text: Spanned<String>, longest: usize) -> Result<String, FileError> {
     }
     match text.chars().count() {
         n if n > longest => bad(
-            format!("this text has {n} characters, and a certificate has room for {longest}"),
+            format!("this text has {n} characters, and a report has room for {longest}"),
             "shorten it",
         ),
         _ => Ok(text),
@@ -205,6 +242,20 @@ fn date(date: Option<Spanned<Date>>) -> Result<Option<String>, FileError> {
         Date::Toml(date) => date.to_string(),
     };
     short(Spanned::new(span, written), LONGEST).map(Some)
+}
+
+fn uncertainty(um: Option<Spanned<f64>>) -> Result<Option<f64>, FileError> {
+    let Some(um) = um else { return Ok(None) };
+    let number = *um.get_ref();
+    match number > 0.0 && number < 1e3 {
+        true => Ok(Some(number)),
+        false => Err(FileError::at(
+            um.span(),
+            format!("{number} µm is not a standard uncertainty"),
+            "here",
+            "write it in µm, above 0: 0.3. Leave out what is not known",
+        )),
+    }
 }
 
 fn celsius(range: Spanned<Exactly<2>>) -> Result<[f64; 2], FileError> {

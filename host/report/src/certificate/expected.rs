@@ -10,9 +10,10 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use trueaxis_measure::simulate::normal;
-use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
+use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95};
 use trueaxis_tables::validate::{Command, Region, direction, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
@@ -34,10 +35,30 @@ pub(crate) struct Expected {
     pub interval: Option<[f64; 2]>,
 }
 
+/// What 95 % of ranges of 20 independent normal values do not exceed, in standard deviations (studentized range), and
+/// of the largest amounts among them. A test has 20 targets, and a smooth path has fewer independent places.
+const RANGE_OF_20: f64 = 5.01;
+const LARGEST_OF_20: f64 = 3.02;
+
+/// By how much a displacement of the tip with this standard deviation in each coordinate, of which nothing else is known,
+/// changes a quantity at most (95 %). A mean length changes by no more than the root mean square of what is added, a
+/// range by no more than its range, a largest amount by no more than its largest.
+fn by_displacement(quantity: &Quantity, um: f64) -> f64 {
+    um * match quantity {
+        Quantity::Volumetric { at_tip: false, .. } => 0.0,
+        Quantity::Volumetric { is_mean: true, .. } => MISFIT_MEAN,
+        Quantity::Volumetric { .. } => MISFIT_P95,
+        Quantity::Circle('F', _) => LARGEST_OF_20,
+        _ => RANGE_OF_20,
+    }
+}
+
 /// Computes quantities of volumetric error and tests (µm, µrad); `None` for those that the machine has no room for.
+/// Errors that the model lacks, and `stated_um` for what readings do not show, widen the intervals.
 pub(crate) fn expected(
     subject: &Subject<'_>,
     quantities: &[Quantity],
+    stated_um: f64,
 ) -> Result<Vec<Option<Expected>>, ReportError> {
     let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
@@ -62,9 +83,45 @@ pub(crate) fn expected(
     let found = parallel::try_map(&drawn, of)?;
     let one = |k: usize| {
         let all: Option<Vec<Sampled>> = found.iter().map(|values| values[k]).collect();
-        all.map(|all| summary(&all))
+        let mut found = summary(&all?);
+        let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
+        let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um));
+        found.interval = found
+            .interval
+            .map(|[low, high]| [(low - by).max(0.0), high + by]);
+        Some(found)
     };
     Ok((0..quantities.len()).map(one).collect())
+}
+
+/// True if an error alone changes a quantity of an otherwise perfect machine.
+pub(super) fn matters(subject: &Subject<'_>, parameter: Parameter, quantity: Quantity) -> bool {
+    /// 10 µm, 10 µrad or 10 µm/m of it must do more than this (µm, µrad).
+    const NOTHING: f64 = 0.01;
+    const FEW: usize = 30;
+    if let Quantity::Parameter(of) = quantity {
+        return of == parameter;
+    }
+    let mut errors = ErrorModel::perfect(subject.machine);
+    let size = if parameter.is_angular() || parameter == Parameter::scale(parameter.axis) {
+        1e-5
+    } else {
+        1e-2
+    };
+    errors.set(subject.machine, parameter, size);
+    let alone = Subject {
+        errors: &errors,
+        compensation: None,
+        ..subject.clone()
+    };
+    let kinematics = Kinematics::new(subject.machine, &errors);
+    let commands = random_commands(&kinematics, Region::Travel, FEW, subject.seed);
+    let found = commands.ok().and_then(|commands| {
+        let all = values(&alone, &commands, &[quantity]);
+        all.ok()?.first().copied().flatten()
+    });
+    // What cannot be computed may matter.
+    found.is_none_or(|found| found.value > NOTHING)
 }
 
 /// A value, and its standard uncertainty from the choice of random positions.
@@ -226,7 +283,7 @@ mod tests {
         let names: Vec<Quantity> = (names.iter())
             .map(|name| Quantity::parse(name, &machine).unwrap())
             .collect();
-        expected(&Subject::new(&machine, &errors, None, 3), &names).unwrap()
+        expected(&Subject::new(&machine, &errors, None, 3), &names, 0.0).unwrap()
     }
 
     #[test]
@@ -272,6 +329,48 @@ mod tests {
             (high - 1.098 - 2.0 / 3000.0_f64.sqrt()).abs() < 0.015,
             "{tip:?}"
         );
+    }
+
+    #[test]
+    fn what_the_model_lacks_widens_intervals() {
+        let errors = "[parameters]\nEXX1 = 20e-6\n[standard_uncertainty]\nEXX1 = 1e-6\n";
+        let names = ["tip mean", "tip p95", "E X", "F XY", "direction mean"];
+        let without = found(errors, &names);
+        let with = found(&format!("{errors}[uncertainty]\nmisfit_um = 0.5\n"), &names);
+        for (k, by) in [0.866, 1.40, 2.505, 1.51, 0.0].into_iter().enumerate() {
+            let [a, b] = [&without, &with].map(|all| all[k].unwrap().interval.unwrap());
+            assert!((b[1] - a[1] - by).abs() < 1e-3, "{}: {a:?} {b:?}", names[k]);
+            assert!(
+                (b[0] - (a[0] - by).max(0.0)).abs() < 1e-3,
+                "{}: {a:?} {b:?}",
+                names[k]
+            );
+        }
+    }
+
+    #[test]
+    fn an_error_matters_where_it_moves_something() {
+        let text = include_str!("../../../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let errors = ErrorModel::perfect(&machine);
+        let subject = Subject::new(&machine, &errors, None, 3);
+        for (name, quantity, is) in [
+            ("EX0C", "tip mean", true),
+            ("EX0C", "direction p95", false),
+            ("EX0C", "G XY", false),
+            ("EX0C", "E X", false),
+            ("EA0C", "direction mean", true),
+            ("EC0X", "G XY", true),
+            ("EC0X", "E X", false),
+        ] {
+            let parameter = Parameter::parse(name).unwrap();
+            let quantity_ = Quantity::parse(quantity, &machine).unwrap();
+            assert_eq!(
+                matters(&subject, parameter, quantity_),
+                is,
+                "{name} {quantity}"
+            );
+        }
     }
 
     #[test]

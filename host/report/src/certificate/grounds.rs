@@ -1,31 +1,29 @@
-//! What a decision rests on: an interval from the model proves nothing where the measurements refute the model, or
-//! where no length reference was measured.
+//! What a decision rests on: an interval from the model proves nothing where the measurements refute the model, where no
+//! length reference was measured, beyond the probed zone, or where an error that was not measured matters.
 
 use super::calibration::Calibration;
+use super::expected::matters;
 use super::limits::{Decision, Quantity};
-use crate::identification::Identification;
-use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::machine::Machine;
+use crate::picture::tick;
+use crate::{Report, Subject};
+use trueaxis_model::errors::Parameter;
+use trueaxis_tables::validate::calibrated;
+
+/// Rounding of probed ranges in error files (mm, deg).
+const ROUNDED: f64 = 1e-3;
 
 /// What the decisions about all limits rest on.
 pub(super) struct Grounds<'a> {
-    machine: &'a Machine,
-    errors: &'a ErrorModel,
-    identification: Option<&'a Identification>,
+    subject: &'a Subject<'a>,
+    report: &'a Report,
     stated: &'a Calibration,
 }
 
 impl<'a> Grounds<'a> {
-    pub fn new(
-        machine: &'a Machine,
-        errors: &'a ErrorModel,
-        identification: Option<&'a Identification>,
-        stated: &'a Calibration,
-    ) -> Self {
+    pub fn new(subject: &'a Subject<'a>, report: &'a Report, stated: &'a Calibration) -> Self {
         Self {
-            machine,
-            errors,
-            identification,
+            subject,
+            report,
             stated,
         }
     }
@@ -50,39 +48,113 @@ impl<'a> Grounds<'a> {
         if matches!(quantity, Quantity::Validation { .. }) {
             return None;
         }
-        if self.identification.is_some_and(|found| !found.fits()) {
+        let identification = self.report.identification.as_ref();
+        if identification.is_some_and(|found| !found.fits()) {
             return Some(
                 "the residuals exceed the stated noise: the machine has errors that the model lacks"
                     .to_owned(),
             );
         }
-        let missing = self.errors.missing_scales(self.machine);
+        let errors = self.subject.errors;
+        let missing = errors.missing_scales(self.subject.machine);
         match &missing[..] {
-            [scale, ..] if depends_on_length(quantity) => Some(format!(
-                "no length reference: the scale of {} was not measured",
-                scale.axis
-            )),
-            [a, b, ..] if matches!(quantity, Quantity::Circle('G', _)) => Some(format!(
-                "the scales of {} and {} were not measured, not even relative to each other",
-                a.axis, b.axis
-            )),
-            _ => None,
+            [scale, ..] if depends_on_length(quantity) => {
+                return Some(format!(
+                    "no length reference: the scale of {} was not measured",
+                    scale.axis
+                ));
+            }
+            [a, b, ..] if matches!(quantity, Quantity::Circle('G', _)) => {
+                return Some(format!(
+                    "the scales of {} and {} were not measured, not even relative to each other",
+                    a.axis, b.axis
+                ));
+            }
+            _ => {}
+        }
+        let is_direction = matches!(quantity, Quantity::Volumetric { at_tip: false, .. });
+        if is_direction && identification.is_none() && errors.misfit.is_some_and(|um| um > 0.0) {
+            return Some(
+                "what the errors that the model lacks do to the direction is not known".to_owned(),
+            );
+        }
+        self.not_measured(quantity)
+            .or_else(|| self.beyond(quantity))
+    }
+
+    /// The first error that was not measured and changes the quantity. Scales have their own rule: what all axes have in
+    /// common does not change form.
+    fn not_measured(&self, quantity: Quantity) -> Option<String> {
+        let unseen = self.subject.errors.unseen.keys();
+        let mut unseen = unseen.filter(|p| **p != Parameter::scale(p.axis));
+        let one = unseen.find(|p| matters(self.subject, **p, quantity))?;
+        Some(format!("{one} was not measured"))
+    }
+
+    /// The first axis whose use by the quantity is not within the probed range.
+    fn beyond(&self, quantity: Quantity) -> Option<String> {
+        let machine = self.subject.machine;
+        let identification = self.report.identification.as_ref();
+        let mut axes = machine.axes.iter().enumerate();
+        axes.find_map(|(index, axis)| {
+            let letter = axis.letter.char();
+            let [from, to] = self.used(quantity, index)?;
+            let [mut low, mut high] = calibrated(machine, self.subject.errors, index);
+            // An error file states no range of an axis that stood still.
+            let mut probed = identification.iter().flat_map(|found| &found.probed);
+            let still =
+                probed.find(|one| one.axis == letter && one.range[1] - one.range[0] < ROUNDED);
+            if let Some(still) = still {
+                [low, high] = still.range;
+            }
+            let is_whole_turn = axis.modulo && high - low >= 360.0 - ROUNDED;
+            let is_within = from >= low - ROUNDED && to <= high + ROUNDED;
+            (!is_within && !is_whole_turn).then(|| {
+                let [from, to, low, high] = [from, to, low, high].map(tick);
+                format!(
+                    "it needs {letter} from {from} to {to}, and only {low} to {high} was probed"
+                )
+            })
+        })
+    }
+
+    /// The range of an axis (mm, deg) that the quantity depends on; `None` if it is of no position.
+    fn used(&self, quantity: Quantity, index: usize) -> Option<[f64; 2]> {
+        let axis = &self.subject.machine.axes[index];
+        let letter = axis.letter.char();
+        let [low, high] = axis.travel;
+        let middle = 0.5 * (low + high);
+        let resting = match axis.letter.is_rotary() {
+            true => 0.0_f64.clamp(low, high),
+            false => middle,
+        };
+        let still = Some([resting, resting]);
+        match quantity {
+            Quantity::Parameter(_) | Quantity::Validation { .. } => None,
+            Quantity::Volumetric { .. } => Some(axis.travel),
+            Quantity::Positioning(_, moved) if moved == letter => Some(axis.travel),
+            Quantity::Diagonal(_) if "XYZ".contains(letter) => Some(axis.travel),
+            Quantity::Circle(_, plane) if plane.contains(&letter) => {
+                let plane: String = plane.iter().collect();
+                let mut circles = self.report.tests.circles.iter();
+                let radius = circles.find(|test| test.plane == plane)?.radius_mm;
+                Some([middle - radius, middle + radius])
+            }
+            Quantity::Positioning(..) | Quantity::Diagonal(_) | Quantity::Circle(..) => still,
         }
     }
 
     /// Which statement a proof of conformity lacks.
     fn not_stated(&self, quantity: Quantity) -> Option<String> {
+        let identification = self.report.identification.as_ref();
+        let of_model = !matches!(quantity, Quantity::Validation { .. });
         let lacks = match () {
             () if self.stated.instruments.is_empty() => "no instrument is stated",
             () if self.stated.date.is_none() => "no date of the measurement is stated",
-            () if self.identification.is_none()
-                && !matches!(quantity, Quantity::Validation { .. }) =>
-            {
+            () if identification.is_none() && of_model => {
                 "no identification is given: whether the residuals fit is not known"
             }
-            () if self.identification.is_some_and(|found| !found.is_judged())
-                && !matches!(quantity, Quantity::Validation { .. }) =>
-            {
+            () if identification.is_some_and(|found| !found.is_judged()) && of_model => {
                 "no noise is stated and no place was measured twice: whether the residuals fit is not known"
             }
             () => return None,

@@ -1,8 +1,9 @@
 //! The band over the travel of a machine.
 
-use super::band;
+use super::{band, bounds};
 use crate::validate::{
-    DrawError, Quality, Region, calibrated, is_partly_calibrated, random_commands,
+    Command, DrawError, Quality, Region, Statistics, calibrated, is_partly_calibrated,
+    random_commands,
 };
 use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
@@ -13,6 +14,8 @@ use trueaxis_model::machine::Machine;
 const POSITIONS: usize = 1000;
 /// Makes them differ from the positions of a proof.
 const OWN: u64 = 0x0095_0095;
+/// Number of positions for the bounds of mean, 95 % and largest error; as many more are at ends of the travel.
+const OF_BOUNDS: usize = 400;
 
 /// The error that uncertain parameters leave over the travel, with a probability of 95 %.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,6 +28,9 @@ pub struct OverTravel {
     pub inside: Option<Quality>,
     /// Where all axes are in their calibrated ranges, if the misfit of the model is known, and only there.
     pub zone: Option<Quality>,
+    /// In that zone, or else over the whole travel: what mean, 95 % and largest error of a machine do not exceed, each
+    /// with a probability of 95 %.
+    pub at_most: Quality,
     /// Number of parameters with a standard uncertainty.
     pub parameters: usize,
     /// Number of parameters without one; they count as exact.
@@ -65,6 +71,26 @@ pub fn over_travel(
         let positions: Vec<_> = positions.collect();
         Ok::<Quality, DrawError>(band(&zone, errors, &covariance, &positions))
     };
+    let at_most = {
+        let machine = zone.as_ref().unwrap_or(machine);
+        let kinematics = Kinematics::new(machine, errors);
+        let within = random_commands(&kinematics, Region::Travel, OF_BOUNDS, seed ^ OWN)?;
+        let positions = |commands: &[Command]| -> Vec<_> {
+            let all = commands.iter().map(|command| command.kinematic(machine));
+            all.collect()
+        };
+        let statistics = bounds(machine, errors, &covariance, &positions(&within), seed);
+        let ends: Vec<Command> = within.iter().map(|one| at_ends(machine, one)).collect();
+        let ends = bounds(machine, errors, &covariance, &positions(&ends), seed);
+        let larger = |a: Statistics, b: Statistics| Statistics {
+            max: a.max.max(b.max),
+            ..a
+        };
+        Quality {
+            translation_um: larger(statistics.translation_um, ends.translation_um),
+            direction_urad: larger(statistics.direction_urad, ends.direction_urad),
+        }
+    };
     let motions = errors.motions.iter().flatten();
     let tabulated = motions.filter(|motion| motion.table.is_some()).count();
     let is_known = |p| covariance.parameters.contains(p);
@@ -75,6 +101,7 @@ pub fn over_travel(
             true => Some(over(Region::Inside)?),
             false => None,
         },
+        at_most,
         zone: zone.map(in_zone).transpose()?,
         parameters: covariance.parameters.len(),
         exact: errors.parameters.keys().filter(|p| !is_known(p)).count(),
@@ -82,6 +109,19 @@ pub fn over_travel(
         tables: errors.table_uncertainty.len(),
         exact_tables: tabulated - errors.table_uncertainty.len(),
     }))
+}
+
+/// The command with each linear axis at the nearer end of its travel, where errors are largest.
+fn at_ends(machine: &Machine, command: &Command) -> Command {
+    let mut command = *command;
+    for (i, axis) in machine.axes.iter().enumerate() {
+        if !axis.letter.is_rotary() {
+            let [low, high] = axis.travel.map(|end| end as f32);
+            let is_low = command.axes[i] - low < high - command.axes[i];
+            command.axes[i] = if is_low { low } else { high };
+        }
+    }
+    command
 }
 
 /// The machine with the calibrated ranges as its travel, if the misfit is known there and not in the whole travel.
