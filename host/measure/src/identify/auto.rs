@@ -83,7 +83,7 @@ impl Fit {
         }
         let fit = Self {
             parameters: identified.parameters.len(),
-            unseen: parameters.len() - identified.parameters.len(),
+            unseen: identified.looked_for.len() - identified.parameters.len(),
             left: root_mean_square(identified.all_rows().map(|row| row.after.norm())),
             held_out: held_out(
                 machine,
