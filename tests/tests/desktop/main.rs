@@ -19,6 +19,7 @@ mod measured_examples;
 mod measurement;
 mod observations;
 mod plan;
+mod planned;
 mod policies;
 mod schemes;
 mod shown_output;

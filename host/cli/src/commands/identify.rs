@@ -411,8 +411,8 @@ impl Found<'_> {
 
     /// A sentence about a motion that the model lacks.
     fn bends(&self, one: &Lacking) -> String {
-        let looked_for = &self.identified.looked_for;
-        let all: Vec<Parameter> = [&looked_for[..], &one.parameters].concat();
+        let seen = self.identified.parameters.iter().map(|e| e.parameter);
+        let all: Vec<Parameter> = seen.chain(one.parameters.iter().copied()).collect();
         let add: Vec<String> = one.parameters.iter().map(Parameter::to_string).collect();
         let add = add.join(",");
         let how = match all.len() <= NAMES {
@@ -505,7 +505,7 @@ impl Found<'_> {
 }
 
 /// A motion explains rows that fit badly if this part of the squared residuals goes with it.
-const MOST: f64 = 0.5;
+const MOST: f64 = 0.3;
 /// Do not print more names than fit on a command line.
 const NAMES: usize = 40;
 

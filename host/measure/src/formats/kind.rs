@@ -1,6 +1,5 @@
 //! Which kind of measurement a file holds, by its header.
 
-use super::observations::first_column;
 use trueaxis_model::source::FileError;
 
 /// The kinds of files with measurements.
@@ -29,7 +28,7 @@ pub fn kind(text: &str) -> Result<FileKind, FileError> {
             .iter()
             .any(|column| column.eq_ignore_ascii_case(name))
     };
-    match first_column(text).0 {
+    match header.first().copied().unwrap_or_default() {
         "target" | "line" => Ok(FileKind::Runs),
         "angle" => Ok(FileKind::Ballbar),
         _ if has("radial") => Ok(FileKind::Ballbar),
@@ -45,11 +44,14 @@ pub fn kind(text: &str) -> Result<FileKind, FileError> {
     }
 }
 
-/// The names of the columns.
+/// The names of the columns, whatever separates them: who reads the file refuses other separators than commas.
 fn header(text: &str) -> Vec<&str> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-    let columns = lines.next().into_iter().flat_map(|line| line.split(','));
+    let columns = lines
+        .next()
+        .into_iter()
+        .flat_map(|line| line.split([',', ';', '\t']));
     columns.map(|name| name.trim().trim_matches('"')).collect()
 }
 
@@ -67,6 +69,7 @@ mod tests {
             ("# radius_mm = 100\nangle,ccw,cw\n", FileKind::Ballbar),
             ("X,Y,Z,radial\n", FileKind::Ballbar),
             ("kind,X,Y,Z,length_mm\n", FileKind::Observations),
+            ("ball;X;Y;Z\n", FileKind::Probings),
         ] {
             assert_eq!(kind(text), Ok(expected), "{text}");
         }

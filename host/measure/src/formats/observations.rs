@@ -16,7 +16,6 @@ use super::runs::sense;
 use super::temperatures::ThermalModel;
 use super::{axis, is_in_travel, temperatures};
 use crate::instrument::{Commanded, Given, Kind, turned};
-pub(super) use converted::first_column;
 pub use converted::of_surface;
 use heading::Heading;
 use nalgebra::{Matrix3, Vector3};

@@ -29,7 +29,7 @@ const TESTABLE: f64 = 0.1;
 const HIGHEST: u8 = 3;
 
 /// The motion that explains the residuals of an identification best, if chance does not: of degrees 1 to 3 (or
-/// harmonics), a location error, or backlash. Of each motion, the terms up to the degree that chance explains least.
+/// harmonics), a location error, or backlash.
 #[must_use]
 pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking> {
     let machine = problem.machine;
@@ -39,7 +39,12 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
     let directions: Vec<bool> = (0..machine.axes.len())
         .map(|i| problem.commands().any(|(_, s)| s.sign[i] != 0.0))
         .collect();
-    let mut best: Option<Lacking> = None;
+    // The Bayesian information criterion weighs terms against what they explain.
+    let count = left.len() as f64;
+    let criterion = |rest: f64, terms: usize| {
+        count * libm::log(rest.max(f64::MIN_POSITIVE)) + terms as f64 * libm::log(count)
+    };
+    let mut best: Option<(f64, Lacking)> = None;
     for form in Form::of(machine) {
         let all = [0, HIGHEST].map(|degree| candidates(machine, degree, *form, &directions));
         let is_new = |p: &Parameter| {
@@ -96,17 +101,16 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
                     size: size(problem, &all, &taken, &free.values(&left)),
                     deviations: deviations(ratio, count, freedom),
                 };
+                let criterion = criterion(rest, count);
                 if found.deviations > SIGNIFICANT
-                    && best
-                        .as_ref()
-                        .is_none_or(|b| found.deviations > b.deviations)
+                    && best.as_ref().is_none_or(|(least, _)| criterion < *least)
                 {
-                    best = Some(found);
+                    best = Some((criterion, found));
                 }
             }
         }
     }
-    best
+    best.map(|(_, found)| found)
 }
 
 /// What is tested together: a motion, a location error, a backlash.
@@ -245,6 +249,12 @@ fn size(problem: &Problem<'_>, all: &[Parameter], taken: &[usize], values: &[f64
     places.fold(f64::NEG_INFINITY, f64::max) - least
 }
 
+impl Lacking {
+    fn is_angular(&self) -> bool {
+        self.parameters.iter().any(|p| p.is_angular())
+    }
+}
+
 impl fmt::Display for Lacking {
     /// `EYX of X bends by 8.0 µm`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -269,11 +279,37 @@ impl fmt::Display for Lacking {
     }
 }
 
+/// Tables may reach this part of the measured range beyond it.
+const BEYOND: f64 = 0.1;
+
+impl Problem<'_> {
+    /// True if an axis with such a motion has tables that reach farther than what was measured: motions that hold their end
+    /// values make all of the axis do so.
+    fn cuts_tables(&self, more: &Lacking) -> bool {
+        let holds = more.parameters.iter().any(|p| degree(p) >= 2);
+        let Some(axis) = self.machine.index(more.parameters[0].axis) else {
+            return false;
+        };
+        let [low, high] = range(self, axis);
+        let least = BEYOND * (high - low);
+        let tables = self.base.motions[axis]
+            .iter()
+            .filter_map(|m| m.table.as_ref());
+        let mut ends = tables.filter_map(|t| Some((*t.at.first()?, *t.at.last()?)));
+        holds && ends.any(|(first, last)| first < low - least || last > high + least)
+    }
+}
+
+/// A motion is added if this part of the squared residuals goes with it. What explains less is one of many that are
+/// alike on a few circles: on a mill with 18 motions outside the model, adding them left 135 µm of 30.
+const OBVIOUS: f64 = 0.5;
 /// At most this many motions are added.
 const MOST: usize = 12;
 
 /// Identifies again with the motion that explains the residuals best, as long as there is one and it can be identified.
-/// For observations of instruments, which show no balls that could be left out to choose a model by.
+/// Only displacements that explain most of the residuals are added: angular motions act through levers, far from what was
+/// measured. Nor are motions that would end tables where instruments did not measure. For observations of instruments, which
+/// show no balls that could be left out to choose a model by.
 #[must_use]
 pub fn with_lacking<'a>(
     problem: impl Fn(&[Parameter]) -> Problem<'a>,
@@ -283,7 +319,9 @@ pub fn with_lacking<'a>(
     let mut best = first;
     for _ in 0..MOST {
         let own = problem(&best.looked_for);
-        let Some(more) = lacking(&own, &best) else {
+        let is_obvious = |more: &Lacking| more.explains > OBVIOUS && !more.is_angular();
+        let more = lacking(&own, &best).filter(|more| is_obvious(more) && !own.cuts_tables(more));
+        let Some(more) = more else {
             break;
         };
         let parameters = [&best.looked_for[..], &more.parameters].concat();

@@ -125,7 +125,7 @@ mod tests {
     fn one_value_of_a_table_moves_what_is_found_by_what_is_said() {
         let machine = Machine::from_toml(MACHINE).unwrap();
         let circle = circle(&machine);
-        let parameters = ["EC0X", "EYY1"].map(|name| Parameter::parse(name).unwrap());
+        let parameters = ["EC0Y", "EYY1"].map(|name| Parameter::parse(name).unwrap());
         let table = Table {
             at: vec![-200.0, -60.0, 10.0, 90.0, 200.0],
             positive: vec![0.004, 0.001, 0.0, -0.002, 0.001],
