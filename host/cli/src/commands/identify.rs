@@ -15,6 +15,7 @@ use super::files;
 use super::verdict;
 use clap::Args;
 use inputs::Inputs;
+use kept::WithTables;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{DirectResult, Measurement};
 use trueaxis_measure::formats::artefact::Artefact;
@@ -208,11 +209,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
         Ok((identified, Some(chosen)))
     };
-    let (base, (identified, chosen), kept) =
-        kept::with_tables(&machine, &runs, &known_before, |base| {
-            observations.drift.clear();
-            find(base, &mut observations)
-        })?;
+    let with_tables = kept::with_tables(&machine, &runs, &known_before, |base| {
+        observations.drift.clear();
+        find(base, &mut observations)
+    })?;
+    let WithTables {
+        base,
+        identified,
+        besides: chosen,
+        kept,
+    } = with_tables;
     let (identified, warmed) = match &arguments.temperatures {
         None => (identified, None),
         Some(path) => {

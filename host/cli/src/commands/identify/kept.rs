@@ -11,16 +11,32 @@ use trueaxis_model::machine::Machine;
 /// Levers of angular motions, which are small, change tables by less in each round.
 const ROUNDS: usize = 6;
 
-/// Identifies with the tables that runs show on a machine with what is identified: again and again until both agree. Returns
-/// the errors known beforehand with the tables, and what was found.
+/// What was found with tables of runs.
+pub struct WithTables<T> {
+    /// The errors known beforehand, with the tables.
+    pub base: ErrorModel,
+    pub identified: Identified,
+    /// What else came with it.
+    pub besides: T,
+    /// The motions, if there are runs.
+    pub kept: Option<DirectResult>,
+}
+
+/// Identifies with the tables that runs show on a machine with what is identified: again and again until both agree.
 pub fn with_tables<T>(
     machine: &Machine,
     runs: &[Measurement],
     known: &ErrorModel,
     mut find: impl FnMut(&ErrorModel) -> Result<(Identified, T), BadInput>,
-) -> Result<(ErrorModel, (Identified, T), Option<DirectResult>), BadInput> {
+) -> Result<WithTables<T>, BadInput> {
     if runs.is_empty() {
-        return Ok((known.clone(), find(known)?, None));
+        let (identified, besides) = find(known)?;
+        return Ok(WithTables {
+            base: known.clone(),
+            identified,
+            besides,
+            kept: None,
+        });
     }
     let tables = |found: &ErrorModel| {
         kept(machine, runs, known, found).map_err(|error| {
@@ -30,17 +46,22 @@ pub fn with_tables<T>(
         })
     };
     let (mut base, mut solved) = tables(known)?;
-    let mut found = find(&base)?;
+    let (mut identified, mut besides) = find(&base)?;
     for _ in 0..ROUNDS {
-        let (next, again) = tables(&found.0.errors)?;
+        let (next, again) = tables(&identified.errors)?;
         solved = again;
         if same_tables(&base, &next) {
             break;
         }
-        found = find(&next)?;
+        (identified, besides) = find(&next)?;
         base = next;
     }
-    Ok((base, found, Some(solved)))
+    Ok(WithTables {
+        base,
+        identified,
+        besides,
+        kept: Some(solved),
+    })
 }
 
 /// Refuses names of parameters of motions that are kept as tables.
