@@ -19,7 +19,6 @@ mod measured_examples;
 mod measurement;
 mod observations;
 mod plan;
-mod planned;
 mod policies;
 mod schemes;
 mod shown_output;
