@@ -12,6 +12,7 @@ mod error_file;
 pub mod iso230_2;
 pub mod iso230_3;
 pub mod iso230_7;
+mod kept;
 mod measurement;
 mod motion;
 mod single;
@@ -21,6 +22,8 @@ mod warnings;
 
 pub use direct_error::DirectError;
 pub use error_file::error_file;
+pub(crate) use error_file::tables;
+pub use kept::{kept, same_tables};
 pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
 pub use motion::FoundMotion;
 pub use single::Single;

@@ -2,6 +2,8 @@
 
 mod answer;
 mod compensability;
+mod inputs;
+mod kept;
 mod listed;
 mod observed;
 mod screen;
@@ -9,17 +11,21 @@ mod thermal;
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, Text};
+use super::files;
 use super::verdict;
 use clap::Args;
+use inputs::Inputs;
+use kept::WithTables;
 use std::path::{Path, PathBuf};
+use trueaxis_measure::direct::{DirectResult, Measurement};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
-    Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, NotKnown,
-    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, drifting,
-    error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
+    Compensated, HeldOut, Honesty, Identified, IdentifyError, Lacking, Level, Model, ModelError,
+    NotKnown, Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability,
+    drifting, error_file, held_out, honesty, identify, lacking, lacks, misplaced, published, snoop,
+    stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -31,32 +37,33 @@ use trueaxis_tables::validate::{Command, Runtime};
 
 /// Identify error parameters and their uncertainties from probings of balls and from instruments
 ///
-/// Each row of the probings has the axis positions at which the stylus was at the centre of a ball. Parameters,
-/// balls and stylus are found together, and so are the set-ups of instruments whose readings are given with
-/// --observations. A parameter that these probings cannot identify gets no value; a sentence
-/// says why. The resulting error file can be passed to `trueaxis compile` as it is.
+/// Takes files of every kind: probings of balls, runs of a laser or straightedge, ball-bars, other readings. Each is
+/// recognised by its header. Parameters, balls, stylus and the set-ups of instruments are found together. The error motions
+/// that runs show are kept as tables. A parameter that nothing shows gets no value; a sentence says why. The resulting
+/// error file can be passed to `trueaxis compile` as it is.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
 trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n  \
-trueaxis identify machine.toml probings.csv --observations bar.csv laser.csv -o errors.toml\n  \
-trueaxis identify machine.toml --observations drift.csv --temperatures log.csv -o errors.toml\n\n\
+trueaxis identify machine.toml x.csv y.csv z.csv circle-xy.csv circle-yz.csv circle-zx.csv -o errors.toml\n  \
+trueaxis identify machine.toml probings.csv bar.csv -o errors.toml\n  \
+trueaxis identify machine.toml drift.csv --temperatures log.csv -o errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Besides ball and axes, columns may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis arrived):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
-Observations: lengths, points, displacements and angles, with the uncertainty of each; the files of `measured`\n\
-and `ballbar` are read, too:\n  kind,setup,X,Y,Z,A,C,length_mm,sigma_um\n  length,bar,120,0,-50,0,0,150.0021,0.5\n\n\
+Runs are the files of `measured`, ball-bars those of `ballbar`. Other observations: lengths, points, displacements and\n\
+angles, with the uncertainty of each:\n  kind,setup,X,Y,Z,A,C,length_mm,sigma_um\n  length,bar,120,0,-50,0,0,150.0021,0.5\n\n\
 Models: 10, 12 and 13 (locations, scales, backlash, spindle; X, Y, Z and two rotary axes), 81 and\n\
 84 (the coefficients published for two machines), auto (what the probings can identify), or names: EA0Z,EXX1,ECCb"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
-    /// Probings (CSV)
-    #[arg(value_name = "PROBINGS.csv", required_unless_present = "observations")]
-    probings: Option<PathBuf>,
-    /// Readings of instruments (CSV)
-    #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "active")]
+    /// Probings, runs, ball-bars and other readings (CSV)
+    #[arg(value_name = "FILE.csv", required_unless_present = "observations")]
+    files: Vec<PathBuf>,
+    /// Readings of instruments (CSV), of which runs are fitted by parameters of the model instead of being kept as tables
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     observations: Vec<PathBuf>,
     /// Temperatures over time (CSV: time_s, NAME_C …, or the file of measurements if it has these columns): find which of
     /// them parameters change with, and with which lags
@@ -109,7 +116,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let inputs = [
         Some(&arguments.machine),
-        arguments.probings.as_ref(),
         arguments.artefact.as_ref(),
         arguments.probe.as_ref(),
         arguments.update.as_ref(),
@@ -119,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     ];
     let inputs = inputs.into_iter().flatten();
     let inputs: Vec<&Path> = inputs
-        .chain(&arguments.observations)
+        .chain(arguments.measured())
         .map(PathBuf::as_path)
         .collect();
     let covariances = arguments.output.as_deref().map(beside);
@@ -135,17 +141,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let Some(path) = &arguments.probe {
         files::read_probe(path, &machine)?.known(&mut artefact.stylus);
     }
-    let mut measured = match &arguments.probings {
-        Some(path) => {
-            let text = Text::read(path)?;
-            let measured = probings::read(&text.text, &machine, true).map_err(|e| text.bad(e))?;
-            probings::have_known_balls(&text.text, &measured, &artefact)
-                .map_err(|e| text.bad(e))?;
-            measured
-        }
-        None => Probings::default(),
-    };
-    let mut observations = files::read_observations(&arguments.observations, &machine)?;
+    let Inputs {
+        probings: mut measured,
+        mut observations,
+        runs,
+    } = Inputs::read(arguments, &machine, &artefact)?;
     for rows in &arguments.without {
         let probed = without(&machine, &measured, rows);
         let observed = observations.without(&machine, rows);
@@ -162,51 +162,57 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             }
         };
     }
-    let base = match &arguments.update {
-        Some(path) => known(path, &machine, "--update")?,
+    let known_before = match &arguments.update {
+        Some(path) => known(path, &machine)?,
         None => ErrorModel::perfect(&machine),
     };
     let before = match &arguments.before {
-        Some(path) => Some(known(path, &machine, "--before")?),
+        Some(path) => Some(comparable(path, &machine)?),
         None => None,
     };
     if let Some(path) = &arguments.active {
-        undo(&mut measured, path, &machine, &base)?;
+        undo(&mut measured, path, &machine, &known_before)?;
     }
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let options = Options {
         robust: arguments.robust,
         ..Options::default()
     };
-    let (identified, chosen) = match model {
-        Model::Auto => {
-            let chosen = automatic(
-                &machine,
-                &measured,
-                &artefact,
-                &observations,
-                &base,
-                options,
-            );
-            let chosen = chosen.map_err(|error| arguments.not_identified(&error))?;
-            observations.drift.clone_from(&chosen.drift);
-            (chosen.identified.clone(), Some(chosen))
-        }
-        model => {
+    let find = |base: &ErrorModel, observations: &mut Observations| {
+        let problem = |parameters: &[Parameter], observations: &Observations| {
+            Problem::new(&machine, &measured, &artefact, parameters, base).with(observations)
+        };
+        if model != Model::Auto {
             let parameters = model.parameters(&machine, 0, &[]).map_err(no_model)?;
-            let problem = || Problem::new(&machine, &measured, &artefact, &parameters, &base);
-            let find = |problem: &Problem<'_>| {
-                identify(problem, options).map_err(|e| arguments.not_identified(&e))
+            kept::are_apart(&machine, &model, &parameters, base)?;
+            let find = |observations: &Observations| {
+                identify(&problem(&parameters, observations), options)
+                    .map_err(|e| arguments.not_identified(&e))
             };
-            let steady = problem().with(&observations);
-            let mut identified = find(&steady)?;
+            let identified = find(observations)?;
+            let steady = problem(&parameters, observations);
             observations.drift = drifting(&steady, &identified);
-            if !observations.drift.is_empty() {
-                identified = find(&problem().with(&observations))?;
-            }
-            (identified, None)
+            let identified = match observations.drift.is_empty() {
+                true => identified,
+                false => find(observations)?,
+            };
+            return Ok((identified, None));
         }
+        let chosen = automatic(&machine, &measured, &artefact, observations, base, options);
+        let chosen = chosen.map_err(|error| arguments.not_identified(&error))?;
+        observations.drift.clone_from(&chosen.drift);
+        Ok((chosen.identified.clone(), Some(chosen)))
     };
+    let with_tables = kept::with_tables(&machine, &runs, &known_before, |base| {
+        observations.drift.clear();
+        find(base, &mut observations)
+    })?;
+    let WithTables {
+        base,
+        identified,
+        besides: chosen,
+        kept,
+    } = with_tables;
     let (identified, warmed) = match &arguments.temperatures {
         None => (identified, None),
         Some(path) => {
@@ -238,7 +244,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if !arguments.accept_places
         && let Some(mistake) = misplaced(&problem, &places)
     {
-        let reason = format!("{}: {}", arguments.measured(), mistake.what);
+        let reason = format!("{}: {}", arguments.names(), mistake.what);
         return Err(BadInput::new(reason, mistake.remedy));
     }
     let suspicions = snoop(&problem, &identified);
@@ -258,6 +264,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ));
     }
     let honesty = honesty(&problem, &measured, &identified);
+    let lacking = lacking(&problem, &identified);
     let seen: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
     let held_out = held_out(
         &machine,
@@ -293,6 +300,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ),
         places,
         suspicions,
+        kept: kept.as_ref().map(|kept| (&runs[..], kept)),
+        lacking,
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
@@ -362,6 +371,10 @@ struct Found<'a> {
     missing: Vec<Parameter>,
     /// What the measurements do not show.
     not_known: NotKnown,
+    /// Runs, and the motions that are kept as tables.
+    kept: Option<(&'a [Measurement], &'a DirectResult)>,
+    /// The motion that the model lacks, if one explains the residuals.
+    lacking: Option<Lacking>,
 }
 
 /// A result is doubtful if a larger part of the rows is suspicious.
@@ -386,11 +399,34 @@ impl Found<'_> {
         is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
     }
 
+    /// True if a motion that the model lacks is why rows fit badly.
+    fn is_explained(&self) -> bool {
+        self.lacking.as_ref().is_some_and(|one| one.explains > MOST)
+    }
+
+    /// A sentence about a motion that the model lacks.
+    fn bends(&self, one: &Lacking) -> String {
+        let seen = self.identified.parameters.iter().map(|e| e.parameter);
+        let all: Vec<Parameter> = seen.chain(one.parameters.iter().copied()).collect();
+        let add: Vec<String> = one.parameters.iter().map(Parameter::to_string).collect();
+        let add = add.join(",");
+        let how = match all.len() <= NAMES {
+            true => format!("give --model {}", Model::Named(all)),
+            false => format!("add {add} to the model"),
+        };
+        format!(
+            "the model lacks a motion: {one}, which explains {:.0} % of what is left (squares); {how}, or measure it directly with runs",
+            one.explains * 1e2
+        )
+    }
+
     /// What to check before trusting the parameters.
     fn warnings(&self, artefact: &Artefact) -> Vec<String> {
         let mut warnings: Vec<String> = (self.suspicions.iter())
             .map(|(_, sentence)| sentence.clone())
             .collect();
+        warnings.extend(kept::warnings(self));
+        warnings.extend(self.lacking.as_ref().map(|one| self.bends(one)));
         if !self.missing.is_empty() {
             let looked_for = &self.identified.looked_for;
             warnings.push(lacks(self.machine, looked_for, &self.missing));
@@ -400,7 +436,7 @@ impl Found<'_> {
             .filter(|(number, (_, found))| !found.is_trusted && !self.is_suspected(*number))
             .map(|(_, (row, _))| row.line.to_string())
             .collect();
-        if !untrusted.is_empty() {
+        if !untrusted.is_empty() && !self.is_explained() {
             warnings.push(format!(
                 "{} of {} rows fit badly (lines {}): look at their readings, leave them out (--without), or let them count less (--robust)",
                 untrusted.len(),
@@ -463,6 +499,11 @@ impl Found<'_> {
     }
 }
 
+/// A motion explains rows that fit badly if this part of the squared residuals goes with it.
+const MOST: f64 = 0.3;
+/// Do not print more names than fit on a command line.
+const NAMES: usize = 40;
+
 /// A stylus found farther than this (mm) from its stated place may show an error of the machine: it is measured, in the
 /// spindle or on a presetter, to a few micrometres.
 const AS_STATED: f64 = 5e-3;
@@ -472,8 +513,24 @@ fn beside(errors: &Path) -> PathBuf {
     errors.with_extension("covariance.csv")
 }
 
-/// Reads an existing error file; refuses one with more than parameters, which could not be written back in full.
-fn known(path: &Path, machine: &Machine, option: &str) -> Result<ErrorModel, BadInput> {
+/// Reads an existing error file; refuses thermal changes, which could not be written back.
+fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let errors = files::read_errors(path, machine)?;
+    let mut motions = errors.motions.iter().flatten();
+    if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
+        return Err(BadInput::new(
+            format!(
+                "{}: thermal changes cannot be kept by --update",
+                path.display()
+            ),
+            "identify without --update, and copy what was written into the file",
+        ));
+    }
+    Ok(errors)
+}
+
+/// Reads errors to compare with; refuses more than parameters.
+fn comparable(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = files::read_errors(path, machine)?;
     let mut motions = errors.motions.iter().flatten();
     if motions.any(|m| m.table.is_some() || !m.thermal.is_empty())
@@ -481,12 +538,10 @@ fn known(path: &Path, machine: &Machine, option: &str) -> Result<ErrorModel, Bad
     {
         return Err(BadInput::new(
             format!(
-                "{}: tables and thermal changes cannot be kept or compared by {option}",
+                "{}: tables and thermal changes cannot be compared by --before",
                 path.display()
             ),
-            format!(
-                "identify without {option}, and look at the parameters side by side, or copy them"
-            ),
+            "identify without --before, and look at the parameters side by side",
         ));
     }
     Ok(errors)
@@ -506,13 +561,11 @@ impl Arguments {
         let inputs = [
             ("machine", Some(&self.machine)),
             ("errors", self.output.as_ref()),
-            ("probings", self.probings.as_ref()),
             ("artefact", self.artefact.as_ref()),
             ("probe", self.probe.as_ref()),
             ("temperatures", self.temperatures.as_ref()),
         ];
-        let observed = self.observations.iter();
-        let observed = observed.map(|path| ("observations", Some(path)));
+        let observed = self.measured().map(|path| ("measurements", Some(path)));
         let inputs = inputs.into_iter().chain(observed);
         let mut document = Document {
             date: self.date.clone(),
@@ -538,13 +591,17 @@ impl Arguments {
     }
 
     fn not_identified(&self, error: &IdentifyError) -> BadInput {
-        BadInput::new(format!("{}: {error}", self.measured()), error.remedy())
+        BadInput::new(format!("{}: {error}", self.names()), error.remedy())
     }
 
-    /// The files of measurements, for messages.
-    fn measured(&self) -> String {
-        let all = self.probings.iter().chain(&self.observations);
-        let all: Vec<String> = all.map(|path| path.display().to_string()).collect();
+    /// The files of measurements.
+    fn measured(&self) -> impl Iterator<Item = &PathBuf> {
+        self.files.iter().chain(&self.observations)
+    }
+
+    /// The same, for messages.
+    fn names(&self) -> String {
+        let all: Vec<String> = self.measured().map(|p| p.display().to_string()).collect();
         all.join(", ")
     }
 }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{
     DirectError, DirectResult, Line, Measured, Measurement, Options, error_file, solve,
 };
+use trueaxis_measure::formats::kind::{FileKind, kind};
 use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -80,6 +81,12 @@ impl Files {
         let mut measurements = Vec::new();
         for path in &self.runs {
             let text = Text::read(path)?;
+            if kind(&text.text) == Ok(FileKind::Ballbar) {
+                return Err(BadInput::new(
+                    format!("{}: a ball-bar shows no single error motion", text.name),
+                    "give it to `trueaxis identify`, together with these runs: trueaxis identify machine.toml x.csv circle.csv -o errors.toml",
+                ));
+            }
             let measured = runs::read(&text.text, &machine).map_err(|e| text.bad(e))?;
             let name = text.name;
             measurements.push(Measurement { name, measured });
@@ -150,7 +157,7 @@ fn warnings(found: &DirectResult, measurements: &[Measurement]) -> Vec<String> {
     said.collect()
 }
 
-fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
+pub fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
     let files = error
         .files()
         .into_iter()
@@ -188,32 +195,9 @@ fn screen(imported: &Imported) -> String {
         count(measurements.len(), "file")
     );
     if !found.motions.is_empty() {
-        text += "\n           from       to   reversal   uncertainty\n";
+        text += "\n";
     }
-    for motion in &found.motions {
-        let (factor, unit) = match motion.component >= 3 {
-            true => (1e6, "µrad"),
-            false => (1e3, "µm"),
-        };
-        let both = motion
-            .positive
-            .iter()
-            .chain(motion.negative.iter().flatten());
-        let low = both.clone().copied().fold(f64::INFINITY, f64::min);
-        let high = both.copied().fold(f64::NEG_INFINITY, f64::max);
-        let show = |v: Option<f64>| {
-            v.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", v * factor + 0.0))
-        };
-        text += &format!(
-            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}\n",
-            motion.name(machine),
-            low * factor,
-            high * factor,
-            show(motion.backlash().map(|b| 2.0 * b)),
-            show(motion.uncertainty),
-            measurements[motion.from].name
-        );
-    }
+    motions(&mut text, machine, measurements, found);
     if !found.locations.is_empty() {
         text += "\n          value   uncertainty\n";
     }
@@ -238,6 +222,42 @@ fn screen(imported: &Imported) -> String {
         );
     }
     text
+}
+
+/// The error motions as a list.
+pub fn motions(
+    text: &mut String,
+    machine: &Machine,
+    measurements: &[Measurement],
+    found: &DirectResult,
+) {
+    if !found.motions.is_empty() {
+        *text += "           from       to   reversal   uncertainty\n";
+    }
+    for motion in &found.motions {
+        let (factor, unit) = match motion.component >= 3 {
+            true => (1e6, "µrad"),
+            false => (1e3, "µm"),
+        };
+        let both = motion
+            .positive
+            .iter()
+            .chain(motion.negative.iter().flatten());
+        let low = both.clone().copied().fold(f64::INFINITY, f64::min);
+        let high = both.copied().fold(f64::NEG_INFINITY, f64::max);
+        let show = |v: Option<f64>| {
+            v.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", v * factor + 0.0))
+        };
+        *text += &format!(
+            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}\n",
+            motion.name(machine),
+            low * factor,
+            high * factor,
+            show(motion.backlash().map(|b| 2.0 * b)),
+            show(motion.uncertainty),
+            measurements[motion.from].name
+        );
+    }
 }
 
 /// The positioning runs of the axis itself, with their files.

@@ -6,8 +6,10 @@ use super::files;
 use super::identify::no_model;
 use super::number::positive;
 use super::plan_output::{Answer, screen};
+use super::quantity::count;
 use super::touch_options::Touching;
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
@@ -175,6 +177,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None if arguments.artefact.is_none() => Some(Probings::default()),
         None => arguments.strategy.as_ref().map(&read).transpose()?,
     };
+    if let (Some(strategy), true) = (&given, arguments.touching.qualifies()) {
+        // Many touches of a ball qualify the probe; they need not identify anything.
+        arguments.write(&setup, strategy)?;
+        return arguments.qualifying(&setup, strategy);
+    }
     let directions = arguments.directions(&machine, &model, given.as_ref(), &observations)?;
     let parameters =
         (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
@@ -225,7 +232,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
         }
     };
-    arguments.write(&setup, &judgement)?;
+    arguments.write(&setup, &judgement.strategy)?;
     if judgement.strategy.rows.iter().any(|row| row.spindle != 0.0) {
         eprintln!(
             "note: the strategy turns the spindle (M19){}",
@@ -265,7 +272,44 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
+/// Touches that qualify the probe, as JSON.
+#[derive(Serialize)]
+struct Qualifying<'a> {
+    machine: &'a str,
+    rows: usize,
+    touches: usize,
+}
+
 impl Arguments {
+    /// Says how the probe is qualified.
+    fn qualifying(&self, setup: &Setup<'_>, strategy: &Probings) -> Result<Outcome, BadInput> {
+        let touches = |row: &Probing| {
+            let own = Setup {
+                balls: strategy.balls.clone(),
+                ..setup.clone()
+            };
+            own.touching(row).map(|touching| touching.touches.len())
+        };
+        let mut all = 0;
+        for row in &strategy.rows {
+            all += touches(row).map_err(|why| not_reached((row.clone(), why), strategy))?;
+        }
+        let machine = &setup.machine.name;
+        let rows = strategy.rows.len();
+        match self.json {
+            true => files::print_json(&Qualifying {
+                machine,
+                rows,
+                touches: all,
+            })?,
+            false => files::print(&format!(
+                "{machine}: {all} touches at {}, to qualify the probe (trueaxis qualify)\n",
+                count(rows, "position")
+            ))?,
+        }
+        Ok(Outcome::Done)
+    }
+
     fn prepare(&self) -> Result<(), BadInput> {
         let inputs = [
             Some(&self.machine),
@@ -462,8 +506,7 @@ impl Arguments {
         design(setup, &allowed, parameters, assumed, wanted).map_err(not_designed)
     }
 
-    fn write(&self, setup: &Setup<'_>, judgement: &Judgement) -> Result<(), BadInput> {
-        let strategy = &judgement.strategy;
+    fn write(&self, setup: &Setup<'_>, strategy: &Probings) -> Result<(), BadInput> {
         // Do everything that can fail first, so that no file is written without the others.
         let not_reached = |why: NotTouched| not_reached(*why, strategy);
         let feeds = Feeds {

@@ -65,6 +65,11 @@ impl Touching {
             .collect()
     }
 
+    /// True if the touches qualify the probe.
+    pub fn qualifies(&self) -> bool {
+        self.around.is_some()
+    }
+
     /// The diameter of the balls, if it was given (mm).
     pub fn ball_diameter(&self) -> Option<f64> {
         self.ball_diameter

@@ -1,12 +1,12 @@
 //! Parameters that the probings cannot identify, and measurements that would identify them.
 
 use trueaxis_measure::formats::probings::Probing;
-use trueaxis_measure::identify::{Unknown, Unseen};
+use trueaxis_measure::identify::{Unknown, Unseen, grouped};
 use trueaxis_measure::plan::Remedy;
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::machine::Machine;
 
-/// A sentence for each parameter, with a probing that would identify it.
+/// A sentence for each remedy, with the probings that would identify parameters.
 pub fn lines(
     text: &mut String,
     probed: &str,
@@ -21,14 +21,38 @@ pub fn lines(
         return;
     }
     *text += &format!("\nnot to be seen {probed}\n");
-    for one in unseen {
-        *text += &format!("  {}\n", one.sentence());
-        let is_backlash =
-            matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
-        if let Some(place) = added(machine, balls, one.unknown, remedies) {
-            *text += &format!("    add: {place}\n");
-        } else if !is_backlash && remedies.iter().any(|r| r.unseen == one.unknown) {
-            *text += "    no single probing of these balls shows it\n";
+    for (sentence, group) in grouped(&unseen) {
+        *text += &format!("  {sentence}\n");
+        let mut places: Vec<(Option<String>, Vec<String>)> = Vec::new();
+        for one in group.iter().map(|i| unseen[*i]) {
+            let place = added(machine, balls, one.unknown, remedies);
+            let is_backlash =
+                matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
+            if place.is_none() && (is_backlash || remedies.iter().all(|r| r.unseen != one.unknown))
+            {
+                continue;
+            }
+            let name = one.unknown.to_string();
+            match places.iter_mut().find(|(other, _)| *other == place) {
+                Some((_, names)) => names.push(name),
+                None => places.push((place, vec![name])),
+            }
+        }
+        for (place, names) in places {
+            let who = match names.len() == group.len() {
+                true => String::new(),
+                false => format!(" (shows {})", names.join(", ")),
+            };
+            *text += &match place {
+                Some(place) => format!("    add: {place}{who}\n"),
+                None if who.is_empty() => {
+                    "    no single probing of these balls shows it\n".to_owned()
+                }
+                None => format!(
+                    "    no single probing of these balls shows {}\n",
+                    names.join(", ")
+                ),
+            };
         }
     }
 }

@@ -23,6 +23,7 @@ mod linuxcnc;
 mod linuxcnc_probe;
 mod linuxcnc_start;
 mod measured;
+mod mill;
 mod mistakes;
 mod observations;
 mod outside;

@@ -315,7 +315,7 @@ fn bad_observations_are_refused_with_their_place() {
         refused(&arguments, &parts);
     }
     let said = plain(&trueaxis(&["identify", &machine]).stderr);
-    assert!(said.contains("PROBINGS.csv"), "{said}");
+    assert!(said.contains("FILE.csv"), "{said}");
 }
 
 #[test]

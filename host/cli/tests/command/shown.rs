@@ -92,6 +92,7 @@ fn check(folder: &Folder, shown: &Shown) {
     assert_eq!(program, "trueaxis", "{place}");
     let local = |word: &String| match word.strip_prefix("examples/") {
         Some(path) => example(path),
+        None if word.parse::<f64>().is_ok() => word.clone(),
         None if word.contains('.') && !word.starts_with('-') => folder.at(word),
         None => word.clone(),
     };

@@ -5,7 +5,7 @@ use super::motion::name;
 use super::solve::DirectResult;
 use super::warnings::counted_twice;
 use std::fmt::Write;
-use trueaxis_model::errors::Table;
+use trueaxis_model::errors::{ErrorModel, Table};
 use trueaxis_model::machine::{Axis, Machine};
 
 /// An error file with everything that was known before, and everything that was measured, with comments.
@@ -47,6 +47,21 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Direc
         let [low, high] = errors.calibrated[i].map(|q| axis.to_command(q));
         let _ = writeln!(text, "{} = [{low:?}, {high:?}]", axis.letter);
     }
+    tables(&mut text, machine, errors, &|index, component| {
+        let motions = found.motions.iter();
+        let own = motions.filter(|m| (m.axis, m.component) == (index, component));
+        own.map(|m| how(machine, &measurements[m.from])).collect()
+    });
+    text
+}
+
+/// `[tabulated]`: every table of the errors with its uncertainty; `notes` says how a motion was measured.
+pub(crate) fn tables(
+    text: &mut String,
+    machine: &Machine,
+    errors: &ErrorModel,
+    notes: &dyn Fn(usize, usize) -> Vec<String>,
+) {
     for (index, axis) in machine.axes.iter().enumerate() {
         for (component, motion) in errors.motions[index].iter().enumerate() {
             let Some(table) = &motion.table else {
@@ -54,16 +69,13 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Direc
             };
             let name = name(machine, index, component);
             let _ = writeln!(text, "\n[tabulated.{name}]");
-            let measured = found.motions.iter();
-            let measured = measured.filter(|m| (m.axis, m.component) == (index, component));
-            for motion in measured {
-                let _ = writeln!(text, "# {}", how(machine, &measurements[motion.from]));
+            for note in notes(index, component) {
+                let _ = writeln!(text, "# {note}");
             }
             let uncertainty = errors.table_uncertainty.get(&(index, component));
-            write_table(&mut text, axis, table, component >= 3, uncertainty);
+            write_table(text, axis, table, component >= 3, uncertainty);
         }
     }
-    text
 }
 
 /// True if an axis has motions that were known before and that hold their end values.

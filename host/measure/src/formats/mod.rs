@@ -3,6 +3,7 @@
 
 pub mod artefact;
 pub mod displacements;
+pub mod kind;
 pub mod observations;
 pub mod probe;
 pub mod probings;

@@ -6,14 +6,14 @@ use super::published::listed;
 use super::rows::Weights;
 use super::structure::SEEN;
 use super::{
-    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify,
+    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify, is_tabulated,
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
 use std::fmt;
-use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
 /// A model that was tried.
@@ -114,7 +114,8 @@ impl<'a> Measured<'a> {
         parameters: &[Parameter],
         weights: Option<&Weights>,
     ) -> Result<(Identified, Fit, Option<Predicted>), IdentifyError> {
-        let problem = self.problem(parameters);
+        let allowed = parameters.iter().copied().filter(|p| self.is_allowed(p));
+        let problem = self.problem(&allowed.collect::<Vec<_>>());
         let mut identified = identify(&problem, self.options)?;
         let options = Options {
             least: told(&problem, &identified),
@@ -132,11 +133,38 @@ impl<'a> Measured<'a> {
         let predicted = elsewhere.map(|elsewhere| elsewhere.predicted(&all));
         let fit = Fit {
             parameters: identified.parameters.len(),
-            unseen: parameters.len() - identified.parameters.len(),
+            unseen: identified.looked_for.len() - identified.parameters.len(),
             left: root_mean_square(identified.all_rows().map(|row| row.after.norm())),
             elsewhere: predicted.as_ref().map(Predicted::off),
         };
         Ok((identified, fit, predicted))
+    }
+
+    /// False for a motion that a table gives, and for one that holds its end values where a table of its axis reaches
+    /// farther than what was measured: the table would end there, too.
+    fn is_allowed(&self, parameter: &Parameter) -> bool {
+        let (machine, base) = (self.machine, self.base);
+        let holds = match parameter.kind {
+            ParameterKind::Degree(k) => k >= 2,
+            ParameterKind::Cosine(_) | ParameterKind::Sine(_) => true,
+            _ => false,
+        };
+        let Some(axis) = machine.index(parameter.axis).filter(|_| holds) else {
+            return !is_tabulated(machine, base, parameter);
+        };
+        let probed = self.probings.rows.iter().map(|row| &row.position);
+        let observed = self.observations.rows.iter().map(|row| &row.position);
+        let at = probed
+            .chain(observed)
+            .map(|q| machine.to_kinematic(q)[axis]);
+        let [low, high] = at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
+            [low.min(q), high.max(q)]
+        });
+        let least = BEYOND * (high - low);
+        let tables = base.motions[axis].iter().filter_map(|m| m.table.as_ref());
+        let mut ends = tables.filter_map(|t| Some((*t.at.first()?, *t.at.last()?)));
+        let is_cut = ends.any(|(first, last)| first < low - least || last > high + least);
+        !is_cut && !is_tabulated(machine, base, parameter)
     }
 
     /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
@@ -164,7 +192,7 @@ impl<'a> Measured<'a> {
         let mut all: Vec<Parameter> = groups.concat();
         all.sort_unstable();
         all.dedup();
-        all.retain(|p| !of.looked_for.contains(p));
+        all.retain(|p| !of.looked_for.contains(p) && self.is_allowed(p));
         let problem = self.problem(&of.looked_for);
         let place = &of.place;
         let kept = place.factor.unknowns().iter();
@@ -217,6 +245,8 @@ impl<'a> Measured<'a> {
     }
 }
 
+/// Tables may reach this part of the measured range beyond it.
+const BEYOND: f64 = 0.1;
 /// Ranges of degrees of an error motion that are added together. Degree 1 of many motions is a location.
 const RANGES: [(u8, u8); 6] = [(1, 1), (2, 2), (1, 2), (3, 3), (2, 3), (1, 3)];
 /// Of what may be added, so many that explain most of what is left are tried.

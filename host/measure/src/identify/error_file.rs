@@ -1,10 +1,11 @@
 //! Writes identified parameters as an error file.
 
 use super::{Estimated, FoundChange, Identified, NotKnown, effect_over_travel};
+use crate::direct::{counted_twice, tables};
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use std::fmt::Write;
-use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
 /// Narrowest range (mm or deg) that an error file may declare as calibrated.
@@ -86,8 +87,13 @@ pub fn error_file(
     covariance: &str,
 ) -> String {
     let mut text = format!(
-        "machine = {}\n\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
-        toml::Value::from(machine.name.as_str())
+        "machine = {}\n{}\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
+        toml::Value::from(machine.name.as_str()),
+        // Location errors were identified with the tables as they are.
+        match counted_twice(machine, &identified.errors).is_empty() {
+            true => "",
+            false => "slopes_beside_squareness = true\n",
+        }
     );
     let found = |p: Parameter| {
         identified
@@ -95,9 +101,6 @@ pub fn error_file(
             .iter()
             .find(|e: &&Estimated| e.parameter == p)
     };
-    for unseen in &identified.unseen {
-        let _ = writeln!(text, "# {}", unseen.sentence());
-    }
     let kept = identified
         .errors
         .parameters
@@ -143,8 +146,11 @@ pub fn error_file(
         );
     }
     text += &unseen(machine, identified, &unknown.hidden);
-    text += "\n[calibrated]  # mm or deg: the range that was probed\n";
+    let mut calibrated = String::new();
     for (i, axis) in machine.axes.iter().enumerate() {
+        if is_tabulated(&identified.errors, i) {
+            continue;
+        }
         // Motions that were known before remain valid in their range.
         let is_kept =
             |p: &Parameter| p.axis == axis.letter.char() && p.kind != ParameterKind::Inter;
@@ -155,7 +161,7 @@ pub fn error_file(
             .any(|p| is_kept(p) && found(*p).is_none())
         {
             let [low, high] = identified.errors.calibrated[i].map(|q| axis.to_command(q));
-            let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
+            let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
             continue;
         }
         let observed = observations.rows.iter().map(|row| row.position[i]);
@@ -169,8 +175,21 @@ pub fn error_file(
             .fold(f64::NEG_INFINITY, f64::max)
             .min(axis.travel[1]);
         if high - low >= NARROWEST {
-            let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
+            let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
         }
     }
+    if !calibrated.is_empty() {
+        text += "\n[calibrated]  # mm or deg: the range that was probed\n";
+        text += &calibrated;
+    }
+    tables(&mut text, machine, &identified.errors, &|_, _| Vec::new());
     text
+}
+
+/// True if tables alone say where the motions of an axis (by index) are known: no other of its motions holds its end
+/// value.
+fn is_tabulated(errors: &ErrorModel, index: usize) -> bool {
+    let mut motions = errors.motions[index].iter();
+    let has_table = errors.motions[index].iter().any(|m| m.table.is_some());
+    has_table && motions.all(|motion| motion.table.is_some() || !motion.holds())
 }

@@ -3,6 +3,7 @@
 
 use super::estimate::{Estimate, Row};
 use super::observed::{Observed, ObservedRow, moved, period};
+use super::tables::is_tabulated;
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
@@ -94,7 +95,7 @@ const LEAST_LEVER: f64 = 1.0;
 
 impl<'a> Problem<'a> {
     /// Sets up the problem. `base` is the known machine, or the starting point. Balls of the artefact that were not
-    /// probed are left out, together with their bars.
+    /// probed are left out, together with their bars, and so are parameters of motions that `base` has as tables.
     #[must_use]
     pub fn new(
         machine: &'a Machine,
@@ -126,7 +127,10 @@ impl<'a> Problem<'a> {
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
-        let parameters = parameters.iter().map(|p| Unknown::Parameter(*p));
+        let parameters = parameters
+            .iter()
+            .filter(|p| !is_tabulated(machine, base, p));
+        let parameters = parameters.map(|p| Unknown::Parameter(*p));
         // Without probings, no row depends on the stylus.
         let setup = (0..3).filter(|_| !probings.rows.is_empty());
         let setup = setup.map(Unknown::Stylus);

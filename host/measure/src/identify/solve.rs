@@ -217,6 +217,11 @@ fn identified(
             *pull = step[*i];
         }
     }
+    // So do the values of tables, which are no parameters: their part is in the covariance of what was found.
+    let by_tables = problem.by_tables((estimate, weights, factor), jacobian);
+    let by_tables = by_tables.ok_or(IdentifyError::NotFinite)?;
+    let by_tables = by_tables.rows(0, seen.len());
+    let of_rows = of_rows + by_tables * by_tables.transpose();
     let known = before_that.joined(&seen, &of_rows, &pull);
     let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
     let components = noise.components(&misses, &shares);

@@ -188,17 +188,21 @@ impl Unseen {
     /// A sentence about it.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let name = self.unknown.to_string();
+        grouped(&[self]).remove(0).0
+    }
+
+    fn reason(&self) -> Reason {
         let is_backlash =
             matches!(self.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
-        let setup = self.with.iter().map(|(u, _)| u);
-        let setup = setup.filter(|u| matches!(u, Unknown::Setup(..) | Unknown::Tool(..)));
-        let mut setup: Vec<String> = setup.map(Unknown::to_string).collect();
-        setup.dedup();
-        let parameters: Vec<String> = (self.with.iter())
-            .filter(|(u, _)| u.parameter().is_some())
-            .map(|(u, _)| u.to_string())
-            .collect();
+        let names = |is_in: fn(&Unknown) -> bool| -> Vec<String> {
+            let all = self.with.iter().map(|(u, _)| u);
+            let mut names: Vec<String> = all.filter(|u| is_in(u)).map(Unknown::to_string).collect();
+            names.dedup();
+            names
+        };
+        let setup = names(|u| matches!(u, Unknown::Setup(..) | Unknown::Tool(..)));
+        let stylus = names(|u| matches!(u, Unknown::Stylus(_)));
+        let parameters = names(|u| u.parameter().is_some());
         let is_scale = |u: &Unknown| match u {
             Unknown::Parameter(p) => {
                 p.kind == ParameterKind::Degree(1)
@@ -208,46 +212,122 @@ impl Unseen {
         };
         let scales = |(u, part): &&(Unknown, f64)| is_scale(u) && (part.abs() - 1.0).abs() < 0.05;
         let common = self.with.iter().filter(scales).count();
+        let from = |with: Vec<String>, remedy: &str| Reason {
+            says: Says::From(with.join(", ")),
+            remedy: remedy.to_owned(),
+        };
         if is_scale(&self.unknown) && common == 2 {
-            return format!(
-                "{name} and {} differ by a common scale only: there is no length reference (a bar in the artefact), so they are relative to {name}",
-                parameters.join(", ")
-            );
-        }
-        if self
-            .with
-            .iter()
-            .any(|(u, _)| matches!(u, Unknown::Stylus(_)))
-        {
-            let stylus: Vec<String> = (self.with.iter())
-                .filter(|(u, _)| matches!(u, Unknown::Stylus(_)))
-                .map(|(u, _)| u.to_string())
-                .collect();
-            return format!(
-                "{name} cannot be distinguished from {}: {}",
-                [stylus, parameters].concat().join(", "),
-                self.stylus_remedy()
-            );
-        }
-        if !setup.is_empty() {
-            return format!(
-                "{name} cannot be distinguished from {}: state what is known about the set-up, or observe at more positions",
-                [setup, parameters].concat().join(", ")
-            );
-        }
-        if parameters.is_empty() {
-            let others: Vec<String> = self.with.iter().map(|(u, _)| u.to_string()).collect();
-            return match others.is_empty() {
-                true if is_backlash => format!(
-                    "{name} is not known: no row says from which direction the axis came (a column such as A_dir)"
+            return Reason {
+                says: Says::Scale(parameters.join(", ")),
+                remedy: format!(
+                    "there is no length reference (a bar in the artefact), so they are relative to {}",
+                    self.unknown
                 ),
-                true => format!("{name} does nothing at these positions"),
-                false => format!("{name} cannot be distinguished from the balls' locations"),
             };
         }
-        format!(
-            "{name} cannot be distinguished from {}",
-            parameters.join(", ")
-        )
+        if !stylus.is_empty() {
+            return from([stylus, parameters].concat(), self.stylus_remedy());
+        }
+        if !setup.is_empty() {
+            return from(
+                [setup, parameters].concat(),
+                "state what is known about the set-up, or observe at more positions",
+            );
+        }
+        if !parameters.is_empty() {
+            return from(parameters, "");
+        }
+        if !self.with.is_empty() {
+            return from(vec!["the balls' locations".to_owned()], "");
+        }
+        let (says, remedy) = match is_backlash {
+            true => (
+                Says::NotKnown,
+                "no row says from which direction the axis came (a column such as A_dir)",
+            ),
+            false => (Says::Idle, ""),
+        };
+        Reason {
+            says,
+            remedy: remedy.to_owned(),
+        }
     }
+}
+
+/// Why an unknown has no value, and what would give it one.
+#[derive(PartialEq)]
+struct Reason {
+    says: Says,
+    /// Empty if there is nothing to say.
+    remedy: String,
+}
+
+#[derive(PartialEq)]
+enum Says {
+    /// It cannot be distinguished from these.
+    From(String),
+    /// It differs from these by a common scale.
+    Scale(String),
+    NotKnown,
+    Idle,
+}
+
+impl Reason {
+    /// True if one sentence can say both.
+    fn is_like(&self, other: &Self) -> bool {
+        let is_from = |one: &Self| matches!(one.says, Says::From(_));
+        self.remedy == other.remedy
+            && (self.says == other.says || (is_from(self) && is_from(other)))
+    }
+}
+
+/// Most names in brackets.
+const NAMES: usize = 2;
+
+/// A sentence for each remedy, with the unknowns (by index) that it is about.
+#[must_use]
+pub fn grouped(all: &[&Unseen]) -> Vec<(String, Vec<usize>)> {
+    let reasons: Vec<Reason> = all.iter().map(|one| one.reason()).collect();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (i, reason) in reasons.iter().enumerate() {
+        match groups.iter_mut().find(|g| reasons[g[0]].is_like(reason)) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    let sentence = |group: &Vec<usize>| {
+        let first = &reasons[group[0]];
+        let is_same = group.iter().all(|i| reasons[*i].says == first.says);
+        let name = |i: &usize| match &reasons[*i].says {
+            Says::From(with) if !is_same => {
+                let mut first: Vec<&str> = with.split(", ").collect();
+                if first.len() > NAMES {
+                    first.truncate(NAMES);
+                    first.push("…");
+                }
+                format!("{} ({})", all[*i].unknown, first.join(", "))
+            }
+            _ => all[*i].unknown.to_string(),
+        };
+        let names: Vec<String> = group.iter().map(name).collect();
+        let (names, is_one) = (names.join(", "), group.len() == 1);
+        let says = match &first.says {
+            Says::From(with) if is_same => format!("{names} cannot be distinguished from {with}"),
+            Says::From(_) => {
+                format!("{names} cannot be distinguished from what is in brackets")
+            }
+            Says::Scale(others) => format!("{names} and {others} differ by a common scale only"),
+            Says::NotKnown => format!("{names} {} not known", if is_one { "is" } else { "are" }),
+            Says::Idle => format!(
+                "{names} {} nothing at these positions",
+                if is_one { "does" } else { "do" }
+            ),
+        };
+        match first.remedy.is_empty() {
+            true => says,
+            false => format!("{says}: {}", first.remedy),
+        }
+    };
+    let said: Vec<String> = groups.iter().map(sentence).collect();
+    said.into_iter().zip(groups).collect()
 }

@@ -1,7 +1,7 @@
 //! Finds a strategy that is as good as a given one, with fewer probings.
 
 use super::candidates::{Allowed, Setup};
-use super::design::{Choice, Criterion, DesignError, repeats, root};
+use super::design::{Choice, Criterion, DesignError, clear, repeats, root};
 use super::exchange::{Exchange, Measure};
 use super::judge::{Judgement, judge_alone};
 use crate::formats::probings::Probings;
@@ -77,7 +77,8 @@ pub fn as_good_as(
     other: &Judgement,
     criterion: Criterion,
 ) -> Result<AsGood, DesignError> {
-    let choice = Choice::new(setup, allowed, parameters, assumed)?;
+    let allowed = setup.clear_of_collisions(allowed);
+    let choice = Choice::new(setup, &allowed, parameters, assumed)?;
     let seen = &choice.foreseen.parameters;
     let wanted = other
         .foreseen
@@ -111,6 +112,7 @@ pub fn as_good_as(
         let chosen = exchange.chosen();
         let total = (chosen.len()..=most).find(|n| n - repeats(*n) >= chosen.len());
         let strategy = choice.strategy(setup, &chosen, repeats(total.unwrap_or(most)));
+        let strategy = clear(setup, strategy);
         let judgement = judge_alone(setup, parameters, &strategy, assumed).ok()?;
         let seen = |p: &Parameter| judgement.foreseen.parameters.contains(p);
         let all = other.foreseen.parameters.iter().all(seen);

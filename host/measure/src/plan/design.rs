@@ -57,7 +57,7 @@ pub enum DesignError {
     TooFew {
         /// Number permitted.
         probings: usize,
-        /// Number of unknowns that can be identified.
+        /// Number of unknowns.
         unknowns: usize,
         /// Smallest number required.
         least: usize,
@@ -129,11 +129,23 @@ impl Choice {
         })
     }
 
-    /// Smallest number of probings.
+    /// Smallest number of probings: `identify` needs an equation more than unknowns, also of those that cannot be
+    /// identified.
     pub fn least(&self) -> usize {
-        (self.foreseen.rank + 1)
+        (self.foreseen.unknowns + 1)
             .saturating_sub(self.fixed.nrows())
             .div_ceil(3)
+    }
+
+    /// Number of probings if nobody says how many: as many as unknowns that can be identified, but no fewer than the
+    /// smallest number with its repetitions.
+    fn enough(&self) -> usize {
+        let (rank, least) = (self.foreseen.rank, self.least());
+        let mut enough = rank.max(least);
+        while enough < least + repeats(enough) {
+            enough += 1;
+        }
+        enough
     }
 
     /// A design for this choice; `effect` is what matters of the parameters.
@@ -205,11 +217,12 @@ pub fn needs_spindle(
     Ok(needs.collect())
 }
 
-/// Rows that cannot be reached clear of everything are replaced by others at most this often.
+/// Rows that cannot be reached clear of everything are replaced by others at most this often; then they are left out.
 const REPLACED: usize = 20;
 
 /// Proposes a strategy of allowed positions: the best choice found by exchange, in an order with short moves, and
-/// with the first probing repeated to show drift. Rows on whose way solids meet that are described are left out.
+/// with the first probing repeated to show drift. Rows on whose way solids meet that are described are replaced by
+/// others, or left out.
 ///
 /// # Errors
 /// [`DesignError`]: nothing can be reached, or too few probings.
@@ -220,7 +233,7 @@ pub fn design(
     assumed: &ErrorModel,
     wanted: impl Fn(usize) -> Wanted,
 ) -> Result<Probings, DesignError> {
-    let mut allowed = allowed.clone();
+    let mut allowed = setup.clear_of_collisions(allowed);
     for _ in 0..REPLACED {
         let strategy = chosen(setup, &allowed, parameters, assumed, &wanted)?;
         let Some(row) = obstructed(setup, &strategy) else {
@@ -230,7 +243,25 @@ pub fn design(
         let ball = strategy.balls[row.ball].clone();
         allowed.without.push((ball, row.clone()));
     }
-    chosen(setup, &allowed, parameters, assumed, &wanted)
+    let strategy = chosen(setup, &allowed, parameters, assumed, &wanted)?;
+    let clear = clear(setup, strategy);
+    let perfect = ErrorModel::perfect(setup.machine);
+    match setup.problem(&clear, parameters, &perfect).foresee(assumed) {
+        Ok(_) => Ok(clear),
+        Err(error) => Err(DesignError::TooFewPositions {
+            probings: clear.rows.len(),
+            error,
+        }),
+    }
+}
+
+/// A strategy without the rows that cannot be reached clear of everything.
+pub(super) fn clear(setup: &Setup<'_>, mut strategy: Probings) -> Probings {
+    while let Some(row) = obstructed(setup, &strategy) {
+        strategy.rows.remove(row);
+        strategy = numbered(&strategy.balls.clone(), strategy.rows);
+    }
+    strategy
 }
 
 fn chosen(
@@ -241,13 +272,13 @@ fn chosen(
     wanted: &impl Fn(usize) -> Wanted,
 ) -> Result<Probings, DesignError> {
     let choice = Choice::new(setup, allowed, parameters, assumed)?;
-    let wanted = wanted(choice.foreseen.rank);
+    let wanted = wanted(choice.enough());
     let repeats = repeats(wanted.probings);
     let least = choice.least();
     if wanted.probings < least + repeats {
         return Err(DesignError::TooFew {
             probings: wanted.probings,
-            unknowns: choice.foreseen.rank,
+            unknowns: choice.foreseen.unknowns,
             least: least + repeats.max(1),
         });
     }

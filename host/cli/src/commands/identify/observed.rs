@@ -18,11 +18,18 @@ pub fn counts(found: &Found<'_>) -> String {
         count(observed.len(), "observation"),
         count(setups.len(), "set-up")
     );
-    match (probed.len(), observed.len()) {
+    let runs = found.kept.map_or(String::new(), |(runs, _)| {
+        format!(
+            ", beside {}",
+            count(runs.len(), "file of runs").replace("file of runss", "files of runs")
+        )
+    });
+    let counts = match (probed.len(), observed.len()) {
         (probings, 0) => format!("{probings} probings of {balls}"),
         (0, _) => setups,
         (probings, _) => format!("{probings} probings of {balls} and {setups}"),
-    }
+    };
+    counts + &runs
 }
 
 /// The noise of each source, if there are others than probings.
@@ -129,7 +136,7 @@ pub fn warnings(found: &Found<'_>) -> Vec<String> {
     let untrusted: Vec<String> = untrusted
         .map(|(_, (row, _))| format!("{} line {}", found.observations.files[row.file], row.line))
         .collect();
-    if !untrusted.is_empty() {
+    if !untrusted.is_empty() && !found.is_explained() {
         warnings.push(format!(
             "{} of {} observations fit badly ({}): look at their readings, leave them out (--without), or let them count less (--robust)",
             untrusted.len(),

@@ -4,6 +4,7 @@ use super::super::quantity::{EXPANDED, count, shown};
 use super::super::unidentifiable;
 use super::Found;
 use super::compensability::compensability;
+use super::kept;
 use super::listed::published;
 use super::observed;
 use super::thermal;
@@ -46,6 +47,7 @@ pub fn screen(found: &Found<'_>) -> String {
         observed::counts(found)
     );
     parameters(&mut text, identified);
+    kept::lines(&mut text, found);
     thermal::lines(&mut text, found);
     compensability(&mut text, found.compared.as_ref());
     if !measured.rows.is_empty() {
@@ -69,7 +71,9 @@ pub fn screen(found: &Found<'_>) -> String {
         &identified.unseen,
         &found.remedies,
     );
-    levels(&mut text, found.levels);
+    if !measured.rows.is_empty() {
+        levels(&mut text, found.levels);
+    }
     published(&mut text, found.published.as_ref());
     text
 }
