@@ -73,7 +73,10 @@ fn without_noise_every_example_finds_its_own_errors() {
                 worst = (off, e.parameter.to_string());
             }
         }
-        println!("{name}: {worst:?} of what is allowed, condition {}", found.condition);
+        println!(
+            "{name}: {worst:?} of what is allowed, condition {}",
+            found.condition
+        );
         assert!(worst.0 < 1.0, "{name}: {worst:?}");
     }
     assert!(examples.len() >= 6, "{}", examples.len());
