@@ -40,11 +40,7 @@ impl Case {
     pub fn new(folder: &str, errors: &str) -> Self {
         let file = |name: &str| read(&format!("examples/{folder}/{name}"));
         let machine = Machine::from_toml(&file("machine.toml")).expect("a machine");
-        let mut errors = ErrorModel::from_toml(&file(errors), &machine).expect("its errors");
-        // Polynomials that extend to the ends, like the identified ones.
-        for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
-            *range = axis.travel.map(|t| axis.to_kinematic(t));
-        }
+        let errors = ErrorModel::from_toml(&file(errors), &machine).expect("its errors");
         Self {
             artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis)
                 .expect("an artefact"),

@@ -72,7 +72,7 @@ usage: cargo xtask COMMAND
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
   python                         the wheel for Python, built and tested beside the command, in target/python
-  reproduce                      the source document's figures recomputed: pages and pictures of the manual
+  reproduce [--check]            the source document's figures recomputed: pages and pictures of the manual, or compared
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
   prove                          what the unsafe code rests on, with every f32 and every short stream; generated
@@ -107,7 +107,8 @@ fn main() -> ExitCode {
         ["publish"] => test::publishable(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["python"] => python::execute().map(drop),
-        ["reproduce"] => reproduce::execute(),
+        ["reproduce"] => reproduce::execute(false),
+        ["reproduce", "--check"] => reproduce::execute(true),
         ["report"] => report::execute(),
         ["web", ref options @ ..] => web::execute(options),
         ["gcode", ref options @ ..] => gcode::execute(options),

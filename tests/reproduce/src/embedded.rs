@@ -16,14 +16,14 @@ macro_rules! example {
 /// A machine of the document.
 pub struct Example {
     pub machine: Machine,
-    artefact: &'static str,
+    artefact: String,
 }
 
 /// The Kolibri of Chapters 5 and 6.
 pub fn kolibri() -> Result<Example, ReproduceError> {
     Ok(Example {
         machine: Machine::from_toml(example!("kolibri/machine.toml"))?,
-        artefact: example!("kolibri/artefact.toml"),
+        artefact: example!("kolibri/artefact.toml").to_owned(),
     })
 }
 
@@ -31,7 +31,7 @@ pub fn kolibri() -> Result<Example, ReproduceError> {
 pub fn hu40() -> Result<Example, ReproduceError> {
     Ok(Example {
         machine: Machine::from_toml(example!("hu40/machine.toml"))?,
-        artefact: example!("hu40/artefact.toml"),
+        artefact: example!("hu40/artefact.toml").to_owned(),
     })
 }
 
@@ -39,7 +39,7 @@ pub fn hu40() -> Result<Example, ReproduceError> {
 pub fn huron() -> Result<Example, ReproduceError> {
     Ok(Example {
         machine: Machine::from_toml(example!("huron-k2x8/machine.toml"))?,
-        artefact: "",
+        artefact: String::new(),
     })
 }
 
@@ -79,7 +79,7 @@ pub enum Strategy {
 }
 
 /// A and C (deg) of the pairs of Tables 5-3 and 5-4 that Table 6-3 prints differently, and its A.
-pub const TABLE_6_3: [([f64; 2], f64); 4] = [
+const TABLE_6_3: [([f64; 2], f64); 4] = [
     ([55.0, 340.0], 50.0),
     ([-50.0, -310.0], -55.0),
     ([53.0, -208.0], 55.0),
@@ -134,7 +134,23 @@ impl Example {
     }
 
     pub fn artefact(&self) -> Result<Artefact, ReproduceError> {
-        Ok(Artefact::from_toml(self.artefact, self.machine.tool_axis)?)
+        Ok(Artefact::from_toml(&self.artefact, self.machine.tool_axis)?)
+    }
+
+    /// The same with the first ball at another place (mm), and no others.
+    pub fn with_ball(mut self, [x, y, z]: [f64; 3]) -> Self {
+        self.artefact = format!("[[ball]]\nname = \"1\"\nnominal_mm = [{x:?}, {y:?}, {z:?}]\n");
+        self
+    }
+
+    /// The same with travels of X, Y and Z of the same length that begin at zero.
+    pub fn from_zero(mut self) -> Self {
+        for axis in &mut self.machine.axes {
+            if !axis.letter.is_rotary() {
+                axis.travel = [0.0, axis.travel[1] - axis.travel[0]];
+            }
+        }
+        self
     }
 
     /// The same with the tip in the frame of Z, as in Chapter 6 (Eq. 44 has no tool), and the travel of Z where the tip

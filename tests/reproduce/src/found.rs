@@ -68,11 +68,41 @@ impl Serialize for Figure {
     }
 }
 
+/// What a displacement of the tip at probed balls is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Neither: not such a displacement.
+    #[serde(rename = "")]
+    Other,
+    /// The displacement by the errors of the machine.
+    Raw,
+    /// The same without the part that another place of the ball and of the stylus would explain.
+    SetUpFree,
+}
+
+impl Quantity {
+    /// The word that the page shows.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Other => "",
+            Self::Raw => "raw",
+            Self::SetUpFree => "set-up-free",
+        }
+    }
+}
+
 /// A figure of the document, and its recomputed value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compared {
     /// Name of the figure.
     pub what: String,
+    /// Which displacement of the tip it is, if it is one.
+    pub quantity: Quantity,
+    /// The place in the document, if it is not that of the chapter.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub source: &'static str,
     /// Its unit, if it has one.
     pub unit: &'static str,
     /// Value in the document.
@@ -94,6 +124,8 @@ impl Compared {
     pub fn plain(what: impl Into<String>, document: Figure, ours: Figure) -> Self {
         Self {
             what: what.into(),
+            quantity: Quantity::Other,
+            source: "",
             unit: "",
             document,
             ours,
@@ -107,6 +139,20 @@ impl Compared {
     #[must_use]
     pub fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
+        self
+    }
+
+    /// The same as a displacement of the tip.
+    #[must_use]
+    pub fn of(mut self, quantity: Quantity) -> Self {
+        self.quantity = quantity;
+        self
+    }
+
+    /// The same with its place in the document.
+    #[must_use]
+    pub fn from(mut self, source: &'static str) -> Self {
+        self.source = source;
         self
     }
 
@@ -213,6 +259,8 @@ impl Picture {
 pub struct Chapter {
     /// Title of the part of the document.
     pub title: &'static str,
+    /// Where the document has the figures that name no other place.
+    pub source: &'static str,
     /// How it was recomputed.
     pub how: &'static str,
     /// The document's figures and ours.
@@ -221,8 +269,6 @@ pub struct Chapter {
     pub tables: Vec<Table>,
     /// Statements that our computation meets or fails.
     pub fixed: Vec<Fixed>,
-    /// Arithmetic on the document's own figures and lists, which does not test our computation.
-    pub arithmetic: Vec<Fixed>,
     /// Its pictures.
     pub pictures: Vec<Picture>,
 }
@@ -249,10 +295,5 @@ impl Reproduced {
     /// The statements that our computation must meet.
     pub fn fixed(&self) -> impl Iterator<Item = &Fixed> {
         self.chapters.iter().flat_map(|chapter| &chapter.fixed)
-    }
-
-    /// Arithmetic on the document's own figures and lists.
-    pub fn arithmetic(&self) -> impl Iterator<Item = &Fixed> {
-        self.chapters.iter().flat_map(|chapter| &chapter.arithmetic)
     }
 }

@@ -1,17 +1,19 @@
 //! The page of the manual.
 
-use super::{Chapter, Compared, Figure, Fixed, Reproduced, Table};
+use super::{Chapter, Figure, Fixed, Reproduced, Table};
 use std::fmt::Write;
 
 const HEAD: &str = "# The document's figures, recomputed
 
 <!-- Written by `cargo xtask reproduce`: change that, not this. -->
 
-`cargo xtask reproduce` writes this page, its pictures, and `reproduced.json` with the same for programs; a test holds
-what is fixed from outside, and arithmetic on the document's own figures and lists, which stands apart. *Ours* is
-what the same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
+`cargo xtask reproduce` writes this page, its pictures, and `reproduced.json` with the same for programs;
+`cargo xtask reproduce --check` recomputes all of it, compares, and holds what is fixed from outside. *Ours* is what the
+same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
 [*orientation* and *direction*](policies.md). Machines, parameters and strategies are those that the document publishes
-(`examples/`). What it does not publish is assumed there, and nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
+(`examples/`). Where something unpublished was inferred from some of its figures, the chapter says from which; all
+others are predictions. Displacements of the tip are *raw* (by the errors of the machine) or *set-up-free* (without what
+another place of ball and stylus would explain). Misprints: [The source document, reproduced](reproduction.md).
 ";
 
 /// The page (Markdown), with pictures in the folder `pictures` beside it.
@@ -34,7 +36,7 @@ fn write_chapter(text: &mut String, chapter: &Chapter) {
     let _ = write!(text, "\n## {}\n\n", chapter.title);
     wrap(text, "", chapter.how);
     if !chapter.compared.is_empty() {
-        write_compared(text, &chapter.compared);
+        write_compared(text, chapter);
     }
     for picture in &chapter.pictures {
         let _ = write!(
@@ -47,11 +49,6 @@ fn write_chapter(text: &mut String, chapter: &Chapter) {
         write_table(text, table);
     }
     write_statements(text, "Fixed from outside", &chapter.fixed);
-    write_statements(
-        text,
-        "Arithmetic on the document's own figures",
-        &chapter.arithmetic,
-    );
 }
 
 fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
@@ -66,13 +63,13 @@ fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
     }
 }
 
-fn write_compared(text: &mut String, all: &[Compared]) {
+fn write_compared(text: &mut String, chapter: &Chapter) {
     let mut reasons: Vec<&str> = Vec::new();
     text.push_str(
-        "\n| figure | | document | ours | exact, orientation | exact, direction | why |\n\
-        |---|---|--:|--:|--:|--:|--:|\n",
+        "\n| figure | quantity | where | | document | ours | exact, orientation | exact, direction | why |\n\
+        |---|---|---|---|--:|--:|--:|--:|--:|\n",
     );
-    for one in all {
+    for one in &chapter.compared {
         let why = one.why.map_or(String::new(), |why| {
             let known = reasons.iter().position(|reason| *reason == why);
             let number = known.unwrap_or_else(|| {
@@ -88,7 +85,16 @@ fn write_compared(text: &mut String, all: &[Compared]) {
             &one.exact_direction,
         ];
         let figures = figures.map(Figure::text).join(" | ");
-        let _ = writeln!(text, "| {} | {} | {figures} | {why} |", one.what, one.unit);
+        let quantity = one.quantity.word();
+        let source = match one.source {
+            "" => chapter.source,
+            source => source,
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {quantity} | {source} | {} | {figures} | {why} |",
+            one.what, one.unit
+        );
     }
     if !reasons.is_empty() {
         text.push_str("\nWhy:\n\n");

@@ -1,8 +1,8 @@
 //! Counts and times that follow from the published strategies.
 
-use super::embedded::{Parameters, Strategy, TABLE_6_3, hu40, kolibri};
+use super::embedded::{Parameters, Strategy, hu40, kolibri};
 use super::validated::{Corrector, Validation};
-use super::{Chapter, Compared, Figure, Fixed, ReproduceError, Table};
+use super::{Chapter, Compared, Figure, ReproduceError};
 use trueaxis_measure::ballbar::Hemisphere;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::Model;
@@ -33,6 +33,8 @@ const BALLS: &str = "the balls that Table 4-1 lists for each position are 109; t
     positions";
 const CONDITION: &str = "which columns the document counted and where its balls stood is not published: see \
     [condition numbers](identification-reference.md#condition-numbers)";
+const APPROACH: &str = "five half meridians both ways and the arcs between them in steps of 0.1° are 19 801 positions; the 8 \
+    of approach and feed-in were chosen to make up the rest";
 const SAGITTA: &str = "r·(1 − cos 0.05°) of 150 mm; the document's figure is 400 times less";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
@@ -58,26 +60,16 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         parameters.map_or(0, |parameters| parameters.len())
     };
     let [twelve, many] = [number_of(Model::Twelve), number_of(Model::EightyOne)].map(unknowns);
-    let fixed = |statement: &str, found: usize, document: usize| Fixed {
-        statement: statement.to_owned(),
-        found: found.to_string(),
-        holds: found == document,
-    };
     Ok(Chapter {
         title: "Strategies: counts and times",
+        source: "section 5.8",
         how: "From the published lists of positions (Tables 4-1, 5-3 and 5-4), which are the strategies of the \
             examples, and the sets of [`trueaxis plan --set`](planning-reference.md#position-sets).",
         compared: vec![
-            Compared::plain(
-                "pairs of A and C, calibration (Table 5-3)",
-                count(42),
-                count(pairs),
-            ),
-            Compared::plain(
-                "… validation (Table 5-4)",
-                count(60),
-                count(positions(&validation)),
-            ),
+            Compared::plain("pairs of A and C, calibration", count(42), count(pairs))
+                .from("Table 5-3"),
+            Compared::plain("… validation", count(60), count(positions(&validation)))
+                .from("Table 5-4"),
             Compared::plain(
                 "… time for one ball, calibration",
                 count(77),
@@ -87,11 +79,14 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             Compared::plain("… validation", count(110), minutes(validation.rows.len()))
                 .in_unit("min"),
             Compared::plain(
-                "positions of S, B and C (Table 4-1)",
+                "positions of S, B and C",
                 count(32),
                 count(positions(&samba)),
-            ),
-            Compared::plain("… probings", count(123), count(samba.rows.len())).because(BALLS),
+            )
+            .from("Table 4-1"),
+            Compared::plain("… probings", count(123), count(samba.rows.len()))
+                .from("section 4.6.1")
+                .because(BALLS),
             Compared::plain(
                 "unknowns, 12 errors and four balls",
                 count(27),
@@ -103,73 +98,47 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
                 count(206),
                 condition(Strategy::KolibriCalibration, Parameters::Kolibri10)?,
             )
+            .from("section 6.8")
             .because(CONDITION),
             Compared::plain(
                 "… validation",
                 count(216),
                 condition(Strategy::KolibriValidation, Parameters::Kolibri10)?,
             )
+            .from("section 6.8")
             .because(CONDITION),
             Compared::plain(
                 "… twelve errors, calibration",
                 count(200),
                 condition(Strategy::KolibriCalibration, Parameters::Kolibri12)?,
             )
+            .from("section 5.9.1")
             .because(CONDITION),
             Compared::plain(
-                "positions of the ball-bar (section 4.6.2)",
+                "… 81 coefficients, calibration",
+                count(3900),
+                condition(Strategy::KolibriCalibration, Parameters::Kolibri81)?,
+            )
+            .from("section 5.9.1")
+            .because(CONDITION),
+            Compared::plain(
+                "positions of the ball-bar",
                 count(19_809),
                 count(hemisphere.path()?.len()),
-            ),
+            )
+            .from("section 4.6.2")
+            .because(APPROACH),
             Compared::plain(
                 "… from the circle between two of them",
                 Figure::new(0.000_14, 5),
                 Figure::new(sagitta, 5),
             )
             .in_unit("µm")
+            .from("section 4.6.2")
             .because(SAGITTA),
         ],
-        tables: vec![pairs_of_table_6_3()],
+        tables: Vec::new(),
         fixed: Vec::new(),
-        arithmetic: vec![
-            fixed(
-                "42 pairs of A and C calibrate the Kolibri (Table 5-3)",
-                pairs,
-                42,
-            ),
-            fixed(
-                "60 pairs validate it (Table 5-4)",
-                positions(&validation),
-                60,
-            ),
-            fixed(
-                "32 positions of S, B and C calibrate the HU40 (Table 4-1)",
-                positions(&samba),
-                32,
-            ),
-            fixed(
-                "12 errors with four balls have 27 unknowns (section 5.8)",
-                twelve,
-                27,
-            ),
-            fixed("81 coefficients have 96 (section 5.8)", many, 96),
-        ],
         pictures: Vec::new(),
     })
-}
-
-/// The pairs for which Table 6-3 prints the same lists differently.
-fn pairs_of_table_6_3() -> Table {
-    let rows = TABLE_6_3.iter().map(|([a, c], there)| {
-        let figures = [*a, *there].map(|angle| Figure::new(angle, 0));
-        (format!("C = {c}"), figures.to_vec())
-    });
-    Table {
-        title: "pairs in which Table 6-3 differs: A (deg)".to_owned(),
-        of: "pair",
-        columns: ["Tables 5-3 and 5-4", "Table 6-3"]
-            .map(str::to_owned)
-            .to_vec(),
-        rows: rows.collect(),
-    }
 }

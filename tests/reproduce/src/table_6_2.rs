@@ -1,17 +1,15 @@
 //! Section 6.6: ten machines with one error each (Table 6-2), and their corrections (Figs. 6.6, 6.7).
 
+use super::ball::Ball;
 use super::embedded::{Example, Parameters, Strategy, kolibri};
-use super::validated::{Corrector, Validation, both, built, fik, options, poly25, trigo23};
-use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Table};
+use super::validated::{Corrector, Validation, both, built, poly25, trigo23};
+use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, Quantity, ReproduceError, Table};
 use rayon::prelude::*;
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::kinematics::Policy;
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
-use trueaxis_tables::compile;
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::schemes::poly25::Objective;
-use trueaxis_tables::validate::Statistics;
 
 /// Table 6-2: the errors of the ten case studies, each alone (rad, mm, mm/mm).
 pub const CASES: [(&str, f64); 10] = [
@@ -28,14 +26,10 @@ pub const CASES: [(&str, f64); 10] = [
 ];
 /// The document's polynomials eliminate these completely (Fig. 6.6).
 pub const LINEAR: [&str; 5] = ["EY0C", "EA0C", "EA0Z", "EYY1", "EZZ1"];
-/// Number of points in the document's tables (section 6.5.3), and in ours.
+/// Number of points in the document's tables (section 6.5.3).
 const PRINTED_POINTS: usize = 10;
-const POINTS: usize = 101;
-/// Range of A (deg): where it was probed (section 6.7), and its travel.
+/// Range of A (deg) where it was probed (section 6.7).
 const PROBED: f64 = 55.0;
-const TRAVEL: f64 = 120.0;
-/// Number of positions in the whole travel.
-const RANDOM: usize = 2000;
 
 /// The corrections, in this order.
 const SCHEMES: [&str; 7] = [
@@ -61,8 +55,6 @@ fn alone(example: &Example, (name, value): (&str, f64)) -> ErrorModel {
 struct Left {
     /// Mean and largest movement of the tip at the probings (µm).
     tip: [f64; 2],
-    /// Eliminated part of the parameter itself (Eq. 38).
-    part: Option<f64>,
 }
 
 struct OfCase {
@@ -84,10 +76,7 @@ fn probed(example: &Example, zone: &Example, case: (&str, f64)) -> Result<OfCase
         let left = validation.left(&errors, corrector, &Disturbances::default(), &errors)?;
         let [before, after] = left.tip.map(|tip| tip.map(|mm| 1e3 * mm));
         found.before = before;
-        found.left.push(Left {
-            tip: after,
-            part: left.parameters.first().and_then(|p| Some(p.part()?[0])),
-        });
+        found.left.push(Left { tip: after });
         Ok::<_, ReproduceError>(())
     };
     add(&Corrector::kinematic(machine, &errors))?;
@@ -107,48 +96,12 @@ fn probed(example: &Example, zone: &Example, case: (&str, f64)) -> Result<OfCase
     Ok(found)
 }
 
-/// Mean and largest translation (µm) over the travel, with tables.
-fn over_travel(
-    example: &Example,
-    case: (&str, f64),
-    (scheme, points, policy): (Scheme, Option<usize>, Policy),
-) -> Result<Statistics, ReproduceError> {
-    let errors = alone(example, case);
-    let options = options(scheme, policy, points, RANDOM);
-    let compiled = compile::compile(&example.machine, &errors, &options, &())?;
-    Ok(compiled.proof.travel.after.translation_um)
-}
-
-/// Remaining error with tables over the travel of 240 degrees.
-const OVER_TRAVEL: [&str; 6] = [
-    "trigo23:free, 101 points",
-    "trigo23:free, 10 points",
-    "fik, 101 points",
-    "fik, 10 points",
-    "exact, orientation",
-    "exact, direction",
-];
-
-fn travel_of(example: &Example, case: (&str, f64)) -> Result<Vec<Statistics>, ReproduceError> {
-    let [orientation, direction] = both();
-    let all = [
-        (trigo23(true), Some(POINTS), orientation),
-        (trigo23(true), Some(PRINTED_POINTS), orientation),
-        (fik(), Some(POINTS), orientation),
-        (fik(), Some(PRINTED_POINTS), orientation),
-        (Scheme::default(), None, orientation),
-        (Scheme::default(), None, direction),
-    ];
-    let found = all.into_par_iter();
-    found.map(|with| over_travel(example, case, with)).collect()
-}
-
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
-const PLACE: &str = "where the ball stood is not published: it is 0.4 mrad times its distance from the rotary axis, \
-    here that of the first ball of the example";
+const PLACE: &str = "0.4 mrad times the distance of the ball from the rotary axis, predicted with the ball that Table 5-5 \
+    shows (see Chapter 5)";
 const OBJECTIVE: &str = "Eq. 41 and section 6.6 make all volumetric errors least (error), Chapter 8 has the corrections \
     simulated by polynomials (corrections); here A within ±55°, C within ±360°. The document's pattern is that of the \
     second";
@@ -157,20 +110,14 @@ const PRINTED: &str = "the printed form has no term for the offset of a rotary a
 const POINTS_TOO_FEW: &str =
     "ten points of ±55° miss a sine of twice the angle by 2.3 %: more points leave less";
 
-pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let example = kolibri()?.tip_at_z();
+pub fn chapter(balls: &[Ball; 2]) -> Result<Chapter, ReproduceError> {
+    let example = kolibri()?.with_ball(balls[1].place).tip_at_z();
     let zone = kolibri()?.tip_at_z().within('A', PROBED);
     let cases: Result<Vec<OfCase>, ReproduceError> = CASES
         .par_iter()
         .map(|case| probed(&example, &zone, *case))
         .collect();
     let cases = cases?;
-    let wide = kolibri()?.within('A', TRAVEL);
-    let travel: Result<Vec<Vec<Statistics>>, ReproduceError> = CASES
-        .par_iter()
-        .map(|case| travel_of(&wide, *case))
-        .collect();
-    let travel = travel?;
 
     let of = |scheme: usize, which: usize, counts: &dyn Fn(&str) -> bool| {
         let counted = cases.iter().zip(CASES);
@@ -252,68 +199,36 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         .because(POINTS_TOO_FEW),
     ];
     Ok(Chapter {
-        title: "Table 6-2: one error at a time (Figures 6.6 and 6.7)",
+        title: "Chapter 6: Table 6-2, one error at a time",
+        source: "Figure 6.7",
         how: "The Kolibri with one error of Table 6-2 at a time. It is probed with the 60 positions of the validation \
             (Table 6-3) while it is corrected, and the ten parameters are identified once more. Tables are \
             made for A within ±55°, with ten points and the tip in the frame of Z as in Eq. 44, policy *orientation* but where another is named.",
-        compared,
-        tables: vec![
-            at_probings("tip at the probings, mean (µm), Figure 6.7", &cases, 0),
-            at_probings("tip at the probings, maximum (µm), Figure 6.7", &cases, 1),
-            parts(&cases),
-            whole_travel(&travel),
-        ],
-        arithmetic: Vec::new(),
+        compared: compared
+            .into_iter()
+            .map(|row| row.of(Quantity::Raw))
+            .collect(),
+        tables: vec![at_probings(&cases)],
         fixed: fixed(&cases),
         pictures: vec![picture(&cases)],
     })
 }
 
-fn at_probings(title: &str, cases: &[OfCase], which: usize) -> Table {
+/// Mean at the probings, by error and correction.
+fn at_probings(cases: &[OfCase]) -> Table {
     let rows = cases.iter().zip(CASES).map(|(case, (name, _))| {
-        let left = case.left.iter().map(|left| Figure::new(left.tip[which], 3));
-        let before = Figure::new(case.before[which], 2);
+        let left = case.left.iter().map(|left| Figure::new(left.tip[0], 3));
+        let before = Figure::new(case.before[0], 2);
         (name.to_owned(), [before].into_iter().chain(left).collect())
     });
     Table {
-        title: title.to_owned(),
+        title: "tip at the probings, raw, mean (µm), Figure 6.7".to_owned(),
         of: "error",
         columns: ["before"]
             .into_iter()
             .chain(SCHEMES)
             .map(str::to_owned)
             .collect(),
-        rows: rows.collect(),
-    }
-}
-
-fn parts(cases: &[OfCase]) -> Table {
-    let rows = cases.iter().zip(CASES).map(|(case, (name, _))| {
-        let part = |left: &Left| {
-            left.part
-                .map_or(Figure::Nothing, |p| Figure::new(100.0 * p, 1))
-        };
-        (name.to_owned(), case.left.iter().map(part).collect())
-    });
-    Table {
-        title: "compensability of the error itself (%, Eq. 38), Figure 6.6".to_owned(),
-        of: "error",
-        columns: SCHEMES.map(str::to_owned).to_vec(),
-        rows: rows.collect(),
-    }
-}
-
-fn whole_travel(travel: &[Vec<Statistics>]) -> Table {
-    let rows = travel.iter().zip(CASES).map(|(found, (name, _))| {
-        let both = |s: &Statistics| Figure::Words(format!("{:.3}, {:.3}", s.mean, s.max));
-        (name.to_owned(), found.iter().map(both).collect())
-    });
-    Table {
-        title: format!(
-            "translation over the travel, A within ±120°, {RANDOM} random positions: mean, maximum (µm)"
-        ),
-        of: "error",
-        columns: OVER_TRAVEL.map(str::to_owned).to_vec(),
         rows: rows.collect(),
     }
 }

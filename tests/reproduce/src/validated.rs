@@ -1,8 +1,9 @@
 //! The document's validation (Figs. 5.6, 6.2, 6.5): a ball is probed while the axes are corrected, and the parameters
 //! are identified again.
 
-use super::ReproduceError;
 use super::embedded::Example;
+use super::{Fixed, ReproduceError};
+use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::{
@@ -14,7 +15,7 @@ use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::compile::{self, Built};
 use trueaxis_tables::schemes::{self, Scheme, poly25, trigo23};
-use trueaxis_tables::validate::Runtime;
+use trueaxis_tables::validate::{Runtime, Statistics};
 
 /// Number of nodes along each axis at which polynomials and trigonometric functions are fitted (sections 5.9.1, 6.8).
 const NODES: usize = 10;
@@ -112,7 +113,7 @@ impl<'a> Corrector<'a> {
         ))
     }
 
-    fn of(
+    pub fn of(
         &self,
         kinematics: &Kinematics<'_>,
         rows: &[Probing],
@@ -133,6 +134,45 @@ impl<'a> Corrector<'a> {
                 })
                 .collect(),
         }
+    }
+}
+
+/// Statistics of displacements (µm).
+#[derive(Clone, Copy)]
+pub struct Spread {
+    /// Root mean square along x, y and z.
+    pub rms: [f64; 3],
+    /// Mean and largest length.
+    pub mean: f64,
+    pub max: f64,
+}
+
+impl Spread {
+    pub fn of(errors: &[Vector3<f64>]) -> Self {
+        let lengths = Statistics::of(errors.iter().map(Vector3::norm));
+        Self {
+            rms: [0, 1, 2].map(|k| Statistics::of(errors.iter().map(|e| e[k])).rms),
+            mean: lengths.mean,
+            max: lengths.max,
+        }
+    }
+
+    /// Root mean square length: never less than the mean.
+    pub fn rms_length(&self) -> f64 {
+        self.rms.iter().map(|r| r * r).sum::<f64>().sqrt()
+    }
+}
+
+/// That no mean length exceeds its root mean square.
+pub fn consistent<'a>(all: impl Iterator<Item = &'a Spread>) -> Fixed {
+    let least = all
+        .map(|s| s.rms_length() - s.mean)
+        .fold(f64::INFINITY, f64::min);
+    Fixed {
+        statement: "the RMS of a length is no less than its mean, of every quantity above"
+            .to_owned(),
+        found: format!("{least:.1} µm at least between them"),
+        holds: least >= 0.0,
     }
 }
 
@@ -198,6 +238,52 @@ impl<'a> Validation<'a> {
         let problem = Problem::new(self.machine, &measured, artefact, parameters, &base);
         let identified = identify(&problem, Options::default())?;
         Ok((problem, identified))
+    }
+
+    /// The volumetric error (µm) at each probed position, in the tool frame: by the errors of the machine alone, with
+    /// a correction.
+    pub fn raw(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+    ) -> Result<Vec<Vector3<f64>>, ReproduceError> {
+        let kinematics = Kinematics::new(self.machine, actual);
+        let rows = self
+            .probed(actual, &Corrector::Nothing, &Disturbances::default())?
+            .rows;
+        let corrections = corrector.of(&kinematics, &rows)?;
+        let errors = rows.iter().zip(&corrections).map(|(row, correction)| {
+            let situation = Situation {
+                sign: row.direction,
+                ..Situation::default()
+            };
+            let q = self.machine.to_kinematic(&row.position);
+            let dq = self.machine.to_kinematic(correction);
+            1e3 * kinematics.volumetric_error(&q, &dq, &situation).t
+        });
+        Ok(errors.collect())
+    }
+
+    /// The distance from tip to ball (µm) at each probing, in the tool frame, with ball and stylus where they explain
+    /// most of it.
+    pub fn set_up_free(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+        disturbances: &Disturbances,
+    ) -> Result<Spread, ReproduceError> {
+        let identified = self.identified(actual, corrector, disturbances)?;
+        let perfect = ErrorModel::perfect(self.machine);
+        let nominal = Kinematics::new(self.machine, &perfect);
+        let rows = identified.rows.iter().zip(&self.strategy.rows);
+        // Only rotary positions determine the orientation of the tool.
+        let errors: Vec<Vector3<f64>> = rows
+            .map(|(row, probing)| {
+                let q = self.machine.to_kinematic(&probing.position);
+                nominal.nominal(&q, None).r.transpose() * row.before * 1e3
+            })
+            .collect();
+        Ok(Spread::of(&errors))
     }
 
     /// The effective parameters with a correction, compared with those `before` it (Eq. 38), and how far all of them

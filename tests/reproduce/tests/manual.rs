@@ -51,18 +51,27 @@ fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
     shows("reproduced.json", &json);
     let json: Value = serde_json::from_str(&json).unwrap();
     let chapters = json["chapters"].as_array().unwrap();
-    let (mut fixed, mut arithmetic, mut pictures, mut compared) = (0, 0, 0, 0);
+    let (mut fixed, mut pictures, mut compared) = (0, 0, 0);
     for chapter in chapters {
         for one in chapter["fixed"].as_array().unwrap() {
             assert_eq!(one["holds"], true, "{one}");
             fixed += 1;
         }
-        for one in chapter["arithmetic"].as_array().unwrap() {
-            assert_eq!(one["holds"], true, "{one}");
-            arithmetic += 1;
-        }
+        assert_ne!(chapter["source"], "", "{}", chapter["title"]);
         for one in chapter["compared"].as_array().unwrap() {
             assert!(one["ours"] != Value::Null, "{one}");
+            // A row that differs by more than a tenth says why; one of Chapters 5 to 7 in µm says what it is.
+            let far = match (one["document"].as_f64(), one["ours"].as_f64()) {
+                (Some(document), Some(ours)) => (ours - document).abs() > 0.1 * document.abs(),
+                _ => false,
+            };
+            assert!(!far || one["why"].is_string(), "{one}");
+            let title = chapter["title"].as_str().unwrap();
+            let is_tip = one["unit"] == "µm"
+                && ["5", "6", "7"]
+                    .iter()
+                    .any(|n| title.starts_with(&format!("Chapter {n}")));
+            assert!(!is_tip || one["quantity"] != "", "{one}");
             compared += 1;
         }
     }
@@ -82,8 +91,8 @@ fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
     }
     // Ensures that this test has something to compare.
     assert!(
-        fixed >= 7 && arithmetic >= 15 && pictures >= 5 && compared >= 150,
-        "{fixed} {arithmetic} {pictures} {compared}"
+        fixed >= 10 && pictures >= 5 && compared >= 150,
+        "{fixed} {pictures} {compared}"
     );
     assert!(json["not_reproduced"].as_array().unwrap().len() >= 10);
 }

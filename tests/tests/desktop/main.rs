@@ -6,6 +6,7 @@ mod clearance;
 mod direct;
 mod eq42;
 mod explain;
+mod found_again;
 mod golden;
 mod golden_blobs;
 mod identify;

@@ -80,6 +80,40 @@ fn the_sample_of_the_document_is_a_product_and_a_table() {
     );
 }
 
+/// The program of the document's Figure 7.3, as printed.
+const FIGURE_7_3: &str = include_str!("figure_7_3.mpf");
+
+/// The same with zeros for the values that the figure leaves out: those between the third and the last two.
+fn figure_7_3() -> String {
+    let mut text = String::new();
+    let mut left_out = [(0, 3..8), (1, 3..13), (2, 3..13)].into_iter();
+    for line in FIGURE_7_3.lines() {
+        if line == "..." {
+            let (table, values) = left_out.next().unwrap();
+            for i in values {
+                text += &format!("$AN_CEC[{table},{i}]=0\n");
+            }
+        } else {
+            text += &format!("{line}\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn the_program_of_figure_7_3_has_a_value_beyond_the_end_of_its_third_table() {
+    let refused = reader(&figure_7_3(), |_| {}).unwrap_err();
+    assert_eq!(refused.message, "value 14 of table 2 is beyond MAX");
+    // Without it, it is the product of the first two tables and a third: of 10, 15 and 14 values.
+    let read = figure_7_3().replace("$AN_CEC[2,14]=-0.034\n", "");
+    let found = reader(&read, |_| {}).unwrap();
+    let counts: Vec<_> = found.tables.iter().map(|t| t.values.len()).collect();
+    assert_eq!(counts, [10, 15, 14]);
+    let times: Vec<_> = found.tables.iter().map(|t| t.times).collect();
+    assert_eq!(times, [None, Some(0), None]);
+    assert_eq!(found.tables[2].values[13], -0.021);
+}
+
 #[test]
 fn dialects_are_read_as_the_same_tables() {
     let plain = reader(&file(&table(0, &VALUES, &[])), |_| {})

@@ -38,6 +38,8 @@ pub struct Wanted {
     pub threshold: f64,
     /// How that error is computed.
     pub rms: Rms,
+    /// Seed of the random commands at which it is computed.
+    pub seed: u64,
     /// Choose the number of nodes for each axis, instead of the same number for all.
     pub per_axis: bool,
     /// Largest number of nodes along an axis.
@@ -54,6 +56,7 @@ impl Default for Wanted {
         Self {
             threshold: 1e-4,
             rms: Rms::Usual,
+            seed: 12,
             per_axis: false,
             most: 25,
             calibrated: false,

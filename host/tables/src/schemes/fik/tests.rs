@@ -59,14 +59,25 @@ fn the_huron_takes_the_documents_forty_tables_output_by_output() {
     assert_eq!(tables, 40);
 }
 
+/// The sums of Eq. 59 for A and C (rad), from the sine and cosine of A.
+fn eq_59(e: &dyn Fn(&str) -> f64, s: f64, c: f64) -> [f64; 2] {
+    let (half, root) = (0.5_f64.sqrt(), 2.0_f64.sqrt());
+    [
+        half * (c - 1.0) * e("EC0X") - half * (c + 1.0) * e("EA0Z") - s * e("EB0Z") + s * e("EB0A")
+            - c * e("EC0A")
+            + root * e("EA0C"),
+        -c * e("EC0X") + c * e("EA0Z") + root * s * e("EB0Z") - root * s * e("EB0A")
+            + root * c * e("EC0A")
+            - e("EA0C"),
+    ]
+}
+
 #[test]
 fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
     let (machine, errors) = huron();
     let draft = found(&machine, &errors, Policy::Orientation).draft;
     let [a, c] = ['A', 'C'].map(|letter| machine.index(letter).unwrap());
     let e = |name: &str| errors.parameters[&Parameter::parse(name).unwrap()];
-    let half = 0.5_f64.sqrt();
-    let root = 2.0_f64.sqrt();
     let bank = draft
         .banks
         .iter()
@@ -78,18 +89,7 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
         .take_while(|b| *b != bank)
         .map(|b| b.columns.len());
     let before: usize = before.sum();
-    // Eq. 59 is the motion equivalent to the error; the correction is its negative.
-    let of_a = |s: f64, c: f64| {
-        half * (c - 1.0) * e("EC0X") - half * (c + 1.0) * e("EA0Z") - s * e("EB0Z") + s * e("EB0A")
-            - c * e("EC0A")
-            + root * e("EA0C")
-    };
-    let of_c = |s: f64, c: f64| {
-        -c * e("EC0X") + c * e("EA0Z") + root * s * e("EB0Z") - root * s * e("EB0A")
-            + root * c * e("EC0A")
-            - e("EA0C")
-    };
-    for (output, formula) in [(a, &of_a as &dyn Fn(f64, f64) -> f64), (c, &of_c)] {
+    for (which, output) in [a, c].into_iter().enumerate() {
         let terms = draft
             .terms
             .iter()
@@ -102,7 +102,8 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
         for (i, value) in column.iter().enumerate() {
             let at = f64::from(bank.start) + i as f64 * f64::from(bank.step);
             let (s, c) = libm::sincos(at.to_radians());
-            let wanted = -formula(s, c).to_degrees();
+            // Eq. 59 is the motion equivalent to the error; the correction is its negative.
+            let wanted = -eq_59(&e, s, c)[which].to_degrees();
             // Half a unit in the last place of f32, for up to 0.01°.
             assert!(
                 (f64::from(*value) - wanted).abs() < 6e-10,
@@ -110,6 +111,32 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
             );
         }
     }
+}
+
+#[test]
+fn figure_7_4_agrees_with_eq_59_for_a_and_has_three_signs_of_c_the_other_way() {
+    let (_, errors) = huron();
+    let e = |name: &str| errors.parameters[&Parameter::parse(name).unwrap()];
+    let (half, root) = (0.5_f64.sqrt(), 2.0_f64.sqrt());
+    let mut most = 0.0_f64;
+    for degrees in -120..=120 {
+        let (s, c) = libm::sincos(f64::from(degrees).to_radians());
+        // As printed.
+        let of_a = half * (c - 1.0) * e("EC0X") - half * (c + 1.0) * e("EA0Z") - s * e("EB0Z")
+            + s * e("EB0A")
+            - c * e("EC0A")
+            + root * e("EA0C");
+        let of_c = c * e("EC0X") - c * e("EA0Z") - root * s * e("EB0Z") - root * s * e("EB0A")
+            + root * c * e("EC0A")
+            - e("EA0C");
+        let [a, c_of_59] = eq_59(&e, s, c);
+        assert!((of_a - a).abs() < 1e-18, "{degrees}");
+        let three = c * e("EC0X") - c * e("EA0Z") - root * s * e("EB0Z");
+        assert!((of_c - c_of_59 - 2.0 * three).abs() < 1e-18, "{degrees}");
+        most = most.max((of_c - c_of_59).abs());
+    }
+    // 283 µrad, as the manual says.
+    assert!((most - 283e-6).abs() < 0.5e-6, "{most}");
 }
 
 /// The first-order correction (mm, rad) for all inter-axis errors and scales, by the transport matrices.

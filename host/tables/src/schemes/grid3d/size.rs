@@ -8,9 +8,8 @@ use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 
-/// Number and seed of the random commands at which grids are compared (Eq. 12).
+/// Number of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;
-const SEED: u64 = 12;
 
 /// The smallest number of nodes of an axis.
 const LEAST: usize = 2;
@@ -35,7 +34,7 @@ impl<'a> Sizing<'a> {
         zone: Zone,
         wanted: &'a Wanted,
     ) -> Result<Self, SchemeError> {
-        let drawn = random_commands(kinematics, Region::Travel, COMMANDS, SEED)?;
+        let drawn = random_commands(kinematics, Region::Travel, COMMANDS, wanted.seed)?;
         let commands = drawn.iter().map(|command| {
             let mut q = at;
             for (axis, [low, high]) in axes.into_iter().zip(zone) {
