@@ -18,7 +18,7 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, NotKnown,
-    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, drifting,
+    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, contradicted, drifting,
     error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
@@ -388,7 +388,8 @@ impl Found<'_> {
         let rows = self.identified.rows.iter().chain(&self.identified.observed);
         let most = SUSPECTED * rows.clone().count() as f64;
         let untrusted = rows.filter(|row| !row.is_trusted);
-        is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
+        let is_contradicted = !contradicted(self.identified).is_empty();
+        is_contradicted || is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
     }
 
     /// What to check before trusting the parameters.

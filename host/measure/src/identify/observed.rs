@@ -2,6 +2,7 @@
 
 use super::Unknown;
 use super::estimate::{Estimate, Row};
+use super::set_up_priors::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Drift, Known, Observations, STYLUS};
 use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
@@ -265,10 +266,12 @@ impl Observed {
         (first..after.len()).map(row).collect()
     }
 
-    /// The set-ups as found; `variance` is that of an unknown, if it was determined.
+    /// The set-ups as found; `least` is the smallest uncertainty (mm) that priors were given, and `variance` that of an
+    /// unknown, if it was determined.
     pub fn set_up(
         &self,
         estimate: &Estimate,
+        least: f64,
         variance: &dyn Fn(Unknown) -> Option<f64>,
     ) -> Vec<FoundSetup> {
         let of = |(number, (name, kind, first)): (usize, &(String, Kind, Setting))| {
@@ -293,10 +296,20 @@ impl Observed {
                 })
             });
             let parts = parts.chain(points).filter_map(|(unknown, what, value)| {
+                let uncertainty = variance(unknown)?.sqrt();
+                let prior = self.known.iter().find(|(of, ..)| *of == unknown);
+                let prior = prior.map(|(_, stated, sigma)| {
+                    // Rotations count over a lever.
+                    let scale = self.value(unknown, estimate).1.recip();
+                    let used = sigma.max(least);
+                    let [stated, sigma, used] = [*stated, *sigma, used].map(|v| v * scale);
+                    Prior::new(stated, sigma, used, value, uncertainty)
+                });
                 Some(FoundPart {
                     what,
                     value,
-                    uncertainty: variance(unknown)?.sqrt(),
+                    uncertainty,
+                    prior,
                 })
             });
             FoundSetup {

@@ -249,7 +249,7 @@ fn identified(
         bars: bars::checked(problem, (estimate, weights, factor), jacobian),
         rows: problem.rows(&before, &misses, &trusted),
         observed: problem.observed.found(&before, &misses, &trusted),
-        setups: problem.observed.set_up(estimate, &variance),
+        setups: problem.observed.set_up(estimate, weights.least, &variance),
         drift: problem.observed.drifts(&problem.drift, estimate, &variance),
         thermal: changes(problem, estimate, &variance),
         components,
