@@ -19,7 +19,7 @@ use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, NotKnown,
     Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, contradicted, drifting,
-    error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, without,
+    error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, unseen_senses, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -301,6 +301,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
+        unseen_senses: unseen_senses(&problem),
     };
     let name = covariances
         .as_deref()
@@ -367,6 +368,8 @@ struct Found<'a> {
     missing: Vec<Parameter>,
     /// What the measurements do not show.
     not_known: NotKnown,
+    /// Axes that may count the other way for all that the probings show.
+    unseen_senses: Option<String>,
 }
 
 /// A result is doubtful if a larger part of the rows is suspicious.

@@ -69,7 +69,8 @@ pub struct Imported {
 }
 
 impl Files {
-    pub fn read(&self) -> Result<(Machine, Vec<Measurement>), BadInput> {
+    /// Reads all files. They need not say where other axes stood if nothing is written (`is_evaluated`).
+    pub fn read(&self, is_evaluated: bool) -> Result<(Machine, Vec<Measurement>), BadInput> {
         let others = [Some(&self.machine), self.update.as_ref()];
         let inputs = others.into_iter().flatten().chain(&self.runs);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
@@ -80,7 +81,11 @@ impl Files {
         let mut measurements = Vec::new();
         for path in &self.runs {
             let text = Text::read(path)?;
-            let measured = runs::read(&text.text, &machine).map_err(|e| text.bad(e))?;
+            let read = match is_evaluated && self.output.is_none() {
+                true => runs::read_anywhere,
+                false => runs::read,
+            };
+            let measured = read(&text.text, &machine).map_err(|e| text.bad(e))?;
             let name = text.name;
             measurements.push(Measurement { name, measured });
         }
@@ -164,7 +169,7 @@ fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let (machine, measurements) = arguments.files.read()?;
+    let (machine, measurements) = arguments.files.read(false)?;
     let imported = arguments.files.import(machine, measurements)?;
     match arguments.json {
         true => files::print_json(&Answer::new(&imported))?,

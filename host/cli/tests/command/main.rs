@@ -23,6 +23,7 @@ mod linuxcnc;
 mod linuxcnc_probe;
 mod linuxcnc_start;
 mod measured;
+mod misread;
 mod mistakes;
 mod observations;
 mod outside;

@@ -5,7 +5,7 @@ use super::estimate::{Estimate, Row};
 use super::set_up_priors::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Drift, Known, Observations, STYLUS};
-use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
+use crate::instrument::{Commanded, Given, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
@@ -18,6 +18,8 @@ pub(super) struct Observed {
     pub rows: Vec<ObservedRow>,
     /// Name, kind, and first set-up.
     pub setups: Vec<(String, Kind, Setting)>,
+    /// What is known about each.
+    pub given: Vec<Given>,
     /// Name and first place (mm, spindle frame) of the points of the tool.
     pub tools: Vec<(String, Vector3<f64>)>,
     /// The times (s) of the first and the last row of each set-up, if all have one.
@@ -140,6 +142,7 @@ impl Observed {
         }
         let mut observed = Self {
             setups: setups.collect(),
+            given: all.setups.iter().map(|setup| setup.given).collect(),
             rows,
             tools,
             periods,

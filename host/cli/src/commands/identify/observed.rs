@@ -3,7 +3,7 @@
 use super::super::quantity::{EXPANDED, count};
 use super::Found;
 use serde::Serialize;
-use trueaxis_measure::identify::{Component, Contradicted, FoundDrift, contradicted};
+use trueaxis_measure::identify::{Component, Contradicted, FoundDrift, contradicted, repeated};
 use trueaxis_measure::instrument::Kind;
 
 /// What was measured, in words.
@@ -103,6 +103,8 @@ pub fn warnings(found: &Found<'_>) -> Vec<String> {
     let identified = found.identified;
     let wrong = contradicted(identified);
     let mut warnings: Vec<String> = wrong.iter().map(Contradicted::sentence).collect();
+    let copies = repeated(found.observations, identified);
+    warnings.extend(copies.iter().map(|one| one.sentence(found.observations)));
     // Wrong readings make the residuals of a whole source larger.
     if found.suspicions.is_empty() {
         let wrong = (identified.components.iter()).filter(|one| one.is_misstated());
