@@ -432,7 +432,9 @@ impl<'a> Fit<'a> {
         let groups: Vec<Vec<(usize, Vector3<f64>)>> = (self.groups.iter())
             .map(|group| {
                 let out = |point: &Vector3<f64>| (point - group.centre).normalize();
-                (group.points.iter()).map(|(touch, p)| (*touch, out(p))).collect()
+                (group.points.iter())
+                    .map(|(touch, p)| (*touch, out(p)))
+                    .collect()
             })
             .collect();
         let suspects = suspects(&left, &by, &groups);

@@ -18,8 +18,9 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, NotKnown,
-    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability, contradicted, drifting,
-    error_file, held_out, honesty, identify, lacks, misplaced, published, snoop, stated, unseen_senses, without,
+    Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability,
+    contradicted, drifting, error_file, held_out, honesty, identify, lacks, misplaced, published,
+    snoop, stated, unseen_senses, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -392,7 +393,10 @@ impl Found<'_> {
         let most = SUSPECTED * rows.clone().count() as f64;
         let untrusted = rows.filter(|row| !row.is_trusted);
         let is_contradicted = !contradicted(self.identified).is_empty();
-        is_contradicted || is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
+        is_contradicted
+            || is_group
+            || untrusted.count() as f64 > most
+            || self.suspicions.len() as f64 > most
     }
 
     /// What to check before trusting the parameters.

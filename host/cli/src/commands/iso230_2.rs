@@ -136,8 +136,9 @@ const RUNS: usize = 5;
 /// Why figures are not those of the standard.
 fn not_to_the_standard(found: &Analysis) -> Option<String> {
     let [up, down] = found.runs;
-    (up.max(down) < RUNS || up.min(down) != 0 && up.min(down) < RUNS)
-        .then(|| format!("it asks for {RUNS} runs in each direction, these are {up} ↑ and {down} ↓"))
+    (up.max(down) < RUNS || up.min(down) != 0 && up.min(down) < RUNS).then(|| {
+        format!("it asks for {RUNS} runs in each direction, these are {up} ↑ and {down} ↓")
+    })
 }
 
 /// The results as JSON, in µm and µrad.

@@ -73,10 +73,11 @@ impl Circle {
         }
         let is_both = deviation.iter().all(Option::is_some);
         let radial = |residuals: &[f64]| {
-            let (low, high) = residuals.iter().fold(
-                (f64::INFINITY, f64::NEG_INFINITY),
-                |(low, high), r| (low.min(*r), high.max(*r)),
-            );
+            let (low, high) = residuals
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), r| {
+                    (low.min(*r), high.max(*r))
+                });
             [high, low].map(|r| r + common.radius - radius)
         };
         let (forth, back) = common.residuals.split_at(points[0].len());

@@ -226,10 +226,22 @@ fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
         // Deviations that are proportional to the target, to a thousandth of themselves: positions.
         let near = |factor: f64| (slope / factor - 1.0).abs() < FOLLOWS;
         for (factor, what) in [
-            (1.0, "are the positions themselves, not deviations from them"),
-            (1e-3, "are the positions in mm, declared as deviations in µm"),
-            (-1.0, "are positions that count the other way, not deviations"),
-            (1e-3 - 1.0, "are positions in mm, declared as µm, or targets and readings have different units"),
+            (
+                1.0,
+                "are the positions themselves, not deviations from them",
+            ),
+            (
+                1e-3,
+                "are the positions in mm, declared as deviations in µm",
+            ),
+            (
+                -1.0,
+                "are positions that count the other way, not deviations",
+            ),
+            (
+                1e-3 - 1.0,
+                "are positions in mm, declared as µm, or targets and readings have different units",
+            ),
         ] {
             if near(factor) {
                 return doubt(

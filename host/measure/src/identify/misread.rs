@@ -167,9 +167,7 @@ fn dead_length(own: &Problem<'_>, setup: usize, at_first: f64) -> Option<Mistake
     };
     Some(Mistake {
         what,
-        remedy: format!(
-            "write whole lengths, or correct dead_length_mm of [setup.{name}]"
-        ),
+        remedy: format!("write whole lengths, or correct dead_length_mm of [setup.{name}]"),
     })
 }
 

@@ -349,7 +349,8 @@ pub fn unseen_senses(problem: &Problem<'_>) -> Option<String> {
         return None;
     }
     let at_first = left(problem)?;
-    let fits = |set: &u32| left(&mirrored(problem, *set)).is_some_and(|left| left < ALIKE * at_first);
+    let fits =
+        |set: &u32| left(&mirrored(problem, *set)).is_some_and(|left| left < ALIKE * at_first);
     let set = sets(problem).into_iter().find(fits)?;
     Some(letters(problem, set))
 }

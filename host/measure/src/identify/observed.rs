@@ -5,7 +5,9 @@ use super::estimate::{Estimate, Row};
 use super::set_up_priors::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Drift, Known, Observations, STYLUS};
-use crate::instrument::{Commanded, Given, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
+use crate::instrument::{
+    Commanded, Given, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned,
+};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};

@@ -45,12 +45,22 @@ pub fn repeated(observations: &Observations, identified: &Identified) -> Vec<Rep
         let chance = libm::pow(one.min(1.0), dimension as f64);
         let mut places: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, row) in &rows {
-            let place = (row.position, row.direction, row.spindle, row.reads, row.time);
-            places.entry(format!("{place:?}")).or_default().push(*number);
+            let place = (
+                row.position,
+                row.direction,
+                row.spindle,
+                row.reads,
+                row.time,
+            );
+            places
+                .entry(format!("{place:?}"))
+                .or_default()
+                .push(*number);
         }
         let all = places.values().flat_map(|own| own.windows(2));
         let all: Vec<[usize; 2]> = all.map(|pair| [pair[0], pair[1]]).collect();
-        let is_equal = |[a, b]: &[usize; 2]| observations.rows[*a].value == observations.rows[*b].value;
+        let is_equal =
+            |[a, b]: &[usize; 2]| observations.rows[*a].value == observations.rows[*b].value;
         let pairs: Vec<[usize; 2]> = all.iter().copied().filter(is_equal).collect();
         let probability = at_least(pairs.len(), all.len(), chance);
         (!pairs.is_empty() && probability < CHANCE).then_some(Repeated {

@@ -71,7 +71,8 @@ impl Misread {
         let is_clear = factor.abs() > CRITICAL * uncertainty;
         let is_near = |one: &&Self| {
             let off = (factor - one.factor).abs();
-            off < SAME_FACTOR * one.factor.abs() || off < CRITICAL * uncertainty && off < LOOSELY * one.factor.abs()
+            off < SAME_FACTOR * one.factor.abs()
+                || off < CRITICAL * uncertainty && off < LOOSELY * one.factor.abs()
         };
         all.iter().find(is_near).copied().filter(|_| is_clear)
     }

@@ -37,14 +37,15 @@ pub fn suspects(
         let space = basis.clone().qr().q();
         rest -= &space * space.tr_mul(&rest);
         let mut best: Option<(f64, Suspect, DMatrix<f64>)> = None;
-        let mut offer = |columns: DMatrix<f64>, least: f64, suspect: &dyn Fn(&DVector<f64>) -> Suspect| {
-            let Some((gain, change)) = tested(&space, &rest, &columns, least) else {
-                return;
+        let mut offer =
+            |columns: DMatrix<f64>, least: f64, suspect: &dyn Fn(&DVector<f64>) -> Suspect| {
+                let Some((gain, change)) = tested(&space, &rest, &columns, least) else {
+                    return;
+                };
+                if best.as_ref().is_none_or(|(most, ..)| gain > *most) {
+                    best = Some((gain, suspect(&change), columns));
+                }
             };
-            if best.as_ref().is_none_or(|(most, ..)| gain > *most) {
-                best = Some((gain, suspect(&change), columns));
-            }
-        };
         for touch in 0..rest.len() {
             let mut column = DMatrix::zeros(rest.len(), 1);
             column[(touch, 0)] = 1.0;
@@ -54,7 +55,7 @@ pub fn suspects(
             let mut columns = DMatrix::zeros(rest.len(), 3);
             for k in (1..group.len()).rev() {
                 let (touch, out) = &group[k];
-                columns.set_row(*touch, &-out.transpose());
+                columns.set_row(*touch, &out.transpose());
                 offer(columns.clone(), EXPLAINS, &|change| {
                     Suspect::Moved(*touch, Vector3::new(change[0], change[1], change[2]))
                 });
@@ -65,7 +66,9 @@ pub fn suspects(
         };
         let first = basis.ncols();
         basis = basis.insert_columns(first, columns.ncols(), 0.0);
-        basis.columns_mut(first, columns.ncols()).copy_from(&columns);
+        basis
+            .columns_mut(first, columns.ncols())
+            .copy_from(&columns);
         found.push(suspect);
     }
     found

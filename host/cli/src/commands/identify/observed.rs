@@ -56,9 +56,9 @@ pub fn setups(text: &mut String, found: &Found<'_>) {
         for part in &setup.parts {
             let (factor, unit) = part.shown();
             let prior = part.prior.map_or(String::new(), |prior| {
-                let z = prior
-                    .z
-                    .map_or("nothing else shows it".to_owned(), |z| format!("|z| = {:.1}", z.abs()));
+                let z = prior.z.map_or("nothing else shows it".to_owned(), |z| {
+                    format!("|z| = {:.1}", z.abs())
+                });
                 let (stated, sigma) = (number(prior.value * factor), prior.sigma * factor);
                 format!(", stated as {stated:.4} ± {sigma:.4} ({z})")
             });

@@ -274,9 +274,7 @@ impl Entries {
             let rotary = machine.axes[*i].letter.is_rotary();
             rotary || !setup.is_angular()
         });
-        if needs_place
-            && let Some(lacking) = needed.find(|i| !given[*i])
-        {
+        if needs_place && let Some(lacking) = needed.find(|i| !given[*i]) {
             let letter = machine.axes[lacking].letter;
             let message = format!("the file does not say where {letter} stood");
             let remedy = format!(
