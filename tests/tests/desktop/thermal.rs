@@ -162,7 +162,11 @@ fn intervals_of_thermal_parameters_cover_whatever_lags_were_dropped() {
             ("EB0Z", "column", 4e-6 * (0.5 + part(5)), 1200.0),
         ];
         let [fast, slow, scale, tilt] = truth.map(|(_, sensor, per_kelvin, lag)| {
-            format!("{{ per_kelvin = {per_kelvin:e}, sensor = \"{sensor}\", lag_s = {lag:.3}, reference_celsius = 21.0 }}")
+            let lag = match lag > 0.0 {
+                true => format!("lag_s = {lag:.3}, "),
+                false => String::new(),
+            };
+            format!("{{ per_kelvin = {per_kelvin:e}, sensor = \"{sensor}\", {lag}reference_celsius = 21.0 }}")
         });
         let text = format!(
             "machine = \"Mill that warms up\"\n[thermal]\nEZ0S = [{fast}, {slow}]\nEXX1 = {scale}\nEB0Z = {tilt}\n"

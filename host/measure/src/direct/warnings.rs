@@ -46,7 +46,7 @@ pub enum Doubt {
         /// The part that is missing (deg).
         gap: f64,
     },
-    /// All readings are another quantity than declared.
+    /// All readings are in another unit than declared.
     #[error("the readings of {} {what}", .axis)]
     Misread {
         /// The measurement (by index).
@@ -201,10 +201,8 @@ const GROSS_ANGLE: f64 = 5e-3;
 const FINE: f64 = 5e-5;
 /// Less than this part of that is rounding, of simulated readings without noise.
 const ROUNDED: f64 = 6e-3;
-/// Readings follow the targets if no more than this part of them is left.
-const FOLLOWS: f64 = 2e-3;
 
-/// Readings that are another quantity than their file declares.
+/// Readings that are in another unit than their file declares.
 fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
     let axis = machine.axes[line.setup.moved].letter;
     let is_angle = line.setup.is_angular();
@@ -220,37 +218,6 @@ fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
             remedy,
         })
     };
-    if let (false, true) = (axis.is_rotary(), line.setup.is_positioning())
-        && let Some(slope) = follows(line)
-    {
-        // Deviations that are proportional to the target, to a thousandth of themselves: positions.
-        let near = |factor: f64| (slope / factor - 1.0).abs() < FOLLOWS;
-        for (factor, what) in [
-            (
-                1.0,
-                "are the positions themselves, not deviations from them",
-            ),
-            (
-                1e-3,
-                "are the positions in mm, declared as deviations in µm",
-            ),
-            (
-                -1.0,
-                "are positions that count the other way, not deviations",
-            ),
-            (
-                1e-3 - 1.0,
-                "are positions in mm, declared as µm, or targets and readings have different units",
-            ),
-        ] {
-            if near(factor) {
-                return doubt(
-                    what.to_owned(),
-                    "write `reads_position = true` and the unit of the readings, if they are positions; else correct `reads`",
-                );
-            }
-        }
-    }
     let all = line.columns.iter().flat_map(|column| &column.readings);
     let low = all.clone().copied().fold(f64::INFINITY, f64::min);
     let high = all.copied().fold(f64::NEG_INFINITY, f64::max);
@@ -277,27 +244,6 @@ fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
         );
     }
     None
-}
-
-/// The slope of the readings over the targets, if they follow these.
-fn follows(line: &Line) -> Option<f64> {
-    let rows = line.columns.iter().flat_map(|column| {
-        let targets = line.targets.iter();
-        targets.zip(&column.readings).map(|(t, r)| (*t, *r))
-    });
-    let rows: Vec<(f64, f64)> = rows.collect();
-    let count = rows.len() as f64;
-    let [t, r] = rows
-        .iter()
-        .fold([0.0; 2], |[a, b], (t, r)| [a + t / count, b + r / count]);
-    let centred = rows.iter().map(|(a, b)| (a - t, b - r));
-    let (mut tt, mut tr, mut rr) = (0.0, 0.0, 0.0);
-    for (a, b) in centred {
-        (tt, tr, rr) = (tt + a * a, tr + a * b, rr + b * b);
-    }
-    let slope = tr / tt;
-    let left = (rr - slope * tr).max(0.0).sqrt();
-    (slope.is_finite() && left < FOLLOWS * rr.sqrt()).then_some(slope)
 }
 
 /// Tabulated straightness with a slope, together with a squareness of the same axes: [`Doubt::Slope`], whatever the
