@@ -31,8 +31,6 @@ const LITTLE: f64 = 0.01;
 const APART: f64 = 3.0;
 /// No lag is as close to others as this one (s).
 const NO_LAG: f64 = 30.0;
-/// A term is another one if the model absorbs no more than all but this part of the squares of its effect.
-const NEW: f64 = 1e-6;
 /// Relative change of a lag for its derivative.
 const SMALL: f64 = 0.01;
 
@@ -433,7 +431,6 @@ impl<'p> Search<'p> {
                 log: self.log.clone(),
                 inputs,
                 terms,
-                widening: self.widening(&groups),
                 kelvin,
                 left: (!groups.is_empty()).then(|| band(&cycles, with)),
             },
@@ -445,12 +442,13 @@ impl<'p> Search<'p> {
         })
     }
 
-    /// All columns, and those of the logarithms of lags, with the place of each group's.
-    fn with_lags(&self, groups: &[Group]) -> (DMatrix<f64>, Vec<Option<usize>>) {
-        let solution = self.gram(groups).solution();
+    /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
+    fn lag_uncertainty(&self, groups: &[Group]) -> Vec<Option<f64>> {
+        let gram = self.gram(groups);
+        let solution = gram.solution();
         let mut matrix = self.matrix(groups);
         let mut next = self.fixed.ncols();
-        let mut places = Vec::new();
+        let mut columns = Vec::new();
         for group in groups {
             if group.lag > 0.0 {
                 let [more, less] = [1.0 + SMALL, (1.0 + SMALL).recip()]
@@ -463,100 +461,14 @@ impl<'p> Search<'p> {
                 let at = matrix.ncols();
                 matrix = matrix.insert_column(at, 0.0);
                 matrix.set_column(at, &effect);
-                places.push(Some(at));
+                columns.push(Some(at));
             } else {
-                places.push(None);
+                columns.push(None);
             }
             next += group.parameters.len();
         }
-        (matrix, places)
-    }
-
-    /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
-    fn lag_uncertainty(&self, groups: &[Group]) -> Vec<Option<f64>> {
-        let (matrix, places) = self.with_lags(groups);
         let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
-        places.iter().map(|c| c.map(|c| deviations[c])).collect()
-    }
-
-    /// How many times its uncertainty with these groups the uncertainty of each term is, if it includes that of the lags and
-    /// of the choice: the unconditional standard error of Buckland, Burnham and Augustin (Biometrics 53, 1997), eq. 9, over
-    /// the model and each that has one term more, of the same sensors with any lag. Half of the prior probability is that
-    /// nothing is missing; the others share the rest. Weights are those of Akaike's criterion.
-    fn widening(&self, groups: &[Group]) -> Vec<f64> {
-        let first = self.fixed.ncols();
-        let count: usize = groups.iter().map(|g| g.parameters.len()).sum();
-        let terms = first..first + count;
-        let alone = Gram::new(&self.matrix(groups), &self.residuals, &self.split).deviations();
-        let (matrix, _) = self.with_lags(groups);
-        let lengths: Vec<f64> = matrix
-            .column_iter()
-            .map(|c| c.norm().max(f64::MIN_POSITIVE))
-            .collect();
-        let mut scaled = matrix;
-        for (mut column, length) in scaled.column_iter_mut().zip(&lengths) {
-            column /= *length;
-        }
-        let unknowns = scaled.ncols();
-        let (space, upper) = scaled.qr().unpack();
-        let left = &self.residuals - &space * space.tr_mul(&self.residuals);
-        let freedom = left.len().saturating_sub(unknowns).max(1);
-        let variance = left.norm_squared() / freedom as f64;
-        let Some(inverse) = upper.try_inverse() else {
-            return vec![1.0; count];
-        };
-        // Of each term, the standard uncertainty with its lags.
-        let with_lags: Vec<f64> = (terms.clone())
-            .map(|i| (variance * inverse.row(i).norm_squared()).sqrt() / lengths[i])
-            .collect();
-        let mut sensors: Vec<usize> = groups.iter().map(|g| g.sensor).collect();
-        sensors.sort_unstable();
-        sensors.dedup();
-        let mut more: Vec<(f64, Vec<f64>)> = Vec::new();
-        for sensor in sensors {
-            // Its own lags with the parameters that were left out, and other lags with all of them.
-            let own = groups.iter().filter(|g| g.sensor == sensor).map(|g| g.lag);
-            let others = LAGS
-                .into_iter()
-                .filter(|lag| is_apart(groups, sensor, *lag));
-            for lag in own.chain(others) {
-                let kelvin = self.kelvin(sensor, lag);
-                for p in 0..self.candidates.len() {
-                    let is_in =
-                        |g: &Group| g.sensor == sensor && g.lag == lag && g.parameters.contains(&p);
-                    if groups.iter().any(is_in) {
-                        continue;
-                    }
-                    let column = self.columns.column(p).component_mul(&kelvin);
-                    let within = space.tr_mul(&column);
-                    let free = &column - &space * &within;
-                    let square = free.norm_squared();
-                    if square.is_nan() || square < NEW * column.norm_squared() {
-                        continue;
-                    }
-                    let value = -free.dot(&left) / square;
-                    let gain = value * value * square / variance;
-                    let pull = &inverse * within;
-                    let errors = terms.clone().zip(&with_lags).map(|(i, own)| {
-                        let pull = pull[i] / lengths[i];
-                        (own * own + pull * pull * (variance / square + value * value)).sqrt()
-                    });
-                    // Akaike: 2 for the unknown.
-                    more.push((0.5 * gain - 1.0, errors.collect()));
-                }
-            }
-        }
-        let most = more.iter().map(|(log, _)| *log).fold(0.0, f64::max);
-        let share = 1.0 / more.len().max(1) as f64;
-        let weight = |log: f64| share * libm::exp(log - most);
-        let whole = libm::exp(-most) + more.iter().map(|(log, _)| weight(*log)).sum::<f64>();
-        (0..count)
-            .map(|k| {
-                let others = more.iter().map(|(log, errors)| weight(*log) * errors[k]);
-                let error = (libm::exp(-most) * with_lags[k] + others.sum::<f64>()) / whole;
-                (error / alone[first + k].max(f64::MIN_POSITIVE)).max(1.0)
-            })
-            .collect()
+        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
     }
 }
 
