@@ -9,9 +9,13 @@
 //! where φ is the direction around the stylus and λ its height above the equator of the tip. Terms in sin λ, cos φ·cos λ and
 //! sin φ·cos λ are those of another place of the tip, and are in it.
 
+mod suspects;
+
 use crate::formats::probe::{Lobe, ProbeFile, Spherical};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::fmt;
+pub use suspects::Suspect;
+use suspects::suspects;
 use trueaxis_kinematics::Nominal;
 use trueaxis_model::machine::{Machine, PerAxis};
 
@@ -26,6 +30,8 @@ pub struct Known {
     pub place: Option<(Vector3<f64>, f64)>,
     /// Where the tip is about, in the spindle frame (mm).
     pub tip: Vector3<f64>,
+    /// Nominal radius of the tip (mm), if it is stated.
+    pub stylus: Option<f64>,
     /// Highest order of the lobes.
     pub orders: usize,
 }
@@ -87,6 +93,8 @@ pub struct Qualified {
     pub undetermined: Vec<Unknown>,
     /// The touch that fits least, counted from 0, and what it is off (mm).
     pub worst: (usize, f64),
+    /// Touches that do not fit the others, and a ball that was moved.
+    pub suspects: Vec<Suspect>,
 }
 
 /// Why touches qualify nothing.
@@ -111,6 +119,28 @@ pub enum QualifyError {
         /// The distance (mm).
         off: f64,
     },
+    /// The ball was moved between rotary positions.
+    #[error(
+        "{off:.2} mm are between where the rotary positions see the ball, {rest:.3} mm without that of touch {touch}: no errors of a working machine are as large"
+    )]
+    Moved {
+        /// Root mean square distance (mm) with all rotary positions.
+        off: f64,
+        /// The same without the one that does not fit.
+        rest: f64,
+        /// Its first touch, counted from 1.
+        touch: usize,
+    },
+    /// The diameters of ball and tip are not those that were touched.
+    #[error(
+        "ball and tip measure {found:.3} mm together (both diameters), but {stated:.3} mm are stated: {}", if *.found > *.stated { "pre-travel makes them smaller, not larger" } else { "no pre-travel is as large" }
+    )]
+    OtherSize {
+        /// Sum of the stated diameters (mm).
+        stated: f64,
+        /// Sum of the diameters found (mm).
+        found: f64,
+    },
     /// No touch is where the ball can be.
     #[error(
         "the touches are no part of a ball of {radius:.3} mm with the tip: one is off by {off:.3} mm"
@@ -130,6 +160,14 @@ const STILL: f64 = 1e-10;
 const ZERO: f64 = 1e-4;
 /// A pre-travel is less than this (mm).
 const OFF: f64 = 0.5;
+/// An effective radius is within this (mm) of the nominal one, whatever the pre-travel of a probe for machine tools, and larger
+/// by no more than this, whatever the scales of the machine.
+const PRE_TRAVEL: f64 = 0.1;
+const LARGER: f64 = 0.02;
+/// Rotary positions that see the ball farther apart (mm, root mean square) than any errors of a working machine; the ball was
+/// moved if one of them explains it down to this fraction.
+const GROSS: f64 = 0.3;
+const EXPLAINS: f64 = 0.2;
 /// A tip is within this of its stated place, and a ball of its place, whatever the errors of the machine (mm).
 const ELSEWHERE: f64 = 5.0;
 /// No step is as long (mm).
@@ -166,6 +204,7 @@ pub fn qualify(
         }
     }
     undetermined.reverse();
+    fit.is_stated_size()?;
     fit.qualified(undetermined)
 }
 
@@ -389,6 +428,16 @@ impl<'a> Fit<'a> {
         let squares: f64 = centres.filter_map(&of).map(|u| u * u).sum();
         let of_centre = (squares / (3 * self.groups.len()) as f64).sqrt().max(LEAST);
         let tip = self.tip(of_centre)?;
+        self.has_stayed(tip.apart, of_centre)?;
+        let groups: Vec<Vec<(usize, Vector3<f64>)>> = (self.groups.iter())
+            .map(|group| {
+                let out = |point: &Vector3<f64>| (point - group.centre).normalize();
+                (group.points.iter())
+                    .map(|(touch, p)| (*touch, out(p)))
+                    .collect()
+            })
+            .collect();
+        let suspects = suspects(&left, &by, &groups);
         let offsets = tip.offset.iter().flatten().map(|(offset, _)| offset.abs());
         let off = offsets.chain(tip.apart).fold(0.0, f64::max);
         if off > ELSEWHERE {
@@ -434,17 +483,58 @@ impl<'a> Fit<'a> {
             noise,
             touches: self.touches,
             worst: (worst, left[worst]),
+            suspects,
             undetermined,
         })
     }
 
-    /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
+    /// Refuses diameters of ball and tip that are not the touched ones.
+    fn is_stated_size(&self) -> Result<(), QualifyError> {
+        let Some(stylus) = self.known.stylus else {
+            return Ok(());
+        };
+        match self.radius > stylus + LARGER || self.radius < stylus - PRE_TRAVEL {
+            true => Err(QualifyError::OtherSize {
+                stated: 2.0 * (self.known.radius + stylus),
+                found: 2.0 * (self.known.radius + self.radius),
+            }),
+            false => Ok(()),
+        }
+    }
+
+    /// Refuses a ball that was moved between two rotary positions, farther than the errors of a machine do.
+    fn has_stayed(&self, apart: Option<f64>, of_centre: f64) -> Result<(), QualifyError> {
+        let Some(off) = apart.filter(|off| *off > GROSS) else {
+            return Ok(());
+        };
+        let without = |number: usize| {
+            let other = (self.groups.iter().enumerate()).filter(|(i, _)| *i != number);
+            let groups: Vec<&Group> = other.map(|(_, group)| group).collect();
+            let rest = self.tip_of(&groups, of_centre).ok()?.apart?;
+            Some((rest, number))
+        };
+        let all = (0..self.groups.len()).filter_map(without);
+        match all.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((rest, number)) if rest < EXPLAINS * off => Err(QualifyError::Moved {
+                off,
+                rest,
+                touch: self.groups[number].points[0].0 + 1,
+            }),
+            _ => Ok(()),
+        }
+    }
+
     fn tip(&self, of_centre: f64) -> Result<Tip, QualifyError> {
+        self.tip_of(&self.groups.iter().collect::<Vec<_>>(), of_centre)
+    }
+
+    /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
+    fn tip_of(&self, groups: &[&Group], of_centre: f64) -> Result<Tip, QualifyError> {
         let stated = self.known.place;
-        let rows = 3 * self.groups.len() + stated.map_or(0, |_| 3);
+        let rows = 3 * groups.len() + stated.map_or(0, |_| 3);
         let mut seen = DVector::zeros(rows);
         let mut all = DMatrix::zeros(rows, 6);
-        for (number, group) in self.groups.iter().enumerate() {
+        for (number, group) in groups.iter().enumerate() {
             let at = 3 * number;
             seen.rows_mut(at, 3).copy_from(&(group.centre / of_centre));
             let unit = Matrix3::identity() / of_centre;
@@ -490,7 +580,7 @@ impl<'a> Fit<'a> {
                 let at = kept.iter().position(|u| *u == Unknown::Tip(k))?;
                 Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
             }),
-            apart: (free > 0 && self.groups.len() > 1).then_some(square.sqrt() * of_centre),
+            apart: (free > 0 && groups.len() > 1).then_some(square.sqrt() * of_centre),
         })
     }
 }
@@ -599,6 +689,7 @@ mod tests {
             radius_uncertainty: 0.0,
             place: None,
             tip: Vector3::new(0.0, 0.0, -100.0),
+            stylus: None,
             orders: 4,
         }
     }
@@ -741,5 +832,83 @@ mod tests {
         );
         let few = qualify(&machine(), &known(), &one[..4]);
         assert!(matches!(few, Err(QualifyError::TooFew { .. })), "{few:?}");
+    }
+
+    #[test]
+    fn a_touch_that_is_off_is_named_with_its_size() {
+        let truth = truth();
+        for seed in 0..20 {
+            let mut touches = touches(&truth, &SEVERAL, &LATITUDES, NOISE, seed);
+            let good = qualify(&machine(), &known(), &touches).unwrap();
+            assert_eq!(good.suspects, [], "{seed}");
+            // Touch 14 is the second at 45°, at 30° around; 0.030 mm farther out along X and Y.
+            let out = 0.030 * libm::cos(45_f64.to_radians());
+            touches[14][2] += out * libm::cos(30_f64.to_radians());
+            touches[14][3] += out * libm::sin(30_f64.to_radians());
+            touches[14][4] += out;
+            let found = qualify(&machine(), &known(), &touches).unwrap();
+            // 0.5 µm of noise.
+            assert!(
+                matches!(found.suspects[..], [Suspect::Touch(14, off)] if (off - 0.030).abs() < 0.003),
+                "{seed}: {:?}",
+                found.suspects
+            );
+        }
+    }
+
+    #[test]
+    fn a_ball_that_was_moved_is_named() {
+        let truth = truth();
+        let moved = Truth {
+            centre: truth.centre + Vector3::new(0.03, 0.0, -0.02),
+            ..self::truth()
+        };
+        let [before, after] = [&truth, &moved].map(|t| touches(t, &SEVERAL, &LATITUDES, NOISE, 3));
+        // Within a rotary position: half of the touches around.
+        let within = [&before[..8], &after[8..]].concat();
+        let found = qualify(&machine(), &known(), &within).unwrap();
+        let [Suspect::Moved(first, by)] = found.suspects[..] else {
+            panic!("{:?}", found.suspects)
+        };
+        assert!((7..=9).contains(&first), "{first}");
+        assert!((by - Vector3::new(0.03, 0.0, -0.02)).norm() < 0.01, "{by}");
+        // Between two rotary positions, by more than a machine may be off.
+        let four = [[0.0, 0.0], [40.0, 0.0], [0.0, 120.0], [-30.0, 60.0]];
+        let far = Truth {
+            centre: truth.centre + Vector3::new(2.0, 1.0, 0.0),
+            ..self::truth()
+        };
+        let [before, after] = [&truth, &far].map(|t| touches(t, &four, &LATITUDES, NOISE, 3));
+        let between = [&before[..75], &after[75..]].concat();
+        let refused = qualify(&machine(), &known(), &between);
+        assert!(
+            matches!(refused, Err(QualifyError::Moved { touch: 76, .. })),
+            "{refused:?}"
+        );
+    }
+
+    #[test]
+    fn another_diameter_is_refused_if_that_of_the_tip_is_stated() {
+        let truth = truth();
+        let touches = touches(&truth, &SEVERAL, &LATITUDES, NOISE, 1);
+        let of = |ball: f64, stylus: Option<f64>| {
+            let known = Known {
+                radius: ball / 2.0,
+                stylus,
+                ..known()
+            };
+            qualify(&machine(), &known, &touches)
+        };
+        assert!(of(20.0, Some(3.0)).is_ok());
+        for ball in [19.8, 20.3, 25.0] {
+            // Nothing else shows it.
+            assert!(of(ball, None).is_ok());
+            let refused = of(ball, Some(3.0));
+            assert!(
+                matches!(refused, Err(QualifyError::OtherSize { stated, found })
+                    if (stated - ball - 6.0).abs() < 1e-9 && (found - 25.974).abs() < 0.01),
+                "{refused:?}"
+            );
+        }
     }
 }

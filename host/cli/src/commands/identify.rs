@@ -24,8 +24,8 @@ use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Lacking, Level, Model, ModelError,
     NotKnown, Options, Problem, Published, Stated, Suspicion, Warmed, automatic, compensability,
-    drifting, error_file, held_out, honesty, identify, lacking, lacks, misplaced, published, snoop,
-    stated, without,
+    contradicted, drifting, error_file, held_out, honesty, identify, lacking, lacks, misplaced,
+    published, snoop, stated, unseen_senses, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
 use trueaxis_model::errors::covariance;
@@ -305,6 +305,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         missing: problem
             .missing()
             .map_err(|e| arguments.not_identified(&e))?,
+        unseen_senses: unseen_senses(&problem),
     };
     let name = covariances
         .as_deref()
@@ -375,6 +376,8 @@ struct Found<'a> {
     kept: Option<(&'a [Measurement], &'a DirectResult)>,
     /// The motion that the model lacks, if one explains the residuals.
     lacking: Option<Lacking>,
+    /// Axes that may count the other way for all that the probings show.
+    unseen_senses: Option<String>,
 }
 
 /// A result is doubtful if a larger part of the rows is suspicious.
@@ -396,7 +399,11 @@ impl Found<'_> {
         let rows = self.identified.rows.iter().chain(&self.identified.observed);
         let most = SUSPECTED * rows.clone().count() as f64;
         let untrusted = rows.filter(|row| !row.is_trusted);
-        is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
+        let is_contradicted = !contradicted(self.identified).is_empty();
+        is_contradicted
+            || is_group
+            || untrusted.count() as f64 > most
+            || self.suspicions.len() as f64 > most
     }
 
     /// True if a motion that the model lacks is why rows fit badly.

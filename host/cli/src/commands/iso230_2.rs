@@ -14,7 +14,8 @@ use trueaxis_model::machine::Machine;
 ///
 /// Deviations are those of the tool relative to the workpiece in the direction of a positive command, whatever the
 /// instrument counts as positive. With -o, also writes error motions: a table for each direction of travel, or with
-/// --one-number their mean and half of the mean reversal value. This is `trueaxis measured` for one kind of file.
+/// --one-number their mean and half of the mean reversal value; the files must then say where the other axes stood (at).
+/// The standard asks for five runs in each direction. This is `trueaxis measured` for one kind of file.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis iso230-2 machine.toml x.csv y.csv -o errors.toml\n\n\
@@ -30,7 +31,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let (machine, measurements) = arguments.files.read()?;
+    let (machine, measurements) = arguments.files.read(true)?;
     let evaluated: Vec<(String, Line, Analysis)> = positioning(&measurements)?
         .into_iter()
         .map(|(name, line)| (name.to_owned(), line.clone(), analysis(line)))
@@ -103,6 +104,9 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
             show(t.both)
         );
     }
+    if let Some(reason) = not_to_the_standard(found) {
+        text += &format!("\nnot to ISO 230-2: {reason}\n");
+    }
     text += "\n                                        ↑        ↓     both\n";
     let mut row = |what: &str, one: [Option<f64>; 2], both: Option<f64>| {
         let [up, down] = one.map(show);
@@ -126,6 +130,17 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
     text
 }
 
+/// Number of runs in each direction that the standard asks for (ISO 230-2, 5.3.2).
+const RUNS: usize = 5;
+
+/// Why figures are not those of the standard.
+fn not_to_the_standard(found: &Analysis) -> Option<String> {
+    let [up, down] = found.runs;
+    (up.max(down) < RUNS || up.min(down) != 0 && up.min(down) < RUNS).then(|| {
+        format!("it asks for {RUNS} runs in each direction, these are {up} ↑ and {down} ↓")
+    })
+}
+
 /// The results as JSON, in µm and µrad.
 #[derive(Serialize)]
 struct One<'a> {
@@ -133,6 +148,8 @@ struct One<'a> {
     axis: char,
     unit: &'static str,
     runs: [usize; 2],
+    /// Why these figures are not those of the standard.
+    not_to_the_standard: Option<String>,
     targets: Vec<AtTarget>,
     accuracy: [Option<f64>; 3],
     systematic_deviation: [Option<f64>; 3],
@@ -161,6 +178,7 @@ impl<'a> One<'a> {
             axis: machine.axes[line.setup.moved].letter.char(),
             unit,
             runs: found.runs,
+            not_to_the_standard: not_to_the_standard(found),
             targets: (found.targets.iter())
                 .map(|t| AtTarget {
                     target: t.target,

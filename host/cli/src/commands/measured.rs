@@ -70,7 +70,8 @@ pub struct Imported {
 }
 
 impl Files {
-    pub fn read(&self) -> Result<(Machine, Vec<Measurement>), BadInput> {
+    /// Reads all files. They need not say where other axes stood if nothing is written (`is_evaluated`).
+    pub fn read(&self, is_evaluated: bool) -> Result<(Machine, Vec<Measurement>), BadInput> {
         let others = [Some(&self.machine), self.update.as_ref()];
         let inputs = others.into_iter().flatten().chain(&self.runs);
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
@@ -87,7 +88,11 @@ impl Files {
                     "give it to `trueaxis identify`, together with these runs: trueaxis identify machine.toml x.csv circle.csv -o errors.toml",
                 ));
             }
-            let measured = runs::read(&text.text, &machine).map_err(|e| text.bad(e))?;
+            let read = match is_evaluated && self.output.is_none() {
+                true => runs::read_anywhere,
+                false => runs::read,
+            };
+            let measured = read(&text.text, &machine).map_err(|e| text.bad(e))?;
             let name = text.name;
             measurements.push(Measurement { name, measured });
         }
@@ -171,7 +176,7 @@ pub fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let (machine, measurements) = arguments.files.read()?;
+    let (machine, measurements) = arguments.files.read(false)?;
     let imported = arguments.files.import(machine, measurements)?;
     match arguments.json {
         true => files::print_json(&Answer::new(&imported))?,

@@ -9,20 +9,21 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probe::ORDERS;
-use trueaxis_measure::qualify::{Known, Qualified, QualifyError, qualify};
-use trueaxis_measure::spheres::read_log;
+use trueaxis_measure::qualify::{Known, Qualified, QualifyError, Suspect, qualify};
+use trueaxis_measure::spheres::{Touched, read_log};
 use trueaxis_model::machine::Machine;
 
 /// Qualify a touch probe by touching one ball: tip radius and pre-travel by direction, and where the tip is
 ///
 /// The effective radius of the tip is the distance from ball to tip at which the probe trips, less the radius of the
-/// ball. It depends on the direction around the stylus (lobes) and differs at the pole. Touches at two or more rotary
+/// ball. It depends on the direction around the stylus (lobes) and differs at the pole. Directions point from the ball to
+/// the tip. Touches at two or more rotary
 /// positions, or a ball whose place is known, also tell where the tip is. What the touches do not determine is named.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy poses.csv --around 12 \\\n    \
 --ball-diameter 20 --stylus-diameter 6 -o ball.csv\n  \
-trueaxis qualify machine.toml ball.csv --ball-diameter 20 -o probe.toml\n  \
+trueaxis qualify machine.toml ball.csv --ball-diameter 20 --stylus-diameter 6 -o probe.toml\n  \
 trueaxis probings machine.toml touches.csv --strategy strategy.csv --probe probe.toml -o probings.csv\n\n\
 All touches are of one ball, with the spindle at 0. poses.csv has a line for each rotary position: ball,A,C"
 )]
@@ -37,6 +38,9 @@ pub struct Arguments {
     /// Its standard uncertainty
     #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
     ball_uncertainty: f64,
+    /// Diameter of the stylus tip, as it is stated: shows a wrong diameter of the ball
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    stylus_diameter: Option<f64>,
     /// Where the ball is (artefact.toml with nominal_mm of this ball), if that is known
     #[arg(
         long,
@@ -84,6 +88,7 @@ struct Answer {
     positions: usize,
     ball_apart_um: Option<f64>,
     undetermined: Vec<String>,
+    suspected: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -112,6 +117,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             QualifyError::Elsewhere { .. } => {
                 "give the log of touches of one ball; check tip_mm, and which way each rotary axis counts in the machine file"
             }
+            QualifyError::Moved { .. } => {
+                "look whether the ball is loose, and touch it again, or leave out the touches of that rotary position"
+            }
+            QualifyError::OtherSize { .. } => "correct --ball-diameter or --stylus-diameter",
             QualifyError::NotTheBall { .. } => {
                 "give the log of touches of one ball, and its diameter; a touch of something else has to be taken out"
             }
@@ -122,16 +131,46 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write(output, found.file.to_toml().as_bytes())?;
     }
     if arguments.json {
-        files::print_json(&answer(&found))?;
-        return Ok(Outcome::Done);
+        files::print_json(&answer(&found, &log))?;
+        return Ok(outcome(&found));
     }
     let line = log[found.worst.0].line;
-    let mut said = screen(&found, line, known.place.is_some());
+    let mut said = screen(&found, line, &known);
     if let Some(output) = &arguments.output {
         said += &format!("{}: written\n", output.display());
     }
     files::print(&said)?;
-    Ok(Outcome::Done)
+    for suspicion in suspicions(&found, &log) {
+        eprintln!("warning: {suspicion}");
+    }
+    Ok(outcome(&found))
+}
+
+fn outcome(found: &Qualified) -> Outcome {
+    match found.suspects.is_empty() {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
+    }
+}
+
+/// A sentence about each suspect.
+fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
+    let sentence = |suspect: &Suspect| match suspect {
+        Suspect::Touch(touch, off) => format!(
+            "line {}: this touch is {:+.1} µm from where the others put the ball: look at it, and remove it if it is wrong",
+            log[*touch].line,
+            off * 1e3
+        ),
+        Suspect::Moved(touch, by) => format!(
+            "the ball was moved by {:.1} µm (x {:.1}, y {:.1}, z {:.1}) before line {}: look whether it is loose, and touch it again",
+            by.norm() * 1e3,
+            by.x * 1e3,
+            by.y * 1e3,
+            by.z * 1e3,
+            log[*touch].line
+        ),
+    };
+    found.suspects.iter().map(sentence).collect()
 }
 
 impl Arguments {
@@ -141,6 +180,7 @@ impl Arguments {
             radius_uncertainty: self.ball_uncertainty * 0.5e-3,
             place: None,
             tip: machine.tip.into(),
+            stylus: self.stylus_diameter.map(|diameter| diameter / 2.0),
             orders: self.orders,
         };
         if let (Some(path), Some(name), Some(uncertainty)) =
@@ -164,7 +204,7 @@ impl Arguments {
     }
 }
 
-fn answer(found: &Qualified) -> Answer {
+fn answer(found: &Qualified, log: &[Touched]) -> Answer {
     let file = &found.file;
     let um = |mm: f64| mm * 1e3;
     let lobe = |lobe: &trueaxis_measure::formats::probe::Lobe| LobeAnswer {
@@ -186,10 +226,11 @@ fn answer(found: &Qualified) -> Answer {
         positions: found.positions,
         ball_apart_um: found.apart.map(um),
         undetermined: found.undetermined.iter().map(ToString::to_string).collect(),
+        suspected: suspicions(found, log),
     }
 }
 
-fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
+fn screen(found: &Qualified, worst: usize, known: &Known) -> String {
     let file = &found.file;
     let um = |mm: f64| mm * 1e3;
     let mut text = format!(
@@ -214,7 +255,7 @@ fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
     }
     for lobe in &file.shape.lobes {
         text += &format!(
-            "  order {}       {:>10.2} µm {:>8.2} µm, largest at {:.0}°\n",
+            "  order {}       {:>10.2} µm {:>8.2} µm, largest at {:.0}° (from ball to tip)\n",
             lobe.order,
             um(libm::hypot(lobe.cosine, lobe.sine)),
             um(lobe.uncertainty),
@@ -235,8 +276,11 @@ fn screen(found: &Qualified, worst: usize, has_place: bool) -> String {
             "the rotary positions see the ball {:.2} µm apart (rms): errors of the machine, and in what is said of the tip\n",
             um(apart)
         );
-    } else if !has_place && file.tip.iter().any(Option::is_some) {
+    } else if known.place.is_none() && file.tip.iter().any(Option::is_some) {
         text += "where the tip is rests on where the rotary axes are: their errors are not in its uncertainty\n";
+    }
+    if known.stylus.is_none() {
+        text += "the radius rests on --ball-diameter alone: --stylus-diameter would show an error of it\n";
     }
     if !found.undetermined.is_empty() {
         let names: Vec<String> = found.undetermined.iter().map(ToString::to_string).collect();

@@ -24,6 +24,7 @@ mod linuxcnc_probe;
 mod linuxcnc_start;
 mod measured;
 mod mill;
+mod misread;
 mod mistakes;
 mod observations;
 mod outside;

@@ -498,3 +498,88 @@ fn positions_are_no_deviations_but_can_be_read_as_positions() {
         );
     }
 }
+
+/// A file of a laser along X of the Kolibri.
+fn runs(unit: &str, readings: [[f64; 2]; 3]) -> String {
+    let rows = [-80.0, 0.0, 80.0].iter().zip(readings);
+    let rows: String = rows
+        .map(|(t, [up, down])| format!("{t},{up},{down}\n"))
+        .collect();
+    format!(
+        "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"{unit}\"\n\
+         # at = {{ Y = 0.0, Z = 100.0, A = 0.0, C = 0.0 }}\ntarget,+1,-1\n{rows}"
+    )
+}
+
+#[test]
+fn readings_in_another_unit_are_named() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let said = |text: &str| {
+        let file = folder.file("x.csv", text);
+        let output = trueaxis(&["measured", &machine, &file]);
+        plain(&output.stderr)
+    };
+    let deviations = [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]];
+    let by = |factor: f64| deviations.map(|pair| pair.map(|v| v * factor));
+    let good = said(&runs("um", by(1.0)));
+    assert!(!good.contains("the readings of X"), "{good}");
+    let mm = said(&runs("mm", by(1.0)));
+    assert!(
+        mm.contains("vary by 5500 µm: no working machine does that"),
+        "{mm}"
+    );
+    let um = said(&runs("um", by(1e-3)));
+    assert!(
+        um.contains("a unit a thousand times larger they would vary by 5.50 µm"),
+        "{um}"
+    );
+}
+
+#[test]
+fn a_travel_that_is_shorter_than_the_tool_is_named() {
+    let folder = Folder::new();
+    let axes: String = ["X", "Y", "Z"]
+        .iter()
+        .map(|name| {
+            format!("[[axis]]\nname = \"{name}\"\nbranch = \"tool\"\nrange = [-0.2, 0.2]\n")
+        })
+        .collect();
+    let machine = format!(
+        "name = \"m\"\n{axes}[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -100.0]\n"
+    );
+    let machine = folder.file("machine.toml", machine);
+    let text = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 0.0, Z = 0.0 }\n\
+                target,+1,-1\n-0.1,0.1,-0.4\n0.1,2.2,1.3\n";
+    let file = folder.file("x.csv", text);
+    let said = plain(&trueaxis(&["measured", &machine, &file]).stderr);
+    assert!(
+        said.contains("X travels 0.400 mm") && said.contains("looks like metres"),
+        "{said}"
+    );
+}
+
+#[test]
+fn an_evaluation_needs_no_place_and_says_if_it_is_not_to_the_standard() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let text = runs("um", [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]]);
+    let text: String = (text.lines().filter(|line| !line.starts_with("# at")))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let file = folder.file("x.csv", text);
+    let said = answer(0, &["iso230-2", &machine, &file]);
+    assert!(
+        said.contains(
+            "not to ISO 230-2: it asks for 5 runs in each direction, these are 1 ↑ and 1 ↓"
+        ),
+        "{said}"
+    );
+    // What is written depends on it.
+    let errors = folder.at("errors.toml");
+    refused(
+        &["iso230-2", &machine, &file, "-o", &errors],
+        &["does not say where"],
+    );
+    refused(&["measured", &machine, &file], &["does not say where"]);
+}

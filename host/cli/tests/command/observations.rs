@@ -4,7 +4,7 @@ use crate::identify::probings;
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
 /// The observations of the example.
-fn observations(folder: &Folder, more: &[&str]) -> String {
+pub fn observations(folder: &Folder, more: &[&str]) -> String {
     let out = folder.at("mixed.csv");
     let files = ["machine.toml", "errors-10.toml", "observations.csv"];
     let [machine, errors, strategy] = files.map(|f| example(&format!("kolibri/{f}")));

@@ -1,6 +1,6 @@
 //! `trueaxis qualify`: from simulated touches of one ball to a probe, and what later commands make of it.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 use serde_json::Value;
 
 /// Lobes of 4.5 µm with three in a turn, and 6 µm less at the pole.
@@ -118,4 +118,43 @@ fn lobes_are_found_and_taken_out_of_other_touches() {
         ],
         &["other.toml, line 1", "was qualified on `Huron`"],
     );
+}
+
+#[test]
+fn a_wrong_touch_and_a_wrong_diameter_are_named() {
+    let folder = Folder::new();
+    folder.file("truth.toml", PROBE);
+    let machine = example("kolibri/machine.toml");
+    let poses = folder.file("poses.csv", "ball,A,C\n1,0,0\n1,30,0\n1,0,120\n");
+    let ball = folder.at("ball.log");
+    simulate(&folder, &poses, &ball, &["--around", "12"]);
+    let qualify = |ball: &str, diameter: &str| {
+        let words = ["qualify", &machine, ball, "--ball-diameter", diameter];
+        let output = trueaxis(&[&words[..], &["--stylus-diameter", "6"]].concat());
+        let said = plain(&[&output.stdout[..], &output.stderr[..]].concat());
+        (output.status.code().unwrap(), said)
+    };
+    let (code, said) = qualify(&ball, "20");
+    assert!(code == 0 && said.contains("(from ball to tip)"), "{said}");
+    // Without the diameter of the tip, nothing shows an error of that of the ball.
+    let said = answer(0, &["qualify", &machine, &ball, "--ball-diameter", "20"]);
+    assert!(
+        said.contains("--stylus-diameter would show an error"),
+        "{said}"
+    );
+    let (code, said) = qualify(&ball, "19");
+    assert!(code != 0 && said.contains("measure 26.0"), "{said}");
+    // The touch of the fourth line, 30 µm farther along each linear axis.
+    let text = std::fs::read_to_string(&ball).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut cells: Vec<String> = lines[3].split(' ').map(str::to_owned).collect();
+    for cell in &mut cells[..3] {
+        let value: f64 = cell.parse().unwrap();
+        *cell = format!("{:.6}", value + 0.03);
+    }
+    lines[3] = cells.join(" ");
+    let wrong = folder.file("wrong.log", lines.join("\n") + "\n");
+    let (code, said) = qualify(&wrong, "20");
+    let named = "warning: line 4: this touch is ";
+    assert!(code == 1 && said.contains(named), "{said}");
 }

@@ -29,6 +29,8 @@ pub struct Circle {
     pub bidirectional: Option<f64>,
     /// F: largest and smallest radius minus the nominal one, about the least-squares centre.
     pub radial: [f64; 2],
+    /// The same of each turn that was measured, about the common centre.
+    pub radial_of_turn: [Option<[f64; 2]>; 2],
     /// H: largest difference of the two turns at the same angle, about the common centre, if both were measured.
     pub hysteresis: Option<f64>,
 }
@@ -70,20 +72,23 @@ impl Circle {
             }
         }
         let is_both = deviation.iter().all(Option::is_some);
-        let extreme = |start: f64, f: fn(f64, f64) -> f64| {
-            let residuals = common.residuals.iter().copied();
-            residuals.fold(start, f) + common.radius - radius
+        let radial = |residuals: &[f64]| {
+            let (low, high) = residuals
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), r| {
+                    (low.min(*r), high.max(*r))
+                });
+            [high, low].map(|r| r + common.radius - radius)
         };
+        let (forth, back) = common.residuals.split_at(points[0].len());
         Ok(Self {
             centre: off,
             size: common.radius - radius,
             deviation,
             least_squares,
             bidirectional: is_both.then(|| band(&all, &common)).transpose()?,
-            radial: [
-                extreme(f64::NEG_INFINITY, f64::max),
-                extreme(f64::INFINITY, f64::min),
-            ],
+            radial: radial(&common.residuals),
+            radial_of_turn: [forth, back].map(|own| (!own.is_empty()).then(|| radial(own))),
             hysteresis: is_both.then(|| hysteresis(turns, &common)),
         })
     }

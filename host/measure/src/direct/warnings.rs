@@ -46,6 +46,28 @@ pub enum Doubt {
         /// The part that is missing (deg).
         gap: f64,
     },
+    /// All readings are in another unit than declared.
+    #[error("the readings of {} {what}", .axis)]
+    Misread {
+        /// The measurement (by index).
+        file: usize,
+        /// The axis that moved.
+        axis: char,
+        /// What they look like, as the end of a sentence.
+        what: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+    /// A linear axis that is shorter than the tool.
+    #[error("{axis} travels {travel:.3} mm, and the tip of the tool is {tip:.0} mm from the spindle: its range looks like {}", if *.travel < 2.0 { "metres" } else { "metres or inches" })]
+    ShortTravel {
+        /// The axis.
+        axis: char,
+        /// Its travel (mm).
+        travel: f64,
+        /// Distance of the tip (mm).
+        tip: f64,
+    },
     /// A straightness has a slope, and there is a squareness of the same two axes.
     #[error("{motion} leans by {:.1} µrad and {location} is {:.1} µrad: both are the squareness of the same axes, which may be counted twice", slope * 1e6, value * 1e6)]
     Slope {
@@ -68,7 +90,8 @@ impl Doubt {
             Self::Abbe { file, .. } | Self::Oblique { file, .. } | Self::Gap { file, .. } => {
                 Some(*file)
             }
-            Self::Slope { .. } => None,
+            Self::Misread { file, .. } => Some(*file),
+            Self::Slope { .. } | Self::ShortTravel { .. } => None,
         }
     }
 
@@ -80,6 +103,10 @@ impl Doubt {
                 "measure it too, or pass what is known about it with --update: the result holds on the measured line"
             }
             Self::Oblique { .. } => "measure it too, or pass what is known about it with --update",
+            Self::Misread { remedy, .. } => remedy,
+            Self::ShortTravel { .. } => {
+                "write `range` and all other lengths of the machine file in mm; if the axis is as short, ignore this"
+            }
             Self::Gap { .. } => "measure the whole turn if that matters",
             Self::Slope { .. } => {
                 "take the slope off the straightness, or leave the squareness out; or write `slopes_beside_squareness = true` into the file if they belong together"
@@ -103,7 +130,8 @@ pub fn doubts(
     motions: &[FoundMotion],
     errors: &ErrorModel,
 ) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+    let mut doubts = short(machine);
+    doubts.extend((lines.iter()).filter_map(|(file, line)| misread(machine, *file, line)));
     for (file, line) in lines.iter().filter(|(_, line)| !line.setup.is_angular()) {
         let axis = line.setup.moved;
         let from = motions.iter().find(|m| m.from == *file);
@@ -149,6 +177,73 @@ pub fn doubts(
     }
     doubts.extend(counted_twice(machine, errors));
     doubts
+}
+
+/// A linear travel (mm) is shorter than that of any machine tool with a tool of this length (mm).
+const SHORT: f64 = 10.0;
+
+fn short(machine: &Machine) -> Vec<Doubt> {
+    let tip = nalgebra::Vector3::from(machine.tip).norm();
+    let linear = machine.axes.iter().filter(|a| !a.letter.is_rotary());
+    let short = linear.filter(|a| (a.travel[1] - a.travel[0]).abs() < SHORT && tip > SHORT);
+    let doubt = short.map(|axis| Doubt::ShortTravel {
+        axis: axis.letter.char(),
+        travel: axis.travel[1] - axis.travel[0],
+        tip,
+    });
+    doubt.collect()
+}
+
+/// Deviations of a working machine are less than this (mm or rad) ...
+const GROSS: f64 = 0.3;
+const GROSS_ANGLE: f64 = 5e-3;
+/// ... and scatter over runs and targets by more than this (mm or rad): the resolution of any instrument for machine tools.
+const FINE: f64 = 5e-5;
+/// Less than this part of that is rounding, of simulated readings without noise.
+const ROUNDED: f64 = 6e-3;
+
+/// Readings that are in another unit than their file declares.
+fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
+    let axis = machine.axes[line.setup.moved].letter;
+    let is_angle = line.setup.is_angular();
+    let (gross, unit) = match is_angle {
+        true => (GROSS_ANGLE, "µrad"),
+        false => (GROSS, "µm"),
+    };
+    let doubt = |what: String, remedy: &'static str| {
+        Some(Doubt::Misread {
+            file,
+            axis: axis.char(),
+            what,
+            remedy,
+        })
+    };
+    let all = line.columns.iter().flat_map(|column| &column.readings);
+    let low = all.clone().copied().fold(f64::INFINITY, f64::min);
+    let high = all.copied().fold(f64::NEG_INFINITY, f64::max);
+    let range = high - low;
+    if range > gross {
+        return doubt(
+            format!(
+                "vary by {:.0} {unit}: no working machine does that, and with a unit a thousand times smaller they would vary by {:.2} {unit}",
+                range * if is_angle { 1e6 } else { 1e3 },
+                range * if is_angle { 1e3 } else { 1.0 }
+            ),
+            "correct `unit`, if it is another one",
+        );
+    }
+    let fine = FINE * if is_angle { 1e-3 } else { 1.0 };
+    if range > fine * ROUNDED && range < fine {
+        return doubt(
+            format!(
+                "vary by {:.4} {unit} in all: no machine is as good, and in a unit a thousand times larger they would vary by {:.2} {unit}",
+                range * if is_angle { 1e6 } else { 1e3 },
+                range * if is_angle { 1e9 } else { 1e6 }
+            ),
+            "correct `unit`, if it is another one: \"mm\" for readings in mm",
+        );
+    }
+    None
 }
 
 /// Tabulated straightness with a slope, together with a squareness of the same axes: [`Doubt::Slope`], whatever the

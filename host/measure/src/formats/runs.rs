@@ -28,7 +28,20 @@ use trueaxis_model::source::FileError;
 /// axes, an invalid direction; whatever [`Table`](trueaxis_model::formats::csv::Table) refuses, a column without
 /// direction, targets that do not increase or are outside the travel.
 pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
-    let (heading, start) = Heading::read(text, machine)?;
+    opened(text, machine, true)
+}
+
+/// The same for an evaluation of the readings by themselves: the file need not say where the other axes stood, which are
+/// then at their positions nearest to zero.
+///
+/// # Errors
+/// As for [`read`].
+pub fn read_anywhere(text: &str, machine: &Machine) -> Result<Measured, FileError> {
+    opened(text, machine, false)
+}
+
+fn opened(text: &str, machine: &Machine, needs_place: bool) -> Result<Measured, FileError> {
+    let (heading, start) = Heading::read(text, machine, needs_place)?;
     match heading.square {
         None => {
             let setup = heading.line()?;

@@ -18,9 +18,9 @@ pub struct Mistake {
 
 /// Mistakes are searched if balls and stylus alone, fitted to the nominal machine, leave more than this (mm, root
 /// mean square distance). No errors of a working machine do as much.
-const GROSS: f64 = 0.3;
+pub(super) const GROSS: f64 = 0.3;
 /// An interpretation explains a file if it leaves no more than this fraction.
-const EXPLAINS: f64 = 0.2;
+pub(super) const EXPLAINS: f64 = 0.2;
 /// Interpretations that leave up to this many times as much as the best one are equally plausible.
 const ALIKE: f64 = 2.0;
 /// A stated coordinate is wrong if it is off by more than this many times its standard uncertainty, and by more (mm)
@@ -119,6 +119,14 @@ fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
                 format!("write {letter} in degrees"),
                 &|place| place.q[i] = place.q[i].to_degrees(),
             );
+        } else {
+            for (unit, mm) in UNITS {
+                reading(
+                    format!("the rows fit if {letter} is in {unit}"),
+                    format!("write {letter} in mm"),
+                    &|place| place.q[i] *= mm,
+                );
+            }
         }
         for (j, other) in axes.iter().enumerate().skip(i + 1) {
             if other.letter.is_rotary() == letter.is_rotary() {
@@ -288,34 +296,63 @@ pub(super) fn places(problem: &Problem<'_>) -> Option<Mistake> {
             }
         }
     }
-    let axes = &problem.machine.axes;
-    // Few axes before many.
-    let mut sets: Vec<u32> = (1..1 << axes.len()).collect();
-    sets.sort_by_key(|set| set.count_ones());
-    let mirrored = |set: u32| -> Option<f64> {
-        let mut other = problem.clone();
-        for place in &mut other.places {
-            for (i, q) in place.q.iter_mut().enumerate() {
-                *q = if set >> i & 1 == 1 { -*q } else { *q };
-            }
-        }
+    let fits = |set: u32| -> Option<f64> {
+        let other = mirrored(problem, set);
         if left(&other)? > GROSS {
             return None;
         }
         off(problem, &setup(&other)?)
     };
-    let set = sets
+    let set = sets(problem)
         .into_iter()
-        .find(|set| mirrored(*set).is_some_and(|off| off < EXPLAINS * at_first))?;
-    let letters = axes.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
-    let letters: Vec<String> = letters.map(|(_, axis)| axis.letter.to_string()).collect();
-    let letters = letters.join(" and ");
+        .find(|set| fits(*set).is_some_and(|off| off < EXPLAINS * at_first))?;
+    let letters = letters(problem, set);
     Some(Mistake {
         what: format!("the places fit if {letters} count the other way"),
         remedy: format!(
             "correct the signs of the columns {letters}, or `reversed` of these axes in the machine file"
         ),
     })
+}
+
+/// All sets of axes, as bits, few axes before many.
+fn sets(problem: &Problem<'_>) -> Vec<u32> {
+    let mut sets: Vec<u32> = (1..1 << problem.machine.axes.len()).collect();
+    sets.sort_by_key(|set| set.count_ones());
+    sets
+}
+
+/// The same with axes that count the other way.
+fn mirrored<'a>(problem: &Problem<'a>, set: u32) -> Problem<'a> {
+    let mut other = problem.clone();
+    for place in &mut other.places {
+        for (i, q) in place.q.iter_mut().enumerate() {
+            *q = if set >> i & 1 == 1 { -*q } else { *q };
+        }
+    }
+    other
+}
+
+/// The letters of a set of axes.
+fn letters(problem: &Problem<'_>, set: u32) -> String {
+    let axes = problem.machine.axes.iter().enumerate();
+    let letters = axes.filter(|(i, _)| set >> i & 1 == 1);
+    let letters: Vec<String> = letters.map(|(_, axis)| axis.letter.to_string()).collect();
+    letters.join(" and ")
+}
+
+/// The fewest axes that may all count the other way for all that probings show, if no place of a ball is stated.
+#[must_use]
+pub fn unseen_senses(problem: &Problem<'_>) -> Option<String> {
+    let problem = &problem.of_probings();
+    if problem.places.is_empty() || problem.stated_balls().iter().any(Option::is_some) {
+        return None;
+    }
+    let at_first = left(problem)?;
+    let fits =
+        |set: &u32| left(&mirrored(problem, *set)).is_some_and(|left| left < ALIKE * at_first);
+    let set = sets(problem).into_iter().find(fits)?;
+    Some(letters(problem, set))
 }
 
 /// Positions of the balls on the nominal machine (mm).

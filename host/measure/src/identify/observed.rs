@@ -2,9 +2,12 @@
 
 use super::Unknown;
 use super::estimate::{Estimate, Row};
+use super::set_up_priors::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Drift, Known, Observations, STYLUS};
-use crate::instrument::{Commanded, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned};
+use crate::instrument::{
+    Commanded, Given, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned,
+};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
@@ -17,6 +20,8 @@ pub(super) struct Observed {
     pub rows: Vec<ObservedRow>,
     /// Name, kind, and first set-up.
     pub setups: Vec<(String, Kind, Setting)>,
+    /// What is known about each.
+    pub given: Vec<Given>,
     /// Name and first place (mm, spindle frame) of the points of the tool.
     pub tools: Vec<(String, Vector3<f64>)>,
     /// The times (s) of the first and the last row of each set-up, if all have one.
@@ -139,6 +144,7 @@ impl Observed {
         }
         let mut observed = Self {
             setups: setups.collect(),
+            given: all.setups.iter().map(|setup| setup.given).collect(),
             rows,
             tools,
             periods,
@@ -265,10 +271,12 @@ impl Observed {
         (first..after.len()).map(row).collect()
     }
 
-    /// The set-ups as found; `variance` is that of an unknown, if it was determined.
+    /// The set-ups as found; `least` is the smallest uncertainty (mm) that priors were given, and `variance` that of an
+    /// unknown, if it was determined.
     pub fn set_up(
         &self,
         estimate: &Estimate,
+        least: f64,
         variance: &dyn Fn(Unknown) -> Option<f64>,
     ) -> Vec<FoundSetup> {
         let of = |(number, (name, kind, first)): (usize, &(String, Kind, Setting))| {
@@ -293,10 +301,20 @@ impl Observed {
                 })
             });
             let parts = parts.chain(points).filter_map(|(unknown, what, value)| {
+                let uncertainty = variance(unknown)?.sqrt();
+                let prior = self.known.iter().find(|(of, ..)| *of == unknown);
+                let prior = prior.map(|(_, stated, sigma)| {
+                    // Rotations count over a lever.
+                    let scale = self.value(unknown, estimate).1.recip();
+                    let used = sigma.max(least);
+                    let [stated, sigma, used] = [*stated, *sigma, used].map(|v| v * scale);
+                    Prior::new(stated, sigma, used, value, uncertainty)
+                });
                 Some(FoundPart {
                     what,
                     value,
-                    uncertainty: variance(unknown)?.sqrt(),
+                    uncertainty,
+                    prior,
                 })
             });
             FoundSetup {

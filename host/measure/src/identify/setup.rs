@@ -1,5 +1,6 @@
 //! Set-ups of instruments, and drift, as found.
 
+use super::set_up_priors::Prior;
 use crate::instrument::Kind;
 
 /// One unknown of a set-up.
@@ -11,6 +12,19 @@ pub struct FoundPart {
     pub value: f64,
     /// Its standard uncertainty.
     pub uncertainty: f64,
+    /// What was stated beforehand, if anything.
+    pub prior: Option<Prior>,
+}
+
+impl FoundPart {
+    /// Factor and unit in which it is shown.
+    #[must_use]
+    pub fn shown(&self) -> (f64, &'static str) {
+        match self.what.starts_with("rotation") {
+            true => (1e3, "mrad"),
+            false => (1.0, "mm"),
+        }
+    }
 }
 
 /// An instrument as it was found to be set up.

@@ -18,6 +18,8 @@ pub enum Suspect {
     Row,
     /// A set-up of an instrument that has moved or slipped.
     Setup(String),
+    /// A set-up whose readings are in another unit, or count the other way.
+    Reading(String, Misread),
     /// A ball that has moved.
     Ball(String),
     /// A stylus that was bent or changed.
@@ -27,6 +29,58 @@ pub enum Suspect {
     /// A reported angle (deg) at which the spindle was not.
     Spindle(f64),
 }
+
+/// What readings are instead of what they are declared to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misread {
+    /// What they are, as the end of a clause: `to be in mm instead of µm`.
+    pub what: &'static str,
+    /// What deviations in the file have to be multiplied by.
+    pub factor: f64,
+}
+
+const fn misread(what: &'static str, factor: f64) -> Misread {
+    Misread { what, factor }
+}
+
+const OTHER_SIGN: Misread = misread("as if they count the other way", -1.0);
+/// What displacements and angles may be instead.
+const DISPLACEMENTS: [Misread; 4] = [
+    OTHER_SIGN,
+    misread("to be in mm instead of µm", 1e3),
+    misread("to be in inches instead of µm", 25.4e3),
+    misread("to be in nm instead of µm", 1e-3),
+];
+const ANGLES: [Misread; 4] = [
+    OTHER_SIGN,
+    misread("to be in arcseconds instead of µrad", 4.848_136_811),
+    misread("to be in mrad instead of µrad", 1e3),
+    misread("to be in degrees instead of µrad", 17_453.292_52),
+];
+
+impl Misread {
+    /// The one that a measured factor with its standard uncertainty is, if it is any. Zero is the factor of errors that
+    /// the model lacks.
+    fn of(kind: Kind, factor: f64, uncertainty: f64) -> Option<Self> {
+        let all: &[Self] = match kind {
+            Kind::Displacement => &DISPLACEMENTS,
+            Kind::Angle => &ANGLES,
+            Kind::Length => &DISPLACEMENTS[..1],
+            Kind::Point => &[],
+        };
+        let is_clear = factor.abs() > CRITICAL * uncertainty;
+        let is_near = |one: &&Self| {
+            let off = (factor - one.factor).abs();
+            off < SAME_FACTOR * one.factor.abs()
+                || off < CRITICAL * uncertainty && off < LOOSELY * one.factor.abs()
+        };
+        all.iter().find(is_near).copied().filter(|_| is_clear)
+    }
+}
+
+/// A measured factor is a known one if it is within this part of it; or within chance, and this part.
+const SAME_FACTOR: f64 = 0.1;
+const LOOSELY: f64 = 0.4;
 
 /// A suspect, and the displacement with which it would fit the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +93,8 @@ pub struct Suspicion {
     pub observations: Vec<usize>,
     /// Displacement (mm): of the tip from the ball in the workpiece frame, or of the stylus in the spindle frame.
     /// For an indexed position, the angle about its axis (rad) in the first component; for an observation or a
-    /// set-up, how much too large the reading is (mm; angles over [`LEVER`](crate::instrument::LEVER)).
+    /// set-up, how much too large the reading is (mm; angles over [`LEVER`](crate::instrument::LEVER)); for readings in
+    /// another unit, how many times itself each is too large.
     pub off: Vector3<f64>,
     /// Standard uncertainty of its length (mm or rad).
     pub uncertainty: f64,
@@ -82,6 +137,19 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
         };
         adjusted.take(problem, &best, &groups);
         found.push(best.suspicion(problem, identified));
+    }
+    // One position of a rotary axis that does not fit explains little of the noise of many rows. It is told from errors that
+    // the model lacks, which make several positions significant, by what it leaves: nothing.
+    let positions: Vec<Group> = (groups.into_iter())
+        .filter(|group| matches!(group.suspect, Suspect::Index(..)))
+        .collect();
+    if found.len() < most
+        && let Some(best) = adjusted.best_group(&positions, 0.0)
+    {
+        adjusted.take(problem, &best, &positions);
+        if adjusted.best_group(&positions, 0.0).is_none() {
+            found.push(best.suspicion(problem, identified));
+        }
     }
     found
 }
@@ -135,6 +203,14 @@ impl Best {
             uncertainty: self.uncertainty,
             other_ball,
         }
+    }
+}
+
+/// The one of two hypotheses that explains more.
+fn better(best: Option<Best>, next: Best) -> Option<Best> {
+    match best {
+        Some(best) if best.gain >= next.gain => Some(best),
+        _ => Some(next),
     }
 }
 
@@ -199,26 +275,25 @@ impl Adjusted {
     /// The hypothesis that explains most, if it is significant.
     fn best(&self, problem: &Problem<'_>, groups: &[Group]) -> Option<Best> {
         let mut best: Option<Best> = None;
-        let mut offer = |suspect: &Suspect, places: &[usize], tested: Option<Tested>| {
-            let Some(tested) = tested else { return };
-            if best.as_ref().is_none_or(|best| tested.gain > best.gain) {
-                best = Some(Best {
-                    suspect: suspect.clone(),
-                    places: places.to_vec(),
-                    change: tested.change,
-                    uncertainty: tested.uncertainty,
-                    gain: tested.gain,
-                });
-            }
-        };
         for place in 0..self.blocks.len() {
             let effect = self.of_row(problem, place);
             let mut sums = Sums::new(self, effect.ncols());
             sums.add(self, place, &effect);
-            offer(&Suspect::Row, &[place], sums.tested(self, None));
+            if let Some(tested) = sums.tested(self, None) {
+                best = better(best, tested.about(Suspect::Row, &[place]));
+            }
         }
+        match self.best_group(groups, EXPLAINS) {
+            Some(group) => better(best, group),
+            None => best,
+        }
+    }
+
+    /// The same of groups that explain this fraction of the residuals of their sources.
+    fn best_group(&self, groups: &[Group], explains: f64) -> Option<Best> {
+        let mut best: Option<Best> = None;
         for group in groups {
-            let own = self.squares(&group.places);
+            let least = explains * self.squares(&group.places);
             let mut sums = Sums::new(self, group.effects[0].ncols());
             for (k, place) in group.places.iter().enumerate().rev() {
                 sums.add(self, *place, &group.effects[k]);
@@ -227,13 +302,23 @@ impl Adjusted {
                     true => k > 0 && group.places.len() - k > 1,
                     false => k == 0,
                 };
-                if is_hypothesis {
-                    offer(
-                        &group.suspect,
-                        &group.places[k..],
-                        sums.tested(self, Some(own)),
-                    );
+                if !is_hypothesis {
+                    continue;
                 }
+                let Some(tested) = sums.tested(self, Some(least)) else {
+                    continue;
+                };
+                let suspect = match (&group.suspect, self.sources[*place]) {
+                    (Suspect::Reading(name, _), Source::Observations(kind)) => {
+                        let factor = 1.0 - tested.change[0];
+                        match Misread::of(kind, factor, tested.uncertainty) {
+                            Some(one) => Suspect::Reading(name.clone(), one),
+                            None => continue,
+                        }
+                    }
+                    (suspect, _) => suspect.clone(),
+                };
+                best = better(best, tested.about(suspect, &group.places[k..]));
             }
         }
         best
@@ -268,7 +353,10 @@ impl Adjusted {
     /// The columns of a hypothesis, in units of standard uncertainties.
     fn columns(&self, problem: &Problem<'_>, best: &Best, groups: &[Group]) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(self.left.len(), best.change.len());
-        let group = groups.iter().find(|group| group.suspect == best.suspect);
+        let group = (groups.iter()).find(|group| match (&group.suspect, &best.suspect) {
+            (Suspect::Reading(a, _), Suspect::Reading(b, _)) => a == b,
+            (a, b) => a == b,
+        });
         for place in &best.places {
             let effect = group.and_then(|group| {
                 let k = group.places.iter().position(|p| p == place)?;
@@ -315,6 +403,18 @@ struct Tested {
     gain: f64,
 }
 
+impl Tested {
+    fn about(self, suspect: Suspect, places: &[usize]) -> Best {
+        Best {
+            suspect,
+            places: places.to_vec(),
+            change: self.change,
+            uncertainty: self.uncertainty,
+            gain: self.gain,
+        }
+    }
+}
+
 impl Sums {
     fn new(adjusted: &Adjusted, count: usize) -> Self {
         Self {
@@ -332,8 +432,8 @@ impl Sums {
         self.gradient += effect.tr_mul(&adjusted.left.rows_range(block));
     }
 
-    /// For a group, `own` is [`Adjusted::squares`] of its places.
-    fn tested(&self, adjusted: &Adjusted, own: Option<f64>) -> Option<Tested> {
+    /// For a group, `least` is the sum of squares that it must explain.
+    fn tested(&self, adjusted: &Adjusted, least: Option<f64>) -> Option<Tested> {
         let count = self.gradient.len();
         if adjusted.freedom <= count {
             return None;
@@ -341,8 +441,8 @@ impl Sums {
         let free = &self.normal - self.in_basis.tr_mul(&self.in_basis);
         // The part that the unknowns absorb cannot be tested.
         let whole = self.normal.trace() / count as f64;
-        let least = free.symmetric_eigenvalues().min();
-        if least.is_nan() || least < TESTABLE * whole {
+        let smallest = free.symmetric_eigenvalues().min();
+        if smallest.is_nan() || smallest < TESTABLE * whole {
             return None;
         }
         let inverse = free.try_inverse()?;
@@ -352,7 +452,7 @@ impl Sums {
         let rest = (all - explained).max(f64::MIN_POSITIVE);
         let freedom = adjusted.freedom - count;
         let ratio = explained / count as f64 / (rest / freedom as f64);
-        let is_explained = own.is_none_or(|own| explained > EXPLAINS * own);
+        let is_explained = least.is_none_or(|least| explained > least);
         if !is_explained || deviations(ratio, count, freedom) < CRITICAL {
             return None;
         }
@@ -368,7 +468,7 @@ impl Sums {
 }
 
 /// The number of standard deviations of a normal distribution that are as unlikely as this F (Paulson).
-pub(super) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
+pub(crate) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
     let [one, other] = [count, freedom].map(|n| 2.0 / (9.0 * n as f64));
     let root = libm::cbrt(f);
     ((1.0 - other) * root - (1.0 - one)) / (other * root * root + one).sqrt()
@@ -457,6 +557,22 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
             &|_| -DMatrix::identity(size, size),
             true,
         );
+        if *kind == Kind::Point {
+            continue;
+        }
+        let own: Vec<usize> = (observed.rows.iter().enumerate())
+            .filter(|(_, row)| row.setup == setup)
+            .map(|(i, _)| i)
+            .collect();
+        // The zero of an instrument says nothing.
+        let mean = own.iter().map(|i| observed.rows[*i].read.x).sum::<f64>() / own.len() as f64;
+        let read = |place: usize| observed.rows[place - places.len()].read.x - mean;
+        add(
+            Suspect::Reading(name.clone(), OTHER_SIGN),
+            own.iter().map(|i| places.len() + i).collect(),
+            &|place| DMatrix::from_element(1, 1, -read(place)),
+            false,
+        );
     }
     // The displacement that is missing at the tip.
     let at_stylus = |i: usize| -dynamic(&stylus[i]);
@@ -544,6 +660,12 @@ impl Suspicion {
         }
         match &self.suspect {
             Suspect::Setup(name) => format!("the set-up {name} has moved"),
+            Suspect::Reading(name, one) => format!(
+                "the readings of {name} look {}: everything else fits if their deviations are multiplied by {:.3} ± {:.3} (k = 2); correct them, or leave them out with --without \"setup {name}\"",
+                one.what,
+                1.0 - self.off.x,
+                2.0 * self.uncertainty
+            ),
             Suspect::Row => match &self.other_ball {
                 Some(ball) => format!(
                     "line {first} looks like a probing of ball {ball}: it is {:.1} mm from where the other rows put its ball; correct the name, or leave it out with --without \"line {first}\"",

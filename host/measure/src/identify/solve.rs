@@ -8,7 +8,7 @@ use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Structure;
 use super::unidentifiable::GivenUp;
-use super::{IdentifyError, Unknown, bars, mistakes, root_mean_square, snoop, units};
+use super::{IdentifyError, Unknown, bars, misread, mistakes, root_mean_square, snoop, units};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;
 
@@ -89,6 +89,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
     units::are_mm(problem, &estimate)?;
     mistakes::refuse(problem)?;
+    misread::refuse(problem)?;
     let Structure { kept, given_up } = Structure::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
@@ -254,7 +255,7 @@ fn identified(
         bars: bars::checked(problem, (estimate, weights, factor), jacobian),
         rows: problem.rows(&before, &misses, &trusted),
         observed: problem.observed.found(&before, &misses, &trusted),
-        setups: problem.observed.set_up(estimate, &variance),
+        setups: problem.observed.set_up(estimate, weights.least, &variance),
         drift: problem.observed.drifts(&problem.drift, estimate, &variance),
         thermal: changes(problem, estimate, &variance),
         components,

@@ -76,6 +76,8 @@ pub struct OnCircle {
     g_bidirectional_um: Option<f64>,
     f_max_um: f64,
     f_min_um: f64,
+    /// F counter-clockwise and clockwise: smallest and largest.
+    f_um: [Option<[f64; 2]>; 2],
     h_um: Option<f64>,
 }
 
@@ -99,6 +101,7 @@ impl OnCircle {
             g_bidirectional_um: found.bidirectional.map(um),
             f_max_um,
             f_min_um,
+            f_um: (found.radial_of_turn).map(|f| f.map(|[high, low]| [um(low), um(high)])),
             h_um: found.hysteresis.map(um),
         })
     }
@@ -160,6 +163,11 @@ impl OnCircle {
         }
         if let Some(both) = self.g_bidirectional_um {
             *text += &format!("  G{of} {:18} {both:>9.3}\n", "both together");
+        }
+        let is_both = self.f_um.iter().all(Option::is_some);
+        let turns = self.f_um.iter().flatten().filter(|_| is_both);
+        for ([low, high], name) in turns.zip(["counter-clockwise", "clockwise"]) {
+            *text += &format!("  F{of} {name:18} {low:>9.3} to {high:.3}\n");
         }
         *text += &format!(
             "  F{of} {:18} {:>9.3} to {:.3}, mean {:.3}\n",

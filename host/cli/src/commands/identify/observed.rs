@@ -3,7 +3,7 @@
 use super::super::quantity::{EXPANDED, count};
 use super::Found;
 use serde::Serialize;
-use trueaxis_measure::identify::{Component, FoundDrift, FoundPart};
+use trueaxis_measure::identify::{Component, Contradicted, FoundDrift, contradicted, repeated};
 use trueaxis_measure::instrument::Kind;
 
 /// What was measured, in words.
@@ -58,15 +58,23 @@ pub fn setups(text: &mut String, found: &Found<'_>) {
     if !setups.is_empty() {
         *text += "\nset-up                                    found   expanded (k = 2)\n";
     }
+    let number = |v: f64| (v * 1e4).round() / 1e4 + 0.0;
     for setup in setups {
         for part in &setup.parts {
-            let (factor, unit) = shown(part);
+            let (factor, unit) = part.shown();
+            let prior = part.prior.map_or(String::new(), |prior| {
+                let z = prior.z.map_or("nothing else shows it".to_owned(), |z| {
+                    format!("|z| = {:.1}", z.abs())
+                });
+                let (stated, sigma) = (number(prior.value * factor), prior.sigma * factor);
+                format!(", stated as {stated:.4} ± {sigma:.4} ({z})")
+            });
             *text += &format!(
-                "  {:<14}{:<20}{:>12.4}{:>12.4} {unit}\n",
+                "  {:<14}{:<20}{:>12.4}{:>12.4} {unit}{prior}\n",
                 setup.name,
                 part.what,
                 // Avoids -0.
-                (part.value * factor * 1e4).round() / 1e4 + 0.0,
+                number(part.value * factor),
                 EXPANDED * part.uncertainty * factor
             );
         }
@@ -76,14 +84,6 @@ pub fn setups(text: &mut String, found: &Found<'_>) {
     }
     for drift in &found.identified.drift {
         *text += &format!("  {}\n", sentence(drift));
-    }
-}
-
-/// Factor and unit in which a part of a set-up is shown.
-fn shown(part: &FoundPart) -> (f64, &'static str) {
-    match part.what.starts_with("rotation") {
-        true => (1e3, "mrad"),
-        false => (1.0, "mm"),
     }
 }
 
@@ -108,7 +108,10 @@ fn sentence(drift: &FoundDrift) -> String {
 /// What to check before trusting the parameters.
 pub fn warnings(found: &Found<'_>) -> Vec<String> {
     let identified = found.identified;
-    let mut warnings = Vec::new();
+    let wrong = contradicted(identified);
+    let mut warnings: Vec<String> = wrong.iter().map(Contradicted::sentence).collect();
+    let copies = repeated(found.observations, identified);
+    warnings.extend(copies.iter().map(|one| one.sentence(found.observations)));
     // Wrong readings make the residuals of a whole source larger.
     if found.suspicions.is_empty() {
         let wrong = (identified.components.iter()).filter(|one| one.is_misstated());
@@ -181,6 +184,17 @@ struct Part<'a> {
     what: &'a str,
     value: f64,
     standard_uncertainty: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated: Option<Stated>,
+}
+
+/// What was stated beforehand, in the same unit.
+#[derive(Serialize)]
+struct Stated {
+    value: f64,
+    standard_uncertainty: f64,
+    /// Nothing if no other measurement tells anything about it.
+    z: Option<f64>,
 }
 
 /// In mm or rad.
@@ -233,6 +247,11 @@ impl<'a> Observed<'a> {
                     what: &part.what,
                     value: part.value,
                     standard_uncertainty: part.uncertainty,
+                    stated: part.prior.map(|prior| Stated {
+                        value: prior.value,
+                        standard_uncertainty: prior.sigma,
+                        z: prior.z,
+                    }),
                 })
                 .collect(),
         });

@@ -184,6 +184,11 @@ fn places(text: &mut String, found: &Found<'_>) {
             _ => "          -\n".to_owned(),
         };
     }
+    if let Some(axes) = &found.unseen_senses {
+        *text += &format!(
+            "these rows would fit as well if {axes} counted the other way: nothing here shows it without nominal_mm of a ball in the artefact\n"
+        );
+    }
 }
 
 fn checks(text: &mut String, found: &Found<'_>) {

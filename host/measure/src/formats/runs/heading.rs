@@ -55,11 +55,15 @@ const EXAMPLE: &str = "# axis = \"X\", # reads = \"tool +X\", # unit = \"um\" an
 const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: \"tool +X\" (farther in the direction of a positive command of X, seen from the other one), \"tool +C\", \"tool +Y to +Z\" (turning from +Y towards +Z)";
 
 impl Heading {
-    /// Parses the heading; also returns where it ends.
-    pub fn read(text: &str, machine: &Machine) -> Result<(Self, usize), FileError> {
+    /// Parses the heading, which must say where the other axes stood if that is needed; also returns where it ends.
+    pub fn read(
+        text: &str,
+        machine: &Machine,
+        needs_place: bool,
+    ) -> Result<(Self, usize), FileError> {
         let remedy = format!("the lines with # say how it was measured: {EXAMPLE}");
         let (entries, end): (Entries, usize) = csv::heading(text, &remedy)?;
-        Ok((entries.heading(machine)?, end))
+        Ok((entries.heading(machine, needs_place)?, end))
     }
 
     /// The setup of a measurement with only one line.
@@ -80,7 +84,7 @@ fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileErr
 }
 
 impl Entries {
-    fn heading(&self, machine: &Machine) -> Result<Heading, FileError> {
+    fn heading(&self, machine: &Machine, needs_place: bool) -> Result<Heading, FileError> {
         if let Some(name) = self
             .machine
             .as_ref()
@@ -121,7 +125,7 @@ impl Entries {
         }
         let mut setups = Vec::new();
         for (axis, reads) in read {
-            setups.push(self.setup(machine, axis, reads)?);
+            setups.push(self.setup(machine, axis, reads, needs_place)?);
         }
         let square = self.square(machine, &setups)?;
         let Some(unit) = &self.unit else {
@@ -155,6 +159,7 @@ impl Entries {
         machine: &Machine,
         axis: &Spanned<String>,
         reads: &Spanned<String>,
+        needs_place: bool,
     ) -> Result<Setup, FileError> {
         let moved = index(axis, machine)?;
         let (sense, counts) = sense(reads.get_ref(), machine)
@@ -193,7 +198,7 @@ impl Entries {
                 "give two axes that are across each other",
             ));
         }
-        setup.at = self.at(machine, &setup, self.reads_along.is_some())?;
+        setup.at = self.at(machine, &setup, self.reads_along.is_some(), needs_place)?;
         if let Some(offset) = &self.offset_mm {
             let Exactly(xyz) = *offset.get_ref();
             if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
@@ -229,7 +234,13 @@ impl Entries {
     }
 
     /// Positions of the axes.
-    fn at(&self, machine: &Machine, setup: &Setup, square: bool) -> Result<PerAxis, FileError> {
+    fn at(
+        &self,
+        machine: &Machine,
+        setup: &Setup,
+        square: bool,
+        needs_place: bool,
+    ) -> Result<PerAxis, FileError> {
         let mut position = setup.at;
         let mut given = [false; trueaxis_model::machine::MAX_AXES];
         for (name, value) in self.at.iter().flat_map(|at| at.get_ref()) {
@@ -263,7 +274,7 @@ impl Entries {
             let rotary = machine.axes[*i].letter.is_rotary();
             rotary || !setup.is_angular()
         });
-        if let Some(lacking) = needed.find(|i| !given[*i]) {
+        if needs_place && let Some(lacking) = needed.find(|i| !given[*i]) {
             let letter = machine.axes[lacking].letter;
             let message = format!("the file does not say where {letter} stood");
             let remedy = format!(

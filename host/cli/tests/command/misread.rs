@@ -1,0 +1,216 @@
+//! Readings of instruments that are another quantity than declared, copied, or against what was stated beforehand.
+
+use crate::identify::probings;
+use crate::observations::observations;
+use crate::program::{Folder, example, plain, trueaxis};
+
+/// The observations with one column of the rows of a set-up changed, and the answer of `identify` to them: exit code,
+/// output and warnings.
+fn with(setup: &str, column: &str, change: &dyn Fn(f64, f64) -> f64) -> (i32, String) {
+    let folder = Folder::new();
+    let observed = std::fs::read_to_string(observations(&folder, &[])).unwrap();
+    let mut places: Option<[usize; 3]> = None;
+    let changed: String = (observed.lines())
+        .map(|line| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if line.starts_with("kind") {
+                let place = |name: &str| cells.iter().position(|cell| cell == name).unwrap();
+                places = Some(["setup", column, "X"].map(place));
+            } else if let Some([own, value, x]) = places
+                && cells[own] == setup
+            {
+                let [read, x]: [f64; 2] = [value, x].map(|k| cells[k].parse().unwrap());
+                cells[value] = format!("{:.9}", change(read, x));
+            }
+            cells.join(",") + "\n"
+        })
+        .collect();
+    identified(&folder, &changed)
+}
+
+/// The answer to a file of observations, beside probings.
+fn identified(folder: &Folder, observed: &str) -> (i32, String) {
+    let probed = probings(folder, &[]);
+    let file = folder.file("changed.csv", observed);
+    let machine = example("kolibri/machine.toml");
+    let output = trueaxis(&["identify", &machine, &probed, "--observations", &file]);
+    let said = [&output.stdout[..], &output.stderr[..]].concat();
+    (output.status.code().unwrap(), plain(&said))
+}
+
+fn named(what: &str, (code, said): (i32, String), parts: &[&str]) {
+    assert_ne!(code, 0, "{what}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{what}: `{part}` is not in\n{said}");
+    }
+}
+
+#[test]
+fn readings_as_they_are_contradict_nothing_and_show_the_deviation_of_each_prior() {
+    let (code, said) = with("bar", "length_mm", &|read, _| read);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("stated as 0.0000 ± 0.0005 (|z| = "), "{said}");
+    for word in ["z = ", "look ", "equal to the last digit"] {
+        assert!(
+            !said.replace("|z| = ", "").contains(word),
+            "`{word}` in\n{said}"
+        );
+    }
+}
+
+#[test]
+fn lengths_in_another_unit_are_named() {
+    for (factor, unit) in [(1.0 / 25.4, "inches"), (1e-3, "metres"), (1e3, "µm")] {
+        let found = with("bar", "length_mm", &|read, _| read * factor);
+        named(
+            unit,
+            found,
+            &[&format!("the readings of bar fit if they are in {unit}")],
+        );
+    }
+}
+
+#[test]
+fn deviations_in_place_of_lengths_are_named_and_so_is_another_dead_length() {
+    let found = with("bar", "length_mm", &|read, _| read - 100.0);
+    let parts = ["the readings of bar fit if they are deviations of a length of 100.0"];
+    named("deviations", found, &parts);
+    let found = with("bar", "length_mm", &|read, _| read - 30.0);
+    let parts = ["the readings of bar fit with a dead length of 30.0"];
+    named("without its extension", found, &parts);
+}
+
+#[test]
+fn positions_in_place_of_deviations_are_named() {
+    let found = with("laser", "displacement_um", &|read, x| x + 1e-3 * read);
+    let parts =
+        ["the readings of laser fit if they are positions in mm instead of deviations in µm"];
+    named("mm", found, &parts);
+    // More than any deviation.
+    let found = with("laser", "displacement_um", &|read, x| 1e3 * x + read);
+    named("µm", found, &["cannot be a reading", "look at its unit"]);
+}
+
+#[test]
+fn displacements_in_another_unit_or_sense_are_named() {
+    let found = with("square", "displacement_um", &|read, _| -read);
+    named(
+        "sign",
+        found,
+        &["the readings of square look as if they count the other way"],
+    );
+    let found = with("square", "displacement_um", &|read, _| read / 1e3);
+    named(
+        "mm",
+        found,
+        &["the readings of square look to be in mm instead of µm"],
+    );
+}
+
+#[test]
+fn a_stated_dead_length_that_other_readings_contradict_is_named() {
+    let found = with("bar", "length_mm", &|read, _| read - 0.05);
+    let parts = [
+        "bar: the dead length was stated as 0.0000 ± 0.0005 mm (standard uncertainty)",
+        "z = ",
+        "chance gives among 1 stated values with a probability of",
+    ];
+    named("dead length", found, &parts);
+}
+
+/// Probings with changed cells of one axis, and the answer to them.
+fn probed(axis: &str, change: &dyn Fn(f64) -> f64) -> (i32, String) {
+    let folder = Folder::new();
+    let text = std::fs::read_to_string(probings(&folder, &[])).unwrap();
+    let place = text.lines().next().unwrap();
+    let place = place.split(',').position(|cell| cell == axis).unwrap();
+    let changed: String = (text.lines().enumerate())
+        .map(|(number, line)| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if number > 0 {
+                cells[place] = format!("{:.9}", change(cells[place].parse().unwrap()));
+            }
+            cells.join(",") + "\n"
+        })
+        .collect();
+    let file = folder.file("changed.csv", changed);
+    let output = trueaxis(&["identify", &example("kolibri/machine.toml"), &file]);
+    let said = [&output.stdout[..], &output.stderr[..]].concat();
+    (output.status.code().unwrap(), plain(&said))
+}
+
+#[test]
+fn one_linear_axis_in_another_unit_is_named() {
+    for (axis, factor, unit) in [("X", 25.4, "inches"), ("Z", 1e3, "metres")] {
+        let found = probed(axis, &|value| value / factor);
+        named(
+            unit,
+            found,
+            &[&format!("the rows fit if {axis} is in {unit}")],
+        );
+    }
+}
+
+#[test]
+fn senses_that_probings_cannot_show_are_said_to_be_unseen() {
+    let (code, said) = probed("X", &|value| value);
+    assert_eq!(code, 0, "{said}");
+    let part =
+        "these rows would fit as well if C and X counted the other way: nothing here shows it";
+    assert!(said.contains(part), "{said}");
+    // With the places of balls, they are seen.
+    let folder = Folder::new();
+    let file = probings(&folder, &[]);
+    let [machine, artefact] =
+        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let output = trueaxis(&["identify", &machine, &file, "--artefact", &artefact]);
+    let said = plain(&output.stdout);
+    assert!(!said.contains("counted the other way"), "{said}");
+}
+
+#[test]
+fn a_position_of_a_rotary_axis_that_is_off_is_named() {
+    let folder = Folder::new();
+    let files = [
+        "machine.toml",
+        "errors-10.toml",
+        "artefact.toml",
+        "strategy.csv",
+    ];
+    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    // The machine stood at 15.0025° where it reported 15°: 44 µrad.
+    let strategy = std::fs::read_to_string(strategy).unwrap();
+    let strategy = folder.file("strategy.csv", strategy.replace(",15,", ",15.0025,"));
+    let out = folder.at("probings.csv");
+    let arguments = [
+        "simulate",
+        "probings",
+        &machine,
+        &errors,
+        "--artefact",
+        &artefact,
+    ];
+    let more = ["--strategy", &strategy, "--noise", "1", "-o", &out];
+    assert!(trueaxis(&[&arguments[..], &more].concat()).status.success());
+    let text = std::fs::read_to_string(&out).unwrap();
+    let text = text.replace(",15.002500000,", ",15.000000000,");
+    let file = folder.file("reported.csv", text);
+    let output = trueaxis(&["identify", &machine, &file, "--model", "10"]);
+    let said = plain(&[&output.stdout[..], &output.stderr[..]].concat());
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("at A = 15, A was off by "), "{said}");
+}
+
+#[test]
+fn copied_rows_are_named() {
+    let folder = Folder::new();
+    let observed = std::fs::read_to_string(observations(&folder, &[])).unwrap();
+    let copies: Vec<&str> = (observed.lines())
+        .filter(|line| line.starts_with("displacement,laser"))
+        .collect();
+    let (_, said) = identified(&folder, &(observed.clone() + &copies.join("\n") + "\n"));
+    assert!(said.contains("equal to the last digit"), "{said}");
+    // A repeated measurement is no copy.
+    let (_, said) = identified(&folder, &observed);
+    assert!(!said.contains("equal to the last digit"), "{said}");
+}
