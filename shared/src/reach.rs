@@ -26,10 +26,8 @@ pub(crate) struct Reach<C: Room> {
     pub directional: u16,
     /// Auxiliaries that feed an active term or a grid.
     pub used_auxiliaries: u8,
-    /// Auxiliaries with a lag.
-    pub lagging: u8,
-    /// Both.
-    pub watched_auxiliaries: u8,
+    /// Auxiliaries that are temperatures.
+    pub temperatures: u8,
 }
 
 impl<C: Room> Reach<C> {
@@ -41,8 +39,7 @@ impl<C: Room> Reach<C> {
         used_axes: 0,
         directional: 0,
         used_auxiliaries: 0,
-        lagging: 0,
-        watched_auxiliaries: 0,
+        temperatures: 0,
     };
 
     /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
@@ -56,9 +53,8 @@ impl<C: Room> Reach<C> {
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
         for (number, auxiliary) in contents.auxiliaries.iter().enumerate() {
-            reach.lagging |= u8::from(auxiliary.lag_rate > 0.0) << number;
+            reach.temperatures |= u8::from(auxiliary.kind == AuxiliaryKind::Temperature) << number;
         }
-        reach.watched_auxiliaries = reach.used_auxiliaries | reach.lagging;
         for bank in contents.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;
@@ -138,10 +134,10 @@ impl<C: Room> Reach<C> {
         true
     }
 
-    /// Whether all auxiliaries that matter are finite and within reach.
+    /// Whether all auxiliaries that matter are finite, within reach, and not among the `bad` ones.
     #[inline(always)]
-    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
-        self.used_auxiliaries == 0 || self.holds_used(inputs)
+    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>, bad: u8) -> bool {
+        self.used_auxiliaries == 0 || (self.used_auxiliaries & bad == 0 && self.holds_used(inputs))
     }
 
     #[inline(never)]
@@ -158,10 +154,10 @@ impl<C: Room> Reach<C> {
         holds
     }
 
-    /// Whether two sets of auxiliaries are bitwise identical in the entries that matter.
-    pub(crate) fn same_auxiliaries(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
+    /// Whether two sets of auxiliaries are bitwise identical in the entries that matter, apart from temperatures.
+    pub(crate) fn same_lengths(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
         let mut same = true;
-        let mut used = self.used_auxiliaries;
+        let mut used = self.used_auxiliaries & !self.temperatures;
         for (a, b) in a.iter().zip(b) {
             if used == 0 {
                 break;
@@ -258,7 +254,7 @@ mod tests {
             let mut inputs = Inputs::at([0.0; 4]);
             inputs.auxiliaries = [f32::NAN; AUXILIARIES];
             inputs.auxiliaries[..2].copy_from_slice(&[first, second]);
-            assert_eq!(c.reach().holds_auxiliaries(&inputs), expected);
+            assert_eq!(c.reach().holds_auxiliaries(&inputs, 0), expected);
         }
     }
 }

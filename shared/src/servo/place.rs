@@ -7,7 +7,7 @@ use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travelling};
-use crate::lag::Lag;
+use crate::lag::Follower;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::{List, Room, Row};
@@ -52,8 +52,9 @@ impl<H: Handle> Servo<H> {
                 other: None,
                 waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
-                lags: [Lag::NEW; AUXILIARIES],
-                beyond: false,
+                bad_temperatures: 0,
+                followed: [0.0; AUXILIARIES],
+                followers: [Follower::NEW; AUXILIARIES],
                 coming_auxiliaries: [0.0; AUXILIARIES],
                 coming: weights,
                 wanted: weights,

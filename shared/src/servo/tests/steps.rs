@@ -6,7 +6,7 @@ use super::*;
 fn small(backlash: f32) -> &'static C {
     let mut draft = bare();
     for axis in &mut draft.axes {
-        (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (1.0, 2.0, 0.4);
+        limit(axis, 1.0, 2.0, 0.4);
     }
     draft.banks = vec![DraftBank {
         direction: Direction::Signed,
