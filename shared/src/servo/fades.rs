@@ -37,7 +37,7 @@ impl<H: Handle> Servo<H> {
         // An empty compensation has no axes, so nothing moves.
         let pace = |rate: f32| {
             let rate = if rate < f32::INFINITY { rate } else { 1.0 };
-            Pace::new(rate, rate)
+            Pace::rising(rate)
         };
         self.factor_pace = pace(if self.fading == Fading::Nothing {
             factor

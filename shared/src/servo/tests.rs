@@ -11,6 +11,7 @@ use crate::*;
 
 mod fades;
 mod faults;
+mod holds;
 mod inputs;
 mod lanes;
 mod progress;
@@ -317,7 +318,7 @@ fn an_axis_that_only_receives_corrections_may_be_homed_with_the_others_in() {
         assert_eq!(correction.status.travel_limited, 0b010);
         let velocity = (f64::from(correction.dq[1]) - f64::from(last)) / f64::from(DT);
         // As in the test of backlash, with numbers below 1/8.
-        let most = 8.0 * f64::from(DT) * 1.0001 + 2.0_f64.powi(-25) / f64::from(DT);
+        let most = 2.0 / 0.01 * f64::from(DT) * 1.0001 + 2.0_f64.powi(-25) / f64::from(DT);
         assert!((velocity - speed).abs() <= most, "{speed} to {velocity}");
         (last, speed) = (correction.dq[1], velocity);
     }
@@ -1080,8 +1081,7 @@ proptest! {
         let (mut dq, mut velocity, mut last_dt, mut second_last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0, 0.0);
         let mut referenced = ALL;
         let (mut s, mut ramped) = (0.0, false);
-        // A correction that is being held may start at the rate bound, and stops from there as fast as others reach the
-        // ramp rate.
+        // A hold and its end are made up with the acceleration that reaches the rate bound in 10 ms at most.
         let (mut held, mut stops, mut lands) = (false, [0; 2], [false; 2]);
         for (event, target, steps, share) in plan {
             let short = (base * share.exp2()).max(SHORTEST_PERIOD);
@@ -1110,7 +1110,7 @@ proptest! {
                 let both = (2.0 * between).max(0.5 * second_last_dt + 2.0 * last_dt + 0.5 * time);
                 let ramps = servo.factor() != s;
                 s = servo.factor();
-                let begins = correction.status.is(Conditions::HELD) && !held;
+                let begins = correction.status.is(Conditions::HELD) != held;
                 held = correction.status.is(Conditions::HELD);
                 let shortest = if last_dt > 0.0 { time.min(last_dt) } else { time };
                 for k in 0..2 {
@@ -1123,7 +1123,7 @@ proptest! {
                     };
                     let hard = begins || stops[k] > 0 || lands[k];
                     lands[k] = stops[k] > 0;
-                    let most = if hard { 2.0 / f64::from(RISE) } else { 8.0 };
+                    let most = if hard { 2.0 / f64::from(PATIENCE) } else { 8.0 };
                     let most = most * if ramps || ramped { both } else { between };
                     let now = f64::from(correction.dq[k]);
                     let fast = (now - dq[k]) / time;

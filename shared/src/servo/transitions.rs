@@ -1,5 +1,6 @@
 //! Changes other than positions: the period, references, usable inputs, switches, the common factor.
 
+use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
@@ -162,15 +163,21 @@ impl<H: Handle> Servo<H> {
         };
         let held = self.following != Following::Inputs;
         let was_held = before != Following::Inputs;
-        self.common.holds = held && !was_held;
-        self.common.step = held != was_held;
+        self.common.step = match (was_held, held) {
+            (false, true) => Step::Hold,
+            (true, false) => Step::Release,
+            _ => Step::Nothing,
+        };
         if !held {
             self.inputs.axes = inputs.axes;
             if silent {
                 self.inputs.auxiliaries = inputs.auxiliaries;
             }
             self.take_temperatures();
-            self.common.step |= self.take_directions(directional);
+            let reverses = self.take_directions(directional);
+            if reverses && self.common.step == Step::Nothing {
+                self.common.step = Step::Reversal;
+            }
         }
         self.begin_fade(inputs, held);
     }
@@ -201,13 +208,14 @@ impl<H: Handle> Servo<H> {
         let waiting = self.waiting != Waiting::Nothing;
         self.common.s = s;
         self.common.ramps = s != before || fading;
-        if self.common.step {
+        let step = self.common.step != Step::Nothing;
+        if step {
             self.lanes.iter_mut().for_each(|lane| lane.look_closely());
         }
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
-        self.at_rest = s == 1.0
-            && !(moves || fading || waiting || held || self.common.step || self.common.ramps);
+        self.at_rest =
+            s == 1.0 && !(moves || fading || waiting || held || step || self.common.ramps);
 
         let conditions = &mut self.correction.status.conditions;
         *conditions |= self.switches;

@@ -191,7 +191,7 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
 }
 
 #[test]
-fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
+fn after_a_hold_the_correction_reaches_its_rate_bound_in_10_ms_at_the_soonest() {
     let mut draft = bare();
     for axis in &mut draft.axes {
         limit(axis, 1.0, 10.0, 0.4);
@@ -203,7 +203,7 @@ fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
     settle(&mut servo, &at(10.0, 0.0, 0.0));
     let mut x = 10.0;
     let mut speeds = [0.0_f32; 2];
-    let acceleration = 0.4 / RISE;
+    let acceleration = 10.0 / PATIENCE;
     for period in 0..300 {
         x += if period < 100 { 0.2 } else { 0.0 };
         // The correction is held for two periods while it moves; then the command is elsewhere.
