@@ -28,6 +28,8 @@ pub(crate) struct Reach<C: Room> {
     pub used_auxiliaries: u8,
     /// Auxiliaries that are temperatures.
     pub temperatures: u8,
+    /// Those that feed something, and temperatures.
+    pub watched: u8,
 }
 
 impl<C: Room> Reach<C> {
@@ -40,6 +42,7 @@ impl<C: Room> Reach<C> {
         directional: 0,
         used_auxiliaries: 0,
         temperatures: 0,
+        watched: 0,
     };
 
     /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
@@ -55,6 +58,7 @@ impl<C: Room> Reach<C> {
         for (number, auxiliary) in contents.auxiliaries.iter().enumerate() {
             reach.temperatures |= u8::from(auxiliary.kind == AuxiliaryKind::Temperature) << number;
         }
+        reach.watched = reach.used_auxiliaries | reach.temperatures;
         for bank in contents.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;
@@ -111,15 +115,6 @@ impl<C: Room> Reach<C> {
                 }
             }
         }
-    }
-
-    /// Whether a temperature that matters is beyond its tables.
-    pub(crate) fn is_beyond(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
-        let mut beyond = false;
-        for (x, [low, high]) in auxiliaries.iter().zip(&self.ranges) {
-            beyond |= x < low || x > high;
-        }
-        beyond
     }
 
     /// Whether the axes that are used or referenced (bit 0 is the first) are within reach.

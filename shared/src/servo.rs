@@ -236,10 +236,12 @@ impl<H: Handle> Servo<H> {
             }
         }
         self.correction.status = Status::default();
-        let keeps = self.follow_auxiliaries(inputs);
-        if keeps && self.at_rest && followed == Followed::Along {
+        let mut rests = self.at_rest && followed == Followed::Along;
+        if self.current.get().reach().watched != 0 {
+            rests = self.follow_auxiliaries(inputs, rests);
+        }
+        if rests {
             self.inputs.axes = inputs.axes;
-            self.take_temperatures();
             self.compute();
         } else {
             self.change(inputs, followed != Followed::Unusable, dt);

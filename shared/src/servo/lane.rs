@@ -155,9 +155,6 @@ impl Lane {
         self.period = axis.period;
         self.value_bound = larger(axis.value_bound, other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
-        self.reversal_rate = smaller(axis.reversal_rate, other.reversal_rate);
-        self.reversal_acceleration =
-            smaller(axis.reversal_acceleration, other.reversal_acceleration);
         self.take_period(dt);
         // Halves, because otherwise the length of an endless travel would be infinite.
         let [low, high] = self.travel;
@@ -172,6 +169,14 @@ impl Lane {
         let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
         smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate))
+    }
+
+    /// Adopts the limits of a reversal from the axis of the compensation in use and of the one being faded in: the
+    /// narrower of the two.
+    pub(super) fn take_reversal(&mut self, axis: &Axis, other: &Axis) {
+        self.reversal_rate = smaller(axis.reversal_rate, other.reversal_rate);
+        self.reversal_acceleration =
+            smaller(axis.reversal_acceleration, other.reversal_acceleration);
     }
 
     /// Sets the period of the following updates, s.

@@ -52,6 +52,7 @@ impl<H: Handle> Servo<H> {
                 other: None,
                 waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
+                beyond: false,
                 bad_temperatures: 0,
                 followed: [0.0; AUXILIARIES],
                 followers: [Follower::NEW; AUXILIARIES],

@@ -120,6 +120,8 @@ pub struct Servo<H: Handle> {
     pub(super) coming: Weights,
     /// The weights requested last, for the compensation accepted last.
     pub(super) wanted: Weights,
+    /// A temperature that matters is beyond its tables.
+    pub(super) beyond: bool,
     /// Temperatures whose readings are faults, bit 0 is the first auxiliary.
     pub(super) bad_temperatures: u8,
     /// The temperatures as they are followed now.

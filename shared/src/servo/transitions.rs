@@ -1,5 +1,6 @@
 //! Changes other than positions: the period, references, usable inputs, switches, the common factor.
 
+use super::fades::target;
 use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
@@ -32,21 +33,10 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Follows the temperatures; returns whether the auxiliaries that matter are usable, within their tables, and, if
-    /// they are not temperatures, those in use.
-    #[inline(always)]
-    pub(super) fn follow_auxiliaries(&mut self, inputs: &Inputs<Values<H>>) -> bool {
-        let reach = self.current.get().reach();
-        if reach.temperatures != 0 {
-            self.follow_temperatures(inputs)
-        } else {
-            reach.used_auxiliaries == 0
-                || reach.same_lengths(&self.inputs.auxiliaries, &inputs.auxiliaries)
-        }
-    }
-
+    /// Follows the temperatures. If everything else `rests` and all auxiliaries that matter are usable, within their
+    /// tables, and, if they are not temperatures, those in use, takes the temperatures and returns true.
     #[inline(never)]
-    fn follow_temperatures(&mut self, inputs: &Inputs<Values<H>>) -> bool {
+    pub(super) fn follow_auxiliaries(&mut self, inputs: &Inputs<Values<H>>, rests: bool) -> bool {
         let current = self.current.get();
         let reach = current.reach();
         let dt = self.common.dt;
@@ -67,21 +57,19 @@ impl<H: Handle> Servo<H> {
             bit <<= 1;
         }
         self.bad_temperatures = bad;
-        let keeps = bad & reach.used_auxiliaries == 0 && !beyond;
-        keeps && self.has_lengths(&inputs.auxiliaries)
+        self.beyond = beyond;
+        let usable = bad & reach.used_auxiliaries == 0 && !beyond;
+        let rests = rests && usable && self.has_lengths(&inputs.auxiliaries);
+        if rests {
+            self.take_temperatures();
+        }
+        rests
     }
 
     /// Takes the followed temperatures into the computed correction.
-    #[inline(always)]
-    pub(super) fn take_temperatures(&mut self) {
-        let temperatures = self.current.get().reach().temperatures;
-        if temperatures != 0 {
-            self.take_each(temperatures);
-        }
-    }
-
     #[inline(never)]
-    fn take_each(&mut self, mut temperatures: u8) {
+    pub(super) fn take_temperatures(&mut self) {
+        let mut temperatures = self.current.get().reach().temperatures;
         let both = self.inputs.auxiliaries.iter_mut();
         let both = both.zip(&mut self.coming_auxiliaries);
         for ((used, coming), &followed) in both.zip(&self.followed) {
@@ -136,7 +124,6 @@ impl<H: Handle> Servo<H> {
             used |= other.used_axes;
             directional |= other.directional;
         }
-        let beyond = reach.temperatures != 0 && reach.is_beyond(&self.followed);
         let good_inputs = usable && good_auxiliaries;
         let unreferenced = used & !self.referenced != 0;
         let conditions = &mut self.correction.status.conditions;
@@ -144,7 +131,7 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BAD_PERIOD, !good_period);
         conditions.set(Conditions::BAD_INPUT, !good_inputs);
         conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
-        conditions.set(Conditions::BEYOND_RANGE, beyond);
+        conditions.set(Conditions::BEYOND_RANGE, self.beyond);
 
         let hold = !(good_period && good_inputs);
         // An invalid period counts as the longest permitted one, because its real length is unknown.
@@ -211,6 +198,13 @@ impl<H: Handle> Servo<H> {
         let step = self.common.step != Step::Nothing;
         if step {
             self.lanes.iter_mut().for_each(|lane| lane.look_closely());
+        }
+        if self.common.step == Step::Reversal {
+            let all = self.current.get().axes().iter();
+            let all = all.zip(target(&self.current, &self.other, self.fading).get().axes());
+            for (lane, (a, b)) in self.lanes.iter_mut().zip(all) {
+                lane.take_reversal(a, b);
+            }
         }
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
