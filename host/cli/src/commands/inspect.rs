@@ -78,15 +78,23 @@ fn listing(
             (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
             (None, None) => "without end".to_owned(),
         };
+        // Otherwise it is made up as slowly as a ramp begins.
+        let reversal = match a.reversal_acceleration > 1.001 * a.ramp_rate / trueaxis::RISE {
+            true => format!(
+                ", made up at {:.3} {u}/s, {:.1} {u}/s²",
+                a.reversal_rate,
+                a.reversal_acceleration,
+                u = a.unit
+            ),
+            false => String::new(),
+        };
         text += &format!(
-            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}, made up at {:.3} {u}/s, {:.1} {u}/s²\n",
+            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}{reversal}\n",
             a.name,
             a.value_bound,
             a.rate_bound,
             a.ramp_rate,
             a.hysteresis,
-            a.reversal_rate,
-            a.reversal_acceleration,
             u = a.unit
         );
     }
