@@ -38,7 +38,7 @@ fn rounded(state: State) -> i32 {
 }
 
 /// Moves a state by `change` steps, at most 2³⁰ in magnitude.
-#[inline(always)]
+#[inline(never)]
 fn moved(state: State, change: f32) -> State {
     const FRACTION: f32 = 2_147_483_648.0;
     // SAFETY: `change` is at most 2³⁰ in magnitude, and its fraction, below 1, has 24 bits.
