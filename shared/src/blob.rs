@@ -99,6 +99,7 @@ fn index(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
+#[inline(never)]
 fn bounded(value: f32, least: f32) -> bool {
     value >= least && value <= LARGEST_BOUND
 }

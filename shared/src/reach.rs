@@ -130,12 +130,12 @@ impl<C: Room> Reach<C> {
     }
 
     /// Whether all auxiliaries that matter are finite, within reach, and not among the `bad` ones.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>, bad: u8) -> bool {
         self.used_auxiliaries == 0 || (self.used_auxiliaries & bad == 0 && self.holds_used(inputs))
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn holds_used(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
         let mut holds = true;
         let mut used = self.used_auxiliaries;
@@ -150,6 +150,7 @@ impl<C: Room> Reach<C> {
     }
 
     /// Whether two sets of auxiliaries are bitwise identical in the entries that matter, apart from temperatures.
+    #[inline(never)]
     pub(crate) fn same_lengths(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
         let mut same = true;
         let mut used = self.used_auxiliaries & !self.temperatures;

@@ -190,7 +190,7 @@ impl<H: Handle> Servo<H> {
 }
 
 /// The handle being faded in, or else the one in use.
-pub(super) fn target<'h, H: Handle>(current: &'h H, other: &'h Option<H>, fading: Fading) -> &'h H {
+fn target<'h, H: Handle>(current: &'h H, other: &'h Option<H>, fading: Fading) -> &'h H {
     match other {
         Some(other) if fading == Fading::Compensation => other,
         _ => current,

@@ -171,12 +171,10 @@ impl Lane {
         smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate))
     }
 
-    /// Adopts the limits of a reversal from the axis of the compensation in use and of the one being faded in: the
-    /// narrower of the two.
-    pub(super) fn take_reversal(&mut self, axis: &Axis, other: &Axis) {
-        self.reversal_rate = smaller(axis.reversal_rate, other.reversal_rate);
-        self.reversal_acceleration =
-            smaller(axis.reversal_acceleration, other.reversal_acceleration);
+    /// Adopts the limits of a reversal from the axis of the compensation in use.
+    pub(super) fn take_reversal(&mut self, axis: &Axis) {
+        self.reversal_rate = axis.reversal_rate;
+        self.reversal_acceleration = axis.reversal_acceleration;
     }
 
     /// Sets the period of the following updates, s.

@@ -1,6 +1,5 @@
 //! Changes other than positions: the period, references, usable inputs, switches, the common factor.
 
-use super::fades::target;
 use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
@@ -73,6 +72,9 @@ impl<H: Handle> Servo<H> {
         let both = self.inputs.auxiliaries.iter_mut();
         let both = both.zip(&mut self.coming_auxiliaries);
         for ((used, coming), &followed) in both.zip(&self.followed) {
+            if temperatures == 0 {
+                break;
+            }
             if temperatures & 1 != 0 {
                 (*used, *coming) = (followed, followed);
             }
@@ -87,6 +89,7 @@ impl<H: Handle> Servo<H> {
     }
 
     /// The common factor is at rest at 0, so the output does not change now.
+    #[inline(never)]
     fn is_silent(&self) -> bool {
         self.factor.at_rest() && self.factor.value() == 0.0
     }
@@ -200,10 +203,9 @@ impl<H: Handle> Servo<H> {
             self.lanes.iter_mut().for_each(|lane| lane.look_closely());
         }
         if self.common.step == Step::Reversal {
-            let all = self.current.get().axes().iter();
-            let all = all.zip(target(&self.current, &self.other, self.fading).get().axes());
-            for (lane, (a, b)) in self.lanes.iter_mut().zip(all) {
-                lane.take_reversal(a, b);
+            let axes = self.current.get().axes();
+            for (lane, axis) in self.lanes.iter_mut().zip(axes) {
+                lane.take_reversal(axis);
             }
         }
         let moves = !self.factor.at_rest();
