@@ -22,6 +22,8 @@ static AXES: LazyLock<Axes> = LazyLock::new(|| {
         rate_bound: 1.0,
         hysteresis: 0.001,
         ramp_rate: 1.0,
+        reversal_rate: 1.0,
+        reversal_acceleration: 20.0,
     };
     let axes = [
         axis(b'X', [-300.0, 300.0], 0.0),

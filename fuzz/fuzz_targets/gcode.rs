@@ -52,6 +52,8 @@ fn draft() -> Draft {
         rate_bound: 1.0,
         hysteresis: 0.001,
         ramp_rate: 1.0,
+        reversal_rate: 1.0,
+        reversal_acceleration: 20.0,
     };
     let bank =
         |input: u8, start: f32, step: f32, direction: Direction, column: Vec<f32>| DraftBank {

@@ -25,6 +25,8 @@ static BLOBS: LazyLock<[AlignedBlob; 2]> = LazyLock::new(|| {
             rate_bound: 1.0,
             hysteresis: 0.1,
             ramp_rate: 1.0,
+            reversal_rate: 1.0,
+            reversal_acceleration: 20.0,
         };
         let draft = Draft {
             machine: machine.into(),

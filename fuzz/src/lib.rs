@@ -120,6 +120,8 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
                 rate_bound: 0.001 + b.small().abs(),
                 hysteresis: b.small().abs(),
                 ramp_rate: 0.001 + b.small().abs(),
+                reversal_rate: 0.001 + b.small().abs(),
+                reversal_acceleration: 20.0 * (0.001 + b.small().abs()),
             }
         })
         .collect();
@@ -135,7 +137,10 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
                 kind,
                 name: ["t", "bed"][usize::from(i)].try_into().expect("short"),
                 reference: b.small(),
-                lag_rate: if lags { 0.125 } else { 0.0 },
+                sensor: Sensor {
+                    lag_rate: if lags { 0.125 } else { 0.0 },
+                    ..Sensor::USUAL
+                },
             }
         })
         .collect();

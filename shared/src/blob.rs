@@ -11,7 +11,7 @@ use serde::Deserialize;
 use crate::contents::Contents;
 use crate::description::{
     Auxiliary, AuxiliaryKind, Axis, Bank, Direction, Grid, GridAxis, Interpolation, Policy,
-    SampleFormat,
+    SampleFormat, Sensor,
 };
 use crate::format::HEADER;
 use crate::load_error::{LoadError, Part};
@@ -99,6 +99,7 @@ fn index(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
+#[inline(never)]
 fn bounded(value: f32, least: f32) -> bool {
     value >= least && value <= LARGEST_BOUND
 }
@@ -152,6 +153,8 @@ impl<'a, C: Room> Contents<'a, C> {
                 rate_bound: r.take(part)?,
                 hysteresis: r.take(part)?,
                 ramp_rate: r.take(part)?,
+                reversal_rate: r.take(part)?,
+                reversal_acceleration: r.take(part)?,
             };
             if !found.name.is_ascii_alphabetic() {
                 return r.refuse(LoadError::AxisName { axis });
@@ -183,6 +186,11 @@ impl<'a, C: Room> Contents<'a, C> {
             if !bounded(found.ramp_rate, LEAST_BOUND) {
                 return r.refuse(LoadError::RampRate { axis });
             }
+            if !bounded(found.reversal_rate, LEAST_BOUND)
+                || !bounded(found.reversal_acceleration, LEAST_BOUND)
+            {
+                return r.refuse(LoadError::Reversal { axis });
+            }
             self.axes.append(found);
         }
         Ok(())
@@ -197,23 +205,42 @@ impl<'a, C: Room> Contents<'a, C> {
         r.checked(to.auxiliaries(count))?;
         for auxiliary in (0..count).map(index) {
             let part = Part::Auxiliary(auxiliary);
-            let (length, temperature) = (AuxiliaryKind::ToolLength, AuxiliaryKind::Temperature);
-            let (kind, lags) = r.variant(
-                part,
-                &[(length, false), (temperature, false), (temperature, true)],
-            )?;
-            let lag_rate = if lags { r.take(part)? } else { 0.0 };
-            if lags && !(Auxiliary::SLOWEST_LAG..=Auxiliary::FASTEST_LAG).contains(&lag_rate) {
-                return r.refuse(LoadError::LagRate { auxiliary });
-            }
-            let found = Auxiliary {
+            let kinds = [AuxiliaryKind::ToolLength, AuxiliaryKind::Temperature];
+            let kind = r.variant(part, &kinds)?;
+            let mut found = Auxiliary {
                 kind,
                 name: r.take(part)?,
                 reference: r.take(part)?,
-                lag_rate,
+                sensor: Sensor::USUAL,
             };
             if !found.reference.is_finite() {
                 return r.refuse(LoadError::Reference { auxiliary });
+            }
+            if kind == AuxiliaryKind::Temperature {
+                found.sensor = Sensor {
+                    lag_rate: r.take(part)?,
+                    rate: r.take(part)?,
+                    range: r.take(part)?,
+                };
+                let Sensor {
+                    lag_rate,
+                    rate,
+                    range: [low, high],
+                } = found.sensor;
+                let lags = (Sensor::SLOWEST_LAG..=Sensor::FASTEST_LAG).contains(&lag_rate);
+                if lag_rate != 0.0 && !lags {
+                    return r.refuse(LoadError::LagRate { auxiliary });
+                }
+                let follows = (Sensor::SLOWEST..=Sensor::FASTEST).contains(&rate);
+                let most = Sensor::HOTTEST;
+                if !(follows
+                    && found.reference.abs() <= most
+                    && low >= -most
+                    && high <= most
+                    && low < high)
+                {
+                    return r.refuse(LoadError::Sensor { auxiliary });
+                }
             }
             let _ = self.auxiliaries.push(found);
         }

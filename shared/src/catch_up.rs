@@ -14,11 +14,12 @@ pub(crate) struct Period {
     pub velocity: f32,
     /// The goal may have stepped, so it is not followed directly.
     pub step: bool,
-    /// The goal stepped because it is held from now on: the correction stops within [`RISE`](crate::RISE), even from
-    /// full rate.
-    pub holds: bool,
+    /// With which a step, or what a goal that is too fast leaves, is made up.
+    pub acceleration: f32,
     /// Largest speed.
     pub rate: f32,
+    /// The same until this step is made up, if larger.
+    pub faster: f32,
     pub dt: f32,
     /// 1 / dt
     pub frequency: f32,
@@ -28,6 +29,10 @@ pub(crate) struct Period {
     pub ramps: bool,
 }
 
+/// The one bounded follower of an axis: holds, ends of holds, reversals, goals that are too fast and the ends of the
+/// travel are all steps of its goal, made up with limits on rate and acceleration. They differ only in these limits
+/// ([`Period::acceleration`]); until everything is made up, the sharpest of them hold.
+///
 /// Inactive while the goal is followed directly. After a step of the goal, or while the goal moves faster than the
 /// rate, holds the *remainder* between correction and goal. The remainder starts at the step, with the velocity that
 /// the correction had, and is reduced to 0 with bounded acceleration. The goal's own motion is passed through.
@@ -40,6 +45,8 @@ pub(crate) struct CatchUp {
     sense: f32,
     way: Approach,
     pace: Pace,
+    /// Speed beyond the rate that is permitted until the steps are made up.
+    faster: f32,
     /// Goal of the previous period.
     goal: f32,
     /// Velocity of the correction at the end of the previous period.
@@ -54,6 +61,7 @@ impl CatchUp {
             sense: 1.0,
             way: Approach::DONE,
             pace: Pace::new(1.0, 1.0),
+            faster: 0.0,
             goal: 0.0,
             velocity: 0.0,
         }
@@ -66,15 +74,20 @@ impl CatchUp {
     }
 
     /// The correction for a period in which the goal cannot simply be followed: while this is active, and when the goal
-    /// may have stepped or moved faster than the rate. `rise` is the speed reached within [`RISE`](crate::RISE).
+    /// may have stepped or moved faster than the rate.
     #[inline(never)]
-    pub(crate) fn advance(&mut self, p: &Period, rise: f32) -> f32 {
-        let most = p.rate * p.dt;
-        if p.holds {
-            self.pace = Pace::new(p.rate, p.rate);
-        } else if p.step || !self.active {
-            self.pace = Pace::new(p.rate, rise);
+    pub(crate) fn advance(&mut self, p: &Period) -> f32 {
+        if !self.active {
+            self.begin(p);
+        } else if p.step {
+            self.faster = larger(p.faster, self.faster);
+            if p.acceleration > self.pace.acceleration {
+                self.pace = Pace::new(p.rate, p.acceleration);
+            }
         }
+        let rate = larger(p.rate, self.faster);
+        self.pace.rate = rate;
+        let most = rate * p.dt;
         if !self.active {
             self.active = true;
             let change = p.goal - p.last;
@@ -91,10 +104,9 @@ impl CatchUp {
                 self.active = false;
                 return p.goal;
             }
-            self.velocity = bounded(p.velocity, p.rate);
+            self.velocity = bounded(p.velocity, rate);
             self.goal = p.last;
         }
-        self.pace.rate = p.rate;
         let moved = p.goal - self.goal;
         let steps = p.step || moved.abs() > most;
         // During a step the goal is assumed to rest at its new place.
@@ -126,25 +138,31 @@ impl CatchUp {
         }
         // Goal and remainder both move; together they stay within the rate.
         let dq = p.last + bounded(change, most);
-        self.velocity = bounded(change * p.frequency, p.rate);
+        self.velocity = bounded(change * p.frequency, rate);
         self.set(dq - p.goal, self.velocity - own);
         dq
     }
 
     /// The correction was forced to `dq`: continue from there.
-    pub(crate) fn displaced(&mut self, dq: f32, p: &Period, rise: f32) {
+    pub(crate) fn displaced(&mut self, dq: f32, p: &Period) {
         if dq == p.goal {
             self.active = false;
             return;
         }
         if !self.active {
             self.active = true;
-            self.pace = Pace::new(p.rate, rise);
+            self.begin(p);
         }
         self.velocity = bounded((dq - p.last) * p.frequency, p.rate);
         self.stepped = true;
         self.goal = p.goal;
         self.set(dq - p.goal, 0.0);
+    }
+
+    /// Takes the limits of the first step.
+    fn begin(&mut self, p: &Period) {
+        self.pace = Pace::new(p.rate, p.acceleration);
+        self.faster = p.faster;
     }
 
     /// Sets the remainder and its velocity.
@@ -157,6 +175,7 @@ impl CatchUp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pace::RISE;
 
     #[test]
     fn the_rate_bound_holds_to_the_end_of_a_catch_up_of_a_moving_goal() {
@@ -171,14 +190,15 @@ mod tests {
                         last,
                         velocity: (last - before) / dt,
                         step: period == 0,
-                        holds: false,
+                        acceleration: rate / RISE,
                         rate,
+                        faster: 0.0,
                         dt,
                         frequency: 1.0 / dt,
                         last_frequency: 1.0 / dt,
                         ramps: false,
                     };
-                    let dq = way.advance(&now, rate);
+                    let dq = way.advance(&now);
                     // f32 rounding for positions of a few mm.
                     assert!((dq - last).abs() <= rate * dt + 1e-6, "{step} {part} {dt}");
                     if !way.is_active() {
@@ -202,8 +222,9 @@ mod tests {
             last,
             velocity: (last - before) / dt,
             step: false,
-            holds: false,
+            acceleration: 0.4 / RISE,
             rate: 2.0,
+            faster: 0.0,
             dt,
             frequency: 1.0 / dt,
             last_frequency: 1.0 / dt,
@@ -221,7 +242,7 @@ mod tests {
                     step: k == 0,
                     ..period(sense * goal, sense * last, sense * before)
                 });
-                let [up, down] = [0, 1].map(|way| ways[way].advance(&found[way], 0.4));
+                let [up, down] = [0, 1].map(|way| ways[way].advance(&found[way]));
                 assert_eq!(up, -down, "{part}, period {k}");
                 (before, last) = (last, up);
                 // From faster than the rate in one direction to faster than the rate in the other.
@@ -232,7 +253,7 @@ mod tests {
 
     #[test]
     fn what_had_to_be_elsewhere_goes_on_from_there_at_its_speed() {
-        let acceleration = Pace::new(2.0, 0.4).acceleration;
+        let acceleration = 0.4 / RISE;
         for sense in [1.0, -1.0] {
             // Previously followed directly, or still catching up.
             for stepped in [false, true] {
@@ -243,20 +264,20 @@ mod tests {
                         step: true,
                         ..period(goal, last, last)
                     };
-                    way.advance(&begin, 0.4);
+                    way.advance(&begin);
                 }
                 assert_eq!(way.is_active(), stepped);
                 // At 0.5 mm/s towards the goal.
                 let dq = last + 0.0005 * sense;
-                way.displaced(dq, &period(goal, last, last), 0.4);
+                way.displaced(dq, &period(goal, last, last));
                 assert!(way.is_active());
-                let next = way.advance(&period(goal, dq, last), 0.4);
+                let next = way.advance(&period(goal, dq, last));
                 let change = (next - dq) / 0.001 - 0.5 * sense;
                 // Corrections below 0.5 round by 2⁻²⁶, twice in a speed.
                 let rounding = 2.0_f32.powi(-25) / 0.001;
                 assert!(change.abs() <= acceleration * 0.001 + rounding, "{change}");
                 // At its goal there is nothing left to make up.
-                way.displaced(goal, &period(goal, next, dq), 0.4);
+                way.displaced(goal, &period(goal, next, dq));
                 assert!(!way.is_active());
             }
         }
@@ -266,11 +287,11 @@ mod tests {
     fn a_step_within_a_long_period_is_no_jerk_in_a_very_short_one_after_it() {
         let (rate, speed) = (2.0, 0.25_f32);
         let (long, short) = (0.01_f32, 1e-5);
-        let acceleration = f64::from(Pace::new(rate, 0.4).acceleration);
+        let acceleration = 0.4 / RISE;
         // Fractions of the acceleration over a long period, towards and away from the goal.
         for part in (-20..=20).map(|k| 0.05 * k as f32) {
             let mut way = CatchUp::new();
-            let step = part * acceleration as f32 * long * long;
+            let step = part * acceleration * long * long;
             // The goal has been followed at constant speed.
             let (mut goal, mut last, mut velocity) = (0.0, 0.0, f64::from(speed));
             let mut last_dt = long;
@@ -284,20 +305,21 @@ mod tests {
                     last,
                     velocity: velocity as f32,
                     step: period == 1,
-                    holds: false,
+                    acceleration,
                     rate,
+                    faster: 0.0,
                     dt,
                     frequency: 1.0 / dt,
                     last_frequency: 1.0 / last_dt,
                     ramps: false,
                 };
                 let dq = if way.is_active() || now.step {
-                    way.advance(&now, 0.4)
+                    way.advance(&now)
                 } else {
                     goal
                 };
                 let reached = (f64::from(dq) - f64::from(last)) / f64::from(dt);
-                let most = acceleration * 0.5 * f64::from(dt + last_dt);
+                let most = f64::from(acceleration) * 0.5 * f64::from(dt + last_dt);
                 // Positions below 1/64 round by 2⁻³¹: twice in each of two velocities, and as often on the way there.
                 let rounding =
                     8.0 * 2.0_f64.powi(-31) / f64::from(if dt < last_dt { dt } else { last_dt });

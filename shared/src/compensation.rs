@@ -5,6 +5,7 @@ use core::fmt;
 use crate::blob;
 use crate::contents::Contents;
 use crate::description::{Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
+use crate::format::HEADER;
 use crate::header::{self, Held};
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::kernel;
@@ -117,10 +118,15 @@ impl<'a, C: Room> Compensation<'a, C> {
     /// Fills an empty compensation.
     fn take(&mut self, bytes: &'a [u8], held: Held) -> Result<(), LoadError> {
         let bytes = header::open(bytes, held)?;
+        self.length = bytes.len() as u32;
+        // The notes at the end are for hosts, which read them with `Notes::of`.
+        let noted = header::noted(bytes);
+        let end = bytes.len().wrapping_sub(noted.into());
+        let bytes = bytes.get(..end).filter(|bytes| bytes.len() >= HEADER);
+        let bytes = bytes.ok_or(LoadError::Notes { stated: noted })?;
         let contents = &mut self.contents;
         self.plan
             .fill(bytes, |filling| blob::read(bytes, filling, contents))?;
-        self.length = bytes.len() as u32;
         magnitude::measure(&self.plan, &self.contents, &mut self.peaks)?;
         self.reach = Reach::find(&self.contents, self.inputs_used());
         Ok(())

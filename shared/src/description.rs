@@ -72,6 +72,11 @@ pub struct Axis {
     pub hysteresis: f32,
     /// Rate of change of the correction in transitions (enable, cross-fade …), mm/s or degrees/s.
     pub ramp_rate: f32,
+    /// Rate at which the step of a reversal (backlash) is made up, mm/s or degrees/s. Where it is larger than the rate
+    /// bound, it holds instead of it until the step is made up.
+    pub reversal_rate: f32,
+    /// Acceleration with which the step of a reversal is made up, mm/s² or degrees/s².
+    pub reversal_acceleration: f32,
 }
 
 /// Quantity that an auxiliary input measures.
@@ -93,37 +98,69 @@ pub struct Auxiliary {
     pub kind: AuxiliaryKind,
     /// Name of the sensor or of the quantity.
     pub name: Name,
-    /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C. Informative: the
-    /// caller subtracts the reference from temperatures; nothing subtracts it from lengths.
+    /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C. The caller subtracts
+    /// the reference from temperatures; nothing subtracts it from lengths.
     pub reference: f32,
-    /// 1/τ of the first-order [lag](crate::Lag) between this sensor and its effect, 1/s; 0 if there is none. Only of
-    /// temperatures. The servo applies it; other callers of an evaluation pass filtered values.
-    pub lag_rate: f32,
+    /// How a servo follows a temperature; of other kinds it has no meaning and is not stored.
+    pub sensor: Sensor,
 }
 
 impl Auxiliary {
+    /// Whether both mean the same quantity: kind, name, reference and lag are equal.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        self.kind == other.kind
+            && self.name == other.name
+            && self.reference == other.reference
+            && self.sensor.lag_rate == other.sensor.lag_rate
+    }
+}
+
+/// How a servo follows the readings of a temperature sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sensor {
+    /// 1/τ of the first-order [lag](crate::Lag) between this sensor and its effect, 1/s; 0 if there is none.
+    pub lag_rate: f32,
+    /// Largest rate at which readings are followed, K/s. A reading that is farther from the followed value than this
+    /// rate covers in [`Sensor::JUMP`] seconds is a fault.
+    pub rate: f32,
+    /// Lowest and highest plausible temperature, °C. A reading outside is a fault.
+    pub range: [f32; 2],
+}
+
+impl Sensor {
     /// The fastest permitted lag: a time constant of 1 s.
     pub const FASTEST_LAG: f32 = 1.0;
     /// The slowest permitted lag: a time constant of 10⁷ s.
     pub const SLOWEST_LAG: f32 = 1e-7;
+    /// The slowest permitted rate, K/s.
+    pub const SLOWEST: f32 = 0.01;
+    /// The fastest permitted rate, K/s.
+    pub const FASTEST: f32 = 10.0;
+    /// Magnitudes of plausible temperatures are below this, °C.
+    pub const HOTTEST: f32 = 1000.0;
+    /// Time (s) over which a reading may be ahead of the followed value.
+    pub const JUMP: f32 = 100.0;
+    /// The usual sensor in a machine part, which takes minutes to warm up: no lag, 0.1 K/s, 5 to 120 °C. 5 °C is the
+    /// lowest temperature of the air around a machine in IEC 60204-1; what is not connected often reads 0 °C. Windings
+    /// and spindle bearings stay below 120 °C.
+    pub const USUAL: Self = Self {
+        lag_rate: 0.0,
+        rate: 0.1,
+        range: [5.0, 120.0],
+    };
 }
 
-/// The kind of an auxiliary as written: a lag makes a kind of its own, which readers without lags refuse.
-#[derive(Serialize)]
-enum WrittenKind {
-    ToolLength,
-    Temperature,
-    Lagging(f32),
-}
-
+/// Auxiliaries as written: only temperatures have a sensor.
 impl Serialize for Auxiliary {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let kind = match self.kind {
-            AuxiliaryKind::ToolLength => WrittenKind::ToolLength,
-            AuxiliaryKind::Temperature if self.lag_rate == 0.0 => WrittenKind::Temperature,
-            AuxiliaryKind::Temperature => WrittenKind::Lagging(self.lag_rate),
-        };
-        (kind, &self.name, self.reference).serialize(serializer)
+        match self.kind {
+            AuxiliaryKind::ToolLength => {
+                (self.kind, &self.name, self.reference).serialize(serializer)
+            }
+            AuxiliaryKind::Temperature => {
+                (self.kind, &self.name, self.reference, self.sensor).serialize(serializer)
+            }
+        }
     }
 }
 

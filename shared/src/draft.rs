@@ -16,6 +16,7 @@ use crate::description::{
 use crate::format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::header;
 use crate::load_error::LoadError;
+use crate::notes::Notes;
 use crate::room::capacities;
 
 /// Capacities with which [`Draft::encode`] verifies its output: any smaller target refuses a large blob with
@@ -40,6 +41,8 @@ pub struct Draft {
     pub terms: Vec<Term>,
     /// Grids.
     pub grids: Vec<DraftGrid>,
+    /// What hosts want to know about the origin of the corrections.
+    pub notes: Notes,
 }
 
 /// Tables over the same points of the same input.
@@ -212,7 +215,7 @@ impl Draft {
         let mut samples = Samples::default();
         let wire = self.wire(&mut samples)?;
         let description = postcard::to_allocvec(&wire).map_err(|_| EncodeError::TooLarge)?;
-        assemble(&description, &samples)
+        assemble(&description, &samples, &self.notes.encode()?)
     }
 
     pub(crate) fn wire(&self, samples: &mut Samples) -> Result<Wire<'_>, EncodeError> {
@@ -238,19 +241,26 @@ impl Draft {
     }
 }
 
-/// Joins header, description, padding and samples.
-pub(crate) fn assemble(description: &[u8], samples: &Samples) -> Result<Vec<u8>, EncodeError> {
+/// Joins header, description, padding, samples and notes.
+pub(crate) fn assemble(
+    description: &[u8],
+    samples: &Samples,
+    notes: &[u8],
+) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = vec![0; HEADER];
     bytes.extend(description);
     bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
     bytes.extend(samples.floats.iter().flat_map(|v| v.to_le_bytes()));
     bytes.extend(samples.shorts.iter().flat_map(|v| v.to_le_bytes()));
+    bytes.extend(notes);
     if bytes.len() > LARGEST_BLOB {
         return Err(EncodeError::TooLarge);
     }
+    let noted = u16::try_from(notes.len()).map_err(|_| EncodeError::TooLarge)?;
     let length = bytes.len() as u32;
     bytes[..4].copy_from_slice(&MAGIC);
     bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
+    bytes[6..8].copy_from_slice(&noted.to_le_bytes());
     bytes[8..12].copy_from_slice(&length.to_le_bytes());
     let checksum = header::checksum(&bytes);
     bytes[12..16].copy_from_slice(&checksum.to_le_bytes());

@@ -35,7 +35,7 @@ impl Header {
     ///
     /// # Errors
     /// [`LoadError::NoHeader`], [`LoadError::BadMagic`], [`LoadError::UnknownVersion`],
-    /// [`LoadError::ReservedNotZero`], [`LoadError::TooLong`].
+    /// [`LoadError::TooLong`].
     pub fn read(bytes: &[u8]) -> Result<Self, LoadError> {
         let Some((header, _)) = bytes.split_first_chunk::<HEADER>() else {
             return Err(LoadError::NoHeader);
@@ -46,9 +46,6 @@ impl Header {
         let version = u16::from_le_bytes([header[4], header[5]]);
         if version != VERSION {
             return Err(LoadError::UnknownVersion { found: version });
-        }
-        if header[6..8] != [0, 0] {
-            return Err(LoadError::ReservedNotZero);
         }
         let length = u32::from_le_bytes([header[8], header[9], header[10], header[11]]);
         if length > LARGEST_BLOB as u32 {
@@ -107,6 +104,11 @@ pub(crate) enum Held {
     Exactly,
     /// A flash slot: at least the stated length.
     AtLeast,
+}
+
+/// Length of the notes stated in a header.
+pub(crate) fn noted(blob: &[u8]) -> u16 {
+    u16::from_le_bytes([blob[6], blob[7]])
 }
 
 /// Checks header, length and checksum; returns the blob without the bytes after it.

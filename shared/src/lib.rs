@@ -74,6 +74,8 @@ pub mod link;
 mod load_error;
 mod magnitude;
 mod measure;
+#[cfg(feature = "encode")]
+mod notes;
 #[cfg(all(test, feature = "encode"))]
 mod oracle;
 mod pace;
@@ -92,7 +94,7 @@ mod work;
 pub use compensation::{Compensation, TermView};
 pub use description::{
     ADJUSTABLE, AUXILIARIES, Auxiliary, AuxiliaryKind, Axis, Bank, Direction, FACTORS, GRID_INPUTS,
-    GRID_OUTPUTS, Grid, GridAxis, Interpolation, Name, Policy, SampleFormat, Term,
+    GRID_OUTPUTS, Grid, GridAxis, Interpolation, Name, Policy, SampleFormat, Sensor, Term,
 };
 pub use direction::Reversal;
 #[cfg(feature = "encode")]
@@ -105,6 +107,8 @@ pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
 pub use lag::Lag;
 pub use load_error::{LoadError, Part};
+#[cfg(feature = "encode")]
+pub use notes::{Notes, Zone};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;
 pub use room::{Counts, Holds, List, Room, Row, Usual};

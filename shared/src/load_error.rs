@@ -73,8 +73,11 @@ pub enum LoadError {
         /// The version found.
         found: u16,
     },
-    /// The reserved header field is not zero.
-    ReservedNotZero,
+    /// The header states more bytes of notes than there are.
+    Notes {
+        /// Length of the notes stated in the header.
+        stated: u16,
+    },
     /// The length stated in the header differs from the number of bytes.
     WrongLength {
         /// Length stated in the header.
@@ -313,7 +316,7 @@ pub enum LoadError {
     PaddingNotZero,
     /// The length computed from the description and the sample counts differs from the one stated in the header.
     SectionLength {
-        /// Length stated in the header.
+        /// Length stated in the header, without the notes.
         stated: u32,
         /// Computed length; `u32::MAX` if it is larger.
         computed: u32,
@@ -341,8 +344,19 @@ pub enum LoadError {
         /// Length stated in the header.
         stated: u32,
     },
-    /// The rate of a lag is not a number from 1e-7 to 1 per s.
+    /// The rate of a lag is neither 0 nor a number from 1e-7 to 1 per s.
     LagRate {
+        /// Index of the auxiliary.
+        auxiliary: u16,
+    },
+    /// The rate or the acceleration with which an axis makes up a reversal is not a number from 1e-9 to 1e9.
+    Reversal {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The rate of a temperature is not a number from 0.01 to 10 K/s, its reference or its plausible range goes beyond
+    /// ±1000 °C, or the range is empty.
+    Sensor {
         /// Index of the auxiliary.
         auxiliary: u16,
     },
@@ -359,7 +373,12 @@ impl fmt::Display for LoadError {
                 "format version {found} is unknown here (known: {})",
                 VERSION
             ),
-            Self::ReservedNotZero => f.write_str("the reserved header field is not zero"),
+            Self::Notes { stated } => {
+                write!(
+                    f,
+                    "the header states {stated} bytes of notes, more than there are"
+                )
+            }
             Self::WrongLength { stated, held } => {
                 write!(f, "the header states {stated} bytes, there are {held}")
             }
@@ -426,7 +445,15 @@ impl fmt::Display for LoadError {
             }
             Self::LagRate { auxiliary } => write!(
                 f,
-                "auxiliary {auxiliary}: the rate of its lag must be from 1e-7 to 1"
+                "auxiliary {auxiliary}: the rate of its lag must be 0, or from 1e-7 to 1"
+            ),
+            Self::Reversal { axis } => write!(
+                f,
+                "axis {axis}: rate and acceleration of a reversal must be from 1e-9 to 1e9"
+            ),
+            Self::Sensor { auxiliary } => write!(
+                f,
+                "auxiliary {auxiliary}: it must be followed at 0.01 to 10 K/s, within ±1000 °C"
             ),
             Self::Input { part, input } => write!(f, "{part}: input {input} does not exist"),
             Self::Start { part } => write!(f, "{part}: first and last point must be finite"),

@@ -18,12 +18,17 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// A speed up to `rate`, with the acceleration that reaches `rise` within [`RISE`] seconds.
-    pub(crate) fn new(rate: f32, rise: f32) -> Self {
+    /// A speed up to `rate`, reached within [`RISE`] seconds.
+    pub(crate) fn rising(rate: f32) -> Self {
+        Self::new(rate, rate * (1.0 / RISE))
+    }
+
+    /// A speed up to `rate`, with this acceleration.
+    pub(crate) fn new(rate: f32, acceleration: f32) -> Self {
         Self {
             rate,
-            acceleration: rise / RISE,
-            braking: 1.0002 * RISE / (2.0 * rise),
+            acceleration,
+            braking: 0.5001 / acceleration,
         }
     }
 }
@@ -133,7 +138,7 @@ mod tests {
     /// Speed after one step of 0.1 s with an acceleration of 1.
     fn after(remaining: f32, speed: f32, rate: f32) -> f32 {
         let mut way = Approach::from(remaining, speed);
-        way.advance(&Pace::new(rate, RISE), 0.1);
+        way.advance(&Pace::new(rate, 1.0), 0.1);
         way.speed
     }
 

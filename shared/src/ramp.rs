@@ -64,7 +64,7 @@ mod tests {
     fn a_ramp_lands_exactly_and_in_time() {
         for rate in [0.001, 0.1, 1.0, 5.0, 20.0, 100.0] {
             for dt in [1e-5, 1e-4, 1e-3, 1e-2_f32] {
-                let pace = Pace::new(rate, rate);
+                let pace = Pace::rising(rate);
                 let mut ramp = Ramp::ZERO;
                 // At full rate 1/rate, with half a RISE each for acceleration and braking; if the full rate is not
                 // reached, two halves of 2·√(1/a). The slow final approach adds a few periods.
@@ -97,7 +97,7 @@ mod tests {
             base in 1.0 / 16384.0_f32..0.01,
             plan in prop::collection::vec((any::<bool>(), 1_usize..400, 0.015_625_f32..1.0), 1..12),
         ) {
-            let pace = Pace::new(rate, rate);
+            let pace = Pace::rising(rate);
             let mut ramp = Ramp::ZERO;
             let mut value = 0.0_f64;
             let mut speed = 0.0_f64;
@@ -139,7 +139,7 @@ mod tests {
             ),
         ) {
             // A catch-up may be faster than a ramp, with the same acceleration.
-            let pace = Pace::new(rate * faster, rate);
+            let pace = Pace::new(rate * faster, rate / RISE);
             let (rate, acceleration) = (f64::from(pace.rate), f64::from(pace.acceleration));
             let mut ramp = Ramp::ZERO;
             let (mut place, mut speed, mut last_dt) = (0.0_f64, 0.0_f64, 0.0_f64);

@@ -26,10 +26,10 @@ pub(crate) struct Reach<C: Room> {
     pub directional: u16,
     /// Auxiliaries that feed an active term or a grid.
     pub used_auxiliaries: u8,
-    /// Auxiliaries with a lag.
-    pub lagging: u8,
-    /// Both.
-    pub watched_auxiliaries: u8,
+    /// Auxiliaries that are temperatures.
+    pub temperatures: u8,
+    /// Those that feed something, and temperatures.
+    pub watched: u8,
 }
 
 impl<C: Room> Reach<C> {
@@ -41,8 +41,8 @@ impl<C: Room> Reach<C> {
         used_axes: 0,
         directional: 0,
         used_auxiliaries: 0,
-        lagging: 0,
-        watched_auxiliaries: 0,
+        temperatures: 0,
+        watched: 0,
     };
 
     /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
@@ -56,9 +56,9 @@ impl<C: Room> Reach<C> {
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
         for (number, auxiliary) in contents.auxiliaries.iter().enumerate() {
-            reach.lagging |= u8::from(auxiliary.lag_rate > 0.0) << number;
+            reach.temperatures |= u8::from(auxiliary.kind == AuxiliaryKind::Temperature) << number;
         }
-        reach.watched_auxiliaries = reach.used_auxiliaries | reach.lagging;
+        reach.watched = reach.used_auxiliaries | reach.temperatures;
         for bank in contents.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;
@@ -117,15 +117,6 @@ impl<C: Room> Reach<C> {
         }
     }
 
-    /// Whether a temperature that matters is beyond its tables.
-    pub(crate) fn is_beyond(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
-        let mut beyond = false;
-        for (x, [low, high]) in auxiliaries.iter().zip(&self.ranges) {
-            beyond |= x < low || x > high;
-        }
-        beyond
-    }
-
     /// Whether the axes that are used or referenced (bit 0 is the first) are within reach.
     pub(crate) fn holds_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
         let mut matters = self.used_axes | referenced;
@@ -138,13 +129,13 @@ impl<C: Room> Reach<C> {
         true
     }
 
-    /// Whether all auxiliaries that matter are finite and within reach.
-    #[inline(always)]
-    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
-        self.used_auxiliaries == 0 || self.holds_used(inputs)
+    /// Whether all auxiliaries that matter are finite, within reach, and not among the `bad` ones.
+    #[inline(never)]
+    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>, bad: u8) -> bool {
+        self.used_auxiliaries == 0 || (self.used_auxiliaries & bad == 0 && self.holds_used(inputs))
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn holds_used(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
         let mut holds = true;
         let mut used = self.used_auxiliaries;
@@ -158,10 +149,11 @@ impl<C: Room> Reach<C> {
         holds
     }
 
-    /// Whether two sets of auxiliaries are bitwise identical in the entries that matter.
-    pub(crate) fn same_auxiliaries(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
+    /// Whether two sets of auxiliaries are bitwise identical in the entries that matter, apart from temperatures.
+    #[inline(never)]
+    pub(crate) fn same_lengths(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
         let mut same = true;
-        let mut used = self.used_auxiliaries;
+        let mut used = self.used_auxiliaries & !self.temperatures;
         for (a, b) in a.iter().zip(b) {
             if used == 0 {
                 break;
@@ -258,7 +250,7 @@ mod tests {
             let mut inputs = Inputs::at([0.0; 4]);
             inputs.auxiliaries = [f32::NAN; AUXILIARIES];
             inputs.auxiliaries[..2].copy_from_slice(&[first, second]);
-            assert_eq!(c.reach().holds_auxiliaries(&inputs), expected);
+            assert_eq!(c.reach().holds_auxiliaries(&inputs, 0), expected);
         }
     }
 }

@@ -21,7 +21,7 @@
 //! fades, `lane.rs` handles one axis.
 
 use crate::compensation::Compensation;
-use crate::description::Axis;
+use crate::description::{Auxiliary, Axis};
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Row;
@@ -91,7 +91,7 @@ impl<H: Handle> Servo<H> {
             Some(Refused::Busy)
         } else if axes.len() != others.len() || !axes.iter().zip(others).all(same) {
             Some(Refused::Axes)
-        } else if current.auxiliaries() != new.auxiliaries() {
+        } else if !alike(current.auxiliaries(), new.auxiliaries()) {
             Some(Refused::Auxiliaries)
         } else {
             None
@@ -187,7 +187,8 @@ impl<H: Handle> Servo<H> {
 
     /// Processes one servo period and returns the correction for it.
     ///
-    /// `inputs`: the uncorrected commands in machine coordinates, and auxiliaries as read, whose lags the servo applies;
+    /// `inputs`: the uncorrected commands in machine coordinates, and auxiliaries as read: temperatures are followed at
+    /// the rate and with the lag in the compensation, whose reference is subtracted from them before;
     /// `referenced`: bit 0 for the first axis, cleared while it is not referenced or is homing; `dt`: the period in s.
     ///
     /// # Operations
@@ -235,7 +236,11 @@ impl<H: Handle> Servo<H> {
             }
         }
         self.correction.status = Status::default();
-        if self.at_rest && followed == Followed::Along && self.keeps_auxiliaries(inputs) {
+        let mut rests = self.at_rest && followed == Followed::Along;
+        if self.current.get().reach().watched != 0 {
+            rests = self.follow_auxiliaries(inputs, rests);
+        }
+        if rests {
             self.inputs.axes = inputs.axes;
             self.compute();
         } else {
@@ -261,6 +266,11 @@ impl<H: Handle> Servo<H> {
         self.common.last_frequency = self.common.frequency;
         &self.correction
     }
+}
+
+/// Whether two lists of auxiliaries mean the same quantities.
+fn alike(a: &[Auxiliary], b: &[Auxiliary]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.is_like(b))
 }
 
 mod fades;

@@ -16,7 +16,16 @@ pub fn axis(name: u8) -> Axis {
         rate_bound: 10.0,
         hysteresis: 0.01,
         ramp_rate: 0.5,
+        reversal_rate: 10.0,
+        reversal_acceleration: 10.0,
     }
+}
+
+/// Sets the bounds of an axis; a reversal is made up with the acceleration of a ramp, and at the rate bound.
+pub fn limit(axis: &mut Axis, value: f32, rate: f32, ramp: f32) {
+    axis.value_bound = value;
+    (axis.rate_bound, axis.ramp_rate) = (rate, ramp);
+    (axis.reversal_rate, axis.reversal_acceleration) = (rate, ramp / RISE);
 }
 
 /// A linear bank over both directions, f32.
@@ -68,7 +77,7 @@ pub fn everything() -> Draft {
         kind: AuxiliaryKind::ToolLength,
         name: "tool".try_into().unwrap(),
         reference: 130.0,
-        lag_rate: 0.0,
+        sensor: Sensor::USUAL,
     });
     draft.banks = vec![
         bank(0, -100.0, 200.0, vec![vec![-100.0, 100.0]]),

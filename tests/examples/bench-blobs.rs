@@ -17,6 +17,8 @@ fn axis(name: u8, travel: [f32; 2]) -> Axis {
         rate_bound: 1.0,
         hysteresis: 0.001,
         ramp_rate: 1.0,
+        reversal_rate: 1.0,
+        reversal_acceleration: 20.0,
     }
 }
 

@@ -54,6 +54,8 @@ pub fn case(setup: &Setup<'_>) -> Result<Case, Failure> {
                 rate_bound: 50.0,
                 hysteresis: 0.001,
                 ramp_rate: 20.0,
+                reversal_rate: 50.0,
+                reversal_acceleration: 400.0,
             })
             .into(),
         banks,

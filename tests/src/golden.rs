@@ -3,7 +3,7 @@
 use crate::moves;
 use trueaxis::{
     Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis,
-    Interpolation, Largest, Policy, SampleFormat, Term,
+    Interpolation, Largest, Notes, Policy, SampleFormat, Term, Zone,
 };
 
 fn axis(name: u8, travel: f32) -> Axis {
@@ -15,6 +15,8 @@ fn axis(name: u8, travel: f32) -> Axis {
         rate_bound: 20.0,
         hysteresis: 0.0078125,
         ramp_rate: 2.5,
+        reversal_rate: 20.0,
+        reversal_acceleration: 50.0,
     }
 }
 
@@ -75,13 +77,13 @@ pub fn everything() -> Draft {
                 kind: AuxiliaryKind::ToolLength,
                 name: "tool length".try_into().unwrap_or_default(),
                 reference: 130.0,
-                lag_rate: 0.0,
+                sensor: trueaxis::Sensor::USUAL,
             },
             Auxiliary {
                 kind: AuxiliaryKind::Temperature,
                 name: "bed".try_into().unwrap_or_default(),
                 reference: 20.0,
-                lag_rate: 0.0,
+                sensor: trueaxis::Sensor::USUAL,
             },
         ],
         banks: vec![
@@ -174,6 +176,14 @@ pub fn everything() -> Draft {
                     .collect(),
             },
         ],
+        notes: Notes {
+            zone: vec![Zone {
+                axis: 3,
+                range: [-55.0, 55.0],
+            }],
+            misfit_um: Some(1.5),
+            unseen: vec!["EX0C".to_owned()],
+        },
     }
 }
 
@@ -181,7 +191,7 @@ pub fn everything() -> Draft {
 #[must_use]
 pub fn lag() -> Draft {
     let mut draft = everything();
-    draft.auxiliaries[1].lag_rate = 0.015_625;
+    draft.auxiliaries[1].sensor.lag_rate = 0.015_625;
     draft
 }
 

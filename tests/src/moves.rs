@@ -2,7 +2,9 @@
 //! only `core`: `firmware/boards/portable` includes this file.
 
 use crate::fixed::Fixed;
-use trueaxis::{Compensation, Correction, Inputs, Room, Row, Servo, Travel, Travelling};
+use trueaxis::{
+    AuxiliaryKind, Compensation, Correction, Inputs, Room, Row, Servo, Travel, Travelling,
+};
 
 /// A position slightly beyond ± the travel (endless: 3 turns), with few enough bits to be exact.
 fn beyond(random: &mut Fixed, travel: [f32; 2]) -> f32 {
@@ -62,7 +64,13 @@ pub fn periods<C: Room>(
     let mut from = inputs(&mut random, c);
     let mut referenced = u16::MAX;
     for _ in 0..moves {
-        let to = inputs(&mut random, c);
+        let mut to = inputs(&mut random, c);
+        for (kelvin, auxiliary) in to.auxiliaries.iter_mut().zip(c.auxiliaries()) {
+            if auxiliary.kind == AuxiliaryKind::Temperature {
+                // Within ±3.6 K: farther would be jumps, which are faults.
+                *kelvin *= 0.03125;
+            }
+        }
         match random.bits() % 8 {
             0 => servo.disable(),
             1 => referenced ^= 1,

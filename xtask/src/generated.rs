@@ -124,6 +124,8 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             generate.arg("-o").arg(code);
             print!("{}", output(&mut generate)?);
         }
+        let code = fs::read_to_string(&c).map_err(|e| e.to_string())?;
+        let shape = shape(&code)?;
         for (compiler, options, kind) in COMPILERS {
             let object = folder.join(format!("{name}_{kind}.o"));
             let mut compile = Command::new(compiler);
@@ -131,7 +133,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
                 .args(options.split_whitespace())
                 .args(WARNINGS.split_whitespace())
                 .arg(format!("-I{}", root().join("firmware/capi").display()))
-                .arg(format!("-Dtrueaxis_evaluate={name}_{kind}"))
+                .arg(format!("-Dtrueaxis_evaluate_{shape}={name}_{kind}"))
                 .arg(format!(
                     "-Dtrueaxis_evaluate_generated={name}_{kind}_generated"
                 ))
@@ -154,6 +156,17 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         .args(["run", "-q", "--release", "--", &count.to_string()])
         .envs(CAPACITIES)
         .env("CARGO_TARGET_DIR", folder.join("build")))
+}
+
+/// What the name of the linked function says about its arguments: `i5_t0_w0_c5`.
+fn shape(code: &str) -> Result<&str, String> {
+    let (_, rest) = code
+        .split_once("void trueaxis_evaluate_")
+        .ok_or("no function in the generated code")?;
+    let (shape, _) = rest
+        .split_once('(')
+        .ok_or("no arguments in the generated code")?;
+    Ok(shape)
 }
 
 /// The C must not compile where the compiler may change the order of operations.

@@ -3,9 +3,7 @@
  * `trueaxis generate huron-13.trax --servo --function huron_13 -o huron_13.c` wrote the code. What prints and ends
  * is for QEMU, below.
  */
-#include "trueaxis.h"
-
-extern const trueaxis_generated huron_13_generated;
+#include "generated/huron_13.h"
 
 static void print(float value);
 static void finish(int failed);

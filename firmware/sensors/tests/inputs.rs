@@ -25,7 +25,7 @@ fn an_open_or_shorted_resistor_is_lost_and_its_input_held() {
             kind: AuxiliaryKind::Temperature,
             name: name.try_into().expect("at most 16 bytes"),
             reference: 20.0,
-            lag_rate: 0.0,
+            sensor: trueaxis::Sensor::USUAL,
         });
         temperatures.assign(&inputs);
         for _ in 0..3 {

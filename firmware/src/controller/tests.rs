@@ -316,7 +316,7 @@ fn warm(sensor: &str) -> AlignedBlob {
         name: sensor.try_into().unwrap(),
         kind: AuxiliaryKind::Temperature,
         reference: 20.0,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     }];
     draft.encode().unwrap()
 }

@@ -40,6 +40,8 @@ pub(crate) fn draft(machine: &str, axes: &[u8], scale: f32) -> Draft {
         rate_bound: 10.0,
         hysteresis: 0.01,
         ramp_rate: 2.0,
+        reversal_rate: 10.0,
+        reversal_acceleration: 40.0,
     };
     let bank = |direction, column| DraftBank {
         input: 1,
@@ -613,7 +615,7 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
         kind: AuxiliaryKind::ToolLength,
         name: "tool".try_into().unwrap(),
         reference: 100.0,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     }];
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     flashed(&mut desktop, &draft.encode().unwrap());

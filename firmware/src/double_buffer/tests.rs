@@ -29,6 +29,8 @@ fn blob(machine: &str, scale: f32) -> &'static [u8] {
             rate_bound: 1e4,
             hysteresis: 0.01,
             ramp_rate: 1e3,
+            reversal_rate: 1e4,
+            reversal_acceleration: 20000.0,
         }],
         banks: vec![DraftBank {
             input: 0,

@@ -29,6 +29,8 @@ fn blob() -> &'static [u8] {
         rate_bound: 2.0,
         hysteresis: 0.01,
         ramp_rate: 1.0,
+        reversal_rate: 2.0,
+        reversal_acceleration: 20.0,
     };
     let term = |output, weight| Term {
         output,

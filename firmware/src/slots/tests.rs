@@ -31,6 +31,8 @@ fn draft(machine: &str) -> Draft {
         rate_bound: 10.0,
         hysteresis: 0.01,
         ramp_rate: 0.5,
+        reversal_rate: 10.0,
+        reversal_acceleration: 10.0,
     };
     Draft {
         machine: machine.into(),

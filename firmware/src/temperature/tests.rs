@@ -48,7 +48,7 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f32) -> Auxiliary {
         kind,
         name: name.try_into().expect("at most 16 bytes"),
         reference,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     }
 }
 

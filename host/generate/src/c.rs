@@ -1,29 +1,22 @@
-//! The program as C99.
+//! The program as C99: the code, and the header with its prototype.
+//!
+//! The name of the function that is linked contains the shape of its arguments. The header defines the name that users
+//! call, so code that was compiled for another shape does not link.
 
 use crate::program::{Local, Program, Samples, Statement, Value};
 use crate::text::{Syntax, helpers, rows};
 use crate::{ForServo, Head};
 
-/// The whole file.
-pub fn print(program: &Program, head: &Head<'_>) -> String {
+/// The code; `header` is the name of the file of the header.
+pub fn print(program: &Program, head: &Head<'_>, header: &str) -> String {
+    // Several such files may be parts of one translation unit.
+    let program = &named(program, head.function);
     let mut text = head.comment("// ");
     text += PREAMBLE;
+    text += &format!("#include \"{header}\"\n");
     if head.servo.is_some() {
         text += &capacities(program);
     }
-    text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
-    text += &format!(" * inputs: {}.\n", head.inputs());
-    if program.is_directional {
-        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
-    }
-    if program.weights > 0 {
-        text += " * weights: those of the adjustable terms, in their order.\n";
-    }
-    text += &format!(
-        " * corrections: in the order of the axes: {}. */\n",
-        head.letters()
-    );
-    text += &format!("{};\n", signature(program, head));
     for array in &program.arrays {
         let points: String = array
             .points
@@ -49,11 +42,80 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     text
 }
 
-/// The header of the C interface, and a check that its servo has enough axes.
+/// The header: prototype, counts and checksum.
+pub fn header(program: &Program, head: &Head<'_>) -> String {
+    let mut text = head.comment("// ");
+    let function = head.function;
+    let macros = function.to_uppercase();
+    text += &format!("#ifndef {macros}_H\n#define {macros}_H\n\n#include <stdint.h>\n");
+    if head.servo.is_some() {
+        text += "#include \"trueaxis.h\"\n";
+    }
+    text += &format!(
+        "\n#define {macros}_INPUTS {}\n#define {macros}_AXES {}\n#define {macros}_WEIGHTS {}\n\
+         /* Of the compensation that the code evaluates. */\n#define {macros}_CHECKSUM {:#010X}U\n",
+        program.inputs, program.axes, program.weights, head.checksum
+    );
+    text += "\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
+    text += &format!("{};\n\n", signature(program, &symbol(program, head)));
+    text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
+    text += &format!(" * inputs: {}.\n", head.inputs());
+    if program.is_directional {
+        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
+    }
+    if program.weights > 0 {
+        text += " * weights: those of the adjustable terms, in their order.\n";
+    }
+    text += &format!(
+        " * corrections: in the order of the axes: {}. */\n",
+        head.letters()
+    );
+    let mut arguments = vec!["inputs"];
+    arguments.extend(program.is_directional.then_some("travel"));
+    arguments.extend((program.weights > 0).then_some("weights"));
+    arguments.push("corrections");
+    text += &format!(
+        "static inline {}\n{{\n    {}({});\n}}\n",
+        signature(program, function),
+        symbol(program, head),
+        arguments.join(", ")
+    );
+    if head.servo.is_some() {
+        text += &format!(
+            "\n/* For trueaxis_tables_load_generated. */\nextern const trueaxis_generated {function}_generated;\n"
+        );
+    }
+    text += &format!("\n#ifdef __cplusplus\n}}\n#endif\n\n#endif /* {macros}_H */\n");
+    text
+}
+
+/// The name that is linked: with the numbers of inputs, directions, weights and corrections.
+fn symbol(program: &Program, head: &Head<'_>) -> String {
+    let travel = if program.is_directional {
+        program.axes
+    } else {
+        0
+    };
+    format!(
+        "{}_i{}_t{travel}_w{}_c{}",
+        head.function, program.inputs, program.weights, program.axes
+    )
+}
+
+/// The program with the name of the function before those of its arrays.
+fn named(program: &Program, function: &str) -> Program {
+    let mut program = program.clone();
+    for array in &mut program.arrays {
+        array.name = format!("{function}_{}", array.name);
+    }
+    program
+}
+
+/// A check that the servo of the C interface has enough axes.
 fn capacities(program: &Program) -> String {
     let axes = program.axes;
     format!(
-        "#include \"trueaxis.h\"\n\n#if TRUEAXIS_AXES < {axes}\n\
+        "\n#if TRUEAXIS_AXES < {axes}\n\
          #error \"TRUEAXIS_AXES: the machine has {axes} axes\"\n#endif\n\n"
     )
 }
@@ -101,19 +163,17 @@ fn for_servo(program: &Program, head: &Head<'_>, servo: &ForServo) -> String {
 static const union {{
     uint8_t bytes[{length}];
     uint32_t aligned;
-}} facts = {{{{
+}} {function}_facts = {{{{
 {facts}}}}};
 
-static void evaluate_for_servo(const float *positions, const float *auxiliaries, const int8_t *travel,
+static void {function}_for_servo(const float *positions, const float *auxiliaries, const int8_t *travel,
                                const float *weights, float *corrections)
 {{
 {copies}    {function}({arguments});
 }}
 
-/* For trueaxis_tables_load_generated. */
-extern const trueaxis_generated {function}_generated;
 const trueaxis_generated {function}_generated = {{
-    facts.bytes, sizeof facts.bytes, &evaluate_for_servo, {source}U, {checksum:#010X}U
+    {function}_facts.bytes, sizeof {function}_facts.bytes, &{function}_for_servo, {source}U, {checksum:#010X}U
 }};
 ",
         length = bytes.len(),
@@ -124,7 +184,7 @@ const trueaxis_generated {function}_generated = {{
     )
 }
 
-fn signature(program: &Program, head: &Head<'_>) -> String {
+fn signature(program: &Program, name: &str) -> String {
     let mut arguments = vec![format!("const float inputs[{}]", program.inputs)];
     if program.is_directional {
         arguments.push(format!("const int8_t travel[{}]", program.axes));
@@ -133,11 +193,11 @@ fn signature(program: &Program, head: &Head<'_>) -> String {
         arguments.push(format!("const float weights[{}]", program.weights));
     }
     arguments.push(format!("float corrections[{}]", program.axes));
-    format!("void {}({})", head.function, arguments.join(", "))
+    format!("void {name}({})", arguments.join(", "))
 }
 
 fn body(program: &Program, head: &Head<'_>) -> String {
-    let mut text = format!("\n{}\n{{\n", signature(program, head));
+    let mut text = format!("\n{}\n{{\n", signature(program, &symbol(program, head)));
     for statement in &program.statements {
         let line = match statement {
             Statement::Comment(comment) => format!("/* {comment} */"),
@@ -189,7 +249,7 @@ fn interval(
 ) -> String {
     let (index, fraction) = (program.name(index), program.name(fraction));
     format!(
-        "uint32_t {index};\n    const float {fraction} = {function}({}, {count}U, &{index});",
+        "uint32_t {index};\n    const float {fraction} = trueaxis_{function}({}, {count}U, &{index});",
         C.show(program, steps)
     )
 }
@@ -199,6 +259,7 @@ const C: Syntax = Syntax {
     integer: "U",
     short: ["(float)", ""],
     has_every_bracket: true,
+    helper: "trueaxis_",
 };
 
 const PREAMBLE: &str = "
@@ -206,8 +267,8 @@ const PREAMBLE: &str = "
 #include <stdint.h>
 
 /* Every operation is rounded to binary32 by itself: only then is this the compensation to the last bit. */
-#if defined(__FAST_MATH__)
-#error \"compile without -ffast-math\"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error \"compile without -ffast-math and -fassociative-math\"
 #endif
 #if FLT_EVAL_METHOD != 0
 #error \"compile so that float is evaluated as float: FLT_EVAL_METHOD must be 0\"
@@ -216,12 +277,18 @@ const PREAMBLE: &str = "
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
 #pragma GCC optimize (\"fp-contract=off\")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#elif !defined(TRUEAXIS_NO_CONTRACTION)
+#error \"switch off the contraction of expressions in this compiler, and define TRUEAXIS_NO_CONTRACTION\"
 #endif
 
 ";
 const HELD: &str = "
+#ifndef TRUEAXIS_GENERATED_HELD
+#define TRUEAXIS_GENERATED_HELD
 /* The interval that lies so many steps from the first point, at most `intervals`, and the fraction in it. */
-static inline float held(float steps, uint32_t intervals, uint32_t *index)
+static inline float trueaxis_held(float steps, uint32_t intervals, uint32_t *index)
 {
     float fraction = 0.0f;
     uint32_t whole = 0U;
@@ -236,10 +303,13 @@ static inline float held(float steps, uint32_t intervals, uint32_t *index)
     *index = whole;
     return fraction;
 }
+#endif
 ";
 const CIRCULAR: &str = "
+#ifndef TRUEAXIS_GENERATED_CIRCULAR
+#define TRUEAXIS_GENERATED_CIRCULAR
 /* The interval that lies so many steps from the first of the points on a circle, and the fraction in it. */
-static inline float circular(float steps, uint32_t points, uint32_t *index)
+static inline float trueaxis_circular(float steps, uint32_t points, uint32_t *index)
 {
     float fraction = 0.0f;
     uint32_t whole = 0U;
@@ -252,7 +322,7 @@ static inline float circular(float steps, uint32_t points, uint32_t *index)
 }
 
 /* A distance without its whole periods. */
-static inline float reduced(float distance, float period, float inverse)
+static inline float trueaxis_reduced(float distance, float period, float inverse)
 {
     float p = distance * inverse;
     p = (p < 4194304.0f) ? p : 4194304.0f;
@@ -263,10 +333,13 @@ static inline float reduced(float distance, float period, float inverse)
         return distance - (below * period);
     }
 }
+#endif
 ";
 const LINE: &str = "
+#ifndef TRUEAXIS_GENERATED_LINE
+#define TRUEAXIS_GENERATED_LINE
 /* A straight line from `first` over one step; beyond, its ends hold. */
-static inline float line(float steps, float first, float change, float last)
+static inline float trueaxis_line(float steps, float first, float change, float last)
 {
     float value = first;
     if (steps >= 1.0f) {
@@ -278,11 +351,15 @@ static inline float line(float steps, float first, float change, float last)
     }
     return value;
 }
+#endif
 ";
 const BY_TRAVEL: &str = "
+#ifndef TRUEAXIS_GENERATED_BY_TRAVEL
+#define TRUEAXIS_GENERATED_BY_TRAVEL
 /* One value after positive, another one after negative travel, 0 while the direction is not known. */
-static inline float by_travel(int8_t travel, float positive, float negative)
+static inline float trueaxis_by_travel(int8_t travel, float positive, float negative)
 {
     return (travel > 0) ? positive : ((travel < 0) ? negative : 0.0f);
 }
+#endif
 ";

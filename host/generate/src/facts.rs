@@ -69,6 +69,7 @@ pub fn facts(compensation: &Largest<'_>) -> Result<AlignedBlob, EncodeError> {
                 }
             })
             .collect(),
+        notes: trueaxis::Notes::default(),
     };
     draft.encode()
 }

@@ -102,6 +102,8 @@ pub struct Options<'o> {
     pub file: &'o str,
     /// The name of the function in C.
     pub function: &'o str,
+    /// The name of the file of the header in C.
+    pub header: &'o str,
     /// Whether a [`trueaxis::Servo`] is to take the code: adds what that has to know, for the crate `trueaxis` (Rust) or
     /// its C interface.
     pub servo: bool,
@@ -120,6 +122,15 @@ pub enum GenerateError {
     Facts(#[from] trueaxis::EncodeError),
 }
 
+/// Generated code.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Code {
+    /// The file itself.
+    pub file: String,
+    /// Its header, in C.
+    pub header: Option<String>,
+}
+
 /// Writes the code, after comparing it with the general evaluation at random inputs.
 ///
 /// # Errors
@@ -129,7 +140,7 @@ pub fn generate(
     checksum: u32,
     language: Language,
     options: Options<'_>,
-) -> Result<String, GenerateError> {
+) -> Result<Code, GenerateError> {
     let compensation = runtime.compensation();
     let contents = contents(runtime);
     let program = lower::lower(compensation, &contents);
@@ -168,8 +179,14 @@ pub fn generate(
         length: compensation.blob_len(),
     };
     Ok(match language {
-        Language::Rust => rust::print(&program, &head),
-        Language::C => c::print(&program, &head),
+        Language::Rust => Code {
+            file: rust::print(&program, &head),
+            header: None,
+        },
+        Language::C => Code {
+            file: c::print(&program, &head, options.header),
+            header: Some(c::header(&program, &head)),
+        },
     })
 }
 
@@ -183,10 +200,12 @@ mod tests {
         let options = Options {
             file: "machine.trax",
             function: "evaluate",
+            header: "machine.h",
             servo: true,
             compared: usual_or_all(20_000, 200_000),
         };
-        generate(&runtime, 0x1234_ABCD, language, options).unwrap()
+        let code = generate(&runtime, 0x1234_ABCD, language, options).unwrap();
+        code.file + &code.header.unwrap_or_default()
     }
 
     #[test]
@@ -205,14 +224,17 @@ mod tests {
         let options = Options {
             file: "huron-13.trax",
             function: "huron_13",
+            header: "huron_13.h",
             servo: true,
             compared: 1000,
         };
         let rust = include_str!("../../../shared/examples/generated/huron_13.rs");
         let c = include_str!("../../../firmware/capi/examples/generated/huron_13.c");
-        for (language, committed) in [(Language::Rust, rust), (Language::C, c)] {
+        let h = include_str!("../../../firmware/capi/examples/generated/huron_13.h");
+        for (language, file, header) in [(Language::Rust, rust, None), (Language::C, c, Some(h))] {
             let runtime = Runtime::load(&blob).unwrap();
-            let is_same = generate(&runtime, checksum, language, options).unwrap() == committed;
+            let code = generate(&runtime, checksum, language, options).unwrap();
+            let is_same = code.file == file && code.header.as_deref() == header;
             assert!(
                 is_same,
                 "generate it again: see shared/examples/generated.rs and firmware/capi/examples/bare_metal.c"
@@ -240,6 +262,7 @@ mod tests {
             change(&mut draft);
             let blob = draft.encode().unwrap();
             let text = generated(&blob, language);
+            assert!(!text.contains(['\u{202e}', '\u{2066}']));
             let is_code = |line: &&str| {
                 let line = line.trim_start();
                 !["//", "/*", "*"].iter().any(|mark| line.starts_with(mark))
@@ -252,7 +275,7 @@ mod tests {
         };
         let named = |draft: &mut trueaxis::Draft| {
             draft.machine = "a\n*/ int b; /*\\".to_owned();
-            draft.auxiliaries[1].name = "*/ x\n;\\".try_into().unwrap();
+            draft.auxiliaries[1].name = "*/\u{202e}x\n;\\\u{2066}".try_into().unwrap();
         };
         for language in [Language::Rust, Language::C] {
             let usual = code(&|_| (), language);

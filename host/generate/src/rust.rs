@@ -196,6 +196,7 @@ const RUST: Syntax = Syntax {
     integer: "",
     short: ["f32::from(", ")"],
     has_every_bracket: false,
+    helper: "",
 };
 
 const HELD: &str = "

@@ -12,6 +12,8 @@ pub struct Syntax {
     pub short: [&'static str; 2],
     /// Brackets around products in a sum, too.
     pub has_every_bracket: bool,
+    /// What the names of helping functions begin with.
+    pub helper: &'static str,
 }
 
 impl Syntax {
@@ -75,16 +77,19 @@ impl Syntax {
             }
             Value::Negated(value) => format!("-{}", self.nested(program, value, true)),
             Value::Reduced(value, period, inverse) => format!(
-                "reduced({}, {}, {})",
+                "{}reduced({}, {}, {})",
+                self.helper,
                 show(value),
                 number(*period),
                 number(*inverse)
             ),
             Value::Line(steps, values) => {
-                format!("line({}, {})", show(steps), values.map(number).join(", "))
+                let values = values.map(number).join(", ");
+                format!("{}line({}, {values})", self.helper, show(steps))
             }
             Value::ByTravel(axis, positive, negative) => format!(
-                "by_travel(travel[{axis}], {}, {})",
+                "{}by_travel(travel[{axis}], {}, {})",
+                self.helper,
                 show(positive),
                 show(negative)
             ),
@@ -107,9 +112,15 @@ pub fn helpers(program: &Program, [held, circular, line, by_travel]: [&str; 4]) 
         .collect()
 }
 
-/// A text from a blob or a path as part of a comment: one line that ends no comment.
+/// A text from a blob or a path as part of a comment: one line that ends no comment and reads as it is stored.
 pub fn plain(text: &str) -> String {
-    let printable = |c: char| if c.is_control() || c == '\\' { ' ' } else { c };
+    // Marks that turn the direction of writing, join or separate lines would show other code than there is.
+    let hidden = |c: char| {
+        c.is_control()
+            || matches!(c, '\\' | '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}')
+            || matches!(c, '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+    };
+    let printable = |c: char| if hidden(c) { ' ' } else { c };
     let text: String = text.chars().map(printable).collect();
     text.replace("*/", "* /").replace("/*", "/ *")
 }

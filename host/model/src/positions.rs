@@ -62,7 +62,7 @@ impl Input {
         let axes = axes.iter().map(|a| Self::axis(char::from(a.name)));
         let auxiliaries = auxiliaries.iter().map(|a| match a.kind {
             AuxiliaryKind::ToolLength => Self::tool_length(&a.name),
-            AuxiliaryKind::Temperature => Self::sensor(&a.name, a.lag_rate),
+            AuxiliaryKind::Temperature => Self::sensor(&a.name, a.sensor.lag_rate),
         });
         axes.chain(auxiliaries).collect()
     }

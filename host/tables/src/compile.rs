@@ -245,9 +245,7 @@ pub fn build(
                 unit: bound.unit,
             });
         }
-        axis.value_bound = bound.value_bound;
-        axis.rate_bound = bound.rate_bound;
-        axis.ramp_rate = bound.ramp_rate;
+        bound.set(axis);
     }
     let blob = draft.encode()?;
     let runtime = Runtime::load(&blob)?;

@@ -50,6 +50,10 @@ pub struct AxisEntry {
     pub rate_bound: f32,
     /// Rate of transitions (mm/s, deg/s).
     pub ramp_rate: f32,
+    /// Rate at which a reversal is made up (mm/s, deg/s).
+    pub reversal_rate: f32,
+    /// Acceleration with which a reversal is made up (mm/s², deg/s²).
+    pub reversal_acceleration: f32,
     /// Distance of reverse travel (mm, deg) after which the direction counts as reversed.
     pub hysteresis: f32,
 }
@@ -66,6 +70,18 @@ pub struct AuxiliaryEntry {
     /// Time constant of its lag (s).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lag_s: Option<f32>,
+    /// How a servo follows a temperature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<SensorEntry>,
+}
+
+/// How a servo follows a temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SensorEntry {
+    /// Largest rate (K/s) at which readings are followed.
+    pub kelvin_per_s: f32,
+    /// Plausible readings (°C).
+    pub celsius: [f32; 2],
 }
 
 /// Tables with one input and common points.
@@ -160,7 +176,7 @@ pub(crate) fn input(compensation: &Largest<'_>, number: u8) -> String {
         Some(axis) => char::from(axis.name).to_string(),
         None => {
             let auxiliary = &compensation.auxiliaries()[number - axes.len()];
-            temperature_name(&auxiliary.name, auxiliary.lag_rate)
+            temperature_name(&auxiliary.name, auxiliary.sensor.lag_rate)
         }
     }
 }
@@ -186,6 +202,8 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
             value_bound: axis.value_bound,
             rate_bound: axis.rate_bound,
             ramp_rate: axis.ramp_rate,
+            reversal_rate: axis.reversal_rate,
+            reversal_acceleration: axis.reversal_acceleration,
             hysteresis: axis.hysteresis,
         });
     let auxiliaries = compensation.auxiliaries().iter().map(|a| AuxiliaryEntry {
@@ -195,7 +213,11 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
             AuxiliaryKind::Temperature => "temperature",
         },
         reference: a.reference,
-        lag_s: (a.lag_rate > 0.0).then(|| a.lag_rate.recip()),
+        lag_s: (a.sensor.lag_rate > 0.0).then(|| a.sensor.lag_rate.recip()),
+        sensor: (a.kind == AuxiliaryKind::Temperature).then_some(SensorEntry {
+            kelvin_per_s: a.sensor.rate,
+            celsius: a.sensor.range,
+        }),
     });
     let mut next = 0;
     let banks = compensation.banks().iter().map(|bank| {

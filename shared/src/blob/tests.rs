@@ -40,7 +40,7 @@ fn wired(change: impl FnOnce(&mut Draft), rewire: impl FnOnce(&mut Wire<'_>)) ->
     let mut samples = Samples::default();
     let mut wire = draft.wire(&mut samples).unwrap();
     rewire(&mut wire);
-    refusal(&assemble(&postcard::to_allocvec(&wire).unwrap(), &samples).unwrap())
+    refusal(&assemble(&postcard::to_allocvec(&wire).unwrap(), &samples, &[]).unwrap())
 }
 
 /// The description in nine pieces, which postcard writes consecutively.
@@ -68,7 +68,7 @@ fn pieces(draft: &Draft) -> (Vec<Vec<u8>>, Samples) {
 fn replaced(piece: usize, by: &[u8]) -> LoadError {
     let (mut pieces, samples) = pieces(&everything());
     pieces[piece] = by.to_vec();
-    refusal(&assemble(&pieces.concat(), &samples).unwrap())
+    refusal(&assemble(&pieces.concat(), &samples, &[]).unwrap())
 }
 
 /// Iterations of all loops while these bytes are loaded or refused, as a fraction of the permitted number.
@@ -109,7 +109,7 @@ fn loading_takes_as_long_as_the_blob_has_bytes() {
         })
         .collect();
     wire.floats = claims * 2 * u32::from(u16::MAX);
-    let bytes = assemble(&postcard::to_allocvec(&wire).unwrap(), &samples).unwrap();
+    let bytes = assemble(&postcard::to_allocvec(&wire).unwrap(), &samples, &[]).unwrap();
     assert!(matches!(
         refusal(&bytes),
         LoadError::TooManyTables {
@@ -148,13 +148,13 @@ macro_rules! variants {
 }
 
 variants! {
-    NoHeader BadMagic UnknownVersion ReservedNotZero WrongLength BadChecksum Misaligned Truncated
+    NoHeader BadMagic UnknownVersion Notes WrongLength BadChecksum Misaligned Truncated
     Malformed UnknownVariant TooSmall TooManyTables TooManyAuxiliaries TooManyAdjustable NoAxes
     AxisName DuplicateAxis Travel AxisPeriod EndlessTravel ValueBound RateBound Hysteresis RampRate Reference Input Start
     Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
-    PaddingNotZero SectionLength Damping TooLong LagRate
+    PaddingNotZero SectionLength Damping TooLong LagRate Reversal Sensor
 }
 
 fn header_damages() -> Vec<(LoadError, LoadError)> {
@@ -174,8 +174,14 @@ fn header_damages() -> Vec<(LoadError, LoadError)> {
         (patched(0, b't'), LoadError::BadMagic),
         (patched(4, 2), LoadError::UnknownVersion { found: 2 }),
         (patched(5, 1), LoadError::UnknownVersion { found: 257 }),
-        (patched(6, 1), LoadError::ReservedNotZero),
-        (patched(7, 1), LoadError::ReservedNotZero),
+        (
+            patched(6, 1),
+            LoadError::SectionLength {
+                stated: length - 1,
+                computed: length,
+            },
+        ),
+        (patched(7, 0xff), LoadError::Notes { stated: 0xff00 }),
         (
             refusal(&good()[..good().len() - 1]),
             wrong(length, length - 1),
@@ -259,7 +265,7 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
         (replaced(2, &[0xff; 5]), malformed(Part::SampleCounts)),
         (short(&all, 1, &[1, 0]), truncated(Part::Policy)),
         (replaced(1, &[3]), unknown(Part::Policy, 3)),
-        (auxiliary(3, "t"), unknown(Part::Auxiliary(0), 3)),
+        (auxiliary(2, "t"), unknown(Part::Auxiliary(0), 2)),
         (
             auxiliary(0, "seventeen letters"),
             malformed(Part::Auxiliary(0)),
@@ -381,7 +387,7 @@ fn capacity_damages() -> Vec<(LoadError, LoadError)> {
                 let mut samples = Samples::default();
                 let wire = draft.wire(&mut samples).unwrap();
                 let wire = postcard::to_allocvec(&wire).unwrap();
-                AlignedBlob::from_bytes(&assemble(&wire, &samples).unwrap())
+                AlignedBlob::from_bytes(&assemble(&wire, &samples, &[]).unwrap())
             })
             .unwrap_err(),
             LoadError::TooManyAdjustable { term: 16 },
@@ -413,9 +419,33 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
         list.push((
             drafted(|d| {
                 d.auxiliaries[0].kind = AuxiliaryKind::Temperature;
-                d.auxiliaries[0].lag_rate = bad;
+                d.auxiliaries[0].sensor.lag_rate = bad;
             }),
             LoadError::LagRate { auxiliary: 0 },
+        ));
+    }
+    let sensors = [
+        ([0.0099, 5.0, 120.0], 20.0),
+        ([10.01, 5.0, 120.0], 20.0),
+        ([f32::NAN, 5.0, 120.0], 20.0),
+        ([0.1, 5.0, 5.0], 20.0),
+        ([0.1, 6.0, 5.0], 20.0),
+        ([0.1, f32::NAN, 5.0], 20.0),
+        ([0.1, 5.0, f32::NAN], 20.0),
+        ([0.1, -1001.0, 5.0], 20.0),
+        ([0.1, 5.0, 1001.0], 20.0),
+        ([0.1, 5.0, 120.0], 1001.0),
+    ];
+    for ([rate, low, high], reference) in sensors {
+        list.push((
+            drafted(|d| {
+                let auxiliary = &mut d.auxiliaries[0];
+                auxiliary.kind = AuxiliaryKind::Temperature;
+                auxiliary.reference = reference;
+                auxiliary.sensor.rate = rate;
+                auxiliary.sensor.range = [low, high];
+            }),
+            LoadError::Sensor { auxiliary: 0 },
         ));
     }
     let travels = [
@@ -457,6 +487,14 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
             (
                 drafted(|d| d.axes[2].ramp_rate = bad),
                 LoadError::RampRate { axis: 2 },
+            ),
+            (
+                drafted(|d| d.axes[1].reversal_rate = bad),
+                LoadError::Reversal { axis: 1 },
+            ),
+            (
+                drafted(|d| d.axes[1].reversal_acceleration = bad),
+                LoadError::Reversal { axis: 1 },
             ),
         ]);
     }
@@ -659,7 +697,7 @@ fn sample_damages() -> Vec<(LoadError, LoadError)> {
 
 fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
     let (pieces, samples) = pieces(&everything());
-    let padded = assemble(&pieces.concat(), &samples).unwrap();
+    let padded = assemble(&pieces.concat(), &samples, &[]).unwrap();
     let used = 16 + pieces.concat().len();
     assert!(!used.is_multiple_of(32));
     let longer = [&padded[..], &[0; 32]].concat();
@@ -678,7 +716,7 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
     let only_so_many = |outputs: u8| {
         let (mut pieces, _) = self::pieces(&everything());
         pieces[8] = postcard::to_allocvec(&(1_u8, vec![axis], outputs)).unwrap();
-        let bytes = assemble(&pieces.concat(), &Samples::default()).unwrap();
+        let bytes = assemble(&pieces.concat(), &Samples::default(), &[]).unwrap();
         let end = 16 + pieces.concat().len();
         let mut bytes = bytes[..end].to_vec();
         bytes[8..12].copy_from_slice(&(end as u32).to_le_bytes());
@@ -871,7 +909,7 @@ fn what_is_refused_leaves_nothing_behind() {
     damaged.terms[9].weight = f32::NAN;
     let mut samples = Samples::default();
     let wire = postcard::to_allocvec(&damaged.wire(&mut samples).unwrap()).unwrap();
-    let damaged = AlignedBlob::from_bytes(&assemble(&wire, &samples).unwrap());
+    let damaged = AlignedBlob::from_bytes(&assemble(&wire, &samples, &[]).unwrap());
     let mut c = Small::empty();
     c.load(&blob).unwrap();
     assert_eq!(c.load(&damaged), Err(LoadError::Weight { term: 9 }));
@@ -923,6 +961,8 @@ fn the_smallest_blob_is_written_as_specified() {
         float(10.0),
         float(0.01),
         float(0.5),
+        float(10.0),
+        float(10.0),
         vec![0, 1, 0],
         float(-1.0),
         float(2.0),

@@ -1,12 +1,12 @@
-//! Fades: another compensation, other weights, another tool length or temperature.
+//! Fades: another compensation, other weights, another tool length.
 
-use super::state::{Fading, Following, Servo, Values, Waiting};
+use super::state::{Fading, Servo, Values, Waiting};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::guard::{self, smaller};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
-use crate::pace::{Pace, RISE};
+use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
 use crate::status::Correction;
@@ -37,7 +37,7 @@ impl<H: Handle> Servo<H> {
         // An empty compensation has no axes, so nothing moves.
         let pace = |rate: f32| {
             let rate = if rate < f32::INFINITY { rate } else { 1.0 };
-            Pace::new(rate, rate)
+            Pace::rising(rate)
         };
         self.factor_pace = pace(if self.fading == Fading::Nothing {
             factor
@@ -95,23 +95,25 @@ impl<H: Handle> Servo<H> {
         if !self.factor.at_rest() {
             return;
         }
-        match (self.waiting, &self.other) {
-            (Waiting::Compensation, Some(to)) if !held => {
-                let reach = to.get().reach();
-                let ready = reach.holds_axes(inputs, self.referenced)
-                    && reach.holds_auxiliaries(inputs)
-                    && reach.used_axes & !self.referenced == 0;
-                if ready {
-                    self.start(&inputs.auxiliaries, Fading::Compensation);
-                }
-            }
-            (Waiting::Weights, _) => {
-                let in_use = self.inputs.auxiliaries;
-                let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
-                self.start(auxiliaries, Fading::Values);
-            }
-            _ => {}
+        // A compensation that waits for its inputs keeps no other change from beginning.
+        let compensation = self.waiting == Waiting::Compensation;
+        if compensation && !held && self.is_ready(inputs) {
+            self.start(&inputs.auxiliaries, Fading::Compensation);
+        } else if !held && !self.has_lengths(&inputs.auxiliaries) {
+            self.start(&inputs.auxiliaries, Fading::Values);
+        } else if self.waiting == Waiting::Weights {
+            let in_use = self.inputs.auxiliaries;
+            self.start(&in_use, Fading::Values);
         }
+    }
+
+    /// Whether the inputs of the compensation that waits are usable and referenced.
+    fn is_ready(&self, inputs: &Inputs<Values<H>>) -> bool {
+        let Some(to) = &self.other else { return false };
+        let reach = to.get().reach();
+        reach.holds_axes(inputs, self.referenced)
+            && reach.holds_auxiliaries(inputs, self.bad_temperatures)
+            && reach.used_axes & !self.referenced == 0
     }
 
     fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
@@ -124,6 +126,7 @@ impl<H: Handle> Servo<H> {
             self.coming.take_values(&self.wanted);
         }
         self.coming_auxiliaries = *auxiliaries;
+        self.take_temperatures();
         self.fading = fading;
         // At rest, so the pace may be lowered.
         self.take_limits();
@@ -151,56 +154,15 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Blends the values being faded in into the computed correction, within the value bounds. Lets in changed
-    /// auxiliaries.
-    pub(super) fn fade(&mut self, inputs: &Inputs<Values<H>>) {
+    /// Blends the values being faded in into the computed correction, within the value bounds.
+    pub(super) fn fade(&mut self) {
         let Correction {
             computed, status, ..
         } = &mut self.correction;
         bound(self.current.get(), computed, &mut status.saturated);
-        if self.fading != Fading::Nothing {
-            // In its first period the blend is still 0.
-            if self.blend.value() > 0.0 {
-                self.blend(self.blend.value());
-            }
-        } else if self.following == Following::Inputs && !self.has_auxiliaries(&inputs.auxiliaries)
-        {
-            self.let_in(&inputs.auxiliaries);
-        }
-    }
-
-    /// Adopts changed auxiliaries: at once if the corrections change as slowly as a ramp may begin, otherwise with a
-    /// fade from the next period on.
-    #[inline(never)]
-    fn let_in(&mut self, given: &[f32; AUXILIARIES]) {
-        let inputs = Inputs {
-            axes: self.inputs.axes,
-            auxiliaries: *given,
-        };
-        // All of it is overwritten; a copy costs less than zeros.
-        let mut new = self.correction.computed;
-        let current = self.current.get();
-        (self.current).evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
-        let mut acted = 0;
-        bound(current, &mut new, &mut acted);
-        let axes = current.axes().iter();
-        let dt = self.common.dt;
-        let mut slow = true;
-        for ((axis, old), new) in axes
-            .zip(self.correction.computed.as_ref())
-            .zip(new.as_ref())
-        {
-            let rate = smaller(axis.rate_bound, axis.ramp_rate);
-            let most = rate * (1.0 / RISE) * dt * dt;
-            let change = new - old;
-            slow &= change <= most && change >= -most;
-        }
-        if slow {
-            self.inputs = inputs;
-            self.correction.computed = new;
-            self.correction.status.saturated = acted;
-        } else if self.factor.at_rest() {
-            self.start(given, Fading::Values);
+        // In its first period the blend is still 0.
+        if self.fading != Fading::Nothing && self.blend.value() > 0.0 {
+            self.blend(self.blend.value());
         }
     }
 

@@ -4,11 +4,13 @@
 //! correction follows the computed one. A few comparisons detect this: [`Lane::moves_on`] and [`Lane::passes`].
 //! Everything else takes the slow path, which also prepares the values for these comparisons.
 
+use super::period::PATIENCE;
 use crate::catch_up::{CatchUp, Period};
 use crate::description::Axis;
 use crate::direction::Reversal;
 use crate::guard::{self, larger, smaller};
 use crate::inputs::Travel;
+use crate::pace::RISE;
 use crate::status::Status;
 
 /// Fraction of the length of the travel by which a command may be beyond either end. Farther out it is a fault, because
@@ -36,8 +38,9 @@ pub(super) struct Lane {
     /// The axis has been referenced again since the last position.
     returned: bool,
     rate_bound: f32,
-    /// Rate reached within [`RISE`](crate::RISE) seconds.
-    rise: f32,
+    /// With which a reversal is made up.
+    reversal_rate: f32,
+    reversal_acceleration: f32,
     value_bound: f32,
     travel: [f32; 2],
     hysteresis: f32,
@@ -66,14 +69,25 @@ pub(super) enum Followed {
     Unusable,
 }
 
+/// Why the computed correction may have stepped.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// It has not.
+    Nothing,
+    /// A hold begins.
+    Hold,
+    /// A hold ends.
+    Release,
+    /// An axis with directional tables has reversed.
+    Reversal,
+}
+
 /// Parameters of an update shared by all axes.
 pub(super) struct Common {
     /// The common factor.
     pub s: f32,
-    /// The computed correction may have stepped.
-    pub step: bool,
-    /// The step is the start of a hold.
-    pub holds: bool,
+    /// Why the computed correction may have stepped.
+    pub step: Step,
     /// The common factor has moved, or a fade is in progress.
     pub ramps: bool,
     /// Last usable period, s.
@@ -94,8 +108,7 @@ impl Common {
     /// Before the first update.
     pub(super) const STILL: Self = Self {
         s: 0.0,
-        step: false,
-        holds: false,
+        step: Step::Nothing,
         ramps: false,
         dt: 0.0,
         frequency: 0.0,
@@ -115,7 +128,8 @@ impl Lane {
             referenced: false,
             returned: false,
             rate_bound: 0.0,
-            rise: 0.0,
+            reversal_rate: 0.0,
+            reversal_acceleration: 0.0,
             value_bound: 0.0,
             travel: [0.0; 2],
             hysteresis: 0.0,
@@ -141,7 +155,6 @@ impl Lane {
         self.period = axis.period;
         self.value_bound = larger(axis.value_bound, other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
-        self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
         self.take_period(dt);
         // Halves, because otherwise the length of an endless travel would be infinite.
         let [low, high] = self.travel;
@@ -155,7 +168,13 @@ impl Lane {
         let [from, to] = [larger(low, -farthest), smaller(high, farthest)];
         let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
-        self.rise
+        smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate))
+    }
+
+    /// Adopts the limits of a reversal from the axis of the compensation in use.
+    pub(super) fn take_reversal(&mut self, axis: &Axis) {
+        self.reversal_rate = axis.reversal_rate;
+        self.reversal_acceleration = axis.reversal_acceleration;
     }
 
     /// Sets the period of the following updates, s.
@@ -324,7 +343,7 @@ impl Lane {
         if limited {
             status.travel_limited |= self.bit;
         }
-        let follows = (goal - last).abs() <= self.most && !common.step;
+        let follows = (goal - last).abs() <= self.most && common.step == Step::Nothing;
         if follows && !self.catch_up.is_active() {
             self.moved = 0.0;
             return goal;
@@ -343,19 +362,26 @@ impl Lane {
         [last, before]: [f32; 2],
         status: &mut Status,
     ) -> f32 {
+        let acceleration = match common.step {
+            Step::Reversal => self.reversal_acceleration,
+            Step::Hold => self.rate_bound * (1.0 / RISE),
+            Step::Nothing | Step::Release => self.rate_bound * (1.0 / PATIENCE),
+        };
+        let reverses = common.step == Step::Reversal;
         let period = Period {
             goal,
             last,
             velocity: (last - before) * common.last_frequency,
-            step: common.step,
-            holds: common.holds,
+            step: common.step != Step::Nothing,
+            acceleration,
             rate: self.rate_bound,
+            faster: if reverses { self.reversal_rate } else { 0.0 },
             dt: common.dt,
             frequency: common.frequency,
             last_frequency: common.last_frequency,
             ramps: common.ramps,
         };
-        let reached = self.catch_up.advance(&period, self.rise);
+        let reached = self.catch_up.advance(&period);
         // Stopping after a move may overshoot the value bound or leave the travel. After a change of compensation the
         // last correction may still exceed the new bound.
         let bound = larger(self.value_bound, last.abs());
@@ -364,7 +390,7 @@ impl Lane {
         let most = larger((reached - last).abs(), self.moved);
         let dq = guard::within_reach(inside, last, most);
         if dq != reached {
-            self.catch_up.displaced(dq, &period, self.rise);
+            self.catch_up.displaced(dq, &period);
         }
         if dq != goal {
             status.rate_limited |= self.bit;

@@ -7,7 +7,7 @@ use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travelling};
-use crate::lag::Lag;
+use crate::lag::Follower;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::{List, Room, Row};
@@ -52,16 +52,18 @@ impl<H: Handle> Servo<H> {
                 other: None,
                 waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
-                lags: [Lag::NEW; AUXILIARIES],
                 beyond: false,
+                bad_temperatures: 0,
+                followed: [0.0; AUXILIARIES],
+                followers: [Follower::NEW; AUXILIARIES],
                 coming_auxiliaries: [0.0; AUXILIARIES],
                 coming: weights,
                 wanted: weights,
                 switches: Conditions::DISABLED,
                 factor: Ramp::ZERO,
-                factor_pace: Pace::new(1.0, 1.0),
+                factor_pace: Pace::rising(1.0),
                 blend: Ramp::ZERO,
-                blend_pace: Pace::new(1.0, 1.0),
+                blend_pace: Pace::rising(1.0),
                 lanes: <H::Room as Room>::AxisList::EMPTY,
                 inputs: Inputs::at(zeros),
                 travelling: Travelling::default(),

@@ -4,7 +4,7 @@ use super::lane::{Common, Lane};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::lag::Lag;
+use crate::lag::Follower;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
@@ -15,7 +15,7 @@ use crate::weights::Weights;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fading {
     Nothing,
-    /// Weights or auxiliaries of the compensation in use.
+    /// Weights or tool lengths of the compensation in use.
     Values,
     /// Another compensation.
     Compensation,
@@ -114,14 +114,18 @@ pub struct Servo<H: Handle> {
     pub(super) other: Option<H>,
     pub(super) waiting: Waiting,
     pub(super) fading: Fading,
-    /// The auxiliaries being faded in.
+    /// The auxiliaries being faded in; temperatures are those in use.
     pub(super) coming_auxiliaries: [f32; AUXILIARIES],
     /// The weights being faded in; only their values matter.
     pub(super) coming: Weights,
     /// The weights requested last, for the compensation accepted last.
     pub(super) wanted: Weights,
-    /// A temperature is beyond its tables.
+    /// A temperature that matters is beyond its tables.
     pub(super) beyond: bool,
-    /// The lags of the auxiliaries, which all compensations of a servo share.
-    pub(super) lags: [Lag; AUXILIARIES],
+    /// Temperatures whose readings are faults, bit 0 is the first auxiliary.
+    pub(super) bad_temperatures: u8,
+    /// The temperatures as they are followed now.
+    pub(super) followed: [f32; AUXILIARIES],
+    /// How the temperatures are followed; all compensations of a servo share them.
+    pub(super) followers: [Follower; AUXILIARIES],
 }

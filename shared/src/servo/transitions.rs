@@ -1,5 +1,6 @@
 //! Changes other than positions: the period, references, usable inputs, switches, the common factor.
 
+use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
@@ -31,45 +32,66 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Whether the auxiliaries that matter, with their lags, equal the adopted ones after a period; only then the lags are
-    /// stepped.
-    #[inline(always)]
-    pub(super) fn keeps_auxiliaries(&mut self, inputs: &Inputs<Values<H>>) -> bool {
-        self.current.get().reach().watched_auxiliaries == 0 || self.keeps_watched(inputs)
-    }
-
-    /// The same where there are any; not inlined, so that updates without them need no room for the values.
+    /// Follows the temperatures. If everything else `rests` and all auxiliaries that matter are usable, within their
+    /// tables, and, if they are not temperatures, those in use, takes the temperatures and returns true.
     #[inline(never)]
-    fn keeps_watched(&mut self, inputs: &Inputs<Values<H>>) -> bool {
-        if self.current.get().reach().lagging == 0 {
-            return self.has_auxiliaries(&inputs.auxiliaries);
-        }
-        let before = self.lags;
-        let lagged = self.lagged(inputs);
-        let keeps = self.has_auxiliaries(&lagged);
-        if !keeps {
-            self.lags = before;
-        }
-        keeps
-    }
-
-    /// Whether the auxiliaries that matter equal the adopted ones.
-    pub(super) fn has_auxiliaries(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
-        let reach = self.current.get().reach();
-        reach.same_auxiliaries(&self.inputs.auxiliaries, auxiliaries)
-    }
-
-    /// Steps the lags by a period, an invalid one by the last valid or the longest. The auxiliaries with their lags.
-    #[inline(never)]
-    fn lagged(&mut self, inputs: &Inputs<Values<H>>) -> [f32; AUXILIARIES] {
-        let (mut values, dt) = (inputs.auxiliaries, self.common.dt);
-        let all = self.current.get().auxiliaries().iter();
-        for ((value, lag), auxiliary) in values.iter_mut().zip(&mut self.lags).zip(all) {
-            if auxiliary.lag_rate > 0.0 {
-                *value = lag.follow(*value, auxiliary.lag_rate, dt);
+    pub(super) fn follow_auxiliaries(&mut self, inputs: &Inputs<Values<H>>, rests: bool) -> bool {
+        let current = self.current.get();
+        let reach = current.reach();
+        let dt = self.common.dt;
+        let free = self.switches != Conditions::default() && self.is_silent();
+        let (mut bad, mut beyond, mut bit) = (0, false, 1);
+        let states = self.followers.iter_mut().zip(&mut self.followed);
+        let all = current.auxiliaries().iter().zip(&reach.ranges);
+        for (((follower, followed), &u), (auxiliary, [low, high])) in
+            states.zip(&inputs.auxiliaries).zip(all)
+        {
+            if reach.temperatures & bit != 0 {
+                match follower.follow(u, auxiliary, dt, free) {
+                    Some(kelvin) => *followed = kelvin,
+                    None => bad |= bit,
+                }
+                beyond |= *followed < *low || *followed > *high;
             }
+            bit <<= 1;
         }
-        values
+        self.bad_temperatures = bad;
+        self.beyond = beyond;
+        let usable = bad & reach.used_auxiliaries == 0 && !beyond;
+        let rests = rests && usable && self.has_lengths(&inputs.auxiliaries);
+        if rests {
+            self.take_temperatures();
+        }
+        rests
+    }
+
+    /// Takes the followed temperatures into the computed correction.
+    #[inline(never)]
+    pub(super) fn take_temperatures(&mut self) {
+        let mut temperatures = self.current.get().reach().temperatures;
+        let both = self.inputs.auxiliaries.iter_mut();
+        let both = both.zip(&mut self.coming_auxiliaries);
+        for ((used, coming), &followed) in both.zip(&self.followed) {
+            if temperatures == 0 {
+                break;
+            }
+            if temperatures & 1 != 0 {
+                (*used, *coming) = (followed, followed);
+            }
+            temperatures >>= 1;
+        }
+    }
+
+    /// Whether the auxiliaries that matter and are not temperatures equal those in use.
+    pub(super) fn has_lengths(&self, auxiliaries: &[f32; AUXILIARIES]) -> bool {
+        let reach = self.current.get().reach();
+        reach.same_lengths(&self.inputs.auxiliaries, auxiliaries)
+    }
+
+    /// The common factor is at rest at 0, so the output does not change now.
+    #[inline(never)]
+    fn is_silent(&self) -> bool {
+        self.factor.at_rest() && self.factor.value() == 0.0
     }
 
     /// Evaluates the compensation in use.
@@ -82,18 +104,9 @@ impl<H: Handle> Servo<H> {
     /// An update in which anything may change, except for the guard rails.
     #[inline(never)]
     pub(super) fn change(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
-        let mut inputs = inputs;
-        let lagged;
-        if self.current.get().reach().lagging != 0 {
-            lagged = Inputs {
-                axes: inputs.axes,
-                auxiliaries: self.lagged(inputs),
-            };
-            inputs = &lagged;
-        }
         self.begin(inputs, usable, dt);
         self.compute();
-        self.fade(inputs);
+        self.fade();
         self.move_factor();
     }
 
@@ -101,20 +114,19 @@ impl<H: Handle> Servo<H> {
     #[inline(always)]
     fn begin(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
         let good_period = is_period(dt);
-        // At rest at zero, the output does not change now.
-        let silent = self.factor.at_rest() && self.factor.value() == 0.0;
+        let silent = self.is_silent();
         if silent {
             self.take_at_zero();
         }
         let (reach, other) = (self.current.get().reach(), self.target().reach());
-        let mut good_auxiliaries = reach.holds_auxiliaries(inputs);
+        let bad = self.bad_temperatures;
+        let mut good_auxiliaries = reach.holds_auxiliaries(inputs, bad);
         let (mut used, mut directional) = (reach.used_axes, reach.directional);
         if !core::ptr::eq(reach, other) {
-            good_auxiliaries &= other.holds_auxiliaries(inputs);
+            good_auxiliaries &= other.holds_auxiliaries(inputs, bad);
             used |= other.used_axes;
             directional |= other.directional;
         }
-        self.beyond = reach.watched_auxiliaries != 0 && reach.is_beyond(&inputs.auxiliaries);
         let good_inputs = usable && good_auxiliaries;
         let unreferenced = used & !self.referenced != 0;
         let conditions = &mut self.correction.status.conditions;
@@ -141,14 +153,21 @@ impl<H: Handle> Servo<H> {
         };
         let held = self.following != Following::Inputs;
         let was_held = before != Following::Inputs;
-        self.common.holds = held && !was_held;
-        self.common.step = held != was_held;
+        self.common.step = match (was_held, held) {
+            (false, true) => Step::Hold,
+            (true, false) => Step::Release,
+            _ => Step::Nothing,
+        };
         if !held {
             self.inputs.axes = inputs.axes;
             if silent {
                 self.inputs.auxiliaries = inputs.auxiliaries;
             }
-            self.common.step |= self.take_directions(directional);
+            self.take_temperatures();
+            let reverses = self.take_directions(directional);
+            if reverses && self.common.step == Step::Nothing {
+                self.common.step = Step::Reversal;
+            }
         }
         self.begin_fade(inputs, held);
     }
@@ -179,19 +198,20 @@ impl<H: Handle> Servo<H> {
         let waiting = self.waiting != Waiting::Nothing;
         self.common.s = s;
         self.common.ramps = s != before || fading;
-        if self.common.step {
+        let step = self.common.step != Step::Nothing;
+        if step {
             self.lanes.iter_mut().for_each(|lane| lane.look_closely());
+        }
+        if self.common.step == Step::Reversal {
+            let axes = self.current.get().axes();
+            for (lane, axis) in self.lanes.iter_mut().zip(axes) {
+                lane.take_reversal(axis);
+            }
         }
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
-        self.at_rest = s == 1.0
-            && !(moves
-                || fading
-                || waiting
-                || held
-                || self.beyond
-                || self.common.step
-                || self.common.ramps);
+        self.at_rest =
+            s == 1.0 && !(moves || fading || waiting || held || step || self.common.ramps);
 
         let conditions = &mut self.correction.status.conditions;
         *conditions |= self.switches;

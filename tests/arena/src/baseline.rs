@@ -194,7 +194,7 @@ fn inputs(runtime: &Runtime<'_>) -> Result<Vec<Thermal>, String> {
                 "the tool length is an input: machines of the arena have one tool".to_owned(),
             );
         }
-        let lag = match input.lag_rate {
+        let lag = match input.sensor.lag_rate {
             0.0 => 0.0,
             rate => f64::from(rate).recip(),
         };
@@ -204,6 +204,8 @@ fn inputs(runtime: &Runtime<'_>) -> Result<Vec<Thermal>, String> {
             reference_celsius: f64::from(input.reference),
             // Tables end with their range.
             range_kelvin: [f64::NEG_INFINITY, f64::INFINITY],
+            rate: Thermal::RATE,
+            range_celsius: Thermal::RANGE_CELSIUS,
         })
     };
     runtime

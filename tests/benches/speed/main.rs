@@ -81,6 +81,8 @@ impl Cube {
             rate_bound: 1.0,
             hysteresis: 0.0,
             ramp_rate: 1.0,
+            reversal_rate: 1.0,
+            reversal_acceleration: 20.0,
         };
         let grid = DraftGrid {
             axes: (0..3)

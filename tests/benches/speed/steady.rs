@@ -102,7 +102,7 @@ fn draft(case: Case) -> Draft {
             kind: AuxiliaryKind::ToolLength,
             name: "tool length".try_into().unwrap_or_default(),
             reference: 130.0,
-            lag_rate: 0.0,
+            sensor: trueaxis::Sensor::USUAL,
         });
     }
     let axis = |(k, name): (usize, u8)| Axis {
@@ -113,6 +113,8 @@ fn draft(case: Case) -> Draft {
         rate_bound: 100.0,
         hysteresis: 0.001,
         ramp_rate: 1.0,
+        reversal_rate: 100.0,
+        reversal_acceleration: 20.0,
     };
     let mut axes: Vec<Axis> = axes.into_iter().enumerate().map(axis).collect();
     if case == Case::Endless {

@@ -2,7 +2,7 @@
 //!
 //! Their evaluation is checked by `bit_identical.rs`.
 
-use trueaxis::{SampleFormat, VERSION};
+use trueaxis::{Notes, SampleFormat, VERSION};
 use trueaxis_tests::golden::{blob, everything, lag, load};
 
 #[test]
@@ -98,13 +98,21 @@ fn what_is_written_today_is_version_1_byte_for_byte() {
 }
 
 #[test]
-fn a_lag_is_a_kind_of_its_own_which_readers_without_lags_refuse() {
+fn blobs_with_and_without_a_lag_differ_in_its_rate_alone() {
     let (with, without) = (blob("lag"), blob("everything"));
-    // The only differences are the kind (2 instead of 1), the rate after it, and what follows from the length.
-    let kind = without.windows(4).position(|w| w == b"\x03bed").unwrap() - 1;
-    assert_eq!((without[kind], with[kind]), (1, 2));
-    assert_eq!(with[kind + 1..kind + 5], 0.015_625_f32.to_le_bytes());
-    assert_eq!(with[16..kind], without[16..kind]);
-    assert_eq!(with[kind + 5..kind + 105], without[kind + 1..kind + 101]);
-    assert_eq!(load(&with).auxiliaries()[1].lag_rate, 0.015_625);
+    let name = without.windows(4).position(|w| w == b"\x03bed").unwrap();
+    // Kind, name, reference, and then the rate.
+    assert_eq!(without[name - 1], 1);
+    let rate = name + 8..name + 12;
+    assert_eq!(with[rate.clone()], 0.015_625_f32.to_le_bytes());
+    assert_eq!(without[rate.clone()], [0; 4]);
+    assert_eq!(with[16..rate.start], without[16..rate.start]);
+    assert_eq!(with[rate.end..], without[rate.end..]);
+    assert_eq!(load(&with).auxiliaries()[1].sensor.lag_rate, 0.015_625);
+}
+
+#[test]
+fn the_notes_of_a_golden_blob_are_what_was_put_in() {
+    assert_eq!(Notes::of(&blob("everything")), Some(everything().notes));
+    assert_eq!(Notes::of(&blob("huron-13")), None);
 }

@@ -26,6 +26,8 @@ fn compare<const N: usize>(counts: [usize; N], seed: u64) {
         rate_bound: 1.0,
         hysteresis: 0.0,
         ramp_rate: 1.0,
+        reversal_rate: 1.0,
+        reversal_acceleration: 20.0,
     };
     let inputs = 0..N as u8;
     let blob = Draft {

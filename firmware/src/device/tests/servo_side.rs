@@ -196,7 +196,7 @@ fn with_auxiliaries(machine: &str) -> AlignedBlob {
         kind,
         name: name.try_into().unwrap(),
         reference,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     };
     let axis = Axis {
         name: b'X',
@@ -206,6 +206,8 @@ fn with_auxiliaries(machine: &str) -> AlignedBlob {
         rate_bound: 10.0,
         hysteresis: 0.01,
         ramp_rate: 2.0,
+        reversal_rate: 10.0,
+        reversal_acceleration: 40.0,
     };
     let draft = Draft {
         machine: machine.into(),

@@ -11,7 +11,7 @@ use trueaxis_tables::validate::Runtime;
 /// Write a compensation as straight-line code in Rust or C
 ///
 /// The code has no dependencies, loops, heap or `unsafe`, and gives the same bits as the general evaluation: both are
-/// compared at random inputs before the file is written.
+/// compared at random inputs before the file is written. In C a header of the same name goes with it.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis generate machine.trax -o corrections.rs\n  \
@@ -73,9 +73,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let runtime = Runtime::load(&blob).map_err(in_blob)?;
     let header = Header::read(&blob).map_err(in_blob)?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let header_path = output.with_extension("h");
+    let header_name = header_path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    if language == Language::C {
+        files::prepare(&header_path, &[path, output])?;
+        if header_name.contains(|c: char| c.is_control() || "\"\\<>".contains(c)) {
+            return Err(BadInput::new(
+                format!("{}: no #include can name its header", output.display()),
+                "choose a name without quotation marks, backslashes and control characters",
+            ));
+        }
+    }
     let options = Options {
         file: &file,
         function: &arguments.function,
+        header: &header_name,
         servo: arguments.servo,
         compared: arguments.compared as usize,
     };
@@ -85,7 +100,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "report it, with the file: it is a defect of this program",
         )
     })?;
-    files::write(output, code.as_bytes())?;
+    if let Some(header) = &code.header {
+        files::write(&header_path, header.as_bytes())?;
+    }
+    files::write(output, code.file.as_bytes())?;
     let size = runtime.compensation().samples();
     let count = arguments.compared;
     files::print(&format!(

@@ -5,6 +5,7 @@ use super::{Outcome, files, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use trueaxis::Notes;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::contents::{Contents, contents, end};
 use trueaxis_tables::extremes::{Extremes, extremes};
@@ -34,9 +35,38 @@ struct Answer<'a> {
     contents: &'a Contents<'a>,
     /// What any input at all can give, of each axis.
     extremes: &'a [Extremes],
+    /// Where and how well the errors are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    notes: Option<Notes>,
 }
 
-fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> String {
+/// Where and how well the errors behind the corrections are known.
+fn known(notes: &Notes, contents: &Contents<'_>) -> String {
+    let zone = notes.zone.iter().filter_map(|zone| {
+        let axis = contents.axes.get(usize::from(zone.axis))?;
+        let [low, high] = zone.range;
+        Some(format!("{} {low} to {high} {}", axis.name, axis.unit))
+    });
+    let zone = zone.collect::<Vec<_>>().join(", ");
+    let mut text = String::new();
+    if !zone.is_empty() {
+        text += &format!("  errors measured in {zone}\n");
+    }
+    if let Some(um) = notes.misfit_um {
+        text += &format!("  misfit of the error model: {um:.1} µm\n");
+    }
+    if !notes.unseen.is_empty() {
+        text += &format!("  not seen: {}\n", notes.unseen.join(", "));
+    }
+    text
+}
+
+fn listing(
+    path: &Path,
+    contents: &Contents<'_>,
+    extremes: &[Extremes],
+    notes: Option<&Notes>,
+) -> String {
     let mut text = format!("{}: {}\n", path.display(), contents.machine);
     text += &screen::size(&contents.size);
     text += &screen::policy(contents.stored);
@@ -48,8 +78,18 @@ fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> Strin
             (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
             (None, None) => "without end".to_owned(),
         };
+        // Otherwise it is made up as slowly as a ramp begins.
+        let reversal = match a.reversal_acceleration > 1.001 * a.ramp_rate / trueaxis::RISE {
+            true => format!(
+                ", made up at {:.3} {u}/s, {:.1} {u}/s²",
+                a.reversal_rate,
+                a.reversal_acceleration,
+                u = a.unit
+            ),
+            false => String::new(),
+        };
         text += &format!(
-            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}\n",
+            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}{reversal}\n",
             a.name,
             a.value_bound,
             a.rate_bound,
@@ -68,9 +108,20 @@ fn listing(path: &Path, contents: &Contents<'_>, extremes: &[Extremes]) -> Strin
                 let lag = a.lag_s.map_or(String::new(), |lag| {
                     format!(", follows with a lag of {lag:.0} s")
                 });
-                format!("  {}: an input (K from {} °C){lag}\n", a.name, a.reference)
+                let followed = a.sensor.map_or(String::new(), |sensor| {
+                    let [low, high] = sensor.celsius;
+                    format!(
+                        ", followed at {} K/s within {low} to {high} °C",
+                        sensor.kelvin_per_s
+                    )
+                });
+                let (name, reference) = (&a.name, a.reference);
+                format!("  {name}: an input (K from {reference} °C){followed}{lag}\n")
             }
         };
+    }
+    if let Some(notes) = notes {
+        text += &format!("\norigin\n{}", known(notes, contents));
     }
     text += "\nat most, for any input\n";
     for (axis, of) in contents.axes.iter().zip(extremes) {
@@ -183,6 +234,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let mut contents = contents(&runtime);
     let extremes = extremes(runtime.compensation());
+    let notes = Notes::of(&blob);
     if let Some([machine, errors]) = arguments.names.as_deref() {
         let names = names(path, &runtime, machine, errors)?;
         for (term, errors) in contents.term_list.iter_mut().zip(names) {
@@ -194,9 +246,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             file: path,
             contents: &contents,
             extremes: &extremes,
+            notes,
         })?;
     } else {
-        files::print(&listing(path, &contents, &extremes))?;
+        files::print(&listing(path, &contents, &extremes, notes.as_ref()))?;
     }
     Ok(Outcome::Done)
 }

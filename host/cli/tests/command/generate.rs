@@ -21,11 +21,25 @@ fn the_language_is_that_of_the_name_or_the_option() {
     }
     assert!(write("b.rs", &["--servo"]).contains("pub static FACTS"));
     let c = write("a.c", &["--function", "mill"]);
-    assert!(c.contains("void mill(const float inputs[5], float corrections[5]);"));
+    let symbol = "void mill_i5_t0_w0_c5(const float inputs[5], float corrections[5])";
+    assert!(c.contains(symbol) && c.contains("#include \"a.h\""));
+    let header = std::fs::read_to_string(folder.at("a.h")).unwrap();
+    for part in [
+        "#ifndef MILL_H",
+        "#define MILL_INPUTS 5",
+        "#define MILL_CHECKSUM 0x",
+        symbol,
+        "static inline void mill(const float inputs[5], float corrections[5])",
+    ] {
+        assert!(header.contains(part), "{part}: {header}");
+    }
+    assert!(!header.contains("trueaxis.h"));
     assert!(!c.contains("trueaxis.h"));
     let for_servo = write("b.c", &["--function", "mill", "--servo"]);
+    let header = std::fs::read_to_string(folder.at("b.h")).unwrap();
+    assert!(header.contains("#include \"trueaxis.h\""));
+    assert!(header.contains("extern const trueaxis_generated mill_generated;"));
     for part in [
-        "#include \"trueaxis.h\"",
         "#if TRUEAXIS_AXES < 5",
         "const trueaxis_generated mill_generated = {",
     ] {

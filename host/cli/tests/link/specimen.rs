@@ -18,6 +18,8 @@ pub fn adjustable() -> AlignedBlob {
         rate_bound: RATE,
         hysteresis: 0.01,
         ramp_rate: 2.0,
+        reversal_rate: RATE,
+        reversal_acceleration: 40.0,
     };
     let bank = |input| DraftBank {
         input,
@@ -42,7 +44,7 @@ pub fn adjustable() -> AlignedBlob {
             kind: AuxiliaryKind::ToolLength,
             name: "tool".try_into().unwrap(),
             reference: 100.0,
-            lag_rate: 0.0,
+            sensor: trueaxis::Sensor::USUAL,
         }],
         banks: vec![bank(0), bank(2)],
         terms: vec![term(0, None, 0), term(1, Some([-1.0, 1.0]), 1)],
@@ -61,6 +63,8 @@ pub fn blob(machine: &str, axes: &[u8], scale: f32, points: u16) -> AlignedBlob 
         rate_bound: RATE,
         hysteresis: 0.01,
         ramp_rate: 2.0,
+        reversal_rate: RATE,
+        reversal_acceleration: 40.0,
     };
     let wave = |k: u16| (f32::from(k.wrapping_mul(31) % 97) - 48.0) / 48.0;
     let bank = |direction, column| DraftBank {

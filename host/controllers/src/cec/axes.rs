@@ -82,6 +82,8 @@ impl Axes {
             rate_bound: 1.0,
             hysteresis: axis.hysteresis as f32,
             ramp_rate: 1.0,
+            reversal_rate: 1.0,
+            reversal_acceleration: 20.0,
         });
         Self::new(&axes.collect::<Vec<_>>(), map)
     }

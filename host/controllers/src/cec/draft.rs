@@ -55,6 +55,7 @@ pub fn draft(
         auxiliaries,
         banks: banks.into_iter().map(|(bank, _)| bank).collect(),
         grids: Vec::new(),
+        notes: trueaxis::Notes::default(),
     }
 }
 

@@ -92,7 +92,7 @@ fn tables_hold_for_one_tool_length() {
         kind: AuxiliaryKind::ToolLength,
         name: "tool length".try_into().unwrap(),
         reference: 120.0,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     });
     draft
         .banks

@@ -84,7 +84,7 @@ impl Source {
         let sensors = auxiliaries
             .iter()
             .filter(|a| a.kind == AuxiliaryKind::Temperature)
-            .map(|a| temperature_name(&a.name, a.lag_rate))
+            .map(|a| temperature_name(&a.name, a.sensor.lag_rate))
             .collect();
         Ok(Self {
             terms,

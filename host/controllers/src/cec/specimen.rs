@@ -26,6 +26,8 @@ pub fn axes() -> Axes {
         rate_bound: 1.0,
         hysteresis: 0.001,
         ramp_rate: 1.0,
+        reversal_rate: 1.0,
+        reversal_acceleration: 20.0,
     };
     let endless = [-f32::MAX, f32::MAX];
     let all = [

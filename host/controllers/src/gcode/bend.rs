@@ -270,6 +270,8 @@ mod tests {
             rate_bound: 10.0,
             hysteresis: 0.001,
             ramp_rate: 1.0,
+            reversal_rate: 10.0,
+            reversal_acceleration: 20.0,
         };
         let endless = [-f32::MAX, f32::MAX];
         let all = [
@@ -330,6 +332,7 @@ mod tests {
                 outputs: vec![0, 2],
                 format: SampleFormat::F32,
             }],
+            notes: trueaxis::Notes::default(),
         }
     }
 

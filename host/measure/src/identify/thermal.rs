@@ -234,6 +234,8 @@ impl<'p> Search<'p> {
             lag: group.lag,
             reference_celsius: self.references[group.sensor],
             range_kelvin: [0.0; 2],
+            rate: Thermal::RATE,
+            range_celsius: Thermal::RANGE_CELSIUS,
         }
     }
 

@@ -60,6 +60,8 @@ struct ThermalEntry {
     lag_s: Option<f64>,
     reference_celsius: f64,
     range_kelvin: Option<Exactly<2>>,
+    rate_kelvin_per_s: Option<f64>,
+    range_celsius: Option<Exactly<2>>,
 }
 
 /// The changes of one parameter: one `{ … }`, or a list of them.

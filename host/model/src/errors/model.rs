@@ -23,6 +23,10 @@ pub struct Thermal {
     /// Range of differences from the reference (K), after the lag, that a compensation must cover. Beyond it the effect
     /// stays what it is at the border.
     pub range_kelvin: [f64; 2],
+    /// Largest rate (K/s) at which a controller follows the readings.
+    pub rate: f64,
+    /// Plausible readings (°C); a reading outside is a fault.
+    pub range_celsius: [f64; 2],
 }
 
 /// All errors of a machine, with the parameters as written. Their effect on the machine is in

@@ -40,6 +40,7 @@ struct AxisEntry {
     origin_mm: Option<Spanned<Exactly<3>>>,
     orientation_deg: Option<Spanned<Exactly<3>>>,
     max_speed: Option<Spanned<f64>>,
+    max_acceleration: Option<Spanned<f64>>,
     hysteresis: Option<Spanned<f64>>,
     max_correction_speed: Option<Spanned<f64>>,
     max_correction_acceleration: Option<Spanned<f64>>,
@@ -164,6 +165,7 @@ impl MachineFile {
             Ok(CorrectionLimits {
                 speed: limit(&entry.max_correction_speed)?,
                 acceleration: limit(&entry.max_correction_acceleration)?,
+                of_axis: limit(&entry.max_acceleration)?,
             })
         });
         limits.collect()

@@ -28,13 +28,15 @@ pub struct Machine {
     machine: trueaxis_kinematics::Machine,
 }
 
-/// How fast the correction of an axis may move while all axes run at top speed; `None`: not limited.
+/// How fast an axis and its correction may move; `None`: not stated, and for the correction not limited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CorrectionLimits {
-    /// Largest speed (mm/s, deg/s).
+    /// Largest speed of the correction while all axes run at top speed (mm/s, deg/s).
     pub speed: Option<f64>,
-    /// Largest change of speed in a servo period, over the period (mm/s², deg/s²).
+    /// Largest change of speed of the correction in a servo period, over the period (mm/s², deg/s²).
     pub acceleration: Option<f64>,
+    /// Largest acceleration of the axis itself (mm/s², deg/s²).
+    pub of_axis: Option<f64>,
 }
 
 impl Machine {

@@ -108,7 +108,7 @@ pub fn beyond_range(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Vec<Beyond
         let mut beyond = column.filter(|(_, x)| *x < range[0] || *x > range[1]);
         let (row, _) = beyond.next()?;
         Some(BeyondRange {
-            name: temperature_name(&auxiliary.name, auxiliary.lag_rate),
+            name: temperature_name(&auxiliary.name, auxiliary.sensor.lag_rate),
             range,
             first: row + 1,
             count: 1 + beyond.count(),

@@ -5,9 +5,10 @@ use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
+use trueaxis::Axis;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Kinematics, Policy};
-use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::machine::{CorrectionLimits, MAX_AXES, Machine};
 use trueaxis_model::parallel;
 
 /// Number of random positions over the whole travel. The same number again has linear axes and auxiliaries at their
@@ -50,6 +51,10 @@ pub struct AxisBounds {
     pub rate_bound: f32,
     /// Ramp rate (mm/s, deg/s).
     pub ramp_rate: f32,
+    /// Rate at which a reversal is made up (mm/s, deg/s).
+    pub reversal_rate: f32,
+    /// Acceleration with which a reversal is made up (mm/s², deg/s²).
+    pub reversal_acceleration: f32,
 }
 
 impl AxisBounds {
@@ -57,6 +62,15 @@ impl AxisBounds {
     #[must_use]
     pub fn most(&self) -> f32 {
         if self.unit == "mm" { 2.0 } else { 1.0 }
+    }
+
+    /// Sets the bounds of an axis of a compensation.
+    pub fn set(&self, axis: &mut Axis) {
+        axis.value_bound = self.value_bound;
+        axis.rate_bound = self.rate_bound;
+        axis.ramp_rate = self.ramp_rate;
+        axis.reversal_rate = self.reversal_rate;
+        axis.reversal_acceleration = self.reversal_acceleration;
     }
 }
 
@@ -135,29 +149,54 @@ impl<'a> Survey<'a> {
     pub fn bounds(&self) -> Vec<AxisBounds> {
         let machine = self.kinematics.machine;
         let axes = machine.axes.iter().zip(&self.largest).zip(&self.as_large);
-        axes.map(|((axis, peak), place)| {
-            let least = if axis.letter.is_rotary() {
-                LEAST_VALUE_ROTARY
-            } else {
-                LEAST_VALUE
-            };
-            let value_bound = (MARGIN * peak.value).max(least);
-            let ramp_rate = (value_bound / RAMP_TIME).max(LEAST_RAMP);
-            AxisBounds {
-                axis: axis.letter.char(),
-                unit: axis.unit(),
-                largest: peak.value,
-                at: place.axes[..machine.axes.len()]
-                    .iter()
-                    .map(|q| f64::from(*q))
-                    .collect(),
-                largest_rate: peak.rate,
-                value_bound: value_bound as f32,
-                rate_bound: (MARGIN * peak.rate + ramp_rate).max(LEAST_RATE) as f32,
-                ramp_rate: ramp_rate as f32,
-            }
-        })
-        .collect()
+        let limits = machine.correction_limits.iter().copied();
+        let limits = limits.chain(std::iter::repeat(CorrectionLimits::default()));
+        axes.zip(limits)
+            .map(|(((axis, peak), place), limits)| {
+                let least = if axis.letter.is_rotary() {
+                    LEAST_VALUE_ROTARY
+                } else {
+                    LEAST_VALUE
+                };
+                let value_bound = (MARGIN * peak.value).max(least);
+                let ramp_rate = (value_bound / RAMP_TIME).max(LEAST_RAMP);
+                let rate_bound = (MARGIN * peak.rate + ramp_rate).max(LEAST_RATE);
+                let [reversal_rate, reversal_acceleration] =
+                    reversal(limits, axis.max_speed, rate_bound, ramp_rate);
+                AxisBounds {
+                    axis: axis.letter.char(),
+                    unit: axis.unit(),
+                    largest: peak.value,
+                    at: place.axes[..machine.axes.len()]
+                        .iter()
+                        .map(|q| f64::from(*q))
+                        .collect(),
+                    largest_rate: peak.rate,
+                    value_bound: value_bound as f32,
+                    rate_bound: rate_bound as f32,
+                    ramp_rate: ramp_rate as f32,
+                    reversal_rate: reversal_rate as f32,
+                    reversal_acceleration: reversal_acceleration as f32,
+                }
+            })
+            .collect()
+    }
+}
+
+/// Rate and acceleration with which a reversal is made up: half of what the axis can do, which is what LinuxCNC takes for
+/// its own backlash, or what the drive may be asked for; otherwise those of a ramp.
+fn reversal(limits: CorrectionLimits, max_speed: f64, rate_bound: f64, ramp_rate: f64) -> [f64; 2] {
+    let speed = limits.speed.unwrap_or(f64::INFINITY);
+    match (limits.of_axis, limits.acceleration) {
+        (Some(axis), most) => {
+            let most = most.unwrap_or(f64::INFINITY);
+            [
+                (0.5 * max_speed).max(rate_bound).min(speed),
+                (0.5 * axis).min(most),
+            ]
+        }
+        (None, Some(most)) => [rate_bound.min(speed), most],
+        (None, None) => [rate_bound.min(speed), ramp_rate / f64::from(trueaxis::RISE)],
     }
 }
 

@@ -132,7 +132,7 @@ pub fn belongs(
         .map(|a| match a.kind {
             AuxiliaryKind::ToolLength => "the tool length".to_owned(),
             AuxiliaryKind::Temperature => {
-                format!("sensor `{}`", temperature_name(&a.name, a.lag_rate))
+                format!("sensor `{}`", temperature_name(&a.name, a.sensor.lag_rate))
             }
         })
         .collect();

@@ -1,7 +1,7 @@
 //! A compensation without tables, the starting point of every scheme.
 
 use crate::policy::stored;
-use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft};
+use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft, Notes, Sensor, Zone};
 use trueaxis_model::kinematics::Kinematics;
 
 /// A draft with the machine, its inputs and the policy that corrects nothing.
@@ -12,7 +12,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
             AuxiliaryKind::ToolLength,
             "tool length",
             machine.tool_length(),
-            0.0,
+            Sensor::USUAL,
         )
     });
     let sensors = errors.sensors.iter().map(|thermal| {
@@ -20,7 +20,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
             AuxiliaryKind::Temperature,
             &thermal.sensor,
             thermal.reference_celsius,
-            thermal.lag_rate(),
+            thermal.following(),
         )
     });
     Draft {
@@ -42,16 +42,41 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
                 rate_bound: 1.0,
                 hysteresis: axis.hysteresis as f32,
                 ramp_rate: 1.0,
+                reversal_rate: 1.0,
+                reversal_acceleration: 20.0,
             })
             .collect(),
         auxiliaries: length.into_iter().chain(sensors).collect(),
         banks: Vec::new(),
         terms: Vec::new(),
         grids: Vec::new(),
+        notes: notes(kinematics),
     }
 }
 
-fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64, lag_rate: f32) -> Auxiliary {
+/// Where and how well the errors are known.
+fn notes(kinematics: &Kinematics<'_>) -> Notes {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let axes = machine.axes.iter().zip(&errors.calibrated);
+    let zone = (0..).zip(axes).filter_map(|(number, (axis, range))| {
+        let mut range = range.map(|q| axis.to_command(q));
+        range.sort_by(f64::total_cmp);
+        // Degrees come back from radians with rounding.
+        let ends = range.iter().zip(axis.travel);
+        let is_part = ends.map(|(a, b)| (a - b).abs()).any(|off| off > 1e-6);
+        is_part.then(|| Zone {
+            axis: number,
+            range: range.map(|q| q as f32),
+        })
+    });
+    Notes {
+        zone: zone.collect(),
+        misfit_um: errors.misfit.map(|mm| (mm * 1e3) as f32),
+        unseen: errors.unseen.keys().map(ToString::to_string).collect(),
+    }
+}
+
+fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64, sensor: Sensor) -> Auxiliary {
     let mut short = trueaxis::Name::new();
     for c in name.chars() {
         // Sensor names are validated when the file is read; 16 bytes always fit.
@@ -63,6 +88,6 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64, lag_rate: f32) -> 
         kind,
         name: short,
         reference: reference as f32,
-        lag_rate,
+        sensor,
     }
 }

@@ -61,24 +61,6 @@ fn a_fade_begins_from_rest() {
 }
 
 #[test]
-fn an_auxiliary_is_let_in_at_once_only_as_slowly_as_a_ramp_begins() {
-    // 10 µm/K on X, 5 µm/K on Y; a ramp of 0.5 mm/s begins with 10 nm in 1 ms.
-    for (kelvin, conditions) in [(0.0009, 0), (-0.0009, 0), (0.0011, 1), (-0.0011, 1)] {
-        let mut servo = S::new(lengths());
-        servo.enable();
-        let mut inputs = at(1.0, 2.0, 3.0);
-        inputs.auxiliaries[1] = 1.0;
-        settle(&mut servo, &inputs);
-        inputs.auxiliaries[1] += kelvin;
-        // It is detected in this period and begins in the next one.
-        servo.update(&inputs, ALL, DT);
-        let status = servo.update(&inputs, ALL, DT).status;
-        let expected = [Conditions::default(), Conditions::FADING][conditions];
-        assert_eq!(status.conditions, expected, "{kelvin} K");
-    }
-}
-
-#[test]
 fn a_fade_begins_only_when_the_common_factor_rests() {
     let inputs = at(20.0, 10.0, 45.0);
     let mut servo = S::new(*A);

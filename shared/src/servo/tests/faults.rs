@@ -100,7 +100,7 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
     for share in [0.025, 0.5, 1.0] {
         let mut draft = bare();
         for axis in &mut draft.axes {
-            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (1.0, 2.0, 0.4);
+            limit(axis, 1.0, 2.0, 0.4);
         }
         draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
         draft.terms = vec![term(0, 1.0, &[0])];
@@ -148,7 +148,7 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
     let small = |bound: f32| {
         let mut draft = bare();
         for axis in &mut draft.axes {
-            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (0.5, 50.0, 5.0);
+            limit(axis, 0.5, 50.0, 5.0);
         }
         draft.axes[0].travel = [-1.0, 1.0];
         draft.axes[0].value_bound = bound;
@@ -191,10 +191,10 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
 }
 
 #[test]
-fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
+fn after_a_hold_the_correction_reaches_its_rate_bound_in_10_ms_at_the_soonest() {
     let mut draft = bare();
     for axis in &mut draft.axes {
-        (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (1.0, 10.0, 0.4);
+        limit(axis, 1.0, 10.0, 0.4);
     }
     draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
     draft.terms = vec![term(0, 1.0, &[0])];
@@ -203,7 +203,7 @@ fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
     settle(&mut servo, &at(10.0, 0.0, 0.0));
     let mut x = 10.0;
     let mut speeds = [0.0_f32; 2];
-    let acceleration = 0.4 / RISE;
+    let acceleration = 10.0 / PATIENCE;
     for period in 0..300 {
         x += if period < 100 { 0.2 } else { 0.0 };
         // The correction is held for two periods while it moves; then the command is elsewhere.

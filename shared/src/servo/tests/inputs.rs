@@ -172,7 +172,7 @@ fn after_a_swap_the_new_value_bound_holds_on_an_axis_without_a_reference_too() {
     let of = |bound: f32| {
         let mut draft = bare();
         for axis in &mut draft.axes {
-            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (bound, 2.0, 0.4);
+            limit(axis, bound, 2.0, 0.4);
         }
         draft.terms = vec![term(1, 0.2, &[])];
         leak(&draft)
@@ -241,87 +241,4 @@ fn a_smaller_hysteresis_counts_before_the_next_move() {
         servo.update(&at(x, 0.0, 0.0), ALL, DT);
         assert_eq!(servo.travelling().0[0], expected, "{x}");
     }
-}
-
-/// X and Y, which cancel each other, follow the temperature of the bed with a lag of 20 s.
-fn lagging() -> &'static C {
-    let mut draft = bare();
-    draft.auxiliaries = vec![Auxiliary {
-        kind: AuxiliaryKind::Temperature,
-        name: "bed".try_into().unwrap(),
-        reference: 20.0,
-        lag_rate: 0.05,
-    }];
-    draft.banks = vec![bank(3, -10.0, 20.0, vec![vec![-0.1, 0.1]])];
-    draft.terms = vec![term(0, 1.0, &[0]), term(1, -0.5, &[0])];
-    leak(&draft)
-}
-
-#[test]
-fn a_temperature_with_a_lag_arrives_as_slowly_as_the_lag_says() {
-    let mut servo = S::new(lagging());
-    servo.enable();
-    let mut inputs = at(1.0, 2.0, 3.0);
-    inputs.auxiliaries[0] = 2.0;
-    let evaluated = |inputs: &Inputs<[f32; 3]>, servo: &S| {
-        lagging().evaluate(inputs, &servo.travelling(), &lagging().weights())
-    };
-    let first = settle(&mut servo, &inputs);
-    // It starts at the first reading.
-    assert_eq!(first.dq, evaluated(&inputs, &servo));
-    assert_eq!(first.status, Status::default());
-    inputs.auxiliaries[0] = 8.0;
-    let mut lag = crate::Lag::NEW;
-    lag.follow(2.0, 0.05, DT);
-    let mut expected = inputs;
-    for _ in 0..10_000 {
-        expected.auxiliaries[0] = lag.follow(8.0, 0.05, DT);
-        let correction = servo.update(&inputs, ALL, DT);
-        let exact = evaluated(&expected, &servo);
-        // A change is let in at once, because it is slower than a ramp may begin.
-        assert_eq!(correction.dq, exact);
-        assert_eq!(correction.status, Status::default());
-    }
-    // While the sensor is lost the state is held, and the fault is reported as without a lag.
-    let held = servo.lags;
-    inputs.auxiliaries[0] = f32::NAN;
-    for _ in 0..5 {
-        let status = servo.update(&inputs, ALL, DT).status;
-        assert!(status.is(Conditions::BAD_AUXILIARY | Conditions::HELD));
-    }
-    assert_eq!(servo.lags, held);
-}
-
-#[test]
-fn compensations_with_different_lags_do_not_replace_each_other_while_running() {
-    let mut draft = bare();
-    draft.auxiliaries = lagging().auxiliaries().to_vec();
-    draft.auxiliaries[0].lag_rate = 0.025;
-    let mut servo = S::new(lagging());
-    let refused = servo.swap(leak(&draft)).map_err(|refused| refused.why);
-    assert_eq!(refused.err(), Some(Refused::Auxiliaries));
-}
-
-#[test]
-fn a_temperature_beyond_its_tables_is_reported_for_as_long_as_it_lasts() {
-    let mut servo = S::new(lagging());
-    servo.enable();
-    let mut inputs = at(1.0, 2.0, 3.0);
-    inputs.auxiliaries[0] = 10.0;
-    let border = settle(&mut servo, &inputs);
-    assert_eq!(border.status, Status::default());
-    inputs.auxiliaries[0] = 12.0;
-    for _ in 0..3000 {
-        let correction = servo.update(&inputs, ALL, DT);
-        assert_eq!(correction.status.conditions, Conditions::BEYOND_RANGE);
-        assert_eq!(correction.dq, border.dq);
-    }
-    // The temperature with its lag counts, and is back within the range later.
-    inputs.auxiliaries[0] = 8.0;
-    let reported = (0..60_000).filter(|_| {
-        let conditions = servo.update(&inputs, ALL, DT).status.conditions;
-        conditions == Conditions::BEYOND_RANGE
-    });
-    assert!((500..20_000).contains(&reported.count()));
-    assert_eq!(lagging().range(0), Some([-10.0, 10.0]));
 }

@@ -12,6 +12,8 @@ fn axis(travel: [f32; 2]) -> Axis {
         value_bound: VALUE_BOUND,
         rate_bound: RATE_BOUND,
         ramp_rate: RATE_BOUND,
+        reversal_rate: RATE_BOUND,
+        reversal_acceleration: 20.0 * (RATE_BOUND),
         hysteresis: 0.5,
         ..bare().axes[0]
     }

@@ -116,9 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                  --allow-large",
             ));
         }
-        axis.value_bound = bound.value_bound;
-        axis.rate_bound = bound.rate_bound;
-        axis.ramp_rate = bound.ramp_rate;
+        bound.set(axis);
     }
     files::write(output, &encoded(&draft)?)?;
     let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
@@ -185,7 +183,7 @@ fn auxiliaries(machine: &Machine) -> Vec<Auxiliary> {
         kind: AuxiliaryKind::ToolLength,
         name: "tool length".try_into().unwrap_or_default(),
         reference: machine.tool_length() as f32,
-        lag_rate: 0.0,
+        sensor: trueaxis::Sensor::USUAL,
     });
     length.into_iter().collect()
 }

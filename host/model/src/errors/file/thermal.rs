@@ -7,6 +7,7 @@ use crate::errors::{
 use crate::machine::Machine;
 use crate::source::FileError;
 use std::ops::RangeInclusive;
+use trueaxis::Sensor;
 use trueaxis_kinematics::MAX_CHANGES;
 
 /// Default range of temperature differences (K).
@@ -16,6 +17,12 @@ const RANGE_KELVIN: [f64; 2] = [-20.0, 20.0];
 const MAX_KELVIN: f64 = 200.0;
 /// Permitted lags (s), within what a blob can store.
 const LAGS: RangeInclusive<f64> = 1.0..=1e6;
+/// Permitted rates (K/s): what a blob can store.
+const RATES: RangeInclusive<f64> = 0.01..=10.0;
+/// A machine that is at its reference temperature may also be this much (K) colder or warmer.
+const SHOP_KELVIN: f64 = 10.0;
+/// Largest plausible temperature on either side of zero (°C): what a blob can store.
+const MOST_CELSIUS: f64 = 1000.0;
 
 impl ErrorModel {
     pub(super) fn read_thermal(
@@ -83,6 +90,42 @@ impl ErrorModel {
                     "give one reference per sensor",
                 ));
             }
+            let rate = entry.rate_kelvin_per_s.unwrap_or(Thermal::RATE);
+            if !RATES.contains(&rate) {
+                return refuse(
+                    format!(
+                        "the rate of the temperature of {parameter} is not a number from {} to {} K/s",
+                        RATES.start(),
+                        RATES.end()
+                    ),
+                    format!(
+                        "write rate_kelvin_per_s, the fastest change that a sensor on the machine can show, or leave it out: {} K/s",
+                        Thermal::RATE
+                    ),
+                );
+            }
+            // Whoever states a range of differences knows that the machine sees them.
+            let at = |kelvin: f64| entry.reference_celsius + kelvin;
+            let [low, high] = Thermal::RANGE_CELSIUS;
+            let [low, high] = [low.min(at(-SHOP_KELVIN)), high.max(at(SHOP_KELVIN))];
+            let plausible = match (&entry.range_celsius, &entry.range_kelvin) {
+                (Some(range), _) => range.0,
+                (None, Some(range)) => [low.min(at(range.0[0])), high.max(at(range.0[1]))],
+                (None, None) => [low, high],
+            };
+            let reference = entry.reference_celsius;
+            let is_plausible = plausible[0] <= reference && reference <= plausible[1];
+            if !is_plausible || plausible.iter().any(|t| t.abs() > MOST_CELSIUS) {
+                return refuse(
+                    format!(
+                        "the reference of {parameter}, {reference} °C, is not within the plausible temperatures of its sensor, {} to {} °C",
+                        plausible[0], plausible[1]
+                    ),
+                    format!(
+                        "write range_celsius = [lowest, highest]: the readings that are not a fault of the sensor, within ±{MOST_CELSIUS} °C"
+                    ),
+                );
+            }
             let is_like = |s: &Thermal| {
                 s.sensor == entry.sensor && in_three_digits(s.lag) == in_three_digits(lag)
             };
@@ -100,6 +143,11 @@ impl ErrorModel {
                     known.range_kelvin[0].min(range[0]),
                     known.range_kelvin[1].max(range[1]),
                 ];
+                known.rate = known.rate.max(rate);
+                known.range_celsius = [
+                    known.range_celsius[0].min(plausible[0]),
+                    known.range_celsius[1].max(plausible[1]),
+                ];
             } else {
                 let length = entry.sensor.len();
                 if sensor == MAX_SENSORS || !(1..=16).contains(&length) {
@@ -115,6 +163,8 @@ impl ErrorModel {
                     lag,
                     reference_celsius: entry.reference_celsius,
                     range_kelvin: range,
+                    rate,
+                    range_celsius: plausible,
                 });
             }
             if !self.set_per_kelvin(machine, parameter, sensor, entry.per_kelvin) {
@@ -141,6 +191,21 @@ impl ErrorModel {
 }
 
 impl Thermal {
+    /// Rate (K/s) of a sensor in a machine part, which takes minutes to warm up.
+    pub const RATE: f64 = 0.1;
+    /// Plausible readings (°C) if the file does not say: see [`Sensor::USUAL`].
+    pub const RANGE_CELSIUS: [f64; 2] = [5.0, 120.0];
+
+    /// How a servo follows it.
+    #[must_use]
+    pub fn following(&self) -> Sensor {
+        Sensor {
+            lag_rate: self.lag_rate(),
+            rate: self.rate as f32,
+            range: self.range_celsius.map(|t| t as f32),
+        }
+    }
+
     /// The largest difference (K) from the reference that a compensation must cover.
     #[must_use]
     pub(crate) fn largest_kelvin(&self) -> f64 {
