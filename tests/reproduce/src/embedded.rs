@@ -144,7 +144,7 @@ impl Example {
     }
 
     /// The same with travels of X, Y and Z of the same length that begin at zero.
-    pub fn from_zero(mut self) -> Self {
+    pub fn begun_at_zero(mut self) -> Self {
         for axis in &mut self.machine.axes {
             if !axis.letter.is_rotary() {
                 axis.travel = [0.0, axis.travel[1] - axis.travel[0]];

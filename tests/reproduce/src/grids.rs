@@ -107,7 +107,7 @@ pub struct Tables {
 
 impl Tables {
     pub fn new() -> Result<Self, ReproduceError> {
-        let example = hu40()?.from_zero();
+        let example = hu40()?.begun_at_zero();
         let errors = [
             machine(&example, Parameters::Hu40Of13)?,
             machine(&example, Parameters::Hu40Of84)?,

@@ -28,7 +28,7 @@ fn decimal_commas_in_a_file_are_told() {
     refused(
         &["pose", &machine],
         &[
-            "machine.toml, line 9: 4 numbers, where 2 are expected",
+            "machine.toml, line 11: 4 numbers, where 2 are expected",
             "write a decimal point, not a comma",
         ],
     );
@@ -57,7 +57,7 @@ fn small_letters_are_told() {
     refused(
         &["pose", &machine],
         &[
-            "machine.toml, line 12: `a` is not an axis letter",
+            "machine.toml, line 14: `a` is not an axis letter",
             "write \"A\"",
         ],
     );

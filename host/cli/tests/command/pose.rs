@@ -164,31 +164,31 @@ fn what_is_hardly_meant_is_warned_of_with_its_line() {
         (
             "[-120.0, 120.0]",
             "[-2.09, 2.09]",
-            14,
+            16,
             "the travel of axis A is 4.18 degrees in all, which looks like radians",
         ),
         (
             "branch = \"workpiece\"\nrange = [-120.0",
             "branch = \"workpiece\"\norientation_deg = [0.0, 0.0, 0.7854]\nrange = [-120.0",
-            14,
+            16,
             "the orientation of axis A has 0.7854 degrees, which looks like radians: 45.0 degrees",
         ),
         (
             "axis = \"z\"",
             "axis = \"z\"\norientation_deg = [0.0, -1.57, 0.0]",
-            33,
+            35,
             "the orientation of the spindle has -1.57 degrees",
         ),
         (
             "[0.0, 0.0, -74.0]",
             "[0.0, 0.0, -0.074]",
-            35,
+            37,
             "the tip is 0.074 mm from the spindle frame",
         ),
         (
             "[0.0, 0.0, -74.0]",
             "[0.0, -74.0, 0.0]",
-            35,
+            37,
             "the tip is 74.000 mm off the tool axis z",
         ),
     ] {

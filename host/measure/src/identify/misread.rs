@@ -104,6 +104,10 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
         Kind::Displacement => &POSITIONS,
         Kind::Angle => &[],
     };
+    // Where the tool hardly moves along the direction, positions are no larger than deviations.
+    if kind == Kind::Displacement && own.travel() < DEVIATIONS {
+        return None;
+    }
     // Positions that are taken for deviations in another unit may be small, but are proportional to the travel.
     let least = match kind {
         Kind::Displacement => PROPORTIONAL * own.travel(),
