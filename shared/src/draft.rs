@@ -215,7 +215,9 @@ impl Draft {
         let mut samples = Samples::default();
         let wire = self.wire(&mut samples)?;
         let description = postcard::to_allocvec(&wire).map_err(|_| EncodeError::TooLarge)?;
-        assemble(&description, &samples, &self.notes.encode()?)
+        let notes = self.notes.encode();
+        let notes = notes.map_err(|_| EncodeError::TooLarge)?;
+        assemble(&description, &samples, &notes)
     }
 
     pub(crate) fn wire(&self, samples: &mut Samples) -> Result<Wire<'_>, EncodeError> {

@@ -5,7 +5,6 @@ use alloc::vec::Vec;
 
 use serde::{Deserialize, Serialize};
 
-use crate::draft::EncodeError;
 use crate::header::{Header, noted};
 
 /// Where and how well the errors behind the corrections are known. The section at the end of a blob; a controller does
@@ -41,11 +40,11 @@ impl Notes {
     }
 
     /// The section of a blob; empty if there is nothing to say.
-    pub(crate) fn encode(&self) -> Result<Vec<u8>, EncodeError> {
+    pub(crate) fn encode(&self) -> Result<Vec<u8>, postcard::Error> {
         if *self == Self::default() {
             return Ok(Vec::new());
         }
-        postcard::to_allocvec(self).map_err(|_| EncodeError::TooLarge)
+        postcard::to_allocvec(self)
     }
 }
 

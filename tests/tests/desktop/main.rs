@@ -21,6 +21,7 @@ mod measurement;
 mod observations;
 mod outside;
 mod plan;
+mod planned;
 mod policies;
 mod schemes;
 mod shown_output;

@@ -56,10 +56,11 @@ fn another_version_is_refused() {
 
 #[test]
 fn damaged_bytes_are_refused() {
+    // The length of the notes, which nothing but the checksum covers.
     refuses(
-        |b| b[6] = 1,
-        "reserved header field is not zero",
-        "compile it again",
+        |b| b[6] ^= 1,
+        "the checksum does not match",
+        "copy it again",
     );
     refuses(
         |b| b.truncate(b.len() - 1),

@@ -2,7 +2,7 @@
 
 use super::Unknown;
 use super::estimate::{Estimate, Row};
-use super::set_up_priors::Prior;
+use super::prior::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
 use crate::formats::observations::{Drift, Known, Observations, STYLUS};
 use crate::instrument::{

@@ -1,6 +1,6 @@
 //! Set-ups of instruments, and drift, as found.
 
-use super::set_up_priors::Prior;
+use super::prior::Prior;
 use crate::instrument::Kind;
 
 /// One unknown of a set-up.

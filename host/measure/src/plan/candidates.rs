@@ -1,7 +1,5 @@
 //! Candidate probings: balls at rotary positions that the stylus can reach.
 
-use super::collision::obstructed;
-use super::scene::is_described;
 use super::touch::{Probe, Touching};
 use super::touches::{Unreachable, touching};
 use crate::formats::artefact::Artefact;
@@ -252,35 +250,6 @@ impl<'a> Setup<'a> {
         }
         let balls = self.balls.clone();
         (Probings { balls, rows }, first)
-    }
-
-    /// What is allowed without the candidates that cannot be touched clear of what is described, wherever the machine
-    /// comes from.
-    pub(super) fn clear_of_collisions(&self, allowed: &Allowed) -> Allowed {
-        let mut clear = allowed.clone();
-        if !is_described(self.machine, self.artefact) {
-            return clear;
-        }
-        let (Probings { balls, rows }, _) = self.candidates(allowed);
-        let mut alone: Vec<Probings> = Vec::new();
-        let mut seen = std::collections::BTreeSet::new();
-        for row in rows {
-            let place = row.position.map(f64::to_bits);
-            if seen.insert((row.ball, row.spindle.to_bits(), place)) {
-                let balls = balls.clone();
-                alone.push(Probings {
-                    balls,
-                    rows: vec![row],
-                });
-            }
-        }
-        let meets = parallel::map(&alone, |one| obstructed(self, one).is_some());
-        let meeting = alone.into_iter().zip(meets).filter(|(_, meets)| *meets);
-        clear.without.extend(meeting.map(|(mut one, _)| {
-            let row = one.rows.remove(0);
-            (one.balls[row.ball].clone(), row)
-        }));
-        clear
     }
 
     /// A row with its linear axes at the ball.

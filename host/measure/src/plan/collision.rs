@@ -1,11 +1,12 @@
 //! Whether anything meets anything else on the way of a strategy.
 
-use super::candidates::Setup;
+use super::candidates::{Allowed, Setup};
 use super::course::Course;
 use super::scene::{Meeting, is_described};
 use super::step::Step;
 use super::steps::steps;
 use crate::formats::probings::Probings;
+use trueaxis_model::parallel;
 
 /// A move on which two solids would come too close.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -61,4 +62,35 @@ pub(super) fn obstructed(setup: &Setup<'_>, strategy: &Probings) -> Option<usize
     }
     let steps = steps(setup, strategy).ok()?;
     first(setup, strategy, &steps).map(|(row, _)| row)
+}
+
+impl Setup<'_> {
+    /// What is allowed without the candidates that cannot be touched clear of what is described, wherever the machine
+    /// comes from.
+    pub(super) fn clear_of_collisions(&self, allowed: &Allowed) -> Allowed {
+        let mut clear = allowed.clone();
+        if !is_described(self.machine, self.artefact) {
+            return clear;
+        }
+        let (Probings { balls, rows }, _) = self.candidates(allowed);
+        let mut alone: Vec<Probings> = Vec::new();
+        let mut seen = std::collections::BTreeSet::new();
+        for row in rows {
+            let place = row.position.map(f64::to_bits);
+            if seen.insert((row.ball, row.spindle.to_bits(), place)) {
+                let balls = balls.clone();
+                alone.push(Probings {
+                    balls,
+                    rows: vec![row],
+                });
+            }
+        }
+        let meets = parallel::map(&alone, |one| obstructed(self, one).is_some());
+        let meeting = alone.into_iter().zip(meets).filter(|(_, meets)| *meets);
+        clear.without.extend(meeting.map(|(mut one, _)| {
+            let row = one.rows.remove(0);
+            (one.balls[row.ball].clone(), row)
+        }));
+        clear
+    }
 }
