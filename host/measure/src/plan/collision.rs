@@ -55,11 +55,8 @@ fn first(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<(usiz
     None
 }
 
-/// The first row of a strategy that cannot be reached clear of what is described.
+/// The first row of a strategy that cannot be reached clear of balls and of what is described.
 pub(super) fn obstructed(setup: &Setup<'_>, strategy: &Probings) -> Option<usize> {
-    if !is_described(setup.machine, setup.artefact) {
-        return None;
-    }
     let steps = steps(setup, strategy).ok()?;
     first(setup, strategy, &steps).map(|(row, _)| row)
 }
