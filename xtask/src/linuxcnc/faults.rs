@@ -184,12 +184,12 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
         + &set("temperature-0", "22")
         + &until("fault-code", "0")
         + &until("factor", "1")
-        // Outside of its tables.
+        // No shop is as hot.
         + &set("temperature-0", "1000")
-        + &until("beyond-range", "TRUE")
-        + &until("factor", "1")
+        + &until("fault-code", "8")
+        + &until("factor", "0")
         + &set("temperature-0", "22")
-        + &until("beyond-range", "FALSE")
+        + &until("factor", "1")
         + &set("weight-1", "0.01")
         + &until("fault-code", "9")
         + &set("weight-1", "0.00005")
