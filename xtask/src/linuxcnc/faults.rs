@@ -186,7 +186,7 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
         + &until("factor", "1")
         // No shop is as hot.
         + &set("temperature-0", "1000")
-        + &until("fault-code", "8")
+        + &until("fault-code", "11")
         + &until("factor", "0")
         + &set("temperature-0", "22")
         + &until("factor", "1")
