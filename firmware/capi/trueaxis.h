@@ -62,7 +62,7 @@
 /*
  Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
  */
-#define TRUEAXIS_TABLES_WORDS (((((108 + (6 * TRUEAXIS_AXES)) + (12 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
+#define TRUEAXIS_TABLES_WORDS (((((128 + (6 * TRUEAXIS_AXES)) + (12 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
 
 /*
  Size of tables in bytes.
@@ -72,7 +72,7 @@
 /*
  Size of a servo in words of 8 bytes: a fixed part, plus a part for each axis.
  */
-#define TRUEAXIS_SERVO_WORDS (138 + (22 * TRUEAXIS_AXES))
+#define TRUEAXIS_SERVO_WORDS (150 + (24 * TRUEAXIS_AXES))
 
 /*
  Size of a servo in bytes.

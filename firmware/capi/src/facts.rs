@@ -8,7 +8,7 @@ use core::ffi::{c_char, c_void};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
 /// Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
-pub const TRUEAXIS_TABLES_WORDS: usize = 108
+pub const TRUEAXIS_TABLES_WORDS: usize = 128
     + 6 * TRUEAXIS_AXES
     + 12 * TRUEAXIS_BANKS
     + TRUEAXIS_TABLES
@@ -17,7 +17,7 @@ pub const TRUEAXIS_TABLES_WORDS: usize = 108
 /// Size of tables in bytes.
 pub const TRUEAXIS_TABLES_SIZE: usize = 8 * TRUEAXIS_TABLES_WORDS;
 /// Size of a servo in words of 8 bytes: a fixed part, plus a part for each axis.
-pub const TRUEAXIS_SERVO_WORDS: usize = 138 + 22 * TRUEAXIS_AXES;
+pub const TRUEAXIS_SERVO_WORDS: usize = 150 + 24 * TRUEAXIS_AXES;
 /// Size of a servo in bytes.
 pub const TRUEAXIS_SERVO_SIZE: usize = 8 * TRUEAXIS_SERVO_WORDS;
 /// Required alignment of the memory for tables and servos in bytes.
