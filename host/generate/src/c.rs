@@ -270,8 +270,8 @@ const PREAMBLE: &str = "
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
 #error \"compile without -ffast-math and -fassociative-math\"
 #endif
-#if FLT_EVAL_METHOD != 0
-#error \"compile so that float is evaluated as float: FLT_EVAL_METHOD must be 0\"
+#if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
+#error \"compile so that float is evaluated as float: FLT_EVAL_METHOD must be 0 or 16\"
 #endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
