@@ -25,7 +25,7 @@ struct Told {
 }
 
 impl Told {
-    /// The four, in the order of [`BEFORE`], without the sign of the size.
+    /// The four, in the order in which the document prints them, without the sign of the size.
     fn all(&self) -> [f64; 4] {
         [self.range, self.deviation, self.size.abs(), self.readings]
     }
