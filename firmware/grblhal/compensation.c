@@ -184,13 +184,13 @@ bool trueaxis_set_temperature(const char *name, float celsius)
     return known;
 }
 
-/* Reports faults, and temperatures beyond their tables, once each when they begin. */
+/* Reports faults, and temperatures beyond their tables, once each when they begin, or when corrections are switched on. */
 static void report_faults(void)
 {
-    uint16_t now = txa_status().conditions & REPORTED;
+    uint16_t now = mode == TXA_OFF ? 0 : txa_status().conditions & REPORTED;
     uint16_t fresh = (uint16_t)(now & ~faults);
     faults = now;
-    if (fresh != 0 && mode != TXA_OFF) {
+    if (fresh != 0) {
         char text[80] = "trueaxis: ";
         trueaxis_conditions_text(fresh, text + strlen(text), sizeof text - strlen(text));
         report_message(text, Message_Warning);

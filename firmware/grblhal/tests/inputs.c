@@ -54,6 +54,19 @@ void inputs(void)
     CHECK(command("$TRUEAXIS=LENGTH 12x") == Status_BadNumberFormat, "12x");
     CHECK(command("$TRUEAXIS=LENGTH nan") == Status_BadNumberFormat, "nan");
     CHECK(command("$TRUEAXIS=SIDEWAYS") == Status_InvalidStatement, "sideways");
+    /* A temperature outside of its tables is reported once, and its effect stays what it is at the border. While
+       corrections are off, it may have become another one. */
+    CHECK(command("$TRUEAXIS=OFF") == Status_OK && corrected_by() == 0.0, "off");
+    said_nothing();
+    CHECK(trueaxis_set_temperature("bed", 60.0f) && corrected_by() == 0.0, "hot, off");
+    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on again");
+    double hot = corrected_by();
+    CHECK(hot != 0.0 && hot != with_120, "%g", hot);
+    CHECK(strstr(said, "beyond range") != NULL && strchr(said, '\n') == strrchr(said, '\n'), "%s", said);
+    CHECK(trueaxis_set_temperature("bed", 69.0f) && corrected_by() == hot, "%g, not %g", corrected_by(), hot);
+    CHECK(command("$TRUEAXIS=OFF") == Status_OK && corrected_by() == 0.0, "off");
+    CHECK(trueaxis_set_temperature("bed", 21.0f) && corrected_by() == 0.0, "cold, off");
+    CHECK(command("$TRUEAXIS=ON") == Status_OK && corrected_by() == with_120, "as before");
     /* No sensor jumps so far, and no shop is as hot: the sensor fails, which is reported once. */
     said_nothing();
     CHECK(trueaxis_set_temperature("bed", 60.0f), "hot");
