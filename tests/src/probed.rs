@@ -2,13 +2,18 @@
 
 use crate::{Fixed, read};
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 use trueaxis_measure::formats::artefact::{Artefact, Ball};
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::{Identified, IdentifyError, Model, Options, Problem, identify};
+use trueaxis_measure::identify::{
+    HeldOut, Identified, IdentifyError, Model, NotKnown, Options, Problem, error_file, honesty,
+    identify,
+};
 use trueaxis_measure::simulate::{self, Disturbances};
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table, covariance};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::machine::Machine;
 
 /// A machine, its errors, and its probing strategy.
 #[derive(Clone, Debug)]
@@ -23,6 +28,16 @@ pub struct Case {
     pub strategy: Probings,
 }
 
+/// Machines for which model 12 has all that it needs.
+const OF_MODEL_12: [&str; 5] = [
+    "kolibri",
+    "linuxcnc-xyzac-trt",
+    "hu40",
+    "table-head",
+    "fork-head",
+];
+/// Points of a wave.
+const POINTS: usize = 97;
 /// Number of balls in a random strategy.
 const BALLS: usize = 4;
 /// Number of rotary positions tried for each requested row.
@@ -136,17 +151,78 @@ impl Case {
         None
     }
 
+    /// A machine with random errors of model 12, whose number chooses the layout, and a stylus that was measured to 1 µm:
+    /// otherwise it takes up errors that are then not seen. `None` if too few rows are reachable.
+    #[must_use]
+    pub fn of_model_12(number: usize, rows: usize, random: &mut Fixed) -> Option<Self> {
+        let folder = OF_MODEL_12[number % OF_MODEL_12.len()];
+        let machine = crate::machine(&format!("examples/{folder}/machine.toml"));
+        let twelve = Model::Twelve.parameters(&machine, 0, &[]).ok()?;
+        let mut case = Self::drawn(&machine, &twelve, rows, random)?;
+        case.artefact.stylus.uncertainty = [Some(1e-3); 3];
+        Some(case)
+    }
+
+    /// Makes an error motion of an axis (by index) a wave over its travel: an error that is in no model. `amplitude` in mm
+    /// or rad.
+    ///
+    /// # Panics
+    /// If there is no such motion.
+    pub fn add_wave(
+        &mut self,
+        (axis, component): (usize, usize),
+        amplitude: f64,
+        periods: f64,
+        phase: f64,
+    ) {
+        let [low, high] = self.travel(axis);
+        let part = |k: usize| k as f64 / (POINTS - 1) as f64;
+        let wave = |k: usize| amplitude * (TAU * periods * part(k) + phase).sin();
+        let table = Table {
+            at: (0..POINTS).map(|k| low + (high - low) * part(k)).collect(),
+            positive: (0..POINTS).map(wave).collect(),
+            negative: None,
+        };
+        assert!(self.errors.tabulate(axis, component, table));
+    }
+
+    /// The travel of an axis (by index), in mm or rad.
+    #[must_use]
+    pub fn travel(&self, axis: usize) -> [f64; 2] {
+        let axis = &self.machine.axes[axis];
+        let [low, high] = axis.travel.map(|q| axis.to_kinematic(q));
+        [low.min(high), low.max(high)]
+    }
+
+    /// The machine as the error file of an identification describes it.
+    ///
+    /// # Panics
+    /// If the file cannot be read again.
+    #[must_use]
+    pub fn written(
+        &self,
+        measured: &Probings,
+        found: &Identified,
+        predicted: Option<&HeldOut>,
+    ) -> ErrorModel {
+        let (machine, none) = (&self.machine, Observations::default());
+        let perfect = ErrorModel::perfect(machine);
+        let looked_for = &found.looked_for;
+        let problem = Problem::new(machine, measured, &self.artefact, looked_for, &perfect);
+        let problem = problem.with(&none);
+        let honesty = honesty(&problem, measured, found);
+        let not_known = NotKnown::of(&problem, found, &honesty, predicted).expect("a misfit");
+        let file = error_file(machine, measured, &none, found, &not_known, "c.csv");
+        let covariances = covariance::write(&found.known);
+        let read = |_: &str| Ok(covariances.clone());
+        ErrorModel::with_files(&file, machine, &read).expect("an error file")
+    }
+
     fn row(&self, number: usize, random: &mut Fixed) -> Probing {
         let mut row = Probing {
             ball: number % self.strategy.balls.len(),
-            position: [0.0; MAX_AXES],
-            direction: [0.0; MAX_AXES],
-            spindle: 0.0,
-            run: None,
-            time: None,
-            sigma: None,
-            temperature: None,
             line: number + 2,
+            ..Probing::default()
         };
         for (i, axis) in self.machine.axes.iter().enumerate() {
             let [low, high] = axis.travel;

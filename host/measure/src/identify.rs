@@ -80,7 +80,6 @@ pub(crate) use snooping::deviations;
 pub use snooping::{Misread, Suspect, Suspicion, snoop};
 pub use solve::{Options, identify};
 pub use stated::{PLACES, Stated, misplaced, stated};
-pub use tables::is_tabulated;
 pub use thermal::{LeftOut, MOST_SENSORS, Taken, ThermalError, Warmed, thermal};
 pub use trend::{OfBall, Repeats, Trend};
 pub use unidentifiable::{Spindle, Unseen, grouped};

@@ -277,15 +277,8 @@ mod tests {
 
     fn strategy() -> Probings {
         let row = |line| Probing {
-            ball: 0,
-            position: PerAxis::default(),
-            direction: PerAxis::default(),
-            spindle: 0.0,
-            run: None,
-            time: None,
-            sigma: None,
-            temperature: None,
             line,
+            ..Probing::default()
         };
         Probings {
             balls: vec!["1".to_owned()],

@@ -3,23 +3,13 @@
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{
-    Identified, Model, NotKnown, Options, Problem, automatic, error_file, held_out, honesty,
-};
-use trueaxis_model::errors::{ErrorModel, Parameter, Switches, Table, covariance};
+use trueaxis_measure::identify::{Identified, Options, automatic, held_out};
+use trueaxis_model::errors::{ErrorModel, Parameter, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::uncertainty::Uncertain;
 use trueaxis_tests::probed::Case;
-use trueaxis_tests::{Fixed, machine, usual_or_all};
+use trueaxis_tests::{Fixed, usual_or_all};
 
-/// Machines for which model 12 has all that it needs.
-const MACHINES: [&str; 5] = [
-    "kolibri",
-    "linuxcnc-xyzac-trt",
-    "hu40",
-    "table-head",
-    "fork-head",
-];
 /// Amplitude of waves (mm), number of rows, positions at which the tip is compared.
 const WAVE: f64 = 3e-3;
 const ROWS: usize = 120;
@@ -27,27 +17,14 @@ const POSITIONS: usize = 200;
 
 /// Adds a wave of one to three periods over the travel to each straightness of each linear axis.
 fn add_waves(case: &mut Case, random: &mut Fixed) {
-    const POINTS: usize = 49;
-    for (i, axis) in case.machine.axes.iter().enumerate() {
-        let own = axis.letter.char();
-        if axis.letter.is_rotary() {
+    for axis in 0..case.machine.axes.len() {
+        let letter = case.machine.axes[axis].letter;
+        if letter.is_rotary() {
             continue;
         }
-        for component in (0..3).filter(|k| ['X', 'Y', 'Z'][*k] != own) {
+        for component in (0..3).filter(|k| ['X', 'Y', 'Z'][*k] != letter.char()) {
             let (periods, phase) = (random.within(1.0, 3.0), random.within(0.0, TAU));
-            let [low, high] = axis.travel.map(|q| axis.to_kinematic(q));
-            let [low, high] = [low.min(high), low.max(high)];
-            let part = |k: usize| k as f64 / (POINTS - 1) as f64;
-            let at = (0..POINTS).map(|k| low + (high - low) * part(k)).collect();
-            let wave = |k: usize| WAVE * (TAU * periods * part(k) + phase).sin();
-            let positive = (0..POINTS).map(wave).collect();
-            let negative = None;
-            let table = Table {
-                at,
-                positive,
-                negative,
-            };
-            assert!(case.errors.tabulate(i, component, table));
+            case.add_wave((axis, component), WAVE, periods, phase);
         }
     }
 }
@@ -68,14 +45,6 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
         }
         model => case.found(model, &measured, options),
     };
-    let problem = Problem::new(
-        machine,
-        &measured,
-        &case.artefact,
-        &found.looked_for,
-        &perfect,
-    );
-    let problem = problem.with(&none);
     let seen: Vec<Parameter> = found.parameters.iter().map(|e| e.parameter).collect();
     let predicted = held_out(
         machine,
@@ -86,12 +55,7 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
         &perfect,
         options,
     );
-    let honesty = honesty(&problem, &measured, &found);
-    let not_known = NotKnown::of(&problem, &found, &honesty, predicted.as_ref().ok()).unwrap();
-    let file = error_file(machine, &measured, &none, &found, &not_known, "c.csv");
-    let covariances = covariance::write(&found.known);
-    let read = |_: &str| Ok(covariances.clone());
-    let errors = ErrorModel::with_files(&file, machine, &read).unwrap();
+    let errors = case.written(&measured, &found, predicted.as_ref().ok());
     let known = errors.covariance();
     let uncertain = Uncertain::new(machine, &errors, &known);
     let [truth, found] = [&case.errors, &errors].map(|errors| Kinematics::new(machine, errors));
@@ -118,14 +82,9 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
     inside.count() as f64 / POSITIONS as f64
 }
 
-/// A machine with random errors of model 12 and waves, and a stylus that was measured: otherwise it takes up errors that
-/// are then not seen, and nothing is claimed. `None` if the balls drawn are out of reach.
+/// `None` if the balls drawn are out of reach.
 fn drawn(number: usize, random: &mut Fixed) -> Option<Case> {
-    let folder = MACHINES[number % MACHINES.len()];
-    let machine = machine(&format!("examples/{folder}/machine.toml"));
-    let twelve = Model::Twelve.parameters(&machine, 0, &[]).unwrap();
-    let mut case = Case::drawn(&machine, &twelve, ROWS, random)?;
-    case.artefact.stylus.uncertainty = [Some(1e-3); 3];
+    let mut case = Case::of_model_12(number, ROWS, random)?;
     add_waves(&mut case, random);
     case.reached().map(|_| case)
 }

@@ -3,24 +3,13 @@
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{
-    Identified, Model, NotKnown, Options, Problem, automatic, error_file, honesty,
-};
-use trueaxis_model::errors::{ErrorModel, Situation, Switches, Table, covariance};
+use trueaxis_measure::identify::{Options, automatic};
+use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
 use trueaxis_tests::probed::Case;
-use trueaxis_tests::{Fixed, machine, usual_or_all};
+use trueaxis_tests::{Fixed, usual_or_all};
 
-/// Machines for which model 12 has all that it needs.
-const MACHINES: [&str; 5] = [
-    "kolibri",
-    "linuxcnc-xyzac-trt",
-    "hu40",
-    "table-head",
-    "fork-head",
-];
 /// Largest amplitudes of the waves of a machine (mm, rad): from about the noise of 1 µm to well above it, and of one kind
 /// only.
 const AMPLITUDES: [[f64; 2]; 5] = [
@@ -35,62 +24,28 @@ const POSITIONS: usize = 300;
 
 /// Adds waves of one to four periods to all six error motions of every axis.
 fn add_waves(case: &mut Case, largest: [f64; 2], random: &mut Fixed) {
-    const POINTS: usize = 97;
-    for (i, axis) in case.machine.axes.iter().enumerate() {
-        let [low, high] = axis.travel.map(|q| axis.to_kinematic(q));
-        let [low, high] = [low.min(high), low.max(high)];
+    for axis in 0..case.machine.axes.len() {
+        let [low, high] = case.travel(axis);
         for component in 0..6 {
             let amplitude = random.within(0.0, largest[component / 3]);
             let (periods, phase) = (random.within(1.0, 4.0), random.within(0.0, TAU));
-            let periods = match axis.letter.is_rotary() && high - low >= TAU {
+            let is_round = case.machine.axes[axis].letter.is_rotary() && high - low >= TAU;
+            let periods = match is_round {
                 true => periods.floor() * (high - low) / TAU,
                 false => periods,
             };
-            let part = |k: usize| k as f64 / (POINTS - 1) as f64;
-            let at = (0..POINTS).map(|k| low + (high - low) * part(k)).collect();
-            let wave = |k: usize| amplitude * (TAU * periods * part(k) + phase).sin();
-            let positive = (0..POINTS).map(wave).collect();
-            let negative = None;
-            let table = Table {
-                at,
-                positive,
-                negative,
-            };
-            assert!(case.errors.tabulate(i, component, table));
+            case.add_wave((axis, component), amplitude, periods, phase);
         }
     }
 }
 
 /// `None` if the balls drawn are out of reach.
 fn drawn(number: usize, random: &mut Fixed) -> Option<Case> {
-    let folder = MACHINES[number % MACHINES.len()];
-    let machine = machine(&format!("examples/{folder}/machine.toml"));
-    let twelve = Model::Twelve.parameters(&machine, 0, &[]).unwrap();
-    let mut case = Case::drawn(&machine, &twelve, ROWS, random)?;
-    case.artefact.stylus.uncertainty = [Some(1e-3); 3];
-    let largest = AMPLITUDES[number / MACHINES.len() % AMPLITUDES.len()];
+    let mut case = Case::of_model_12(number, ROWS, random)?;
+    // Each layout has each of them.
+    let largest = AMPLITUDES[number / AMPLITUDES.len() % AMPLITUDES.len()];
     add_waves(&mut case, largest, random);
     case.reached().map(|_| case)
-}
-
-/// The machine as the error file describes it.
-fn written(case: &Case, measured: &Probings, found: &Identified) -> ErrorModel {
-    let none = Observations::default();
-    let (machine, perfect) = (&case.machine, ErrorModel::perfect(&case.machine));
-    let problem = Problem::new(
-        machine,
-        measured,
-        &case.artefact,
-        &found.looked_for,
-        &perfect,
-    );
-    let problem = problem.with(&none);
-    let honesty = honesty(&problem, measured, found);
-    let not_known = NotKnown::of(&problem, found, &honesty, None).unwrap();
-    let file = error_file(machine, measured, &none, found, &not_known, "c.csv");
-    let covariances = covariance::write(&found.known);
-    let read = |_: &str| Ok(covariances.clone());
-    ErrorModel::with_files(&file, machine, &read).unwrap()
 }
 
 /// Mean distance (mm) of the tip from where `found` puts it over the whole travel, with the zero of the workpiece set
@@ -100,9 +55,9 @@ fn off(case: &Case, found: &ErrorModel, seed: u64) -> f64 {
     let [truth, found] = [&case.errors, found].map(|errors| Kinematics::new(&case.machine, errors));
     let one = |_| {
         let mut q = [0.0; MAX_AXES];
-        for (q, axis) in q.iter_mut().zip(&case.machine.axes) {
-            let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-            *q = random.within(low.min(high), low.max(high));
+        for (axis, q) in q.iter_mut().enumerate().take(case.machine.axes.len()) {
+            let [low, high] = case.travel(axis);
+            *q = random.within(low, high);
         }
         let situation = Situation::default();
         let tip = |machine: &Kinematics<'_>| machine.actual(&q, &situation, &Switches::ALL).t;
@@ -130,7 +85,7 @@ fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
         let twelve = case.found("12", &measured, options);
         let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
         let chosen = chosen.unwrap();
-        let found = [&twelve, &chosen.identified].map(|found| written(&case, &measured, found));
+        let found = [&twelve, &chosen.identified].map(|found| case.written(&measured, found, None));
         let all = [&perfect, &found[0], &found[1]].map(|errors| off(&case, errors, seed));
         for (sum, off) in sums.iter_mut().zip(all) {
             *sum += off / count as f64 * 1e3;

@@ -228,6 +228,19 @@ pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, B
     ErrorModel::with_files(&text.text, machine, &read).map_err(|e| text.bad(e))
 }
 
+/// Refuses to update an error file with thermal changes, which could not be written back.
+pub fn to_update(errors: ErrorModel, path: &Path, verb: &str) -> Result<ErrorModel, BadInput> {
+    let mut motions = errors.motions.iter().flatten();
+    if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
+        let what = "thermal changes cannot be kept by --update";
+        return Err(BadInput::new(
+            format!("{}: {what}", path.display()),
+            format!("{verb} without --update, and copy what was written into the file"),
+        ));
+    }
+    Ok(errors)
+}
+
 /// Called before the work begins: refuses an output that is also an input or whose folder does not exist, and
 /// removes the partial file of an earlier run that was killed while writing.
 pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {

@@ -163,7 +163,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         };
     }
     let known_before = match &arguments.update {
-        Some(path) => known(path, &machine)?,
+        Some(path) => files::to_update(files::read_errors(path, &machine)?, path, "identify")?,
         None => ErrorModel::perfect(&machine),
     };
     let before = match &arguments.before {
@@ -518,22 +518,6 @@ const AS_STATED: f64 = 5e-3;
 /// The covariance file that belongs to an error file.
 fn beside(errors: &Path) -> PathBuf {
     errors.with_extension("covariance.csv")
-}
-
-/// Reads an existing error file; refuses thermal changes, which could not be written back.
-fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
-    let errors = files::read_errors(path, machine)?;
-    let mut motions = errors.motions.iter().flatten();
-    if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
-        return Err(BadInput::new(
-            format!(
-                "{}: thermal changes cannot be kept by --update",
-                path.display()
-            ),
-            "identify without --update, and copy what was written into the file",
-        ));
-    }
-    Ok(errors)
 }
 
 /// Reads errors to compare with; refuses more than parameters.

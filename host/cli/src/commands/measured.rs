@@ -106,7 +106,9 @@ impl Files {
         measurements: Vec<Measurement>,
     ) -> Result<Imported, BadInput> {
         let known = match &self.update {
-            Some(path) => known(path, &machine)?,
+            Some(path) => {
+                files::to_update(files::read_known_errors(path, &machine)?, path, "import")?
+            }
             None => ErrorModel::perfect(&machine),
         };
         let options = Options {
@@ -135,22 +137,6 @@ impl Files {
             found,
         })
     }
-}
-
-/// Reads an existing error file.
-fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
-    let errors = files::read_known_errors(path, machine)?;
-    let mut motions = errors.motions.iter().flatten();
-    if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
-        return Err(BadInput::new(
-            format!(
-                "{}: thermal changes cannot be kept by --update",
-                path.display()
-            ),
-            "import without --update, and copy what was written into the file",
-        ));
-    }
-    Ok(errors)
 }
 
 /// Warnings, with the file that each is about.

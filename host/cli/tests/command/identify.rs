@@ -4,14 +4,14 @@ use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
 pub fn probings(folder: &Folder, more: &[&str]) -> String {
+    probings_of(folder, &example("kolibri/strategy.csv"), more)
+}
+
+/// The same for another strategy.
+pub fn probings_of(folder: &Folder, strategy: &str, more: &[&str]) -> String {
     let out = folder.at("probings.csv");
-    let files = [
-        "machine.toml",
-        "errors-10.toml",
-        "artefact.toml",
-        "strategy.csv",
-    ];
-    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let files = ["machine.toml", "errors-10.toml", "artefact.toml"];
+    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}")));
     let mut arguments = vec![
         "simulate",
         "probings",
@@ -20,7 +20,7 @@ pub fn probings(folder: &Folder, more: &[&str]) -> String {
         "--artefact",
         &artefact,
     ];
-    arguments.extend(["--strategy", &strategy, "--noise", "1", "-o", &out]);
+    arguments.extend(["--strategy", strategy, "--noise", "1", "-o", &out]);
     arguments.extend(more);
     answer(0, &arguments);
     out

@@ -1,6 +1,6 @@
 //! Readings of instruments that are another quantity than declared, copied, or against what was stated beforehand.
 
-use crate::identify::probings;
+use crate::identify::{probings, probings_of};
 use crate::observations::observations;
 use crate::program::{Folder, example, plain, trueaxis};
 
@@ -171,28 +171,11 @@ fn senses_that_probings_cannot_show_are_said_to_be_unseen() {
 #[test]
 fn a_position_of_a_rotary_axis_that_is_off_is_named() {
     let folder = Folder::new();
-    let files = [
-        "machine.toml",
-        "errors-10.toml",
-        "artefact.toml",
-        "strategy.csv",
-    ];
-    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let machine = example("kolibri/machine.toml");
     // The machine stood at 15.0025° where it reported 15°: 44 µrad.
-    let strategy = std::fs::read_to_string(strategy).unwrap();
+    let strategy = std::fs::read_to_string(example("kolibri/strategy.csv")).unwrap();
     let strategy = folder.file("strategy.csv", strategy.replace(",15,", ",15.0025,"));
-    let out = folder.at("probings.csv");
-    let arguments = [
-        "simulate",
-        "probings",
-        &machine,
-        &errors,
-        "--artefact",
-        &artefact,
-    ];
-    let more = ["--strategy", &strategy, "--noise", "1", "-o", &out];
-    assert!(trueaxis(&[&arguments[..], &more].concat()).status.success());
-    let text = std::fs::read_to_string(&out).unwrap();
+    let text = std::fs::read_to_string(probings_of(&folder, &strategy, &[])).unwrap();
     let text = text.replace(",15.002500000,", ",15.000000000,");
     let file = folder.file("reported.csv", text);
     let output = trueaxis(&["identify", &machine, &file, "--model", "10"]);

@@ -147,15 +147,9 @@ fn drawn(machine: &Machine, random: &mut Pcg64Mcg) -> Probing {
         direction[i] = if random.random::<bool>() { 1.0 } else { -1.0 };
     }
     Probing {
-        ball: 0,
         position,
         direction,
-        spindle: 0.0,
-        run: None,
-        time: None,
-        sigma: None,
-        temperature: None,
-        line: 0,
+        ..Probing::default()
     }
 }
 

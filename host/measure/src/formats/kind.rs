@@ -44,7 +44,7 @@ pub fn kind(text: &str) -> Result<FileKind, FileError> {
     }
 }
 
-/// The names of the columns, whatever separates them: who reads the file refuses other separators than commas.
+/// The names of the columns, whatever separates them. The reader of each kind refuses separators other than commas.
 fn header(text: &str) -> Vec<&str> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));

@@ -13,11 +13,11 @@ use super::{axis, is_in_travel, temperatures};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use trueaxis_model::formats::csv::{Row, Table};
-use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
 /// One probing: the stylus was at the centre of a ball.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Probing {
     /// The ball, as an index into [`Probings::balls`].
     pub ball: usize,
@@ -169,14 +169,8 @@ fn probing(
 ) -> Result<Probing, FileError> {
     let mut probing = Probing {
         ball,
-        position: [0.0; MAX_AXES],
-        direction: [0.0; MAX_AXES],
-        spindle: 0.0,
-        run: None,
-        time: None,
-        sigma: None,
-        temperature: None,
         line: row.line,
+        ..Probing::default()
     };
     for (k, column) in columns.iter().enumerate() {
         if *column == Column::Ball {

@@ -1,19 +1,19 @@
 //! Chooses the complexity of the model by what it predicts elsewhere.
 
-use super::candidates::{Form, candidates, fewest, of_degree};
+use super::candidates::{Form, candidates, fewest, holds, of_degree};
 use super::elsewhere::{Elsewhere, Predicted};
 use super::published::listed;
 use super::rows::Weights;
 use super::structure::SEEN;
 use super::{
-    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify, is_tabulated,
+    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify,
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::{Drift, Observations};
 use crate::formats::probings::Probings;
 use std::fmt;
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
 /// A model that was tried.
@@ -144,27 +144,17 @@ impl<'a> Measured<'a> {
     /// farther than what was measured: the table would end there, too.
     fn is_allowed(&self, parameter: &Parameter) -> bool {
         let (machine, base) = (self.machine, self.base);
-        let holds = match parameter.kind {
-            ParameterKind::Degree(k) => k >= 2,
-            ParameterKind::Cosine(_) | ParameterKind::Sine(_) => true,
-            _ => false,
+        let axis = machine.index(parameter.axis);
+        let is_cut = |axis: usize| {
+            let [low, high] = self.problem(&[]).range(axis);
+            let least = BEYOND * (high - low);
+            let tables = base.motions[axis].iter().filter_map(|m| m.table.as_ref());
+            let mut ends = tables.filter_map(|t| Some((*t.at.first()?, *t.at.last()?)));
+            ends.any(|(first, last)| first < low - least || last > high + least)
         };
-        let Some(axis) = machine.index(parameter.axis).filter(|_| holds) else {
-            return !is_tabulated(machine, base, parameter);
-        };
-        let probed = self.probings.rows.iter().map(|row| &row.position);
-        let observed = self.observations.rows.iter().map(|row| &row.position);
-        let at = probed
-            .chain(observed)
-            .map(|q| machine.to_kinematic(q)[axis]);
-        let [low, high] = at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
-            [low.min(q), high.max(q)]
-        });
-        let least = BEYOND * (high - low);
-        let tables = base.motions[axis].iter().filter_map(|m| m.table.as_ref());
-        let mut ends = tables.filter_map(|t| Some((*t.at.first()?, *t.at.last()?)));
-        let is_cut = ends.any(|(first, last)| first < low - least || last > high + least);
-        !is_cut && !is_tabulated(machine, base, parameter)
+        let has_tables = |axis: &usize| base.motions[*axis].iter().any(|m| m.table.is_some());
+        let axis = axis.filter(|axis| has_tables(axis) && holds(machine, parameter));
+        !base.is_tabulated(machine, parameter) && !axis.is_some_and(is_cut)
     }
 
     /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,

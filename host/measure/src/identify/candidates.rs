@@ -84,6 +84,17 @@ pub(super) fn of_degree(axis: &Axis, component: usize, degree: u8, form: Form) -
     kinds.into_iter().map(of).collect()
 }
 
+/// True if a motion with this parameter holds its end value outside the range in which it was measured: from degree 2, and
+/// with harmonics on axes that are not endless.
+pub(super) fn holds(machine: &Machine, parameter: &Parameter) -> bool {
+    let axis = machine.index(parameter.axis).map(|i| &machine.axes[i]);
+    match parameter.kind {
+        ParameterKind::Degree(k) => k >= 2,
+        ParameterKind::Cosine(_) | ParameterKind::Sine(_) => axis.is_some_and(|a| !a.modulo),
+        _ => false,
+    }
+}
+
 fn scales(machine: &Machine) -> impl Iterator<Item = Parameter> {
     let letters = machine.axes.iter().map(|axis| axis.letter);
     let mut linear: Vec<char> = (letters.filter(|letter| !letter.is_rotary()))

@@ -1,5 +1,6 @@
 //! How far off a model is where it was not measured: in zones of the travel that it has not seen, and over all of it.
 
+use super::candidates::holds;
 use super::estimate::Estimate;
 use super::gram::{Gram, Split};
 use super::rows::Weights;
@@ -9,8 +10,8 @@ use crate::formats::probings::{Probing, Probings};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
 
 /// Each axis has this many zones with about as many rows; the two at its ends are predicted by extrapolation.
 const ZONES: usize = 5;
@@ -193,27 +194,14 @@ fn hold(
     parameters: &[Unknown],
     tips: &mut DMatrix<f64>,
 ) {
+    let machine = measured.machine;
     for (unknown, mut column) in parameters.iter().zip(tips.column_iter_mut()) {
-        let Some((Parameter { axis, kind, .. }, None)) = unknown.parameter() else {
+        let parameter = unknown.parameter().map(|(parameter, _)| parameter);
+        let Some(parameter) = parameter.filter(|parameter| holds(machine, parameter)) else {
             continue;
         };
-        let Some(index) = measured.machine.index(axis) else {
-            continue;
-        };
-        let holds = match kind {
-            ParameterKind::Degree(k) => k >= 2,
-            ParameterKind::Cosine(_) | ParameterKind::Sine(_) => {
-                !measured.machine.axes[index].modulo
-            }
-            _ => false,
-        };
-        if !holds {
-            continue;
-        }
-        let at = measured.commands().map(|(q, _)| q[index]);
-        let [low, high] = at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
-            [low.min(q), high.max(q)]
-        });
+        let (kind, index) = (parameter.kind, machine.index(parameter.axis).unwrap_or(0));
+        let [low, high] = measured.range(index);
         for (i, (q, _)) in all.commands().enumerate() {
             let q = q[index];
             let ratio = kind.basis(q.clamp(low, high)) / kind.basis(q);
@@ -228,15 +216,8 @@ fn positions(machine: &Machine) -> Probings {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let row = |line| {
         let mut row = Probing {
-            ball: 0,
-            position: [0.0; MAX_AXES],
-            direction: [0.0; MAX_AXES],
-            spindle: 0.0,
-            run: None,
-            time: None,
-            sigma: None,
-            temperature: None,
             line,
+            ..Probing::default()
         };
         for (i, axis) in machine.axes.iter().enumerate() {
             let [low, high] = axis.travel;

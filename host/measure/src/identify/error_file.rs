@@ -161,6 +161,7 @@ pub fn error_file(
             .any(|p| is_kept(p) && found(*p).is_none())
         {
             let [low, high] = identified.errors.calibrated[i].map(|q| axis.to_command(q));
+            let [low, high] = outward([low, high]);
             let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
             continue;
         }
@@ -175,6 +176,7 @@ pub fn error_file(
             .fold(f64::NEG_INFINITY, f64::max)
             .min(axis.travel[1]);
         if high - low >= NARROWEST {
+            let [low, high] = outward([low, high]);
             let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
         }
     }
@@ -186,10 +188,40 @@ pub fn error_file(
     text
 }
 
+/// A range (mm, deg) rounded to three decimals so that none of it is lost: outside it, motions that bend hold their end
+/// values. What the conversion of units leaves, far below 1e-9, does not count.
+fn outward([low, high]: [f64; 2]) -> [f64; 2] {
+    let [low, high] = [(low * 1e3 + 1e-6).floor(), (high * 1e3 - 1e-6).ceil()];
+    // No negative zero.
+    [low, high].map(|end| end / 1e3 + 0.0)
+}
+
 /// True if tables alone say where the motions of an axis (by index) are known: no other of its motions holds its end
 /// value.
 fn is_tabulated(errors: &ErrorModel, index: usize) -> bool {
     let mut motions = errors.motions[index].iter();
     let has_table = errors.motions[index].iter().any(|m| m.table.is_some());
     has_table && motions.all(|motion| motion.table.is_some() || !motion.holds())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::outward;
+
+    #[test]
+    fn a_range_loses_nothing_by_rounding_and_gains_less_than_a_decimal() {
+        for (range, expected) in [
+            ([-59.9996, 60.0004], [-60.0, 60.001]),
+            ([-90.0, 90.0], [-90.0, 90.0]),
+            // A degree that has been radians.
+            (
+                [-90.000_000_000_000_01, 90.000_000_000_000_01],
+                [-90.0, 90.0],
+            ),
+            ([-1e-12, -0.0001], [0.0, 0.0]),
+        ] {
+            assert_eq!(outward(range), expected, "{range:?}");
+        }
+        assert!(outward([-2.0, -0.0001])[1].is_sign_positive());
+    }
 }

@@ -91,7 +91,7 @@ pub(super) fn minimal(machine: &Machine) -> Vec<Parameter> {
     found
 }
 
-/// All location errors: the [`minimal`] set, those that show beside it if the stylus is known, then the others.
+/// All location errors: first the [`minimal`] set, then those that a known stylus also reveals, then the rest.
 pub(super) fn all(machine: &Machine) -> Vec<Parameter> {
     let mut all = minimal(machine);
     all.extend(independent(machine, false, &all));
@@ -289,11 +289,8 @@ mod tests {
                 } else {
                     0.0
                 },
-                run: None,
-                time: None,
-                sigma: None,
-                temperature: None,
                 line: i + 2,
+                ..Probing::default()
             }
         };
         Probings {

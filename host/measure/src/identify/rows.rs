@@ -3,7 +3,6 @@
 
 use super::estimate::{Estimate, Row};
 use super::observed::{Observed, ObservedRow, moved, period};
-use super::tables::is_tabulated;
 use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
@@ -127,9 +126,7 @@ impl<'a> Problem<'a> {
         let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
         balls.sort_by_key(|b| &probings.balls[*b]);
         let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
-        let parameters = parameters
-            .iter()
-            .filter(|p| !is_tabulated(machine, base, p));
+        let parameters = parameters.iter().filter(|p| !base.is_tabulated(machine, p));
         let parameters = parameters.map(|p| Unknown::Parameter(*p));
         // Without probings, no row depends on the stylus.
         let setup = (0..3).filter(|_| !probings.rows.is_empty());
@@ -288,6 +285,13 @@ impl<'a> Problem<'a> {
         let probed = self.places.iter().map(|row| (&row.q, &row.situation));
         let observed = self.observed.rows.iter();
         probed.chain(observed.map(|row| (&row.q, &row.situation)))
+    }
+
+    /// The range of an axis (by index) at all rows (mm or rad).
+    pub(super) fn range(&self, axis: usize) -> [f64; 2] {
+        let at = || self.commands().map(|(q, _)| q[axis]);
+        let low = at().fold(f64::INFINITY, f64::min);
+        [low, at().fold(f64::NEG_INFINITY, f64::max)]
     }
 
     /// The machine as known, with balls where the stylus was.

@@ -3,7 +3,7 @@
 use super::candidates::{Form, candidates};
 use super::identified::Solution;
 use super::snooping::deviations;
-use super::{Identified, Problem, Unknown, is_tabulated};
+use super::{Identified, Problem, Unknown};
 use nalgebra::DVector;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -48,7 +48,7 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
     for form in Form::of(machine) {
         let all = [0, HIGHEST].map(|degree| candidates(machine, degree, *form, &directions));
         let is_new = |p: &Parameter| {
-            !identified.looked_for.contains(p) && !is_tabulated(machine, &problem.base, p)
+            !identified.looked_for.contains(p) && !problem.base.is_tabulated(machine, p)
         };
         let mut all: Vec<Parameter> = all.concat().into_iter().filter(is_new).collect();
         all.sort();
@@ -181,13 +181,6 @@ impl Free {
     }
 }
 
-/// The range of an axis (by index) at all equations (mm or rad).
-fn range(problem: &Problem<'_>, axis: usize) -> [f64; 2] {
-    let at = || problem.commands().map(|(q, _)| q[axis]);
-    let low = at().fold(f64::INFINITY, f64::min);
-    [low, at().fold(f64::NEG_INFINITY, f64::max)]
-}
-
 /// A term at a position: a power of the position from the middle of the range over half of it, which is not nearly
 /// constant far from zero as the power of the position is.
 fn basis(p: &Parameter, q: f64, [low, high]: [f64; 2]) -> f64 {
@@ -213,7 +206,7 @@ fn column(problem: &Problem<'_>, place: &Solution, p: &Parameter) -> DVector<f64
         kind: ParameterKind::Degree(0),
         ..*p
     });
-    let range = range(problem, axis);
+    let range = problem.range(axis);
     for (block, (q, _)) in problem.blocks().zip(problem.commands()) {
         for row in block {
             column[row] *= basis(p, q[axis], range);
@@ -231,7 +224,7 @@ fn size(problem: &Problem<'_>, all: &[Parameter], taken: &[usize], values: &[f64
     let Some(axis) = axis.filter(|_| degree(first) > 0) else {
         return values[0].abs();
     };
-    let [low, high] = range(problem, axis);
+    let [low, high] = problem.range(axis);
     let value = |q: f64| {
         let terms = taken.iter().zip(values);
         terms

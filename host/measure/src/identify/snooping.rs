@@ -138,8 +138,8 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
         adjusted.take(problem, &best, &groups);
         found.push(best.suspicion(problem, identified));
     }
-    // One position of a rotary axis that does not fit explains little of the noise of many rows. It is told from errors that
-    // the model lacks, which make several positions significant, by what it leaves: nothing.
+    // A single wrong position of a rotary axis explains little of the noise of many rows. Errors that the model lacks make
+    // several positions significant; a wrong position leaves nothing behind once it is left out.
     let positions: Vec<Group> = (groups.into_iter())
         .filter(|group| matches!(group.suspect, Suspect::Index(..)))
         .collect();

@@ -1,25 +1,11 @@
-//! Motions that are known as tables: what is not looked for beside them, and what their uncertainty does to what is.
+//! Motions that are known as tables: which parameters they replace, and how their uncertainty adds to that of the others.
 
 use super::Unknown;
 use super::estimate::Estimate;
 use super::factor::Factor;
 use super::rows::{Problem, Weights};
 use nalgebra::{DMatrix, DVector};
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::machine::Machine;
-
-/// True if a table of the errors contains the motion of this parameter: all of it but its location and, if the table is
-/// the same in both directions of travel, its backlash.
-#[must_use]
-pub fn is_tabulated(machine: &Machine, errors: &ErrorModel, parameter: &Parameter) -> bool {
-    let index = machine.index(parameter.axis);
-    let table = index.and_then(|i| errors.motions[i][parameter.component].table.as_ref());
-    match parameter.kind {
-        ParameterKind::Inter => false,
-        ParameterKind::Backlash => table.is_some_and(|table| table.negative.is_some()),
-        _ => table.is_some(),
-    }
-}
+use trueaxis_model::errors::{Parameter, ParameterKind};
 
 impl Problem<'_> {
     /// The change of the unknowns of a factor, in its order, by one standard uncertainty of each value of the tables that are
@@ -95,7 +81,9 @@ mod tests {
     use crate::formats::probings::Probings;
     use crate::identify::{Identified, Options, identify};
     use std::fmt::Write;
+    use trueaxis_model::errors::ErrorModel;
     use trueaxis_model::errors::Table;
+    use trueaxis_model::machine::Machine;
 
     const MACHINE: &str = r#"
         name = "mill"
@@ -181,7 +169,7 @@ mod tests {
         };
         base.tabulate(0, 1, table.clone());
         let is_in = |base: &ErrorModel, name: &str| {
-            is_tabulated(&machine, base, &Parameter::parse(name).unwrap())
+            base.is_tabulated(&machine, &Parameter::parse(name).unwrap())
         };
         for (name, expected) in [
             ("EYX0", true),

@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::machine::Machine;
 use trueaxis_model::parallel;
 
 /// What a strategy may use.
@@ -185,15 +185,8 @@ impl<'a> Setup<'a> {
     #[must_use]
     pub fn candidates(&self, allowed: &Allowed) -> (Probings, Option<(Probing, Unreachable)>) {
         let mut rows = vec![Probing {
-            ball: 0,
-            position: [0.0; MAX_AXES],
-            direction: [0.0; MAX_AXES],
-            spindle: 0.0,
-            run: None,
-            time: None,
             sigma: Some(self.sigma),
-            temperature: None,
-            line: 0,
+            ..Probing::default()
         }];
         let with = |rows: Vec<Probing>, values: &[f64], set: fn(&mut Probing, usize, f64), i| {
             let each = |row: Probing| {

@@ -92,6 +92,19 @@ impl ErrorModel {
         missing.collect()
     }
 
+    /// True if a table contains the motion of this parameter: all of it but its location and, if the table is the same in
+    /// both directions of travel, its backlash.
+    #[must_use]
+    pub fn is_tabulated(&self, machine: &Machine, parameter: &Parameter) -> bool {
+        let index = machine.index(parameter.axis);
+        let table = index.and_then(|i| self.motions[i][parameter.component].table.as_ref());
+        match parameter.kind {
+            ParameterKind::Inter => false,
+            ParameterKind::Backlash => table.is_some_and(|table| table.negative.is_some()),
+            _ => table.is_some(),
+        }
+    }
+
     /// Sets one parameter (mm, rad, per mmᵏ or radᵏ).
     ///
     /// Returns false, and sets nothing, if the machine has no such axis or the axis no such parameter (harmonics of

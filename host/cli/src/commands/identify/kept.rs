@@ -4,7 +4,7 @@ use super::super::bad_input::BadInput;
 use super::super::measured::{motions, refused};
 use super::Found;
 use trueaxis_measure::direct::{DirectResult, Doubt, Measurement, kept, same_tables};
-use trueaxis_measure::identify::{Identified, Model, is_tabulated};
+use trueaxis_measure::identify::{Identified, Model};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
@@ -45,23 +45,27 @@ pub fn with_tables<T>(
             )
         })
     };
-    let (mut base, mut solved) = tables(known)?;
+    let (mut base, _) = tables(known)?;
     let (mut identified, mut besides) = find(&base)?;
     for _ in 0..ROUNDS {
-        let (next, again) = tables(&identified.errors)?;
-        solved = again;
+        let (next, solved) = tables(&identified.errors)?;
         if same_tables(&base, &next) {
-            break;
+            return Ok(WithTables {
+                base,
+                identified,
+                besides,
+                kept: Some(solved),
+            });
         }
         (identified, besides) = find(&next)?;
         base = next;
     }
-    Ok(WithTables {
-        base,
-        identified,
-        besides,
-        kept: Some(solved),
-    })
+    Err(BadInput::new(
+        format!(
+            "the motions that the runs show and the other parameters do not settle within {ROUNDS} rounds"
+        ),
+        "give the runs with --observations, to fit all together",
+    ))
 }
 
 /// Refuses names of parameters of motions that are kept as tables.
@@ -72,7 +76,7 @@ pub fn are_apart(
     base: &ErrorModel,
 ) -> Result<(), BadInput> {
     let mut all = parameters.iter();
-    let twice = all.find(|p| is_tabulated(machine, base, p));
+    let twice = all.find(|p| base.is_tabulated(machine, p));
     match (model, twice) {
         (Model::Named(_), Some(parameter)) => Err(BadInput::new(
             format!(
