@@ -50,7 +50,7 @@ FAULTS = [
     "a temperature is not connected",
     "a weight is outside its limits",
     "the period of the thread is not from 1 µs to 10 ms",
-    "a position is out of reach",
+    "a position is out of reach, or a temperature is implausible",
     "a bug in the library: please report it",
 ]
 # Colour of each state: in, out, on its way, wrong.
