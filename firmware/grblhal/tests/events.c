@@ -11,7 +11,7 @@ static size_t cancel_at;
 static void cancel(size_t block)
 {
     if (block == cancel_at)
-        grbl.on_jog_cancel(STATE_JOG);
+        jog_cancel();
 }
 
 /* Permitted distance of the shown position from the motors: the value bounds, and a step. */
@@ -41,18 +41,19 @@ static void a_line(const char *name)
         to[i] = from[i] + 0.02f * (to[i] - from[i]);
     double pieces = ceil(top_speed_time(from, to) / piece_time());
     cancel_at = between(0, 1) < 0.2 ? planned + (size_t)between(0, pieces) : (size_t)-1;
+    bool jogs = between(0, 1) < 0.5;
     meanwhile = cancel;
-    CHECK(line_to(to, feed), "%s", name);
+    CHECK(jogs ? jog_to(to, feed + 50.0f) : line_to(to, feed), "%s", name);
     meanwhile = NULL;
-    /* Only the start of a cancelled line is planned. */
-    if (cancel_at == (size_t)-1)
-        within_rate_bound(name, motors, from, to, feed, first, 1.2);
+    /* Only the start of a cancelled jog is planned; a program goes on. */
+    if (!jogs || cancel_at == (size_t)-1)
+        within_rate_bound(name, motors, from, to, jogs ? 0.5f * (feed + 50.0f) : feed, first, 1.2);
     else
         CHECK(planned <= cancel_at + 1, "%s: goes on after it was cancelled", name);
     if (cancel_at != (size_t)-1 || between(0, 1) < 0.3) {
         /* Stopped anywhere on the way. */
         float before[N_AXIS], after[N_AXIS], at[N_AXIS];
-        if (planned > first)
+        if (planned > first && planned > executed)
             execute_to(random_block(first), between(0, 1));
         shown(before);
         for (size_t i = 0; i < N_AXIS; i++)
