@@ -57,7 +57,7 @@ static const char *const TROUBLES[] = {
     "a correction depends on a temperature that is not connected, or not a number",
     "a weight is not within its limits",
     "the period of the thread is not from 1 us to 10 ms",
-    "a position is out of reach",
+    "a position is out of reach, or a temperature is implausible",
     "a mistake in the library: please report it",
 };
 

@@ -69,7 +69,7 @@ The first that applies; a changed state shows in the same period.
  8  a temperature is not connected, or not a number
  9  a weight is outside its limits
 10  the period of the thread is outside 1 µs to 10 ms
-11  a position is out of reach
+11  a position is out of reach, or a temperature is implausible
 12  a bug in the library: please report it
 .fi
 .SS Unconnected pins

@@ -50,7 +50,7 @@ FAULTS = [
     "a temperature is not connected",
     "a weight is outside its limits",
     "the period of the thread is not from 1 µs to 10 ms",
-    "a position is out of reach",
+    "a position is out of reach, or a temperature is implausible",
     "a bug in the library: please report it",
 ]
 # Colour of each state: in, out, on its way, wrong.
@@ -570,7 +570,7 @@ class Conversation:
         self.answer("n")
 
     def stop(self):
-        self.process.send_signal(signal.SIGINT)
+        self.process.send_signal(signal.SIGTERM)
 
     def close(self):
         self.window.destroy()
@@ -586,7 +586,7 @@ class Conversation:
     def end(self):
         """LinuxCNC ends: the command stops the machine, and puts back what it changed."""
         if self.process is not None:
-            self.process.send_signal(signal.SIGINT)
+            self.process.send_signal(signal.SIGTERM)
 
 
 panels = []

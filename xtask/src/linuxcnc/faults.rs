@@ -188,12 +188,14 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
         + &set("enable", "0")
         + &until("factor", "0")
         + &set("temperature-0", "60")
+        + "loadusr -w sleep 0.02\n"
         + &set("enable", "1")
         + &until("beyond-range", "TRUE")
         + &until("factor", "1")
         + &set("enable", "0")
         + &until("factor", "0")
         + &set("temperature-0", "22")
+        + "loadusr -w sleep 0.02\n"
         + &set("enable", "1")
         + &until("beyond-range", "FALSE")
         + &until("factor", "1")

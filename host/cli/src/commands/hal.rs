@@ -29,7 +29,7 @@ const FAULTS: [&str; 13] = [
     "a temperature is not connected",
     "a weight is outside its limits",
     "the period of the thread is not from 1 µs to 10 ms",
-    "a position is out of reach",
+    "a position is out of reach, or a temperature is implausible",
     "a bug in the library: please report it",
 ];
 
