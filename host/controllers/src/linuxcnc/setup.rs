@@ -1,6 +1,6 @@
 //! HAL lines that install the component in a configuration, and a first description of the machine.
 
-use super::check::Finding;
+use super::check::{Finding, SLOPE};
 use super::configuration::{Configuration, Joint};
 use super::imported::{self, Import, Motion};
 use super::install::PANEL;
@@ -362,8 +362,6 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     text
 }
 
-/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
-pub(super) const SLOPE: f64 = 0.02;
 /// The least acceleration (mm/s², deg/s²) that the file takes; a ramp of the corrections is faster.
 const LEAST_REVERSAL: f64 = 0.001;
 

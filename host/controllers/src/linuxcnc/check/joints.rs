@@ -1,8 +1,7 @@
 //! Checks the joints of the INI file: compensated twice, limits, headroom.
 
-use super::{Checked, Joint};
+use super::{Checked, Joint, SLOPE};
 use crate::linuxcnc::configuration::Configuration;
-use crate::linuxcnc::setup::SLOPE;
 use trueaxis::Direction;
 use trueaxis_tables::compile::REVERSAL;
 use trueaxis_tables::reversal::Reversal;
