@@ -268,9 +268,11 @@ fn hold(calibrate: &str) -> String {
     )
 }
 
-/// Shell words that wait until a log has more lines than this.
+/// Shell words that wait until a log has more lines than this, or for 400 s: what fills it may have failed.
 fn until(log: &str, lines: usize) -> String {
-    format!("until [ $(cat run/{log} 2>/dev/null | wc -l) -gt {lines} ]; do sleep 0.2; done")
+    format!(
+        "for k in $(seq 2000); do [ $(cat run/{log} 2>/dev/null | wc -l) -gt {lines} ] && break; sleep 0.2; done"
+    )
 }
 
 /// The length of the tool in a machine file (mm).
