@@ -47,6 +47,9 @@ pub struct Arguments {
     /// Balls on the table that can be probed
     #[arg(long, value_name = "artefact.toml")]
     balls: Option<PathBuf>,
+    /// Switch the corrections on whenever the axes are homed (default: the operator does)
+    #[arg(long)]
+    enable_when_homed: bool,
     /// Write the lines for component and panel into the INI file
     #[arg(long)]
     install: bool,
@@ -283,6 +286,9 @@ impl Arguments {
         };
         if !table.is_empty() {
             words.extend(["--table".to_owned(), table]);
+        }
+        if self.enable_when_homed {
+            words.push("--enable-when-homed".to_owned());
         }
         let question = format!(
             "Write the lines for component and panel into {0}? What it is now stays in {0}.before-trueaxis.",
