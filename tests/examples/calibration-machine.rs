@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 use std::error::Error;
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,7 +17,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tests::fixed::Fixed;
 
-const USAGE: &str = "usage: calibration-machine SEED FOLDER";
+const USAGE: &str = "usage: calibration-machine SEED FOLDER [outside]";
 /// Layouts: a trunnion, table and head, a fork head, a trunnion with an inclined axis, and two trunnions of other sizes.
 const MACHINES: [(&str, &str); 6] = [
     (
@@ -45,6 +46,12 @@ const MACHINES: [(&str, &str); 6] = [
 const ANGLE: f64 = 40e-6;
 const LENGTH: f64 = 15e-3;
 const SCALE: f64 = 40e-6;
+/// Largest errors outside the model (mm): reversal value, amplitudes of run-out and of waves of straightness with so many
+/// pieces.
+const BACKLASH: f64 = 4e-3;
+const RUN_OUT: f64 = 2e-3;
+const STRAIGHTNESS: f64 = 3e-3;
+const POINTS: usize = 24;
 /// Balls that can be reached at fewer rotary positions than this are placed elsewhere.
 const LEAST: usize = 40;
 const TRIES: usize = 500;
@@ -62,14 +69,18 @@ impl Random {
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [seed, folder] = &words[..] else {
-        eprintln!("{USAGE}");
-        return ExitCode::from(2);
+    let (seed, folder, outside) = match &words[..] {
+        [seed, folder] => (seed, folder, false),
+        [seed, folder, word] if word == "outside" => (seed, folder, true),
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
     };
     match seed
         .parse()
         .map_err(Into::into)
-        .and_then(|seed| write(seed, Path::new(folder)))
+        .and_then(|seed| write(seed, Path::new(folder), outside))
     {
         Ok(said) => {
             println!("{said}");
@@ -82,7 +93,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn write(seed: u64, folder: &Path) -> Result<String, Box<dyn Error>> {
+fn write(seed: u64, folder: &Path, outside: bool) -> Result<String, Box<dyn Error>> {
     let mut random = Random(Fixed::new(seed + 1));
     // Seeds that are close to each other begin alike.
     for _ in 0..20 {
@@ -94,7 +105,11 @@ fn write(seed: u64, folder: &Path) -> Result<String, Box<dyn Error>> {
     let put = |name: &str, text: &str| fs::write(folder.join(name), text);
     put("machine.toml", text)?;
     let factor = 10.0_f64.powf(random.within(-1.0, 1.0));
-    let text = errors(&machine, factor, &mut random)?;
+    let mut text = errors(&machine, factor, &mut random)?;
+    if outside {
+        // Drawn apart, so that the rest of the machine is the same.
+        text += &errors_outside(&machine, &mut Random(Fixed::new(seed + 1001)));
+    }
     put("errors.toml", &text)?;
     let errors = ErrorModel::from_toml(&text, &machine).map_err(|e| e.message)?;
     let [(one, real_one), (two, real_two)] = balls(&machine, &errors, &mut random)?;
@@ -144,6 +159,46 @@ fn errors(machine: &Machine, factor: f64, random: &mut Random) -> Result<String,
         );
     }
     Ok(text)
+}
+
+/// Errors that no model of the loop has: backlash of linear axes, run-out and wobble of rotary ones, and straightness.
+fn errors_outside(machine: &Machine, random: &mut Random) -> String {
+    let (mut parameters, mut tables) = (String::new(), String::new());
+    for axis in &machine.axes {
+        let letter = axis.letter.char();
+        let along = axis.letter.component();
+        let across = (0..3).filter(|k| *k != along).map(|k| ["X", "Y", "Z"][k]);
+        if axis.letter.is_rotary() {
+            for (component, harmonic) in across.flat_map(|k| [(k, 'c'), (k, 's')]) {
+                let amplitude = RUN_OUT * random.within(-1.0, 1.0);
+                parameters += &format!("E{component}{letter}{harmonic}1 = {amplitude:e}\n");
+            }
+            continue;
+        }
+        // Half of the reversal value; lost motion is negative.
+        let half = -0.5 * BACKLASH * random.within(0.3, 1.0);
+        parameters += &format!("E{letter}{letter}b = {half:e}\n");
+        let [low, high] = axis.travel;
+        for component in across {
+            let amplitude = STRAIGHTNESS * random.within(0.3, 1.0);
+            let (waves, begins) = (random.within(0.7, 2.0), random.within(0.0, TAU));
+            let parts = (0..=POINTS).map(|k| k as f64 / POINTS as f64);
+            let value = |part: f64| amplitude * (TAU * waves * part + begins).sin();
+            let list = |of: &dyn Fn(f64) -> f64| {
+                let all: Vec<String> = parts
+                    .clone()
+                    .map(|part| format!("{:?}", of(part)))
+                    .collect();
+                all.join(", ")
+            };
+            tables += &format!(
+                "\n[tabulated.E{component}{letter}]\nat = [{}]\nvalue = [{}]\nunit = \"mm\"\n",
+                list(&|part| low + part * (high - low)),
+                list(&value)
+            );
+        }
+    }
+    parameters + &tables
 }
 
 /// A ball: where its owner says it is, having driven there, and where that really is.

@@ -3,6 +3,7 @@
 
 mod bench;
 mod calibrate;
+mod contour;
 mod events;
 mod faults;
 mod halrun;
@@ -33,10 +34,12 @@ const PARTS: &[(&str, Check)] = &[
     ("events", events::check),
     ("simulated", simulated::check),
     ("imported", imported::check),
+    ("contour", contour::check),
     ("panel", panel::check),
     ("touches", touches::check),
     ("calibrate", calibrate::check),
     ("calibrate-twenty", calibrate::twenty),
+    ("calibrate-outside", calibrate::outside),
     ("calibrate-drifting", calibrate::drifting),
     ("times", times::check),
     ("package", package::check),
@@ -48,7 +51,12 @@ const BESIDE: [&str; 2] = ["panel", "calibrate"];
 /// Run only if named. The twenty machines take 20 minutes. And on busy processors LinuxCNC 2.9 may end a program of
 /// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
 /// or without a message.
-const ONLY_NAMED: [&str; 3] = ["touches", "calibrate-twenty", "calibrate-drifting"];
+const ONLY_NAMED: [&str; 4] = [
+    "touches",
+    "calibrate-twenty",
+    "calibrate-outside",
+    "calibrate-drifting",
+];
 
 /// `chosen`: only these parts.
 ///

@@ -570,7 +570,7 @@ class Conversation:
         self.answer("n")
 
     def stop(self):
-        self.process.send_signal(signal.SIGINT)
+        self.process.send_signal(signal.SIGTERM)
 
     def close(self):
         self.window.destroy()
@@ -586,7 +586,7 @@ class Conversation:
     def end(self):
         """LinuxCNC ends: the command stops the machine, and puts back what it changed."""
         if self.process is not None:
-            self.process.send_signal(signal.SIGINT)
+            self.process.send_signal(signal.SIGTERM)
 
 
 panels = []

@@ -17,7 +17,7 @@ pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use best::{Best, FINEST, TOLERANCES, best};
-pub use bounds::AxisBounds;
+pub use bounds::{AxisBounds, REVERSAL};
 pub use limits::TooFast;
 pub use proof::seed_over_travel;
 pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};

@@ -10,6 +10,7 @@ pub mod cost;
 pub mod dynamics;
 pub mod extremes;
 pub mod policy;
+pub mod reversal;
 pub mod schemes;
 pub mod size;
 pub mod target;

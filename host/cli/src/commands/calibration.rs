@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use trueaxis_controllers::trial::{Corrector, on_trial};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::formats::validation::{Scatter, Validation};
-use trueaxis_measure::identify::{Model, Problem, identify, scatters};
+use trueaxis_measure::formats::validation::{Gain, Scatter, Validation};
+use trueaxis_measure::identify::{Identified, Model, Problem, Stated, identify, scatters, stated};
 use trueaxis_measure::plan::{Probe, Setup, validation};
 use trueaxis_measure::spheres::{read_log, to_probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
@@ -64,6 +64,13 @@ pub struct Options {
     /// Begin with this step, with the files of the steps before it in --folder
     #[arg(long, value_enum, default_value_t = Step::Plan)]
     from: Step,
+    /// Go on although errors that the machine may have are not measured, or lack a length reference: no limit that is
+    /// printed then includes them
+    #[arg(long)]
+    accept_missing: bool,
+    /// Accept balls and stylus where they are found, even if that is far from where they are stated
+    #[arg(long)]
+    accept_places: bool,
     /// Do everything without asking (otherwise it asks before homing, switching kinematics, probing, loading)
     #[arg(long)]
     pub yes: bool,
@@ -91,18 +98,26 @@ const POSES_FILE: &str = "poses.csv";
 /// quarter of it (2σ, 20 degrees of freedom).
 const SCATTER: f64 = 1.3;
 
-/// The parameters to identify: without a length standard, the scale of X cannot be told from that of the balls' places.
+/// The parameters to identify: those of models 12 and 13 together, every location error and scale, the place of the
+/// spindle and the backlash of rotary axes. Without a length standard, the scale of X cannot be told from that of the
+/// balls' places.
 fn model(given: Option<&str>, machine: &Machine, artefact: &Artefact) -> Result<String, BadInput> {
     if let Some(given) = given {
         return Ok(given.to_owned());
     }
-    let names = Model::Twelve
-        .parameters(machine, 0, &[])
-        .map_err(no_model)?;
-    let scale = (!artefact.bars.is_empty()).then(|| "EXX1".to_owned());
-    let names = names.iter().map(ToString::to_string).chain(scale);
-    Ok(names.collect::<Vec<_>>().join(","))
+    let mut names: Vec<String> = Vec::new();
+    for model in [Model::Twelve, Model::Thirteen] {
+        let parameters = model.parameters(machine, 0, &[]).map_err(no_model)?;
+        let own = parameters.iter().map(ToString::to_string);
+        let own = own.filter(|name| name != "EXX1" || !artefact.bars.is_empty());
+        names.extend(own.filter(|name| !names.contains(name)).collect::<Vec<_>>());
+    }
+    Ok(names.join(","))
 }
+
+/// A stylus found farther (mm) than this from its stated place is another one, or bent: location errors that it takes up
+/// are a few times 10 µm.
+const OTHER_STYLUS: f64 = 0.25;
 
 /// A calibration, with its files.
 pub struct Calibration<'a> {
@@ -152,12 +167,20 @@ impl<'a> Calibration<'a> {
         ))?;
         if from <= Step::Plan {
             self.plan()?;
+        } else {
+            files::print(&format!(
+                "begins with the files of the steps before; unless the new compensation is kept, {} is in the end what it is now\n",
+                site.place()
+            ))?;
         }
         if from <= Step::Probe && !self.probe(site)? {
             return Ok(CheckFailed);
         }
         if from <= Step::Identify && self.identify()? == CheckFailed {
             return self.stop("the measurements do not fit together: see the warnings above");
+        }
+        if let Some(why) = self.is_unclear()? {
+            return self.stop(&why);
         }
         if from <= Step::Compile && self.compile(site)? == CheckFailed {
             return self.stop("the tolerance is not met: see above");
@@ -387,7 +410,60 @@ impl<'a> Calibration<'a> {
             "-o",
             &self.text("errors.toml"),
         ];
-        self.step(&owned(&words))
+        let mut words = owned(&words);
+        if options.accept_places {
+            words.push("--accept-places".to_owned());
+        }
+        self.step(&words)
+    }
+
+    /// Why what has been identified must not be loaded: another stylus, or errors that were not measured.
+    fn is_unclear(&self) -> Result<Option<String>, BadInput> {
+        let options = self.options;
+        let measured = self.measured()?;
+        let artefact = self.probed_artefact()?;
+        let errors = self.errors()?;
+        let perfect = ErrorModel::perfect(&self.machine);
+        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
+        let problem = Problem::new(&self.machine, &measured, &artefact, &parameters, &perfect);
+        let identified = self.identified(&problem)?;
+        let places = stated(&problem, &identified);
+        let stylus = places.iter().find(|one| one.what == "stylus");
+        let off = stylus.and_then(Stated::distance).unwrap_or(0.0);
+        if off > OTHER_STYLUS && !options.accept_places {
+            let by = stylus.and_then(|one| Some(one.found - one.stated?));
+            let by = by.unwrap_or_default();
+            return Ok(Some(format!(
+                "the stylus is {off:.3} mm (x {:.3}, y {:.3}, z {:.3}) from where machine file and artefact have it: measure it, and correct tip_mm; if it is right as found, say --accept-places",
+                by.x, by.y, by.z
+            )));
+        }
+        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
+        let lacking = problem.missing().map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", self.text("probings.csv")),
+                error.remedy(),
+            )
+        })?;
+        missing.extend(
+            lacking
+                .into_iter()
+                .filter(|p| !errors.unseen.contains_key(p)),
+        );
+        if missing.is_empty() {
+            return Ok(None);
+        }
+        let names = Model::Named(missing);
+        files::print(&format!(
+            "\nnot measured: {names}. A machine that has them is worse than any limit that is printed here\n"
+        ))?;
+        let question = "May it go on without them?";
+        if options.accept_missing || !options.yes && asked(question)? {
+            return Ok(None);
+        }
+        Ok(Some(format!(
+            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing"
+        )))
     }
 
     fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
@@ -435,7 +511,7 @@ impl<'a> Calibration<'a> {
             return self.stop("you did not want it");
         }
         if let Some(active) = site.file().filter(|active| active.exists()) {
-            files::write(&self.file("previous.trax"), &files::read_bytes(active)?)?;
+            self.keep_previous(active)?;
         }
         let is_kept = on_trial(site, &blob, |site| self.is_right(site))?;
         if is_kept {
@@ -443,6 +519,30 @@ impl<'a> Calibration<'a> {
             return Ok(Outcome::Done);
         }
         self.stop("the old compensation is back")
+    }
+
+    /// Keeps a copy of the compensation in use, beside those of earlier trials in this folder: the first is `previous.trax`.
+    fn keep_previous(&self, active: &Path) -> Result<(), BadInput> {
+        let bytes = files::read_bytes(active)?;
+        let names = (1..).map(|number| match number {
+            1 => "previous.trax".to_owned(),
+            _ => format!("previous-{number}.trax"),
+        });
+        for name in names {
+            let path = self.file(&name);
+            if !path.exists() {
+                files::write(&path, &bytes)?;
+            } else if files::read_bytes(&path)? != bytes {
+                continue;
+            }
+            files::print(&format!(
+                "{} is now as in {}: it returns unless the new compensation is kept\n",
+                active.display(),
+                path.display()
+            ))?;
+            break;
+        }
+        Ok(())
     }
 
     /// Probes with the compensation on; whether it is to be kept.
@@ -458,7 +558,7 @@ impl<'a> Calibration<'a> {
         // An older one was made with another compensation, and would count as this one's.
         removed(log)?;
         site.touch(&errand)?;
-        let validation = self.validated(log)?;
+        let (validation, gain) = self.validated(log)?;
         let json = files::json(&validation)?;
         files::write(&self.file("validation.json"), json.as_bytes())?;
         let Validation {
@@ -480,9 +580,15 @@ impl<'a> Calibration<'a> {
             expected_um
         ))?;
         if !validation.is_kept {
-            files::print(match after.rms_um < before.rms_um {
-                true => "the machine is better, but not as good as predicted\n",
-                false => "the machine is not better than before\n",
+            let sure = gain.is_some_and(Gain::is_sure);
+            files::print(&match (after.rms_um < before.rms_um, sure, gain) {
+                (true, false, Some(gain)) => format!(
+                    "the machine is not better with 95 % probability: by {:.2} µm in the mean of the same rows, and by {:.2} or less in one of twenty cases without any change\n",
+                    gain.mean * 1e3,
+                    (gain.mean - gain.least) * 1e3
+                ),
+                (true, ..) => "the machine is better, but not as good as predicted\n".to_owned(),
+                (false, ..) => "the machine is not better than before\n".to_owned(),
             })?;
         }
         Ok(validation.is_kept)
@@ -504,44 +610,73 @@ impl<'a> Calibration<'a> {
         Ok(found.map_err(|e| text.bad(e))?.probings)
     }
 
-    fn validated(&self, after: &Path) -> Result<Validation, BadInput> {
-        let machine = &self.machine;
-        let errors = files::read_known_errors(&self.file("errors.toml"), machine)?;
+    fn errors(&self) -> Result<ErrorModel, BadInput> {
+        files::read_known_errors(&self.file("errors.toml"), &self.machine)
+    }
+
+    fn measured(&self) -> Result<Probings, BadInput> {
         let text = Text::read(&self.file("probings.csv"))?;
-        let measured = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
-        let perfect = ErrorModel::perfect(machine);
-        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
-        // The tip as `identify` took it.
+        probings::read(&text.text, &self.machine, true).map_err(|e| text.bad(e))
+    }
+
+    /// The artefact with the tip as `identify` took it.
+    fn probed_artefact(&self) -> Result<Artefact, BadInput> {
         let mut artefact = self.artefact.clone();
         if let Some(path) = self.qualified() {
-            files::read_probe(&path, machine)?.known(&mut artefact.stylus);
+            files::read_probe(&path, &self.machine)?.known(&mut artefact.stylus);
         }
+        Ok(artefact)
+    }
+
+    /// What `identify` found.
+    fn identified(&self, problem: &Problem<'_>) -> Result<Identified, BadInput> {
+        identify(problem, trueaxis_measure::identify::Options::default()).map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", self.text("probings.csv")),
+                error.remedy(),
+            )
+        })
+    }
+
+    /// The judgement, and how much smaller the distances of the same rows have become (mm).
+    fn validated(&self, after: &Path) -> Result<(Validation, Option<Gain>), BadInput> {
+        let machine = &self.machine;
+        let measured = self.measured()?;
+        let perfect = ErrorModel::perfect(machine);
+        let parameters: Vec<Parameter> = self.errors()?.parameters.keys().copied().collect();
+        let artefact = self.probed_artefact()?;
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
-        let identified = identify(&problem, trueaxis_measure::identify::Options::default())
-            .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
+        let identified = self.identified(&problem)?;
         let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
         let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
-        let scatter = |probings: &Probings| {
-            let apart = scatters(machine, probings, &artefact, &perfect, &identified.stylus);
+        let distances = |probings: &Probings| {
+            scatters(machine, probings, &artefact, &perfect, &identified.stylus)
+        };
+        let scatter = |apart: &[f64]| {
             let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
             Scatter {
                 rms_um: (squares / apart.len() as f64).sqrt() * 1e3,
-                largest_um: apart.into_iter().fold(0.0, f64::max) * 1e3,
+                largest_um: apart.iter().copied().fold(0.0, f64::max) * 1e3,
             }
         };
-        let rows = self.probings(&self.file("before.csv"))?;
-        let (before, after) = (scatter(&rows), scatter(&self.probings(after)?));
+        let before = distances(&self.probings(&self.file("before.csv"))?);
+        let after = distances(&self.probings(after)?);
+        let gain = Gain::of(&before, &after);
+        let probings = before.len();
+        let (before, after) = (scatter(&before), scatter(&after));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
         let expected = SCATTER * (libm::hypot(probing, band));
-        Ok(Validation {
-            probings: rows.rows.len(),
+        let is_better = after.rms_um < before.rms_um && gain.is_some_and(Gain::is_sure);
+        let validation = Validation {
+            probings,
             before,
             after,
             probing_um: probing,
             band_um: band,
             expected_um: expected,
-            is_kept: after.rms_um < before.rms_um && after.rms_um <= expected,
-        })
+            is_kept: is_better && after.rms_um <= expected,
+        };
+        Ok((validation, gain))
     }
 }
 

@@ -298,6 +298,7 @@ impl Arguments {
                     &made.best.proof,
                     made.uncertainty.as_ref(),
                     tolerance,
+                    &made.reversals,
                 )),
                 missed: &made.missed,
                 refusals: &made.refusals,

@@ -46,6 +46,8 @@ pub const CLEAR: &str = "Is the stylus clear of everything, and may the machine 
 /// Connects to LinuxCNC, homed; `None` if the operator does not want it homed.
 pub fn started(may_home: bool, yes: bool) -> Result<Option<Session>, BadInput> {
     let (mut session, state) = Session::start().map_err(bad)?;
+    #[cfg(unix)]
+    stop_on_signals(&session)?;
     if !state.is_on {
         return Err(BadInput::new(
             "LinuxCNC: the machine is off",
@@ -65,6 +67,33 @@ pub fn started(may_home: bool, yes: bool) -> Result<Option<Session>, BadInput> {
         session.home(HOMING).map_err(bad)?;
     }
     Ok(Some(session))
+}
+
+/// From now on Ctrl-C, SIGTERM and the end of the terminal stop the machine, also if they were ignored when this program
+/// began, as in scripts; the program ends when the machine stands and everything is as it was.
+#[cfg(unix)]
+fn stop_on_signals(session: &Session) -> Result<(), BadInput> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM]);
+    let mut signals = signals.map_err(|error| {
+        BadInput::new(
+            format!("signals cannot be handled: {error}"),
+            "start it from a shell",
+        )
+    })?;
+    let stopper = session.stopper();
+    std::thread::spawn(move || {
+        let Some(signal) = signals.forever().next() else {
+            return;
+        };
+        eprintln!(
+            "\nstopping: the machine stops; kinematics, compensation and enable return to what they were"
+        );
+        stopper.stop();
+        eprintln!("stopped: the machine stands; what was probed is in the log");
+        std::process::exit(128 + signal);
+    });
+    Ok(())
 }
 
 /// Takes the machine over, with kinematics in which each joint is an axis; false if the operator does not want them

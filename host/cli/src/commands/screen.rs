@@ -2,6 +2,7 @@
 
 use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::compile::{AxisBounds, Proof, Size};
+use trueaxis_tables::reversal::Reversal;
 use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{Quality, Statistics, Verification};
 
@@ -223,6 +224,14 @@ pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
         );
     }
     text
+}
+
+/// What each axis makes up where it reverses, and what of it a circle shows.
+pub fn reversals(reversals: &[Reversal]) -> String {
+    reversals
+        .iter()
+        .map(|reversal| format!("{reversal}\n"))
+        .collect()
 }
 
 /// Where rotary corrections are largest: near positions where the tool is parallel to a rotary axis.

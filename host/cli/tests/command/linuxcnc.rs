@@ -1336,3 +1336,97 @@ fn the_last_line_is_what_to_do_next() {
     std::fs::remove_file(machine.at("trueaxis.hal")).unwrap();
     assert!(next().starts_with("trueaxis linuxcnc setup"));
 }
+
+/// A mill with backlash on X, as `setup` and `compile` make it; the lines are of its joint.
+fn with_backlash(joint: &str) -> (Folder, String) {
+    let folder = Folder::new();
+    folder.file("machine.hal", "");
+    let mut ini = String::from(
+        "[HAL]\nHALFILE = machine.hal\n[TRAJ]\nLINEAR_UNITS = mm\n[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n",
+    );
+    for (number, more) in [joint, "", ""].iter().enumerate() {
+        ini += &format!(
+            "[JOINT_{number}]\nTYPE = LINEAR\nMIN_LIMIT = 0\nMAX_LIMIT = 200\nMAX_VELOCITY = 100\nMAX_ACCELERATION = 1000\n{more}"
+        );
+    }
+    let ini = folder.file("machine.ini", ini);
+    let to = folder.at("new");
+    trueaxis(&["linuxcnc", "setup", &ini, "-o", &to]);
+    let [machine, errors, trax] = ["machine.toml", "errors.toml", "machine.trax"]
+        .map(|name| folder.at(&format!("new/{name}")));
+    let said = answer(
+        0,
+        &["compile", &machine, &errors, "-o", &trax, "--random", "200"],
+    );
+    (folder, said)
+}
+
+/// What `check` says of its reversals.
+fn of_reversals(folder: &Folder) -> Vec<[String; 2]> {
+    let output = trueaxis(&[
+        "linuxcnc",
+        "check",
+        &folder.at("machine.ini"),
+        &folder.at("new/machine.trax"),
+        "--json",
+    ]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let findings = found["findings"].as_array().unwrap().iter();
+    let text = |finding: &Value, key: &str| finding[key].as_str().unwrap().to_owned();
+    findings
+        .map(|finding| [text(finding, "reason"), text(finding, "write")])
+        .filter(|[reason, _]| reason.contains("revers"))
+        .collect()
+}
+
+#[test]
+fn backlash_is_made_up_as_fast_as_the_joint_can() {
+    let (folder, said) = with_backlash("BACKLASH = 0.03\n");
+    let machine = std::fs::read_to_string(folder.at("new/machine.toml")).unwrap();
+    assert!(machine.contains("max_acceleration = 1000.0"), "{machine}");
+    assert!(!machine.contains("max_reversal_acceleration"), "{machine}");
+    // The rounding of f32 at 200 mm is 1.5e-5.
+    assert!(machine.contains("hysteresis = 3e-5"), "{machine}");
+    // 2 √(0.03 / 667) s
+    assert!(
+        said.contains("X reverses by 0.03000 mm in 13 ms: beside a circle of R30 mm"),
+        "{said}"
+    );
+    assert!(of_reversals(&folder).is_empty());
+    // Another INI file than the one that the compensation was made for.
+    let ini = std::fs::read_to_string(folder.at("machine.ini")).unwrap();
+    folder.file(
+        "machine.ini",
+        ini.replace("[JOINT_0]\n", "[JOINT_0]\nSTEPGEN_MAXACCEL = 1250\n"),
+    );
+    let found = of_reversals(&folder);
+    assert!(
+        found.len() == 1
+            && found[0][0].contains("leaves 250 per s², and a reversal of X takes 666.6"),
+        "{found:?}"
+    );
+    assert_eq!(found[0][1], "STEPGEN_MAXACCEL = 2000");
+}
+
+#[test]
+fn what_a_step_generator_without_headroom_leaves_of_a_circle_is_said() {
+    // A tenth of headroom, less two hundredths for slopes: 80 mm/s², 2 √(0.03 / 80) s = 39 ms.
+    let (folder, said) = with_backlash("BACKLASH = 0.03\nSTEPGEN_MAXACCEL = 1100\n");
+    let machine = std::fs::read_to_string(folder.at("new/machine.toml")).unwrap();
+    assert!(
+        machine.contains("max_reversal_acceleration = 80.0"),
+        "{machine}"
+    );
+    assert!(said.contains("X reverses by 0.03000 mm in 39 ms"), "{said}");
+    let found = of_reversals(&folder);
+    let [[reason, write]] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!(reason.starts_with("X reverses by 0.03000 mm in 39 ms: beside a circle of R30 mm"));
+    // LinuxCNC itself takes half of MAX_ACCELERATION: 2 √(0.03 / 500) s.
+    assert!(
+        reason.contains("BACKLASH of LinuxCNC itself takes 15 ms"),
+        "{reason}"
+    );
+    assert!(write.starts_with("STEPGEN_MAXACCEL = 2000"), "{write}");
+}

@@ -13,8 +13,10 @@ use crate::formats::hal::Command;
 use crate::formats::ini::FileLocation;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
-use trueaxis::{Axis, Largest};
+use trueaxis::Axis;
 use trueaxis_model::machine::Machine;
+use trueaxis_tables::reversal::{Reversal, reversals};
+use trueaxis_tables::validate::Runtime;
 
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -77,7 +79,7 @@ impl Display for Finding {
 #[derive(Clone, Copy)]
 pub struct Against<'a> {
     /// The compensation.
-    pub compensation: &'a Largest<'a>,
+    pub runtime: &'a Runtime<'a>,
     /// Whether a path in the configuration leads to it; `None` if unknown.
     pub is_file: &'a dyn Fn(&str) -> Option<bool>,
     /// The machine description, if available.
@@ -90,6 +92,8 @@ struct Checked<'a> {
     against: Against<'a>,
     /// The line that loads the component.
     component: Option<&'a Command>,
+    /// How axes with backlash make it up.
+    reversals: Vec<Reversal>,
     findings: Vec<Finding>,
 }
 
@@ -100,6 +104,7 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
         configuration,
         against,
         component: configuration.hal.load("trueaxis"),
+        reversals: reversals(against.runtime),
         findings: Vec::new(),
     };
     for (name, place) in &configuration.hal.programs {
@@ -149,14 +154,14 @@ impl<'a> Checked<'a> {
     }
 
     fn axis(&self, letter: char) -> Option<(usize, &'a Axis)> {
-        let axes = self.against.compensation.axes();
+        let axes = self.against.runtime.compensation().axes();
         let index = axes.iter().position(|a| char::from(a.name) == letter)?;
         Some((index, &axes[index]))
     }
 
     /// Letters of the compensation's axes.
     fn letters(&self) -> String {
-        let axes = self.against.compensation.axes().iter();
+        let axes = self.against.runtime.compensation().axes().iter();
         axes.map(|a| char::from(a.name)).collect()
     }
 

@@ -13,5 +13,5 @@ pub use check::{Against, Finding, Severity, beforehand, check};
 pub use configuration::{Configuration, Joint, Open};
 pub use imported::{Import, imported};
 pub use install::{PANEL, install};
-pub use session::{Contact, Positions, Session, SessionError, State};
+pub use session::{Contact, Positions, Session, SessionError, State, Stopper};
 pub use setup::{Known, Setup, setup, without_limits};

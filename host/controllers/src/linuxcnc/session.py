@@ -29,11 +29,19 @@ def refuse(error, remedy):
     answer(error=error, remedy=remedy)
 
 
-# Ctrl-C reaches the other program, whose end is the end of the input.
-signal.signal(signal.SIGINT, signal.SIG_IGN)
+def ignore_signals():
+    """Ctrl-C and the end of the terminal are for the other program, whose end is the end of the input."""
+    for one in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
+        signal.signal(one, signal.SIG_IGN)
+
+
+ignore_signals()
 try:
     import hal
     import linuxcnc
+
+    # hal has handlers of its own.
+    ignore_signals()
 except ImportError as missing:
     refuse("Python finds no LinuxCNC: %s" % missing, "install linuxcnc-uspace, and run this on the computer of the machine")
     sys.exit(1)
@@ -178,6 +186,7 @@ def home(asked):
     stat.poll()
     if stat.task_state != linuxcnc.STATE_ON:
         raise Refused("the machine is off", "switch it on")
+    driven.append("home")
     to_mode(linuxcnc.MODE_MANUAL)
     command.teleop_enable(0)
     command.wait_complete()
@@ -195,6 +204,7 @@ def begin(_):
         raise Refused("the machine is not homed", "home it")
     if stat.interp_state != linuxcnc.INTERP_IDLE:
         raise Refused("a program is running", "wait until it ends")
+    driven.append("begin")
     to_mode(linuxcnc.MODE_MDI)
     mdi("M70")
     modes.append("M72")
@@ -391,19 +401,25 @@ def undo(_):
     return keep(_)
 
 
+def stand():
+    """Waits until the machine stands."""
+    wait(lambda: stat.inpos and all(abs(joint["velocity"]) < 1e-6 for joint in stat.joint[: stat.joints]), "it does not stop", 10)
+
+
 def end():
-    """Stops, and puts back what was changed, last first."""
-    if modes:
+    """Stops, waits until the machine stands, and puts back what was changed, last first."""
+    if driven:
         command.abort()
         command.wait_complete()
-    for one in putting_back() + [lambda line=line: mdi(line) for line in reversed(modes)]:
+    for one in [stand] * bool(driven) + putting_back() + [lambda line=line: mdi(line) for line in reversed(modes)]:
         try:
             one()
         except (Refused, RuntimeError, OSError, linuxcnc.error) as error:
             print("trueaxis: %s" % (error.args[0],), file=sys.stderr)
 
 
-# Lines that put modes back, and pins and files as they were.
+# What has moved the machine; lines that put modes back, and pins and files as they were.
+driven = []
 modes, pins_before, files_before = [], {}, {}
 components = []
 DO = {f.__name__: f for f in (state, home, begin, joints, run, move, touch, pins, set_pins, load, keep, undo)}
@@ -434,7 +450,6 @@ def main():
 try:
     main()
 except (Stopped, BrokenPipeError, KeyboardInterrupt):
-    # hal turns the signals that end a program into the last one.
     pass
 finally:
     # The end of the input has been seen; what follows is done to its end.

@@ -7,6 +7,9 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 
 /// Runs beside LinuxCNC; when the input of the script ends, it stops the machine and puts back what it changed.
 const SCRIPT: &str = include_str!("session.py");
@@ -53,9 +56,44 @@ pub struct Contact {
 /// A session; its end stops the machine and puts back modes and pins.
 #[derive(Debug)]
 pub struct Session {
-    script: Child,
-    to: Option<ChildStdin>,
+    script: Arc<Script>,
     from: BufReader<ChildStdout>,
+}
+
+/// The script that drives LinuxCNC.
+#[derive(Debug)]
+struct Script {
+    child: Mutex<Child>,
+    /// Its input, until it is to end.
+    to: Mutex<Option<ChildStdin>>,
+    /// A [`Stopper`] ends it, and the program.
+    is_stopping: AtomicBool,
+}
+
+/// Ends a session from another thread.
+#[derive(Clone, Debug)]
+pub struct Stopper(Arc<Script>);
+
+impl Script {
+    /// The end of its input: the script stops the machine and puts back what it changed. Waits until it has.
+    fn end(&self) {
+        *held(&self.to) = None;
+        let _ = held(&self.child).wait();
+    }
+}
+
+impl Stopper {
+    /// Stops the machine and puts back what the session changed; returns when that is done. The thread of the session
+    /// waits for ever in its next command, so the program must end.
+    pub fn stop(&self) {
+        self.0.is_stopping.store(true, Ordering::SeqCst);
+        self.0.end();
+    }
+}
+
+/// A thread that panics leaves nothing half done here.
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[derive(Deserialize)]
@@ -91,8 +129,11 @@ impl Session {
             return Err(ended());
         };
         let mut session = Self {
-            script,
-            to,
+            script: Arc::new(Script {
+                child: Mutex::new(script),
+                to: Mutex::new(to),
+                is_stopping: AtomicBool::new(false),
+            }),
             from: BufReader::new(from),
         };
         let state = session.answer()?;
@@ -100,19 +141,37 @@ impl Session {
     }
 
     fn ask<A: DeserializeOwned>(&mut self, command: &Value) -> Result<A, SessionError> {
-        let to = self.to.as_mut().ok_or_else(ended)?;
-        let sent = to
-            .write_all(format!("{command}\n").as_bytes())
-            .and_then(|()| to.flush());
-        sent.map_err(|_| ended())?;
-        self.answer()
+        let mut to = held(&self.script.to);
+        let sent = to.as_mut().map(|to| {
+            to.write_all(format!("{command}\n").as_bytes())
+                .and_then(|()| to.flush())
+        });
+        drop(to);
+        match sent {
+            Some(Ok(())) => self.answer(),
+            _ => Err(self.ended()),
+        }
+    }
+
+    /// Ends this session from another thread.
+    #[must_use]
+    pub fn stopper(&self) -> Stopper {
+        Stopper(Arc::clone(&self.script))
+    }
+
+    /// Why there is no answer. If a [`Stopper`] has ended the script, the program is about to end.
+    fn ended(&self) -> SessionError {
+        while self.script.is_stopping.load(Ordering::SeqCst) {
+            thread::park();
+        }
+        ended()
     }
 
     fn answer<A: DeserializeOwned>(&mut self) -> Result<A, SessionError> {
         let mut line = String::new();
         match self.from.read_line(&mut line) {
             Ok(read) if read > 0 => {}
-            _ => return Err(ended()),
+            _ => return Err(self.ended()),
         }
         if let Ok(refused) = serde_json::from_str::<SessionError>(&line) {
             return Err(refused);
@@ -260,9 +319,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // The end of its input: the script stops the machine and puts back what it changed.
-        self.to = None;
-        let _ = self.script.wait();
+        self.script.end();
     }
 }
 

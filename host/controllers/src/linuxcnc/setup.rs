@@ -6,6 +6,7 @@ use super::imported::{self, Import, Motion};
 use super::install::PANEL;
 use super::kinematics::Shape;
 use std::fmt::Write;
+use trueaxis_tables::compile::REVERSAL;
 
 /// The generated files.
 #[derive(Clone, Debug, PartialEq)]
@@ -317,8 +318,43 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
             &format!("{unit_name}/s"),
         );
     }
+    let positive = |key| {
+        let value = configuration.number(number, key).filter(|v| *v > 0.0);
+        value.map(|v| v * unit)
+    };
+    if let Some(acceleration) = positive("MAX_ACCELERATION") {
+        let unit = format!("{unit_name}/s²");
+        line(
+            "max_acceleration",
+            format!("{:?}", rounded(acceleration)),
+            &unit,
+        );
+        // What the step generator can do in addition.
+        let room = positive("STEPGEN_MAXACCEL").map(|most| most - (1.0 + SLOPE) * acceleration);
+        if let Some(room) = room.filter(|room| *room < REVERSAL * acceleration) {
+            line(
+                "max_reversal_acceleration",
+                format!("{:?}", rounded(room.max(LEAST_REVERSAL))),
+                &format!("{unit}: what STEPGEN_MAXACCEL leaves"),
+            );
+        }
+    }
+    // Commands have no noise but the rounding of f32, to 1.2e-7 of their size or less.
+    let largest =
+        range(configuration, entry.joint).map_or(usual, |(low, high)| low.abs().max(high.abs()));
+    let least = f64::from(f32::EPSILON) * largest;
+    line(
+        "hysteresis",
+        format!("{:?}", (least * 1e5).ceil() / 1e5),
+        unit_name,
+    );
     text
 }
+
+/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
+pub(super) const SLOPE: f64 = 0.02;
+/// The least acceleration (mm/s², deg/s²) that the file takes; a ramp of the corrections is faster.
+const LEAST_REVERSAL: f64 = 0.001;
 
 /// The soft limits, mm or degrees, if they are a travel.
 fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {

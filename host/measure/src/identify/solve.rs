@@ -8,7 +8,9 @@ use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Structure;
 use super::unidentifiable::GivenUp;
-use super::{IdentifyError, Unknown, bars, misread, mistakes, root_mean_square, snoop, units};
+use super::{
+    IdentifyError, Suspicion, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
+};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;
 
@@ -55,7 +57,11 @@ fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
     if !problem.bars.is_empty()
         && let Ok(without) = solve(&problem.without_bars(), options)
     {
-        return Some(bars::disagree(problem, &without.balls));
+        // A ball that has moved makes a right bar disagree.
+        return Some(
+            moved(&problem.without_bars(), &without)
+                .unwrap_or_else(|| bars::disagree(problem, &without.balls)),
+        );
     }
     if problem.known_coordinates().next().is_some()
         && let Ok(without) = solve(&problem.without_stylus(), options)
@@ -70,7 +76,17 @@ fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
         ..options
     };
     let without = solve(problem, robust).ok()?;
-    let suspicions = snoop(problem, &without);
+    suspected(problem, &snoop(problem, &without))
+}
+
+/// A ball, a stylus or a set-up that has moved among the rows.
+fn moved(problem: &Problem<'_>, found: &Identified) -> Option<IdentifyError> {
+    let suspicions = snoop(problem, found);
+    let groups: Vec<Suspicion> = suspicions.into_iter().filter(Suspicion::is_group).collect();
+    suspected(problem, &groups)
+}
+
+fn suspected(problem: &Problem<'_>, suspicions: &[Suspicion]) -> Option<IdentifyError> {
     let sentences = suspicions
         .iter()
         .map(|suspicion| suspicion.sentence(problem));

@@ -41,6 +41,7 @@ struct AxisEntry {
     orientation_deg: Option<Spanned<Exactly<3>>>,
     max_speed: Option<Spanned<f64>>,
     max_acceleration: Option<Spanned<f64>>,
+    max_reversal_acceleration: Option<Spanned<f64>>,
     hysteresis: Option<Spanned<f64>>,
     max_correction_speed: Option<Spanned<f64>>,
     max_correction_acceleration: Option<Spanned<f64>>,
@@ -166,6 +167,7 @@ impl MachineFile {
                 speed: limit(&entry.max_correction_speed)?,
                 acceleration: limit(&entry.max_correction_acceleration)?,
                 of_axis: limit(&entry.max_acceleration)?,
+                reversal: limit(&entry.max_reversal_acceleration)?,
             })
         });
         limits.collect()

@@ -37,6 +37,8 @@ pub struct CorrectionLimits {
     pub acceleration: Option<f64>,
     /// Largest acceleration of the axis itself (mm/s², deg/s²).
     pub of_axis: Option<f64>,
+    /// Largest acceleration with which a reversal is made up (mm/s², deg/s²).
+    pub reversal: Option<f64>,
 }
 
 impl Machine {

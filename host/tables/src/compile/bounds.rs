@@ -183,22 +183,29 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Rate and acceleration with which a reversal is made up: half of what the axis can do, which is what LinuxCNC takes for
-/// its own backlash, or what the drive may be asked for; otherwise those of a ramp.
+/// Rate and acceleration with which a reversal is made up: what the machine file says, or half of the speed and two thirds
+/// of the acceleration of the axis; otherwise those of a ramp. Never more than the drive may be asked for.
+///
+/// LinuxCNC takes half of both for its own backlash, but begins with the sign of the planned velocity; the third part
+/// more makes up for the hysteresis (`cargo xtask linuxcnc contour`).
 fn reversal(limits: CorrectionLimits, max_speed: f64, rate_bound: f64, ramp_rate: f64) -> [f64; 2] {
     let speed = limits.speed.unwrap_or(f64::INFINITY);
-    match (limits.of_axis, limits.acceleration) {
-        (Some(axis), most) => {
-            let most = most.unwrap_or(f64::INFINITY);
-            [
-                (0.5 * max_speed).max(rate_bound).min(speed),
-                (0.5 * axis).min(most),
-            ]
-        }
-        (None, Some(most)) => [rate_bound.min(speed), most],
-        (None, None) => [rate_bound.min(speed), ramp_rate / f64::from(trueaxis::RISE)],
+    let drive = limits.acceleration.unwrap_or(f64::INFINITY);
+    let ramp = ramp_rate / f64::from(trueaxis::RISE);
+    let stated = limits
+        .reversal
+        .or(limits.of_axis.map(|axis| REVERSAL * axis));
+    match stated {
+        Some(acceleration) => [
+            (0.5 * max_speed).max(rate_bound).min(speed),
+            acceleration.max(ramp).min(drive),
+        ],
+        None => [rate_bound.min(speed), limits.acceleration.unwrap_or(ramp)],
     }
 }
+
+/// Part of the acceleration of an axis with which it makes up a reversal.
+pub const REVERSAL: f64 = 2.0 / 3.0;
 
 /// Output of the tables at a position.
 struct Evaluated {

@@ -9,6 +9,7 @@ use trueaxis_tables::compile::{
     AxisBounds, Built, FINEST, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
 };
 use trueaxis_tables::policy::PolicyName;
+use trueaxis_tables::reversal::Reversal;
 use trueaxis_tables::target::{Shortage, Target};
 use trueaxis_tables::uncertainty::OverTravel;
 
@@ -61,6 +62,7 @@ pub struct Proven<'a> {
     #[serde(flatten)]
     size: Size,
     axes: &'a [AxisBounds],
+    reversals: &'a [Reversal],
     #[serde(flatten)]
     proof: &'a Proof,
     /// 95 % band of the error that uncertain parameters leave.
@@ -82,6 +84,7 @@ impl<'a> Proven<'a> {
         proof: &'a Proof,
         uncertainty: Option<&'a OverTravel>,
         tolerance_um: f64,
+        reversals: &'a [Reversal],
     ) -> Self {
         let mut warnings = built.warnings.clone();
         warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
@@ -93,6 +96,7 @@ impl<'a> Proven<'a> {
         Self {
             size: built.size,
             axes: &built.bounds,
+            reversals,
             proof,
             uncertainty,
             notes: &built.notes,
@@ -127,6 +131,7 @@ impl Answer<'_> {
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::largest(self.stored, proven.axes);
+            text += &screen::reversals(proven.reversals);
             text += &screen::tool_length(proven.proof);
             text += verdict;
             files::print(&text)?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{Best, CompileError, Options, Progress, Refusal, best};
+use trueaxis_tables::reversal::{Reversal, reversals};
 use trueaxis_tables::target::Shortage;
 use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
@@ -26,6 +27,7 @@ pub enum Made {
 pub struct Whole {
     pub best: Best,
     pub uncertainty: Option<OverTravel>,
+    pub reversals: Vec<Reversal>,
     /// Reasons not to write it.
     pub refusals: Vec<Refusal>,
     /// Limits missed by a scheme that guarantees none.
@@ -49,6 +51,7 @@ impl Made {
         };
         let runtime = Runtime::load(&best.built.blob)?;
         let uncertainty = over_travel(&runtime.kinematics(machine, errors), options.seed)?;
+        let reversals = reversals(&runtime);
         drop(runtime);
         let refusals = best.proof.refusals(best.tolerance);
         let (refusals, missed) = match options.scheme.keeps_tolerance() {
@@ -58,6 +61,7 @@ impl Made {
         Ok(Self::Proven(Box::new(Whole {
             best,
             uncertainty,
+            reversals,
             refusals,
             missed,
         })))

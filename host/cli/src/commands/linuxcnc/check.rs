@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(a? == b?)
     };
     let against = Against {
-        compensation: runtime.compensation(),
+        runtime: &runtime,
         is_file: &is_file,
         machine: machine.as_ref(),
     };

@@ -104,7 +104,7 @@ impl Checked<'_> {
         let hal = &self.configuration.hal;
         let Some(loaded) = self.component else { return };
         let is_there = |pin: &str| hal.signals.contains_key(pin) || hal.values.contains_key(pin);
-        let compensation = self.against.compensation;
+        let compensation = self.against.runtime.compensation();
         let used = compensation.inputs_used();
         // One pin for each sensor, whatever its lags.
         let mut sensors: Vec<&str> = Vec::new();
@@ -164,7 +164,7 @@ impl Checked<'_> {
 
     /// Pins for the weights of adjustable terms.
     fn weights(&mut self, loaded: &Command) {
-        let terms = self.against.compensation.weights().iter().count();
+        let terms = self.against.runtime.compensation().weights().iter().count();
         let given = loaded
             .parameter("weights")
             .map_or(Some(0), |w| w.parse::<usize>().ok());

@@ -2,7 +2,15 @@
 
 use super::{Checked, Joint};
 use crate::linuxcnc::configuration::Configuration;
+use crate::linuxcnc::setup::SLOPE;
 use trueaxis::Direction;
+use trueaxis_tables::compile::REVERSAL;
+use trueaxis_tables::reversal::Reversal;
+
+/// Part of `MAX_ACCELERATION` with which LinuxCNC makes up `BACKLASH` (`compute_screw_comp` in its `control.c`).
+const OWN: f64 = 0.5;
+/// `STEPGEN_MAXACCEL` beside `MAX_ACCELERATION` with backlash, as LinuxCNC's pncconf writes it.
+const DOUBLE: f64 = 2.0;
 
 impl Checked<'_> {
     /// Checks the `[JOINT_N]` section of a joint with an axis of the compensation.
@@ -29,7 +37,7 @@ impl Checked<'_> {
 
     /// Whether the compensation corrects an axis at all, and whether depending on its own direction of travel.
     fn corrects(&self, index: usize) -> (bool, bool) {
-        let compensation = self.against.compensation;
+        let compensation = self.against.runtime.compensation();
         let mut terms = compensation.terms();
         let is = |output: &u8| usize::from(*output) == index;
         let corrected = terms.any(|term| is(&term.output))
@@ -183,6 +191,68 @@ impl Checked<'_> {
             }
         }
         self.faster(joint, speed * configuration.unit(joint));
+        self.reversal(joint);
+    }
+
+    /// An axis that makes up its backlash more slowly than LinuxCNC would by itself, or faster than its step generator
+    /// permits.
+    fn reversal(&mut self, joint: Joint) {
+        let configuration = self.configuration;
+        let letter = joint.letter;
+        let Some(reversal) = self.reversals.iter().find(|r| r.axis == letter).copied() else {
+            return;
+        };
+        let number = |key: &str| configuration.number(joint.number, key);
+        let (Some(entry), Some(most)) = (
+            configuration.of_joint(joint.number, "MAX_ACCELERATION"),
+            number("MAX_ACCELERATION"),
+        ) else {
+            return;
+        };
+        let asked = reversal.acceleration / configuration.unit(joint);
+        let stepgen = configuration.of_joint(joint.number, "STEPGEN_MAXACCEL");
+        let room = number("STEPGEN_MAXACCEL").map(|value| value - most);
+        let both = format!("STEPGEN_MAXACCEL = {}", shown(most * DOUBLE));
+        if let (Some(entry), Some(room)) = (stepgen, room)
+            && asked > room * (1.0 + 1e-6)
+        {
+            self.warn(
+                &entry.place.clone(),
+                format!("STEPGEN_MAXACCEL of joint {} leaves {} per s², and a reversal of {letter} takes {}: where it turns round at full acceleration, the drive lags", joint.number, shown(room), shown(asked)),
+                both,
+            );
+        } else if asked < OWN * most * (1.0 - 1e-6) {
+            let own = Reversal {
+                acceleration: OWN * most * configuration.unit(joint),
+                rate: f64::INFINITY,
+                ..reversal
+            };
+            let beside = match reversal.unit {
+                "mm" => format!(", {}", shown_beside(&own)),
+                _ => String::new(),
+            };
+            let (place, write) = match (stepgen, room) {
+                (Some(entry), Some(room)) if room < (REVERSAL + SLOPE) * most => (
+                    &entry.place,
+                    format!("{both}, and run trueaxis linuxcnc setup and compile again"),
+                ),
+                _ => (
+                    &entry.place,
+                    format!(
+                        "max_acceleration = {} for {letter} in the machine file, and compile again",
+                        shown(most * configuration.unit(joint))
+                    ),
+                ),
+            };
+            self.warn(
+                &place.clone(),
+                format!(
+                    "{reversal}; BACKLASH of LinuxCNC itself takes {:.0} ms{beside}",
+                    own.time() * 1e3
+                ),
+                write,
+            );
+        }
     }
 
     /// A joint that is faster (mm/s, deg/s) than the rate bound was made for.
@@ -204,6 +274,14 @@ impl Checked<'_> {
             );
         }
     }
+}
+
+/// Distances beside the circles of [`Reversal::beside_circles`].
+fn shown_beside(reversal: &Reversal) -> String {
+    let at = reversal
+        .beside_circles()
+        .map(|mm| format!("{:.1}", mm * 1e3));
+    format!("{} µm", at.join(", "))
 }
 
 /// A number as text.

@@ -28,7 +28,7 @@ impl Checked<'_> {
         let rotary: String = letters.chars().filter(|l| "ABC".contains(*l)).collect();
         if let Some(machine) = self.against.machine {
             let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
-            let compiled = self.against.compensation.machine();
+            let compiled = self.against.runtime.compensation().machine();
             if machine.name != compiled || of_machine != letters {
                 self.refuse(
                     &module.place,
