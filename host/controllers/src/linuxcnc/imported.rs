@@ -76,8 +76,8 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
 }
 
 fn value(entry: &Entry) -> Result<f64, FileError> {
-    let value: Option<f64> = entry.value.parse().ok();
-    value.filter(|v| v.is_finite()).ok_or_else(|| {
+    let value = entry.number().map(|(value, _)| value);
+    value.ok_or_else(|| {
         let message = format!("{} is `{}`, no number", entry.key, entry.value);
         entry.place.error(
             message,

@@ -58,7 +58,7 @@ pub fn setup(
     let motions = entries.iter().map(|entry| Motion {
         letter: entry.joint.letter,
         reversed: entry.reversed,
-        endless: is_endless(configuration, entry.joint),
+        endless: configuration.is_endless(entry.joint),
     });
     let motions: Vec<Motion> = motions.collect();
     Setup {
@@ -97,17 +97,10 @@ fn hal(
     {
         let _ = writeln!(text, "#   {file}, line {line}: {write}");
     }
-    if !hal.programs.is_empty() {
-        let names: Vec<&str> = hal.programs.iter().map(|(name, _)| name.as_str()).collect();
-        let _ = writeln!(
-            text,
-            "# CHECK: {} are programs, which were not read. Places in the thread and signals are guesses.",
-            names.join(", ")
-        );
-    }
     let _ = writeln!(
         text,
-        "loadrt trueaxis file={blob} axes={letters} units=[TRAJ]LINEAR_UNITS"
+        "loadrt trueaxis file={blob} axes={letters} units={}",
+        configuration.unit_word()
     );
     text += &functions(configuration);
     let joints = letters
@@ -274,11 +267,11 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
         line("origin_mm", format!("{origin:?}"), "");
     }
     match range(configuration, entry.joint) {
-        Some(_) if is_endless(configuration, entry.joint) => {
+        _ if configuration.is_endless(entry.joint) => {
             line(
                 "range",
                 "[-180.0, 180.0]".to_owned(),
-                "CHECK: it is taken for an axis without end",
+                "an axis without end",
             );
             line("modulo", "true".to_owned(), "");
         }
@@ -295,11 +288,8 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
                 margin(rotary)
             ),
         ),
-        None => line(
-            "range",
-            format!("[{:?}, {usual:?}]", -usual),
-            "CHECK: the INI file has no limits",
-        ),
+        // Refused before.
+        None => {}
     }
     if entry.reversed {
         line(
@@ -360,28 +350,12 @@ const LEAST_REVERSAL: f64 = 0.001;
 fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {
     let unit = configuration.unit(joint);
     let limit = |key: &str| {
-        let value = configuration.number(joint.number, key);
-        value.map(|v| rounded(v * unit))
+        let limit = configuration.limit(joint, key);
+        limit.map(|(value, _)| rounded(value * unit))
     };
     let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
-    range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5)
+    range.filter(|(low, high)| low < high)
 }
-
-/// The axes whose joints have no soft limits in the INI file, so that [`setup`] must guess their travel.
-#[must_use]
-pub fn without_limits(configuration: &Configuration) -> Vec<Joint> {
-    let axes = axes(configuration).into_iter();
-    axes.filter(|joint| range(configuration, *joint).is_none())
-        .collect()
-}
-
-fn is_endless(configuration: &Configuration, joint: Joint) -> bool {
-    let range = range(configuration, joint);
-    joint.is_rotary() && range.is_some_and(|(low, high)| high - low > ENDLESS)
-}
-
-/// A rotary axis with more travel (deg) than this rotates without limits.
-const ENDLESS: f64 = 1080.0;
 
 /// Margin (mm, deg) of a travel beyond the soft limits: more than corrections usually are.
 fn margin(rotary: bool) -> f64 {
