@@ -39,6 +39,8 @@ pub struct Known<'a> {
     pub blob: &'a str,
     /// Letters of the linear axes that move the table, if known; the others move the spindle.
     pub table: Option<&'a str>,
+    /// From the pivot of a head to the nose of its spindle (mm), if known.
+    pub pivot: Option<f64>,
 }
 
 /// The lines, the description and the imported errors. `imports` is what the INI file compensates, `findings` what speaks
@@ -50,8 +52,14 @@ pub fn setup(
     imports: &[Import],
     findings: &[Finding],
 ) -> Setup {
-    let Known { name, blob, table } = known;
-    let (mut entries, tip) = entries(configuration);
+    let Known {
+        name, blob, table, ..
+    } = known;
+    let (mut entries, mut tip) = entries(configuration);
+    if let Some(pivot) = known.pivot {
+        tip = rounded(-pivot);
+    }
+    let unsure = unknown_pivot(configuration).filter(|_| known.pivot.is_none());
     if let Some(table) = table {
         divide(&mut entries, table);
     }
@@ -63,7 +71,7 @@ pub fn setup(
     let motions: Vec<Motion> = motions.collect();
     Setup {
         hal: hal(configuration, blob, &entries, findings),
-        machine: machine(configuration, name, &entries, tip),
+        machine: machine(configuration, name, &entries, tip, unsure),
         errors: imported::errors(configuration, name, &motions, imports),
     }
 }
@@ -225,7 +233,13 @@ fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
     }
 }
 
-fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f64) -> String {
+fn machine(
+    configuration: &Configuration,
+    name: &str,
+    entries: &[Entry],
+    tip: f64,
+    unsure: Option<String>,
+) -> String {
     let quoted = toml::Value::from(name);
     let mut text = format!(
         "# A first description, made from the INI file: CHECK marks what that does not tell. See the page on machine\n\
@@ -238,7 +252,8 @@ fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f6
     }
     let _ = write!(
         text,
-        "\n[spindle]\naxis = \"z\"\n\n[tool]\n# CHECK: from the spindle frame to the tip of the tool.\ntip_mm = [0.0, 0.0, {tip:?}]\n"
+        "\n[spindle]\naxis = \"z\"\n\n[tool]\n# CHECK: from the spindle frame to the tip of the tool.\n{}tip_mm = [0.0, 0.0, {tip:?}]\n",
+        unsure.map_or(String::new(), |unsure| format!("# CHECK: {unsure}.\n"))
     );
     text
 }
@@ -455,9 +470,31 @@ fn head(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Ent
             _ => "CHECK: does it move the spindle, or the table (then \"workpiece\", reversed)?",
         },
     });
-    let pivot = configuration.hal.value("5axiskins.pivot-length");
-    let pivot = pivot.map_or(250.0, |(value, _)| value * configuration.mm.unwrap_or(1.0));
-    (entries.collect(), rounded(-pivot))
+    let mm = configuration.mm.unwrap_or(1.0);
+    let pivot = configuration.hal.value(PIVOT);
+    let pivot = pivot.map_or(DEFAULT_PIVOT, |(value, _)| value);
+    (entries.collect(), rounded(-pivot * mm))
+}
+
+/// The pin with the pivot length of a head, in machine units.
+const PIVOT: &str = "5axiskins.pivot-length";
+/// Its value if nothing sets it.
+const DEFAULT_PIVOT: f64 = 250.0;
+
+/// Why the pivot length of a head is not known from its HAL files, if that is so.
+#[must_use]
+pub fn unknown_pivot(configuration: &Configuration) -> Option<String> {
+    let hal = &configuration.hal;
+    if configuration.module.name != "5axiskins" || hal.value(PIVOT).is_some() {
+        return None;
+    }
+    let default = format!("{DEFAULT_PIVOT} machine units are only the module's default");
+    Some(match hal.signal(PIVOT) {
+        Some(signal) => {
+            format!("{PIVOT} comes from the signal {signal}, whose value is not visible: {default}")
+        }
+        None => format!("no HAL file sets {PIVOT}: {default}"),
+    })
 }
 
 /// Axes in the order of the letters of the two branches, and whether each is in the first.
