@@ -250,6 +250,12 @@ fn behind_its_end_a_program_goes_on_for_grbl_alone() {
     let program = "%\nG21 G90\nG0 X10 Y10 Z50\n%\nG0 X30\n";
     refuses(program, &grbl, &["line 5", "after the end of the program"]);
     corrected(&folder, "G21 G90\nG0 X10 Y10 Z50\nM30\n%\n(end)\n", &grbl);
+    // The spindle stops, and nothing moves.
+    corrected(
+        &folder,
+        "G21 G90\nG0 X10 Y10 Z50\nM2\nM9 ; air\nM5\n",
+        &grbl,
+    );
 }
 
 #[test]
