@@ -181,9 +181,13 @@ impl Arguments {
         if let Some(path) = &self.tools {
             let units = units_of(&setup, "--tools")?;
             let text = Text::read(path)?;
-            setup
-                .add_tools(&text.text, units)
-                .map_err(|e| text.bad(e))?;
+            let skipped = setup.add_tools(&text.text, units);
+            for line in skipped.map_err(|e| text.bad(e))? {
+                eprintln!(
+                    "warning: {}, line {line}: left out, as by LinuxCNC: it is no tool",
+                    path.display()
+                );
+            }
         }
         Ok(setup)
     }

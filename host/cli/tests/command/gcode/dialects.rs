@@ -375,7 +375,8 @@ fn behind_home_z_moves_again_with_its_offset_alone() {
             "whether the tool offset of G43 still holds",
             "G43 with H",
         ];
-        refuses(format!("{begin}{line}\nM30\n%\n"), &FANUC, &parts);
+        let options = [&FANUC[..], &["--decimals", "4"]].concat();
+        refuses(format!("{begin}{line}\nM30\n%\n"), &options, &parts);
     }
     // Above the part it is moved without a word of Z.
     let out = fanuc(

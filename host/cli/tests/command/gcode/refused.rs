@@ -164,7 +164,7 @@ fn what_is_not_built_is_refused_by_its_name() {
             "G92 X0.\nG52 X1.",
             &["line 4", "G52 while G92 holds", "take G92 back"],
         ),
-        ("M98 P1000", &["M98", "subprogram", "flat"]),
+        ("M98 P1000", &["M98", "no program O1000", "append"]),
         ("G99 G81 X1. Z2. R2. F90.", &["half a micrometre"]),
     ] {
         refuses(format!("{start}{line}\nM30\n"), &fanuc, parts);

@@ -41,9 +41,11 @@ impl Corrector<'_> {
         let field = self.field();
         let [r0, r1] = arc.radii();
         // Where words have fewer decimals an arc begins so far beside its place.
-        let begins = 0.5 * self.options.rounding(self.units());
+        let begins = 0.4 * self.options.rounding(self.units());
+        // What fewer decimals cost is added below.
+        let usual = self.options.decimals.is_none();
         let limits = match self.tables.axes & ROTARY {
-            0 => self.limits().of_arcs(self.options.tolerance),
+            0 if usual => self.limits().of_arcs(self.options.tolerance),
             _ => self.limits(),
         };
         let limits = limits.plus(begins).within(LARGEST * r0.min(r1));

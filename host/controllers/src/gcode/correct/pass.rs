@@ -63,7 +63,10 @@ impl Corrector<'_> {
         if let Some(axis) = self.nominal.position.missing(self.tables.axes) {
             return Err(self.nominal.not_known(self.rules, &block.words[0], axis));
         }
-        tip.enter(&mut self.written, block, self.rules, takes)
+        tip.enter(&mut self.written, block, self.rules, takes)?;
+        // The offset holds before control is on: it moves nothing then.
+        self.written.modes(block, self.rules)?;
+        Ok(true)
     }
 
     /// M428, M429: the same place in other coordinates.

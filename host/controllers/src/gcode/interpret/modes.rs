@@ -103,7 +103,19 @@ impl State {
 
     /// Plane, units, cutter and tool offsets, systems, distances, retracting.
     pub(super) fn set_modes(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
-        let named_units = asked.rules.dialect.table().has_names;
+        // G70 and G71 leave F in the unit of the machine.
+        let of_lengths = |word: &Word| matches!(word.tenths(), Some(700 | 710));
+        if let Some((units, word)) = asked.units
+            && asked.rules.dialect.table().has_names
+            && of_lengths(word)
+            && asked.rules.setup.units.is_some_and(|own| own != units)
+        {
+            return Err(unknown(
+                word,
+                "G70 and G71 leave F in the unit of the machine, which is another one",
+                "write G700 or G710",
+            ));
+        }
         if let Some((units, word)) = asked.units
             && self.units != Some(units)
         {
@@ -127,15 +139,6 @@ impl State {
                         ));
                     }
                 }
-            }
-            let of_lengths = matches!(word.tenths(), Some(700 | 710));
-            if named_units && of_lengths && asked.rules.setup.units.is_some_and(|own| own != units)
-            {
-                return Err(unknown(
-                    word,
-                    "G70 and G71 leave F in the unit of the machine, which is another one",
-                    "write G700 or G710",
-                ));
             }
             self.units = Some(units);
         }
