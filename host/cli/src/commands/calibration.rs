@@ -91,6 +91,10 @@ pub enum Step {
     Load,
 }
 
+/// Errors that the model lacks are larger over the travel than what is left of them where the parameters were fitted: by
+/// up to this factor on simulated machines with straightness, backlash and run-out (`cargo xtask linuxcnc
+/// calibrate-outside`).
+const OVER_TRAVEL: f64 = 2.0;
 /// Rotary positions at which the probe is qualified, at most, and their file.
 const POSES: usize = 3;
 const POSES_FILE: &str = "poses.csv";
@@ -484,7 +488,8 @@ impl<'a> Calibration<'a> {
         &self,
         compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
     ) -> Result<T, BadInput> {
-        let errors = files::read_known_errors(&self.file("errors.toml"), &self.machine)?;
+        let mut errors = self.errors()?;
+        errors.misfit = errors.misfit.map(|misfit| OVER_TRAVEL * misfit);
         compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
             BadInput::new(
                 format!("{}: {error}", self.text("errors.toml")),
@@ -496,7 +501,7 @@ impl<'a> Calibration<'a> {
     /// Loads the compensation, probes with it, and keeps it if that is right.
     fn load(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
         let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
-        if !benefit.is_sure() {
+        if !benefit.is_sure() || self.band()? >= benefit.before_um {
             files::print(&format!(
                 "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
                  because so much is not known of them\n",
@@ -638,6 +643,12 @@ impl<'a> Calibration<'a> {
         })
     }
 
+    /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
+    fn band(&self) -> Result<f64, BadInput> {
+        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
+        Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
+    }
+
     /// The judgement, and how much smaller the distances of the same rows have become (mm).
     fn validated(&self, after: &Path) -> Result<(Validation, Option<Gain>), BadInput> {
         let machine = &self.machine;
@@ -647,8 +658,7 @@ impl<'a> Calibration<'a> {
         let artefact = self.probed_artefact()?;
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         let identified = self.identified(&problem)?;
-        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
+        let band = self.band()?;
         let distances = |probings: &Probings| {
             scatters(machine, probings, &artefact, &perfect, &identified.stylus)
         };
