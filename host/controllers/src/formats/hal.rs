@@ -364,7 +364,12 @@ mod tests {
         .unwrap();
         assert_eq!(hal.signal("a.out"), Some("s"));
         assert_eq!(hal.value("c.v").map(|(value, _)| value), Some(2.0));
-        assert!(take("alias pin a.out x\nnet s x\nunlinkp x").unwrap().signals.is_empty());
+        assert!(
+            take("alias pin a.out x\nnet s x\nunlinkp x")
+                .unwrap()
+                .signals
+                .is_empty()
+        );
     }
 
     #[test]

@@ -294,7 +294,10 @@ mod tests {
         let remarks: Vec<(usize, &str)> = (ini.remarks.iter())
             .map(|(place, remark)| (place.line(), remark.as_str()))
             .collect();
-        assert!(matches!(remarks[..], [(2, nested), (3, _)] if nested.contains("2.9")), "{remarks:?}");
+        assert!(
+            matches!(remarks[..], [(2, nested), (3, _)] if nested.contains("2.9")),
+            "{remarks:?}"
+        );
     }
 
     #[test]

@@ -54,11 +54,7 @@ impl Configuration {
     ///
     /// # Errors
     /// [`FileError`]: files that cannot be read, and missing entries without which LinuxCNC would not start.
-    pub fn read(
-        source: Named,
-        open: &Open<'_>,
-        running: Option<Named>,
-    ) -> Result<Self, FileError> {
+    pub fn read(source: Named, open: &Open<'_>, running: Option<Named>) -> Result<Self, FileError> {
         let start = FileLocation {
             source: Rc::new(source.clone()),
             span: 0..0,

@@ -94,7 +94,10 @@ mod tests {
         );
         assert_eq!(install(INI, "trueaxis.hal", &[]), Ok(expected.clone()));
         // Only once.
-        assert_eq!(install(&expected, "trueaxis.hal", &[]), Ok(expected.clone()));
+        assert_eq!(
+            install(&expected, "trueaxis.hal", &[]),
+            Ok(expected.clone())
+        );
         // With the line ends of the file.
         let [windows, expected] = [INI, &expected].map(|text| text.replace('\n', "\r\n"));
         assert_eq!(install(&windows, "trueaxis.hal", &[]), Ok(expected));
@@ -103,7 +106,10 @@ mod tests {
     #[test]
     fn a_missing_section_is_named_and_a_missing_last_line_end_is_added() {
         assert_eq!(install("[DISPLAY]\n", "x.hal", &[]), Err("HAL"));
-        assert_eq!(install("[HAL]\nHALFILE = a.hal", "x.hal", &[]), Err("DISPLAY"));
+        assert_eq!(
+            install("[HAL]\nHALFILE = a.hal", "x.hal", &[]),
+            Err("DISPLAY")
+        );
         let last = install("[DISPLAY]\n[HAL]\nHALFILE = a.hal", "x.hal", &[]);
         assert!(last.is_ok_and(|text| text.ends_with("HALFILE = a.hal\nHALFILE = x.hal\n")));
     }

@@ -64,9 +64,7 @@ impl Module {
     /// The command that loads kinematics.
     fn loaded(hal: &Hal) -> Option<&Command> {
         let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
-        loaded.find(|c| {
-            c.words.get(1).is_some_and(|name| name.ends_with("kins"))
-        })
+        loaded.find(|c| c.words.get(1).is_some_and(|name| name.ends_with("kins")))
     }
 
     /// Whether the positions of joints and axes are the same.

@@ -283,11 +283,7 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     }
     match range(configuration, entry.joint) {
         _ if configuration.is_endless(entry.joint) => {
-            line(
-                "range",
-                "[-180.0, 180.0]".to_owned(),
-                "an axis without end",
-            );
+            line("range", "[-180.0, 180.0]".to_owned(), "an axis without end");
             line("modulo", "true".to_owned(), "");
         }
         // With a margin, so that the soft limits are inside by the largest correction.

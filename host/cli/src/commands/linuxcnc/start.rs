@@ -439,10 +439,10 @@ impl Arguments {
             let pivot = match self.pivot {
                 Some(pivot) => pivot,
                 None => {
-                    let question = format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
-                    positive(&self.ask(&question)?).map_err(|_| {
-                        BadInput::new(unknown, "measure it, and give --pivot in mm")
-                    })?
+                    let question =
+                        format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
+                    positive(&self.ask(&question)?)
+                        .map_err(|_| BadInput::new(unknown, "measure it, and give --pivot in mm"))?
                 }
             };
             words.extend(["--pivot".to_owned(), pivot.to_string()]);

@@ -98,7 +98,11 @@ const NUMBERS: [&str; 8] = [
 pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
     let mut found = Found(Vec::new());
     for (place, remark) in &configuration.ini.remarks {
-        found.warn(place, remark.clone(), "nothing, if that is meant".to_owned());
+        found.warn(
+            place,
+            remark.clone(),
+            "nothing, if that is meant".to_owned(),
+        );
     }
     let joints = configuration.axes();
     let of_joint = joints.iter().flat_map(|joint| {
@@ -186,7 +190,10 @@ impl Found {
             if configuration.hal.signal(&pin).is_none() {
                 self.refuse(
                     &configuration.start,
-                    format!("{pin} is not connected by any HAL file: the drive of {} is not known", joint.letter),
+                    format!(
+                        "{pin} is not connected by any HAL file: the drive of {} is not known",
+                        joint.letter
+                    ),
                     format!("net SIGNAL {pin}, with the drive, in a HAL file"),
                 );
             }

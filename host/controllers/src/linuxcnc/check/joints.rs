@@ -167,7 +167,10 @@ impl Checked<'_> {
         let number = |key: &str| configuration.number(joint.number, key);
         let rate = f64::from(axis.rate_bound) / configuration.unit(joint);
         let Some(speed) = number("MAX_VELOCITY") else {
-            if configuration.of_joint(joint.number, "MAX_VELOCITY").is_none() {
+            if configuration
+                .of_joint(joint.number, "MAX_VELOCITY")
+                .is_none()
+            {
                 let place = configuration.section(&format!("JOINT_{}", joint.number));
                 self.warn(
                     &place.clone(),
