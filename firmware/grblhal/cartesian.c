@@ -62,3 +62,8 @@ void txa_cartesian(kinematics_t *entries)
     if (entries->limits_set_machine_positions == NULL)
         entries->limits_set_machine_positions = set_machine_positions;
 }
+
+bool txa_cartesian_is(const kinematics_t *entries)
+{
+    return entries->segment_line == segment_line;
+}

@@ -10,5 +10,7 @@
 
 /* Fills the null entries that grblHAL calls without checking. */
 void txa_cartesian(kinematics_t *entries);
+/* True if lines go where they are commanded. */
+bool txa_cartesian_is(const kinematics_t *entries);
 
 #endif

@@ -51,7 +51,7 @@ static bool refuse(const char *reason)
 
 static bool refuse_axis(char name, const char *reason)
 {
-    char text[sizeof why] = "axis  ";
+    char text[100] = "axis  ";
     text[5] = name;
     strncat(text, reason, sizeof text - strlen(text) - 1);
     return refuse(text);
@@ -73,7 +73,7 @@ static bool find_axes(void)
                 place[k] = i;
         if (place[k] == N_AXIS)
             return refuse_axis(axis[k].name, ": the controller has none");
-        bool rotary = bit_istrue(settings.steppers.is_rotary.mask, bit(place[k]));
+        bool rotary = TXA_IS_ROTARY(place[k]);
         if (rotary && axis[k].unit == TRUEAXIS_MM)
             return refuse_axis(axis[k].name, ": mm in the tables, degrees in the controller ($376)");
         if (!rotary && axis[k].unit == TRUEAXIS_DEGREES)
@@ -133,6 +133,8 @@ bool txa_load(void)
     }
     if (!find_axes())
         return false;
+    if (plan_get_buffer_size() >= TRUEAXIS_TRACE)
+        return refuse("the planner has as many blocks ($398) as TRUEAXIS_TRACE");
     txa_restart();
     return servo != NULL;
 }

@@ -21,6 +21,16 @@
 #if COREXY || WALL_PLOTTER || DELTA_ROBOT || POLAR_ROBOT || defined(ASYMMETRIC_GANGING) || defined(ASYMMETRIC_AUTO_SQUARE)
 #error "trueaxis corrects axes: with these kinematics a motor is not an axis of its own"
 #endif
+#if ENABLE_BACKLASH_COMPENSATION
+#error "trueaxis makes up for backlash with its tables: build grblHAL without ENABLE_BACKLASH_COMPENSATION"
+#endif
+
+/* Whether an axis is rotary ($376). With three axes grblHAL has no such setting. */
+#if N_AXIS > 3
+#define TXA_IS_ROTARY(axis) bit_istrue(settings.steppers.is_rotary.mask, bit(axis))
+#else
+#define TXA_IS_ROTARY(axis) ((void)(axis), false)
+#endif
 
 /* The file with the tables, in the file system of grblHAL. */
 #ifndef TRUEAXIS_FILE

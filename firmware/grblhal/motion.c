@@ -2,6 +2,7 @@
  * Copyright (c) 2026 The trueaxis maintainers
  */
 #include "motion.h"
+#include "cartesian.h"
 #include "compensation.h"
 #include "pieces.h"
 #include "trace.h"
@@ -22,6 +23,8 @@
 #define ROUNDS 4
 
 static kinematics_t inner;
+static travel_limits_ptr inner_limits;
+static bool inner_has_limits; /* of its own, in positions of motors */
 
 /* End of the planned path: uncorrected command, and motor positions. */
 static float command[N_AXIS], motors[N_AXIS];
@@ -36,8 +39,11 @@ static float feed;
 static bool ours;    /* tables were in use when it began */
 static volatile bool on_its_way; /* a piece was issued, and the planner may not have it yet */
 static float behind[N_AXIS];     /* motor positions before that piece */
+static coord_data_t out;         /* its end: grblHAL reads it when it plans the piece */
 static bool by_time; /* its feed was converted to a time */
 static volatile bool cancelled;
+static const plan_line_data_t *probe_data; /* of the probing move that comes next */
+static bool probes;                        /* the current motion probes */
 
 static bool same(const float *a, const float *b)
 {
@@ -79,6 +85,12 @@ static void align(const float *at)
         txa_settle(command);
         uncorrected(command, at, txa_correction());
     }
+    /* They are out already at the end of what was planned, and at once here. */
+    if (!(txa_status().factor > 0.0f))
+        uncorrected(command, at, txa_correction());
+    /* A jog was cancelled while grblHAL waited for room for a piece, which it still plans afterwards. */
+    if (on_its_way)
+        memcpy(out.values, at, sizeof out.values);
     memcpy(motors, at, sizeof motors);
     known = true;
     txa_trace_begin(motors, txa_correction());
@@ -141,12 +153,15 @@ static bool next(plan_line_data_t *data)
     memcpy(to, within->values, sizeof to);
     feed = data->feed_rate;
     pieces = txa_acting() ? txa_pieces(from, to) : 1;
+    /* grblHAL watches the probe only after the whole line is planned, and a full planner starts to move before that. */
+    uint_fast16_t room = plan_get_block_buffer_available();
+    if (probes && pieces > room)
+        pieces = room > 1 ? (uint32_t)room : 1;
     piece = 0;
     return true;
 }
 
-static coord_data_t *begin_line(coord_data_t *out, coord_data_t *target, const coord_data_t *position,
-                                plan_line_data_t *data)
+static coord_data_t *begin_line(coord_data_t *target, const coord_data_t *position, plan_line_data_t *data)
 {
     coord_data_t start;
     txa_take_tool_length();
@@ -157,26 +172,28 @@ static coord_data_t *begin_line(coord_data_t *out, coord_data_t *target, const c
     on_its_way = false;
     within = inner.segment_line(target, &start, data, true);
     /* Soft limits check this position, which is uncorrected. */
-    memcpy(out, within, sizeof *out);
-    return out;
+    out = *within;
+    return &out;
 }
 
 /* As in the kinematics of grblHAL, every target is stored where the first call returned. */
 static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, plan_line_data_t *data, bool init)
 {
-    static coord_data_t out;
     if (init) {
         by_time = cancelled = false;
         ours = txa_present();
+        probes = data == probe_data;
+        probe_data = NULL;
     }
     if (!ours)
         return inner.segment_line(target, position, data, init);
     if (init)
-        return begin_line(&out, target, position, data);
+        return begin_line(target, position, data);
     if (by_time)
         data->condition.inverse_time = Off;
     by_time = false;
-    on_its_way = !cancelled && (piece < pieces || next(data));
+    /* A jog cancel is a character that may come at any time: it ends nothing but a jog. */
+    on_its_way = !(cancelled && data->condition.jog_motion) && (piece < pieces || next(data));
     if (!on_its_way)
         return NULL;
     piece++;
@@ -225,6 +242,46 @@ void txa_motion_chain(void)
     }
 }
 
+/* At the ends of the travel an axis that is not moved may be beyond them by as much as its correction: homing another
+ * axis, or other tables, change where it is shown. */
+static void spare_axes_at_rest(float *target, const work_envelope_t *envelope)
+{
+    for (size_t k = 0; k < txa_axes(); k++) {
+        size_t i;
+        float most = txa_axis(k, &i)->value_bound;
+        float low = envelope->min.values[i], high = envelope->max.values[i];
+        bool moves = fabs((double)target[i] - (double)command[i]) * (double)settings.axis[i].steps_per_mm > SAME_STEPS;
+        if (!moves && target[i] < low && target[i] >= low - most)
+            target[i] = low;
+        if (!moves && target[i] > high && target[i] <= high + most)
+            target[i] = high;
+    }
+}
+
+/* Soft limits. `mc_line` asks for what `segment_line` returned, as positions of motors, which grblHAL's own check
+ * refuses: here they are uncorrected positions of axes. The corrected ones are beyond them by the bounds in the tables
+ * at most. */
+static bool within_travel(float *target, axes_signals_t axes, bool is_cartesian, work_envelope_t *envelope)
+{
+    float of_axes[N_AXIS];
+    memcpy(of_axes, target, sizeof of_axes);
+    if (known)
+        spare_axes_at_rest(of_axes, envelope);
+    return inner_limits(of_axes, axes, is_cartesian || !inner_has_limits, envelope);
+}
+
+void txa_motion_limits(bool set_up)
+{
+    static travel_limits_ptr core_limits;
+    if (!set_up) {
+        core_limits = grbl.check_travel_limits;
+        return;
+    }
+    inner_limits = grbl.check_travel_limits;
+    inner_has_limits = inner_limits != core_limits && !txa_cartesian_is(&inner);
+    grbl.check_travel_limits = within_travel;
+}
+
 void txa_motion_watch(void)
 {
     txa_trace_planned((uint32_t)(plan_get_buffer_size() - plan_get_block_buffer_available()));
@@ -233,7 +290,11 @@ void txa_motion_watch(void)
 void txa_motion_cancel(void)
 {
     cancelled = true;
-    on_its_way = false;
+}
+
+void txa_motion_probes(const plan_line_data_t *data)
+{
+    probe_data = data;
 }
 
 bool txa_motion_at_rest(void)

@@ -77,7 +77,7 @@ static void lengths(const float *from, const float *to, double *linear, double *
     *linear = *rotary = 0.0;
     for (size_t i = 0; i < N_AXIS; i++) {
         double way = (double)to[i] - (double)from[i];
-        *(bit_istrue(settings.steppers.is_rotary.mask, bit(i)) ? rotary : linear) += way * way;
+        *(TXA_IS_ROTARY(i) ? rotary : linear) += way * way;
     }
     *linear = sqrt(*linear);
     *rotary = sqrt(*rotary);

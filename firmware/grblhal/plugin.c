@@ -11,6 +11,8 @@
 
 static on_execute_realtime_ptr on_execute_realtime;
 static on_jog_cancel_ptr on_jog_cancel;
+static on_probe_start_ptr on_probe_start;
+static on_probe_completed_ptr on_probe_completed;
 static on_report_options_ptr on_report_options;
 static user_mcode_execute_ptr execute_mcode;
 
@@ -26,6 +28,19 @@ static void jog_cancel(sys_state_t state)
     txa_motion_cancel();
     if (on_jog_cancel != NULL)
         on_jog_cancel(state);
+}
+
+static bool probe_start(axes_signals_t axes, float *target, plan_line_data_t *data)
+{
+    txa_motion_probes(data);
+    return on_probe_start == NULL || on_probe_start(axes, target, data);
+}
+
+static void probe_completed(void)
+{
+    txa_motion_probes(NULL);
+    if (on_probe_completed != NULL)
+        on_probe_completed();
 }
 
 static void report_options(bool newopt)
@@ -64,6 +79,11 @@ static void start(void *data)
     grbl.on_execute_realtime = execute_realtime;
     on_jog_cancel = grbl.on_jog_cancel;
     grbl.on_jog_cancel = jog_cancel;
+    on_probe_start = grbl.on_probe_start;
+    grbl.on_probe_start = probe_start;
+    on_probe_completed = grbl.on_probe_completed;
+    grbl.on_probe_completed = probe_completed;
+    txa_motion_limits(true);
     if ((execute_mcode = grbl.user_mcode.execute) != NULL)
         grbl.user_mcode.execute = mcode;
     txa_load_and_say();
@@ -76,6 +96,7 @@ static void start(void *data)
 void trueaxis_init(void)
 {
     txa_cartesian(&kinematics);
+    txa_motion_limits(false);
     on_report_options = grbl.on_report_options;
     grbl.on_report_options = report_options;
     txa_commands();

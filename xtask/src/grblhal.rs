@@ -5,8 +5,8 @@ use crate::process::{root, run};
 use crate::{files, firmware_crate};
 use std::process::Command;
 
-/// Numbers of axes of the controllers: the second lacks axes of some of the blobs.
-const AXES: [u32; 2] = [6, 3];
+/// Numbers of axes of the controllers: all but the first lack axes of some of the blobs.
+const AXES: [u32; 4] = [6, 5, 4, 3];
 
 /// # Errors
 /// If something does not compile without warnings, or fails.

@@ -73,7 +73,11 @@ fn command(folder: &Path) -> Result<Vec<u8>, String> {
     let words = "rustc -q --profile web -p trueaxis-cli --bin trueaxis --target";
     // Identification needs more stack than the usual 1 MB.
     let stack = "-Clink-arg=-zstack-size=8388608";
-    run(cargo().args(words.split(' ')).args([TRIPLE, "--", stack]))?;
+    // Panics say their lines in builds that are debugged.
+    let mut build = cargo();
+    build.env("RUSTC_BOOTSTRAP", "1");
+    build.env("RUSTFLAGS", "-Zlocation-detail=none");
+    run(build.args(words.split(' ')).args([TRIPLE, "--", stack]))?;
     let built = target(TRIPLE).join("web/trueaxis.wasm");
     let small = folder.join("trueaxis.wasm");
     // What every browser unpacks, 4 % smaller than by gzip.

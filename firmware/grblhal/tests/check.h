@@ -77,5 +77,7 @@ void events(void);
 void kinematics_within(void);
 void feeds(void);
 void inputs(void);
+void probing(void);
+void jogs(void);
 
 #endif

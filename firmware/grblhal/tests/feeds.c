@@ -107,10 +107,10 @@ static void soft_limits_hold(void)
     start_corrected(blob("huron-13"));
     float to[N_AXIS] = {0}, motors[N_AXIS];
     for (size_t i = 0; i < N_AXIS; i++) {
-        soft_lower[i] = i < 3 ? -350.0f : -400.0f;
-        soft_upper[i] = i < 3 ? 350.0f : 400.0f;
+        sys.work_envelope.max.values[i] = i < 3 ? 350.0f : 400.0f;
+        sys.work_envelope.min.values[i] = -sys.work_envelope.max.values[i];
     }
-    soft_limits = true;
+    sys.soft_limits.mask = (uint8_t)(bit(N_AXIS) - 1);
     for (int moves = 0; moves < 100; moves++) {
         size_t first = planned;
         for (size_t i = 0; i < 3; i++)
@@ -123,7 +123,7 @@ static void soft_limits_hold(void)
                 CHECK(fabsf(blocks[k].plan.target_mm[i]) <= 350.0f, "the correction leads out of the travel");
         size_t before = planned;
         to[moves % 3] = 350.01f;
-        CHECK(!line_to(to, 5000) && planned == before, "beyond the travel");
+        CHECK(!line_to(to, 5000) && planned == before && alarm == 2, "beyond the travel");
         /* grblHAL stops here with an alarm, and a reset. */
         execute();
         for (size_t i = 0; i < N_AXIS; i++)
@@ -132,7 +132,6 @@ static void soft_limits_hold(void)
         for (size_t i = 0; i < N_AXIS; i++)
             CHECK(motors[i] == motor(i), "a reset moved an axis");
     }
-    soft_limits = false;
 }
 
 static void checking_changes_nothing(void)

@@ -11,6 +11,8 @@ int main(int count, char **words)
         return 2;
     read_blobs(words[1]);
     refused();
+    probing();
+    jogs();
 #if N_AXIS == 6
     inputs();
     exact();

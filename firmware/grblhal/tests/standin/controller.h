@@ -1,4 +1,5 @@
-/* A controller to test the plugin with: it plans and executes lines as grblHAL documents for its plugins.
+/* A controller to test the plugin with: it plans and executes lines as the core of grblHAL does (August 2026). Each
+ * function says in controller.c which functions of the core it repeats.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers
@@ -23,13 +24,21 @@ extern size_t planned, executed;
 extern void (*meanwhile)(size_t block);
 /* Set by that action: the line ends there without a report by a later call; a reset follows. */
 extern bool aborted;
+/* Blocks of the planner ($398). */
+extern uint_fast16_t buffer_size;
 /* The data of the last line, in their final state. */
 extern plan_line_data_t last_data;
 /* Axis positions after homing. */
 extern float home_at[N_AXIS];
-/* The ends of the travel, uncorrected, and whether they are checked. */
-extern float soft_lower[N_AXIS], soft_upper[N_AXIS];
-extern bool soft_limits;
+/* The last alarm: 2 soft limit, 4 the probe is triggered already, 5 it was not triggered; 0: none. */
+extern int alarm;
+/* A wall that triggers the probe: the motor of this axis is at least this far in direction `sign`; 0: there is none. */
+struct wall {
+    size_t axis;
+    float at;
+    int sign;
+};
+extern struct wall wall;
 /* The existing file; null if there is none. */
 extern const void *file_bytes;
 extern size_t file_size;
@@ -43,6 +52,12 @@ void set_state(sys_state_t to);
 /* A line as with G1 (mm/min), G0 (feed 0), or as specified in `data`. Returns false if refused by the soft limits. */
 bool line_to(const float *target, float feed);
 bool line(const float *target, plan_line_data_t data);
+/* The same as with `$J=`. */
+bool jog_to(const float *target, float feed);
+/* The character 0x85. */
+void jog_cancel(void);
+/* G38.2 and G38.4, or G38.3 and G38.5, which are no error without contact. */
+bool probe_to(const float *target, float feed, bool no_error);
 /* Executes everything, or up to a fraction of one block; then the controller is at rest. */
 void execute(void);
 void execute_to(size_t block, double share);

@@ -4,6 +4,7 @@
 mod ahead;
 mod arguments;
 mod expand;
+mod inlined;
 mod scratch;
 mod screen;
 
@@ -90,16 +91,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Some(expand::Program::new(arguments, &rules)?),
         false => None,
     };
-    let program = match &expanded {
-        Some(expanded) => expanded.path(),
-        None => arguments.program.as_path(),
+    let inlined = inlined::Program::new(arguments, &rules)?;
+    let program = match (&expanded, &inlined) {
+        (Some(expanded), _) => expanded.path(),
+        (None, Some(inlined)) => inlined.path(),
+        (None, None) => arguments.program.as_path(),
     };
-    let bad_program = |error: &StreamError| match (&expanded, error) {
-        (Some(expanded), StreamError::Refused(refusal)) => bad_program(
-            &arguments.program,
-            &StreamError::Refused(expanded.refusal(refusal)),
-        ),
-        _ => bad_program(&arguments.program, error),
+    let bad_program = |error: &StreamError| {
+        let refusal = match (&expanded, &inlined, error) {
+            (Some(expanded), _, StreamError::Refused(refusal)) => expanded.refusal(refusal),
+            (None, Some(inlined), StreamError::Refused(refusal)) => inlined.refusal(refusal),
+            _ => return bad_program(&arguments.program, error),
+        };
+        bad_program(&arguments.program, &StreamError::Refused(refusal))
     };
     let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
@@ -218,6 +222,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let Some(expanded) = &expanded {
         expanded.relabel(&mut corrector.report, found.as_mut());
     }
+    if let Some(inlined) = &inlined {
+        inlined.relabel(&mut corrector.report, found.as_mut());
+    }
     let report: &Report = &corrector.report;
     let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
@@ -237,6 +244,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } else {
         if let Some(expanded) = &expanded {
             files::print(&expanded.note())?;
+        }
+        if let Some(inlined) = &inlined {
+            files::print(&inlined.note())?;
         }
         files::print(&screen::report(&arguments.output, report, &options))?;
         files::print(&lengths.note())?;

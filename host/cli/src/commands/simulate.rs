@@ -1,6 +1,8 @@
 //! `trueaxis simulate`
 
 mod ballbar;
+#[cfg(not(target_family = "wasm"))]
+mod controller;
 mod disturbed;
 mod observations;
 mod runs;
@@ -20,9 +22,10 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
 
-/// Simulate measurements of a machine with known errors
+/// Simulate measurements of a machine with known errors, or a controller
 ///
-/// Use it to try a strategy before measuring, or to test an identification against known values.
+/// Use it to try a strategy before measuring, to test an identification against known values, or to try a controller
+/// without a board.
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -38,6 +41,8 @@ enum What {
     Square(runs::Square),
     Ballbar(ballbar::Ballbar),
     Identifications(monte_carlo::Arguments),
+    #[cfg(not(target_family = "wasm"))]
+    Controller(controller::Controller),
 }
 
 /// Simulate probings: axis positions with the stylus on the balls
@@ -105,6 +110,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Square(square) => square.run(),
         What::Ballbar(ballbar) => ballbar.run(),
         What::Identifications(arguments) => monte_carlo::run(arguments),
+        #[cfg(not(target_family = "wasm"))]
+        What::Controller(controller) => controller.run(),
     }
 }
 

@@ -7,6 +7,7 @@ mod expanded;
 mod five_axes;
 mod hemisphere;
 mod mutations;
+mod posts;
 mod programs;
 mod random;
 mod random_cycles;

@@ -1692,3 +1692,15 @@ fn what_a_step_generator_without_headroom_leaves_of_a_circle_is_said() {
     );
     assert!(write.starts_with("STEPGEN_MAXACCEL = 2000"), "{write}");
 }
+
+#[test]
+fn corrections_come_in_after_homing_if_that_is_asked_for() {
+    let (folder, _) = with_backlash("BACKLASH = 0.03\n");
+    let hal = |name: &str, more: &[&str]| {
+        let (ini, to) = (folder.at("machine.ini"), folder.at(name));
+        trueaxis(&[&["linuxcnc", "setup", &ini, "-o", &to], more].concat());
+        std::fs::read_to_string(folder.at(&format!("{name}/trueaxis.hal"))).unwrap()
+    };
+    assert!(hal("asked", &["--enable-when-homed"]).ends_with("\nsetp trueaxis.enable 1\n"));
+    assert!(hal("usual", &[]).ends_with("\nsetp trueaxis.enable 0\n"));
+}

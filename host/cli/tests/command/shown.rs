@@ -6,6 +6,8 @@
 //! above that bit, except by `eval`, which prints every bit of the runtime; see [`EVAL`].
 
 use crate::program::{Folder, example, trueaxis};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
 use trueaxis_tests::shown::same;
 
 /// Permitted difference of corrections printed by `eval`, in mm or deg. Samples are f64 results rounded to f32, so
@@ -76,9 +78,45 @@ fn shown(path: &str) -> Vec<Shown> {
     found
 }
 
+/// A simulated controller, which runs beside the commands that follow it on its page.
+struct Controller {
+    child: Child,
+    /// Its port on the page, and the one that was free.
+    ports: [String; 2],
+}
+
+impl Controller {
+    /// Starts it; returns its first line as it would be with the page's port, too.
+    fn start(arguments: &[&str]) -> (Self, String) {
+        let at = arguments.iter().position(|word| *word == "--port").unwrap() + 1;
+        let shown = arguments[at].to_owned();
+        let mut arguments = arguments.to_vec();
+        arguments[at] = "tcp:127.0.0.1:0";
+        let mut command = Command::new(env!("CARGO_BIN_EXE_trueaxis"));
+        let command = command.args(arguments).stdout(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let mut first = String::new();
+        let mut out = BufReader::new(child.stdout.take().unwrap());
+        out.read_line(&mut first).unwrap();
+        // Its further lines are read by nobody, and must not stop it.
+        std::thread::spawn(move || std::io::copy(&mut out, &mut std::io::sink()));
+        let (free, _) = first.split_once(": ").unwrap();
+        let ports = [shown, free.to_owned()];
+        let line = first.replace(&ports[1], &ports[0]);
+        (Self { child, ports }, line)
+    }
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 /// Runs the commands of a page, in a folder with the files of earlier commands.
 #[track_caller]
-fn check(folder: &Folder, shown: &Shown) {
+fn check(folder: &Folder, controller: &mut Option<Controller>, shown: &Shown) {
     let Shown {
         place,
         words,
@@ -93,19 +131,33 @@ fn check(folder: &Folder, shown: &Shown) {
     let local = |word: &String| match word.strip_prefix("examples/") {
         Some(path) => example(path),
         None if word.parse::<f64>().is_ok() => word.clone(),
+        None if word.starts_with("tcp:") => match &controller {
+            Some(controller) if controller.ports[0] == *word => controller.ports[1].clone(),
+            _ => word.clone(),
+        },
         None if word.contains('.') && !word.starts_with('-') => folder.at(word),
         None => word.clone(),
     };
     let arguments: Vec<String> = arguments.iter().map(local).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let output = trueaxis(&arguments);
-    let printed = match output.status.code() {
-        Some(0) => output.stdout,
-        _ => output.stderr,
+    let printed = if arguments[..2] == ["simulate", "controller"] {
+        let (started, line) = Controller::start(&arguments);
+        *controller = Some(started);
+        line
+    } else {
+        let output = trueaxis(&arguments);
+        let printed = match output.status.code() {
+            Some(0) => output.stdout,
+            _ => output.stderr,
+        };
+        String::from_utf8(printed).unwrap()
     };
     // Pages show files by their name only.
     let here = format!("{}/", folder.path().display());
-    let printed = String::from_utf8(printed).unwrap().replace(&here, "");
+    let mut printed = printed.replace(&here, "");
+    if let Some(Controller { ports, .. }) = controller {
+        printed = printed.replace(&ports[1], &ports[0]);
+    }
     let printed = printed.replace(&example(""), "examples/");
     let least = if arguments[0] == "eval" { EVAL } else { 0.0 };
     let mut printed_lines = printed.trim_end().lines();
@@ -142,8 +194,9 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
         folder.file("errors.toml", errors.replace("EA0Z", "EA0Q"));
         let commands = shown(path);
         count += commands.len();
+        let mut controller = None;
         for command in &commands {
-            check(&folder, command);
+            check(&folder, &mut controller, command);
         }
     }
     // A change of the pages must not leave this test without anything to check.

@@ -6,5 +6,6 @@ mod control;
 mod hosts;
 mod lossy;
 mod served;
+mod simulated;
 mod specimen;
 mod wire;

@@ -219,11 +219,13 @@ impl Check<'_> {
                 };
                 let until = *until as usize;
                 self.holes(before, cycle, written, [holes, until])?;
+                // All holes of the line are in its segments, and may be written as several cycles.
+                let planned = match holes {
+                    0 => &segments[..],
+                    _ => &[],
+                };
                 holes = until;
-                let took = [
-                    &segments[..],
-                    &after.segments(&Move::Cycle(written.clone())),
-                ];
+                let took = [planned, &after.segments(&Move::Cycle(written.clone()))];
                 for (which, segments) in took.into_iter().enumerate() {
                     let parts = segments.iter();
                     let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();

@@ -3,10 +3,13 @@
 mod fanuc;
 mod grbl;
 mod grblhal;
+mod haas;
 mod linuxcnc;
+mod siemens;
 
 use super::axes::{self, NOTHING, PerLetter};
 use super::codes::{self, Code, Machine};
+use super::modal::Motion;
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,9 +25,26 @@ pub enum Dialect {
     /// grblHAL: Grbl with canned cycles, tool lengths and feeds per revolution.
     #[cfg_attr(feature = "clap", value(name = "grblhal", help = None))]
     GrblHal,
-    /// Fanuc, Haas and their kin.
+    /// Fanuc and its kin.
     #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
+    /// Haas.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Haas,
+    /// Sinumerik in its own language.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Siemens,
+}
+
+/// In which unit an F counts that stands in a line with another unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedUnit {
+    /// In the unit before the line.
+    Before,
+    /// In the unit of the line.
+    After,
+    /// Controllers differ.
+    Unknown,
 }
 
 /// How words of a wrapped rotary axis turn it.
@@ -62,6 +82,18 @@ pub struct Table {
     pub counts_words_alone: bool,
     /// True if a length needs a point.
     pub needs_points: bool,
+    /// Decimals of words in mm and degrees that the controller reads; inches have one more. `None`: any number.
+    pub decimals: Option<usize>,
+    /// The motion that holds before the first line, if that is the same on every machine.
+    pub starts_in: Option<Motion>,
+    /// F beside another unit.
+    pub feed_unit: FeedUnit,
+    /// True if lines may ask for settings: `$$`, `?`.
+    pub asks: bool,
+    /// True if M98 and M97 call subprograms that may stand in the file.
+    pub calls: bool,
+    /// True for the words of a Sinumerik that are no letter and number: `T="…"`, `CR=`, TRAORI.
+    pub has_names: bool,
     /// True if `;` may end a block.
     pub semicolon_ends_block: bool,
     /// Lines behind the end.
@@ -128,6 +160,12 @@ impl Table {
         longest_line: 255,
         counts_words_alone: false,
         needs_points: false,
+        decimals: None,
+        starts_in: None,
+        feed_unit: FeedUnit::Unknown,
+        asks: false,
+        calls: false,
+        has_names: false,
         semicolon_ends_block: false,
         after_end: AfterEnd::Nothing,
         feed_counts_all: true,
@@ -173,6 +211,8 @@ impl Dialect {
             Self::Grbl => &grbl::TABLE,
             Self::GrblHal => &grblhal::TABLE,
             Self::Fanuc => &fanuc::TABLE,
+            Self::Haas => &haas::TABLE,
+            Self::Siemens => &siemens::TABLE,
         }
     }
 
@@ -227,6 +267,8 @@ mod tests {
             Dialect::Grbl,
             Dialect::GrblHal,
             Dialect::Fanuc,
+            Dialect::Haas,
+            Dialect::Siemens,
         ] {
             let table = dialect.table();
             for (k, (tenths, code)) in table.g.iter().enumerate() {

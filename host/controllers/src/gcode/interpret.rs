@@ -149,7 +149,7 @@ pub(super) fn bits(mask: u16) -> impl Iterator<Item = usize> {
 
 /// A whole number that is not negative.
 fn whole(word: &Word) -> Result<u32, Fault> {
-    if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e6 {
+    if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e8 {
         return Ok(word.value as u32);
     }
     Err(Fault::new(
@@ -160,7 +160,7 @@ fn whole(word: &Word) -> Result<u32, Fault> {
 }
 
 /// True if nothing in the line moves anything or changes a mode.
-fn is_neutral(block: &Block, rules: &Rules) -> bool {
+pub(super) fn is_neutral(block: &Block, rules: &Rules) -> bool {
     block.words.iter().all(|word| match word.letter {
         b'N' | b'S' => true,
         _ => word.machine(rules.dialect) == Some(Machine::Neutral),

@@ -30,6 +30,7 @@ pub mod report;
 pub mod setup;
 pub mod state;
 pub mod stream;
+pub mod subprograms;
 mod tables;
 mod tip;
 pub mod trace;

@@ -18,6 +18,9 @@ use trueaxis_model::machine::Machine;
 use trueaxis_tables::reversal::{Reversal, reversals};
 use trueaxis_tables::validate::Runtime;
 
+/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
+pub(super) const SLOPE: f64 = 0.02;
+
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

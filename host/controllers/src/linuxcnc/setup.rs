@@ -1,6 +1,6 @@
 //! HAL lines that install the component in a configuration, and a first description of the machine.
 
-use super::check::Finding;
+use super::check::{Finding, SLOPE};
 use super::configuration::{Configuration, Joint};
 use super::imported::{self, Import, Motion};
 use super::install::PANEL;
@@ -39,6 +39,8 @@ pub struct Known<'a> {
     pub blob: &'a str,
     /// Letters of the linear axes that move the table, if known; the others move the spindle.
     pub table: Option<&'a str>,
+    /// Corrections come in whenever the axes are homed; otherwise the operator switches them on.
+    pub enabled: bool,
     /// From the pivot of a head to the nose of its spindle (mm), if known.
     pub pivot: Option<f64>,
 }
@@ -52,9 +54,7 @@ pub fn setup(
     imports: &[Import],
     findings: &[Finding],
 ) -> Setup {
-    let Known {
-        name, blob, table, ..
-    } = known;
+    let Known { name, table, .. } = known;
     let (mut entries, mut tip) = entries(configuration);
     if let Some(pivot) = known.pivot {
         tip = rounded(-pivot);
@@ -70,7 +70,7 @@ pub fn setup(
     });
     let motions: Vec<Motion> = motions.collect();
     Setup {
-        hal: hal(configuration, blob, &entries, findings),
+        hal: hal(configuration, known, &entries, findings),
         machine: machine(configuration, name, &entries, tip, unsure),
         errors: imported::errors(configuration, name, &motions, imports),
     }
@@ -78,10 +78,11 @@ pub fn setup(
 
 fn hal(
     configuration: &Configuration,
-    blob: &str,
+    known: Known<'_>,
     entries: &[Entry],
     findings: &[Finding],
 ) -> String {
+    let blob = known.blob;
     let hal = &configuration.hal;
     let letters = configuration.module.letters.chars();
     let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
@@ -127,8 +128,16 @@ fn hal(
             "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length"
         ),
     };
-    text += "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\
-             # They come in slowly, once the axes are homed.\nsetp trueaxis.enable 0\n";
+    text += match known.enabled {
+        false => {
+            "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\
+             # They come in slowly, once the axes are homed.\nsetp trueaxis.enable 0\n"
+        }
+        true => {
+            "\n# The corrections come in slowly whenever the axes are homed; the panel and `trueaxis control --hal disable`\n\
+             # switch them off.\nsetp trueaxis.enable 1\n"
+        }
+    };
     text
 }
 
@@ -352,8 +361,6 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     text
 }
 
-/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
-pub(super) const SLOPE: f64 = 0.02;
 /// The least acceleration (mm/s², deg/s²) that the file takes; a ramp of the corrections is faster.
 const LEAST_REVERSAL: f64 = 0.001;
 

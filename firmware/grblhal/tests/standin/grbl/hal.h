@@ -1,5 +1,6 @@
 /* A stand-in for the interface of grblHAL, to compile and test the plugin with: names, types and meaning as
- * grblHAL documents them, and only what the plugin uses. It is not part of grblHAL, and nothing of it is here.
+ * in grblHAL, and only what the plugin uses. It is not part of grblHAL, and nothing of it is here. Comments name the
+ * files of its core (August 2026) that a declaration follows.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers
@@ -47,7 +48,10 @@ typedef struct {
         float steps_per_mm, max_rate, acceleration;
     } axis[N_AXIS];
     struct {
+#if N_AXIS > 3 /* settings.h, stepper_settings_t */
         axes_signals_t is_rotary;
+#endif
+        uint16_t idle_lock_time;
     } steppers;
     struct {
         uint16_t rotary_fix_enable : 1, revert_metric_conversion : 1;
@@ -69,8 +73,14 @@ typedef uint_fast16_t sys_state_t;
 #define STATE_ESTOP bit(8)
 #define STATE_TOOL_CHANGE bit(9)
 typedef struct {
-    int32_t position[N_AXIS];
-    axes_signals_t homed;
+    coord_data_t min, max;
+} work_envelope_t;
+typedef enum { Probing_Off = 0, Probing_Active } probing_state_t;
+typedef struct {
+    int32_t position[N_AXIS], probe_position[N_AXIS];
+    axes_signals_t homed, soft_limits;
+    work_envelope_t work_envelope; /* of homed axes */
+    volatile probing_state_t probing_state;
 } system_t;
 extern system_t sys;
 sys_state_t state_get(void);
@@ -100,7 +110,8 @@ typedef struct {
 /* The planner. */
 typedef struct {
     struct {
-        uint16_t rapid_motion : 1, jog_motion : 1, no_feed_override : 1, inverse_time : 1, units_per_rev : 1;
+        uint16_t rapid_motion : 1, jog_motion : 1, no_feed_override : 1, inverse_time : 1, units_per_rev : 1, target_valid : 1,
+            target_validated : 1;
     } condition;
     struct {
         struct {
@@ -174,6 +185,9 @@ size_t vfs_read(void *buffer, size_t size, size_t count, vfs_file_t *file);
 void vfs_close(vfs_file_t *file);
 
 /* Entries. */
+typedef bool (*travel_limits_ptr)(float *target, axes_signals_t axes, bool is_cartesian, work_envelope_t *envelope);
+typedef bool (*on_probe_start_ptr)(axes_signals_t axes, float *target, plan_line_data_t *pl_data);
+typedef void (*on_probe_completed_ptr)(void);
 typedef void (*on_report_options_ptr)(bool newopt);
 typedef void (*on_execute_realtime_ptr)(sys_state_t state);
 typedef void (*on_jog_cancel_ptr)(sys_state_t state);
@@ -182,6 +196,9 @@ typedef struct {
     on_report_options_ptr on_report_options;
     on_execute_realtime_ptr on_execute_realtime;
     on_jog_cancel_ptr on_jog_cancel;
+    on_probe_start_ptr on_probe_start;
+    on_probe_completed_ptr on_probe_completed;
+    travel_limits_ptr check_travel_limits;
     struct {
         user_mcode_execute_ptr execute;
     } user_mcode;

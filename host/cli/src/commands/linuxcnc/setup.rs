@@ -44,6 +44,9 @@ pub struct Arguments {
     /// Path of the compensation as written in HAL, from the folder of the INI file
     #[arg(long, value_name = "FILE.trax", default_value = "machine.trax")]
     file: String,
+    /// Switch the corrections on whenever the axes are homed (default: the operator does)
+    #[arg(long)]
+    enable_when_homed: bool,
     /// Write the lines for component and panel into the INI file; its old contents stay in MACHINE.ini.before-trueaxis
     #[arg(long)]
     install: bool,
@@ -109,6 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         name,
         blob: &arguments.file,
         table: table.as_deref(),
+        enabled: arguments.enable_when_homed,
         pivot: arguments.pivot,
     };
     let Setup {

@@ -52,6 +52,9 @@ pub struct Arguments {
     /// Balls on the table that can be probed
     #[arg(long, value_name = "artefact.toml")]
     balls: Option<PathBuf>,
+    /// Switch the corrections on whenever the axes are homed (default: the operator does)
+    #[arg(long)]
+    enable_when_homed: bool,
     /// Head of a five-axis mill: from its pivot to the nose of its spindle, in mm
     #[arg(long, value_name = "mm", value_parser = positive)]
     pivot: Option<f64>,
@@ -343,9 +346,13 @@ impl Arguments {
             }
             None => lines += &format!("{}: has the component already\n", ini.display()),
         }
-        lines += &format!(
-            "next: linuxcnc {shown}, home, look at the corrections, then press Enable in the tab Compensation\n"
-        );
+        let switched_on = match self.enable_when_homed {
+            true => "home: the corrections come in",
+            false => {
+                "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
+            }
+        };
+        lines += &format!("next: linuxcnc {shown}, {switched_on}\n");
         if let Some(balls) = &self.balls {
             lines += &format!("then, with the balls: {}\n", calibrate(&of_machine, balls));
         }
@@ -434,6 +441,9 @@ impl Arguments {
         };
         if !table.is_empty() {
             words.extend(["--table".to_owned(), table]);
+        }
+        if self.enable_when_homed {
+            words.push("--enable-when-homed".to_owned());
         }
         if let Some(unknown) = unknown_pivot(configuration) {
             let pivot = match self.pivot {

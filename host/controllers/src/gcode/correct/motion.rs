@@ -87,10 +87,12 @@ impl<'a> Corrector<'a> {
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
     pub(super) fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
-        if !block.has_codes && block.word(b'T').is_none() {
+        let dialect = self.rules.dialect;
+        // A Sinumerik's D is an offset.
+        let has_edge = dialect.table().has_names && block.word(b'D').is_some();
+        if !block.has_codes && block.word(b'T').is_none() && !has_edge {
             return Ok(());
         }
-        let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
             let code = word.code(dialect);
             code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
@@ -98,6 +100,7 @@ impl<'a> Corrector<'a> {
         let changes = |word: &&Word| match word.letter {
             b'G' => !is_motion(word),
             b'M' | b'T' => true,
+            b'D' => has_edge,
             _ => false,
         };
         if !block.words.iter().any(|w| changes(&w)) {

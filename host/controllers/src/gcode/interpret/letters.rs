@@ -134,11 +134,11 @@ fn is_time(asked: &Asked<'_>, word: &Word) -> bool {
     matches!(asked.once, Some((Code::Dwell, _))) && matches!(word.letter, b'X' | b'U')
 }
 
-/// A length of Fanuc's must have a point, unless it counts least increments.
+/// A length of Fanuc's must have a point, unless the setup says what one without counts.
 fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fault> {
     let rules = asked.rules;
     let lacks = rules.dialect.table().needs_points
-        && !rules.least_increments
+        && rules.setup.decimals.is_none()
         && !word.point
         && word.value != 0.0;
     match is_length && lacks {
@@ -147,7 +147,7 @@ fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fa
             word.span(),
             "a length without a decimal point: Fanuc controllers take it for mm or for least \
              increments, as a parameter says",
-            "write a decimal point, or say --least-increment if such words count 1 µm",
+            "write a decimal point, or give the setup decimals = \"calculator\" if X100 is 100 mm there, \"least\" if it is 0.1 mm",
         )),
     }
 }

@@ -1,8 +1,7 @@
 //! Checks the joints of the INI file: compensated twice, limits, headroom.
 
-use super::{Checked, Joint};
+use super::{Checked, Joint, SLOPE};
 use crate::linuxcnc::configuration::Configuration;
-use crate::linuxcnc::setup::SLOPE;
 use trueaxis::Direction;
 use trueaxis_tables::compile::REVERSAL;
 use trueaxis_tables::reversal::Reversal;
@@ -219,10 +218,15 @@ impl Checked<'_> {
             return;
         };
         let number = |key: &str| configuration.number(joint.number, key);
-        let (Some(entry), Some(most)) = (
-            configuration.of_joint(joint.number, "MAX_ACCELERATION"),
-            number("MAX_ACCELERATION"),
-        ) else {
+        let Some(entry) = configuration.of_joint(joint.number, "MAX_ACCELERATION") else {
+            return;
+        };
+        let Some(most) = number("MAX_ACCELERATION").filter(|most| *most > 0.0) else {
+            self.warn(
+                &entry.place.clone(),
+                format!("MAX_ACCELERATION of joint {} is `{}`, which cannot be compared with the reversals of {letter}", joint.number, entry.value),
+                "MAX_ACCELERATION = a number".to_owned(),
+            );
             return;
         };
         let asked = reversal.acceleration / configuration.unit(joint);

@@ -113,6 +113,7 @@ impl Corrector<'_> {
             if word.letter == b'F' {
                 if let Some(feed) = wording.feed {
                     said.feed = true;
+                    let feed = feed / self.nominal.feed_unit;
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
                         let point = self.point();
