@@ -24,8 +24,8 @@ use trueaxis_model::machine::Machine;
 ///
 /// Asks for the INI file, which axes move the table, and for readings of a glass scale, a square and a dial; an empty
 /// answer means that there is none. Writes the HAL lines, machine.toml and errors.toml, compiles machine.trax, checks
-/// it, and ends with the next command. Every step is a command that it shows. Nothing is replaced or written into the
-/// INI file before it has asked. Whatever an option says is not asked.
+/// it, writes the INI file last, and ends with the next command. If anything is refused, every file is as it was. Nothing
+/// is replaced or written into the INI file before it has asked. Whatever an option says is not asked.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  trueaxis linuxcnc start\n  \
 trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=4 --install --yes\n\n\
