@@ -274,6 +274,9 @@ impl Arguments {
         };
         let singles = self.singles(&described, imports)?;
         if singles.is_empty() && imports.is_empty() {
+            if let Some(changed) = installs.filter(|_| writes) {
+                changed.write(ini)?;
+            }
             return self.without(ini, &machine, &errors, &blob);
         }
         let imported = match is_new && errors.exists() {
@@ -328,13 +331,12 @@ impl Arguments {
         }
         let shown = quoted(ini.display());
         match &installs {
-            Some(Changed { before, copy, text }) if writes => {
-                files::write(copy, before.as_bytes())?;
-                files::write(ini, text.as_bytes())?;
+            Some(changed) if writes => {
+                changed.write(ini)?;
                 lines += &format!(
                     "{}: with component and panel; what it was is in {}\n",
                     ini.display(),
-                    copy.display()
+                    changed.copy.display()
                 );
             }
             Some(_) => {
