@@ -18,7 +18,7 @@ use trueaxis_tables::validate::Runtime;
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc check mill.ini mill.trax --machine machine.toml\n\n\
-HAL files that are programs (.tcl) are not read."
+HAL files that are programs (.tcl) are refused, unless --running reads the HAL that runs."
 )]
 pub struct Arguments {
     /// The INI file of the machine

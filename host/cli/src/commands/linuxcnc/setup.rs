@@ -155,9 +155,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let letters = configuration.module.letters.clone();
     let mut files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
-    if let Some(Changed { before, copy, text }) = &changed {
-        files::write(copy, before.as_bytes())?;
-        files::write(ini, text.as_bytes())?;
+    if let Some(changed) = &changed {
+        changed.write(ini)?;
     }
     if arguments.json {
         files.extend(changed.map(|changed| changed.copy));
@@ -221,10 +220,18 @@ impl Arguments {
 /// An INI file with the lines for component and panel.
 pub struct Changed {
     /// What it was.
-    pub before: String,
+    before: String,
     /// Where that stays.
     pub copy: PathBuf,
     pub text: String,
+}
+
+impl Changed {
+    /// Keeps the old contents, then writes the new ones.
+    pub fn write(&self, ini: &Path) -> Result<(), BadInput> {
+        files::write(&self.copy, self.before.as_bytes())?;
+        files::write(ini, self.text.as_bytes())
+    }
 }
 
 fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {

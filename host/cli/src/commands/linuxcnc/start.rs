@@ -24,8 +24,8 @@ use trueaxis_model::machine::Machine;
 ///
 /// Asks for the INI file, which axes move the table, and for readings of a glass scale, a square and a dial; an empty
 /// answer means that there is none. Writes the HAL lines, machine.toml and errors.toml, compiles machine.trax, checks
-/// it, and ends with the next command. Every step is a command that it shows. Nothing is replaced or written into the
-/// INI file before it has asked. Whatever an option says is not asked.
+/// it, writes the INI file last, and ends with the next command. If anything is refused, every file is as it was. Nothing
+/// is replaced or written into the INI file before it has asked. Whatever an option says is not asked.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  trueaxis linuxcnc start\n  \
 trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=4 --install --yes\n\n\
@@ -274,6 +274,9 @@ impl Arguments {
         };
         let singles = self.singles(&described, imports)?;
         if singles.is_empty() && imports.is_empty() {
+            if let Some(changed) = installs.filter(|_| writes) {
+                changed.write(ini)?;
+            }
             return self.without(ini, &machine, &errors, &blob);
         }
         let imported = match is_new && errors.exists() {
@@ -328,13 +331,12 @@ impl Arguments {
         }
         let shown = quoted(ini.display());
         match &installs {
-            Some(Changed { before, copy, text }) if writes => {
-                files::write(copy, before.as_bytes())?;
-                files::write(ini, text.as_bytes())?;
+            Some(changed) if writes => {
+                changed.write(ini)?;
                 lines += &format!(
                     "{}: with component and panel; what it was is in {}\n",
                     ini.display(),
-                    copy.display()
+                    changed.copy.display()
                 );
             }
             Some(_) => {
@@ -346,9 +348,13 @@ impl Arguments {
             }
             None => lines += &format!("{}: has the component already\n", ini.display()),
         }
-        lines += &format!(
-            "next: linuxcnc {shown}, home, look at the corrections, then press Enable in the tab Compensation\n"
-        );
+        let switched_on = match self.enable_when_homed {
+            true => "home: the corrections come in",
+            false => {
+                "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
+            }
+        };
+        lines += &format!("next: linuxcnc {shown}, {switched_on}\n");
         if let Some(balls) = &self.balls {
             lines += &format!("then, with the balls: {}\n", calibrate(&of_machine, balls));
         }
