@@ -465,13 +465,18 @@ impl<'a> Calibration<'a> {
             before,
             after,
             expected_um,
+            ref unseen,
             ..
         } = validation;
+        let predicted = match unseen.is_empty() {
+            true => "predicted, at most",
+            false => "predicted of what was measured",
+        };
         files::print(&format!(
             "\nvalidation at {} other positions    rms (µm)   largest\n  \
              before                           {:>9.2} {:>9.2}\n  \
              after                            {:>9.2} {:>9.2}\n  \
-             predicted, at most               {:>9.2}\n",
+             {predicted:<32} {:>9.2}\n",
             validation.probings,
             before.rms_um,
             before.largest_um,
@@ -479,6 +484,13 @@ impl<'a> Calibration<'a> {
             after.largest_um,
             expected_um
         ))?;
+        if !unseen.is_empty() {
+            files::print(&format!(
+                "not measured, and not in the prediction: {}; {} says what would show each\n",
+                unseen.join(", "),
+                self.text("errors.toml")
+            ))?;
+        }
         if !validation.is_kept {
             files::print(match after.rms_um < before.rms_um {
                 true => "the machine is better, but not as good as predicted\n",
@@ -520,7 +532,9 @@ impl<'a> Calibration<'a> {
         let identified = identify(&problem, trueaxis_measure::identify::Options::default())
             .map_err(|error| BadInput::new(format!("{}: {error}", text.name), error.remedy()))?;
         let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
+        let band = band.map_or(0.0, |band| {
+            band.zone.unwrap_or(band.travel).translation_um.mean
+        });
         let scatter = |probings: &Probings| {
             let apart = scatters(machine, probings, &artefact, &perfect, &identified.stylus);
             let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
@@ -540,6 +554,7 @@ impl<'a> Calibration<'a> {
             probing_um: probing,
             band_um: band,
             expected_um: expected,
+            unseen: errors.unseen.keys().map(Parameter::to_string).collect(),
             is_kept: after.rms_um < before.rms_um && after.rms_um <= expected,
         })
     }
