@@ -570,13 +570,18 @@ impl<'a> Calibration<'a> {
             before,
             after,
             expected_um,
+            ref unseen,
             ..
         } = validation;
+        let predicted = match unseen.is_empty() {
+            true => "predicted, at most",
+            false => "predicted of what was measured",
+        };
         files::print(&format!(
             "\nvalidation at {} other positions    rms (µm)   largest\n  \
              before                           {:>9.2} {:>9.2}\n  \
              after                            {:>9.2} {:>9.2}\n  \
-             predicted, at most               {:>9.2}\n",
+             {predicted:<32} {:>9.2}\n",
             validation.probings,
             before.rms_um,
             before.largest_um,
@@ -584,6 +589,13 @@ impl<'a> Calibration<'a> {
             after.largest_um,
             expected_um
         ))?;
+        if !unseen.is_empty() {
+            files::print(&format!(
+                "not measured, and not in the prediction: {}; {} says what would show each\n",
+                unseen.join(", "),
+                self.text("errors.toml")
+            ))?;
+        }
         if !validation.is_kept {
             let sure = gain.is_some_and(Gain::is_sure);
             files::print(&match (after.rms_um < before.rms_um, sure, gain) {
@@ -646,7 +658,9 @@ impl<'a> Calibration<'a> {
     /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
     fn band(&self) -> Result<f64, BadInput> {
         let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
-        Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
+        Ok(band.map_or(0.0, |band| {
+            band.zone.unwrap_or(band.travel).translation_um.mean
+        }))
     }
 
     /// The judgement, and how much smaller the distances of the same rows have become (mm).
@@ -654,7 +668,8 @@ impl<'a> Calibration<'a> {
         let machine = &self.machine;
         let measured = self.measured()?;
         let perfect = ErrorModel::perfect(machine);
-        let parameters: Vec<Parameter> = self.errors()?.parameters.keys().copied().collect();
+        let errors = self.errors()?;
+        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
         let artefact = self.probed_artefact()?;
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         let identified = self.identified(&problem)?;
@@ -684,6 +699,7 @@ impl<'a> Calibration<'a> {
             probing_um: probing,
             band_um: band,
             expected_um: expected,
+            unseen: errors.unseen.keys().map(Parameter::to_string).collect(),
             is_kept: is_better && after.rms_um <= expected,
         };
         Ok((validation, gain))
