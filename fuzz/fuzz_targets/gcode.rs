@@ -25,6 +25,7 @@ const DIALECTS: [Dialect; 6] = [
     Dialect::Fanuc,
     Dialect::Haas,
     Dialect::Siemens,
+    Dialect::Printer,
 ];
 
 /// Sagitta of chords (mm): with 1 µm chords take most of the time without reaching other code.
@@ -165,6 +166,11 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
         dialect,
         setup: Setup {
             decimals: (least && dialect.table().needs_points).then_some(Decimals::Least),
+            systems: match dialect.table().systems_turn {
+                true => setup.systems.clone(),
+                // Others refuse a setup with a rotation.
+                false => [(1, zero), (2, zero), (101, zero)].into(),
+            },
             ..setup.clone()
         },
         axes: tables.axes,

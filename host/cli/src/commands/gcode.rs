@@ -51,7 +51,7 @@ fn bad_program(path: &Path, error: &StreamError) -> BadInput {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    files::prepare(&arguments.output, &arguments.inputs())?;
+    files::prepare(arguments.output(), &arguments.inputs())?;
     let options = arguments.options()?;
     let blob = files::read_blob(&arguments.compensation)?;
     let runtime =
@@ -179,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             check::check(original, corrected, &rules, &tables, tip, exact.as_ref(), options)
                 .map_err(|error| {
                     BadInput::new(
-                        format!("{}: {error}", arguments.output.display()),
+                        format!("{}: {error}", arguments.output().display()),
                         "nothing is written; this is a mistake of trueaxis: please report it with the program",
                     )
                 })
@@ -193,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             Some(_) => Err(std::io::Error::other("the check fails")),
         }
     };
-    let done = replace::replace_by(&arguments.output, write, accept);
+    let done = replace::replace_by(arguments.output(), write, accept);
     drop(bar);
     if let Some(error) = bad {
         return Err(error);
@@ -206,7 +206,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     done.map_err(|error| {
         BadInput::new(
-            format!("{}: cannot be written: {error}", arguments.output.display()),
+            format!("{}: cannot be written: {error}", arguments.output().display()),
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })?;
@@ -214,7 +214,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return Err(BadInput::new(
             format!(
                 "--check: {} cannot be read back",
-                arguments.output.display()
+                arguments.output().display()
             ),
             "write into a file",
         ));
@@ -233,7 +233,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     if arguments.json {
         let answer = screen::Answer::new(
-            &arguments.output,
+            arguments.output(),
             report,
             compensation,
             &lengths,
@@ -248,7 +248,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         if let Some(inlined) = &inlined {
             files::print(&inlined.note())?;
         }
-        files::print(&screen::report(&arguments.output, report, &options))?;
+        files::print(&screen::report(arguments.output(), report, &options))?;
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;

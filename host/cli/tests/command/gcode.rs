@@ -8,6 +8,7 @@ mod five_axes;
 mod hemisphere;
 mod mutations;
 mod posts;
+mod printer;
 mod programs;
 mod random;
 mod random_cycles;

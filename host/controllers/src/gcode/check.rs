@@ -287,6 +287,7 @@ fn differs(before: &State, after: &State) -> Option<&'static str> {
         (before.cutter == after.cutter, "cutter compensation"),
         (before.retract == after.retract, "G98 or G99"),
         (before.tip == after.tip, "tool-centre-point control"),
+        (before.extruder.agrees(&after.extruder), "what is extruded"),
         (before.spindle == after.spindle, "the spindle"),
         (before.tool == after.tool, "the tool"),
         (before.next_tool == after.next_tool, "the next tool"),

@@ -29,6 +29,7 @@ use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
 use piece::Piece;
+use write::Extrusion;
 
 /// Corrects a program.
 pub struct Corrector<'a> {
@@ -71,6 +72,8 @@ pub struct Corrector<'a> {
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
+    /// E of the line that is written, if that is divided.
+    extrusion: Option<Extrusion>,
     /// The first comment, until it is written.
     mark: Option<String>,
 }
@@ -156,6 +159,7 @@ impl<'a> Corrector<'a> {
             percent: 0,
             closed: false,
             joined: false,
+            extrusion: None,
             mark,
         })
     }
@@ -207,7 +211,7 @@ impl<'a> Corrector<'a> {
             )
         } else if self.nominal.ended {
             return Ok(());
-        } else if self.in_line {
+        } else if self.in_line && !self.rules.dialect.table().printer {
             (
                 "the program ends within a line, and without M2, M30 or %: it may be cut off",
                 "get the whole file; if this is all of it, end its last line, or end it with M2 or M30",
@@ -291,7 +295,7 @@ impl<'a> Corrector<'a> {
             return;
         }
         if let Some(mark) = self.mark.take() {
-            let [open, close]: [&[u8]; 2] = match self.rules.dialect.table().has_names {
+            let [open, close]: [&[u8]; 2] = match self.semicolons() {
                 true => [b";", b""],
                 false => [b"(", b")"],
             };
@@ -303,11 +307,19 @@ impl<'a> Corrector<'a> {
         }
     }
 
-    /// True for `%`, and for the number of a program.
+    /// True if comments begin with `;`, and `(` begins none.
+    fn semicolons(&self) -> bool {
+        let table = self.rules.dialect.table();
+        table.has_names || table.printer
+    }
+
+    /// True for `%`, for the number of a program, and for the comments by which firmwares and hosts know a slicer.
     fn may_precede_mark(&self, block: &Block, line: &[u8]) -> bool {
+        let table = self.rules.dialect.table();
         // Of a Sinumerik's file the second line says where it belongs.
-        let is_path = self.rules.dialect.table().has_names && line.starts_with(b";$PATH");
-        block.percent || is_path || block.word(b'O').is_some()
+        let is_path = table.has_names && line.starts_with(b";$PATH");
+        let is_header = table.printer && block.words.is_empty() && block.command.is_none();
+        block.percent || is_path || is_header || block.word(b'O').is_some()
     }
 
     fn correct_block(

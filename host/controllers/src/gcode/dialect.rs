@@ -5,6 +5,7 @@ mod grbl;
 mod grblhal;
 mod haas;
 mod linuxcnc;
+mod printer;
 mod siemens;
 
 use super::axes::{self, NOTHING, PerLetter};
@@ -28,6 +29,9 @@ pub enum Dialect {
     /// Fanuc and its kin.
     #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
+    /// Printers: Marlin, Prusa, Klipper, RepRapFirmware.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Printer,
     /// Haas.
     #[cfg_attr(feature = "clap", value(help = None))]
     Haas,
@@ -150,6 +154,8 @@ pub struct Table {
     pub tool_change_moves: bool,
     /// True if G5, G5.1 and G8 are only about looking ahead.
     pub looks_ahead: bool,
+    /// True for printers: E belongs to moves, each line has its own motion word, and lines that move no axes are not read.
+    pub printer: bool,
 }
 
 impl Table {
@@ -193,6 +199,7 @@ impl Table {
         doubts_tool_offset: false,
         tool_change_moves: false,
         looks_ahead: false,
+        printer: false,
     };
 }
 
@@ -211,6 +218,7 @@ impl Dialect {
             Self::Grbl => &grbl::TABLE,
             Self::GrblHal => &grblhal::TABLE,
             Self::Fanuc => &fanuc::TABLE,
+            Self::Printer => &printer::TABLE,
             Self::Haas => &haas::TABLE,
             Self::Siemens => &siemens::TABLE,
         }
@@ -267,6 +275,7 @@ mod tests {
             Dialect::Grbl,
             Dialect::GrblHal,
             Dialect::Fanuc,
+            Dialect::Printer,
             Dialect::Haas,
             Dialect::Siemens,
         ] {

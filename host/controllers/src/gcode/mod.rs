@@ -16,6 +16,7 @@ pub mod cycle;
 pub mod dialect;
 mod edit;
 pub mod expand;
+pub mod extruder;
 pub mod fault;
 pub mod interpret;
 mod limits;

@@ -3,8 +3,9 @@
 use super::axes::{COUNT, PerLetter, Position};
 use super::cycle::Sticky;
 use super::dialect::Dialect;
+use super::extruder::Extruder;
 use super::modal::{Cutter, Distance, FeedMode, Motion, Plane, Retract, Spindle, Units};
-use super::offsets::Offsets;
+use super::offsets::{Offsets, System};
 use super::setup::{Decimals, Setup};
 use super::words::Word;
 use std::collections::BTreeMap;
@@ -47,6 +48,8 @@ pub enum Lost {
     ToolChange,
     /// G30 with another P than 2, on Fanuc's controllers.
     Reference,
+    /// A command of a printer that homes, probes or parks.
+    Command,
     /// By another tool offset, or not: G43 and G49 without Z, on Fanuc's controllers.
     ToolOffset,
 }
@@ -108,6 +111,8 @@ pub struct State {
     pub under: Cutter,
     /// True while words are workpiece coordinates.
     pub tip: bool,
+    /// E of a printer.
+    pub extruder: Extruder,
     /// Words that stay within a series of cycles.
     pub cycle: Option<Sticky>,
     /// Where G28 and G30 go.
@@ -138,6 +143,11 @@ impl State {
         let setup = &rules.setup;
         // All begin with G54, unless LinuxCNC's parameters say otherwise.
         let mut offsets = Offsets::new(setup.systems.clone(), setup.selected.unwrap_or(1));
+        let printer = rules.dialect.table().printer;
+        if printer && setup.systems.is_empty() {
+            // Words are positions of the machine.
+            offsets.set(1, System::default());
+        }
         offsets.g92 = setup.g92;
         offsets.g92_stored = setup.g92_stored;
         let starts_in = setup.motion.or(rules.dialect.table().starts_in);
@@ -146,7 +156,7 @@ impl State {
             position.set(axis, setup.start.at[axis]);
         }
         Self {
-            units: setup.units,
+            units: setup.units.or(printer.then_some(Units::Millimetre)),
             distance: Some(setup.distance.unwrap_or(Distance::Absolute)),
             arc_distance: setup.arc_distance.unwrap_or(Distance::Incremental),
             plane: Some(setup.plane.unwrap_or(Plane::Xy)),
@@ -172,6 +182,7 @@ impl State {
             cutter_changes: false,
             under: Cutter::Off,
             tip: rules.tip,
+            extruder: Extruder::default(),
             cycle: None,
             homes: setup.homes,
             begun: false,

@@ -2,6 +2,7 @@
 
 mod digits;
 mod names;
+mod printer;
 mod unknown_bytes;
 
 use super::axes;
@@ -10,6 +11,7 @@ use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
 use digits::{Number, number_at};
 pub(crate) use names::number_of_name;
+pub use printer::Command;
 use unknown_bytes::{is_klartext, strange};
 
 /// A letter and its number.
@@ -79,6 +81,8 @@ pub struct Block {
     pub percent: bool,
     /// True if a comment in it says that the program is corrected already.
     pub marked: bool,
+    /// A line of a printer that is not read as words.
+    pub command: Option<Command>,
     /// True if it has words G or M: without any it goes on with what holds.
     pub has_codes: bool,
     /// True if there is anything else than words: comments, or what stands behind `%`.
@@ -212,6 +216,7 @@ impl Block {
         self.by = [0; 26];
         (self.deleted, self.percent, self.marked) = (false, false, false);
         (self.has_codes, self.has_text) = (false, false);
+        self.command = None;
         self.end = 0;
         let done = self.scan_words(line, dialect);
         // Of all that may be wrong line ends are told first; a comment would hide all lines behind them.
@@ -242,6 +247,9 @@ impl Block {
     }
 
     fn scan_words(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
+        if dialect.table().printer && self.scan_printer(line)? {
+            return Ok(());
+        }
         let mut at = 0;
         while let Some(&byte) = line.get(at) {
             match byte {

@@ -26,8 +26,11 @@ pub struct Arguments {
     #[arg(value_name = "IN")]
     pub program: PathBuf,
     /// Where to write the corrected program
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "in_place")]
+    output: Option<PathBuf>,
+    /// Replace the program by the corrected one, as slicers expect of a post-processing script
+    #[arg(long, conflicts_with_all = ["output", "expand"])]
+    in_place: bool,
     /// The compensation
     #[arg(long, value_name = "FILE.trax")]
     pub compensation: PathBuf,
@@ -113,6 +116,11 @@ enum Switch {
 const LEAST_TOLERANCE: f64 = 0.3;
 
 impl Arguments {
+    /// Where the corrected program goes.
+    pub fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(&self.program)
+    }
+
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
         for (name, value, least) in [
             ("--tolerance", self.tolerance, LEAST_TOLERANCE),
@@ -216,7 +224,8 @@ impl Arguments {
             &self.machine,
             &self.errors,
         ];
-        let mut inputs = vec![self.program.as_path(), self.compensation.as_path()];
+        let mut inputs = vec![self.compensation.as_path()];
+        inputs.extend((!self.in_place).then_some(self.program.as_path()));
         inputs.extend(optional.into_iter().flatten().map(PathBuf::as_path));
         inputs
     }

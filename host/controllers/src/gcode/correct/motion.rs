@@ -1,6 +1,7 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
 use super::given::{Given, Moving, span_of};
+use super::piece::Timing;
 use super::{Backlash, Corrector};
 use crate::gcode::axes::is_rotary;
 use crate::gcode::codes::{Code, Group};
@@ -44,7 +45,15 @@ impl<'a> Corrector<'a> {
         let timing = match motion {
             Move::Straight(straight, rate) => {
                 self.straight(straight, *rate, &moving, &mut pieces)?;
-                self.timing(*rate, &Path::Line(straight.from.at, straight.to))
+                let timing = self.timing(*rate, &Path::Line(straight.from.at, straight.to));
+                match straight.from.missing(self.tables.axes) {
+                    None => timing,
+                    // Nobody knows how long it is: F stays.
+                    Some(_) => Timing {
+                        minutes: 0.0,
+                        ..timing
+                    },
+                }
             }
             Move::Arc(arc, rate) => {
                 pieces.extend(self.arc(arc, &moving)?);

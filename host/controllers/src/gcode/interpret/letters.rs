@@ -30,6 +30,10 @@ impl State {
                 let users = self.users(asked, word.letter);
                 if users != 1 {
                     let (cause, remedy) = match users {
+                        0 if word.letter == b'E' => (
+                            "E, which this dialect does not have",
+                            "for the program of a printer give --dialect printer",
+                        ),
                         0 => (
                             "a word that nothing in its line uses: its meaning is not known",
                             "check the G word of the line and --dialect, or take it out",
@@ -83,7 +87,7 @@ impl State {
             _ => false,
         };
         // An offset that is chosen before it is used.
-        let by_itself = table.chooses_d && letter == b'D';
+        let by_itself = table.chooses_d && letter == b'D' || table.printer && letter == b'E';
         if by_itself {
             return 1;
         }

@@ -79,6 +79,7 @@ impl State {
         match machine {
             Machine::Pause | Machine::End | Machine::After => step.after = true,
             Machine::Neutral => {}
+            Machine::Extruder(distance) => self.extruder.set(distance),
             Machine::ToolChange => self.change_tool(asked, word, step)?,
             Machine::ToolNumber => {
                 let Some(number) = asked.word(b'Q') else {

@@ -105,6 +105,14 @@ impl State {
         if let Some(word) = asked.machine_coordinates {
             self.allows_machine_coordinates(asked, word, motion)?;
         }
+        let motion = match motion {
+            // Printers do not tell G0 and G1 apart.
+            Motion::Rapid if asked.word(b'E').is_some() => Motion::Feed,
+            motion => motion,
+        };
+        if self.move_before_known(asked, step)? {
+            return Ok(());
+        }
         step.motion = Some(match motion {
             Motion::Rapid | Motion::Feed => self.straight(asked, motion)?,
             Motion::Clockwise | Motion::Counterclockwise => {
@@ -208,6 +216,7 @@ impl State {
         let all = asked.rules.axes;
         let needed = match motion {
             Motion::Rapid => to.missing(all),
+            _ if asked.rules.dialect.table().printer => to.missing(all),
             _ => to.missing(all).or(from.missing(all)),
         };
         if let Some(axis) = needed {

@@ -110,6 +110,15 @@ impl Corrector<'_> {
                 }
                 continue;
             }
+            if word.letter == b'E' && self.extrusion.is_some() {
+                match self.extruder_word(change.piece) {
+                    Some((value, decimals)) => {
+                        replace_number(edits, rules, word, value, decimals);
+                    }
+                    None => edits.remove(given.line, word.span()),
+                }
+                continue;
+            }
             if word.letter == b'F' {
                 if let Some(feed) = wording.feed {
                     said.feed = true;
