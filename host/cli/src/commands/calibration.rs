@@ -486,10 +486,11 @@ impl<'a> Calibration<'a> {
     /// Something over the travel with the identified errors.
     fn over_the_travel<T>(
         &self,
+        misfits: f64,
         compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
     ) -> Result<T, BadInput> {
         let mut errors = self.errors()?;
-        errors.misfit = errors.misfit.map(|misfit| OVER_TRAVEL * misfit);
+        errors.misfit = errors.misfit.map(|misfit| misfits * misfit);
         compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
             BadInput::new(
                 format!("{}: {error}", self.text("errors.toml")),
@@ -500,7 +501,7 @@ impl<'a> Calibration<'a> {
 
     /// Loads the compensation, probes with it, and keeps it if that is right.
     fn load(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
-        let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
+        let benefit = self.over_the_travel(OVER_TRAVEL, |kinematics| benefit(kinematics, SEED))?;
         if !benefit.is_sure() || self.band()? >= benefit.before_um {
             files::print(&format!(
                 "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
@@ -657,7 +658,13 @@ impl<'a> Calibration<'a> {
 
     /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
     fn band(&self) -> Result<f64, BadInput> {
-        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
+        let band = self.over_the_travel(OVER_TRAVEL, |machine| over_travel(machine, SEED))?;
+        Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
+    }
+
+    /// The same where the parameters were fitted.
+    fn band_in_zone(&self) -> Result<f64, BadInput> {
+        let band = self.over_the_travel(1.0, |machine| over_travel(machine, SEED))?;
         Ok(band.map_or(0.0, |band| {
             band.zone.unwrap_or(band.travel).translation_um.mean
         }))
@@ -690,7 +697,7 @@ impl<'a> Calibration<'a> {
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
-        let expected = SCATTER * (libm::hypot(probing, band));
+        let expected = SCATTER * (libm::hypot(probing, self.band_in_zone()?));
         let is_better = after.rms_um < before.rms_um && gain.is_some_and(Gain::is_sure);
         let validation = Validation {
             probings,
