@@ -343,7 +343,7 @@ fn a_step_along_the_move_that_reverses_needs_no_line() {
     );
     let setup = folder.file(
         "setup.toml",
-        format!("{SETUP}").replace("[offset", "travel = { X = \"+\", Y = \"+\" }\n[offset"),
+        SETUP.replace("[offset", "travel = { X = \"+\", Y = \"+\" }\n[offset"),
     );
     let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
     let machine = example("mill-21/machine.toml");
