@@ -50,8 +50,8 @@ const PARTS: &[(&str, Check)] = &[
 /// Run beside the others, up to the one that measures times: they mostly wait for machines that move.
 const BESIDE: [&str; 2] = ["panel", "calibrate"];
 
-/// Run only if named. The samples, some 300 starts, and the twenty machines take 20 minutes or more. And on busy processors LinuxCNC 2.9 may end a program of
-/// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
+/// Run only if named. The samples, some 300 starts, and the twenty machines take 20 minutes or more. And on busy
+/// processors LinuxCNC 2.9 may end a program of probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
 /// or without a message.
 const ONLY_NAMED: [&str; 5] = [
     "samples",

@@ -235,7 +235,7 @@ impl Found {
                     "joint {number} has the axis {letter}, which is not {}",
                     kind.value
                 ),
-                format!("TYPE = {expected}"),
+                format!("nothing: a compensation of {letter} is for a joint that is {expected}"),
             );
         }
     }
