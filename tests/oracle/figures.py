@@ -1,4 +1,4 @@
-"""The most important figures of docs/src/reproduced.md, from rigid bodies alone.
+"""The most important figures of docs/evidence/reproduced.md, from rigid bodies alone.
 
     python3 figures.py examples
 

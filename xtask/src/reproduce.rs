@@ -1,4 +1,4 @@
-//! `cargo xtask reproduce`: the manual's pages about the source document's figures.
+//! `cargo xtask reproduce`: the pages in `docs/evidence` about the source document's figures.
 
 use crate::process::{self, cargo, root};
 
@@ -11,5 +11,5 @@ pub fn execute(check: bool) -> Result<(), String> {
         return process::run(cargo().args(["test", "--release", "-p", "trueaxis-reproduce"]));
     }
     let program = ["run", "-q", "--release", "-p", "trueaxis-reproduce", "--"];
-    process::run(cargo().args(program).arg(root().join("docs/src")))
+    process::run(cargo().args(program).arg(root().join("docs/evidence")))
 }

@@ -120,7 +120,7 @@ fn rest() -> Vec<Step> {
         step("30 random machines", "xtask random-machines 30 --quick"),
         step(
             "a machine of each class of the arena",
-            "xtask arena 6 --check docs/src",
+            "xtask arena 6 --check docs/evidence",
         ),
         with(native, "RUSTFLAGS", "-C target-cpu=native"),
         step("the oldest supported compiler", "xtask oldest"),

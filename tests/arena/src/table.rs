@@ -217,12 +217,12 @@ fn grouped(scored: &[Scored], reason: impl Fn(&Scored) -> Option<String>) -> Str
     text
 }
 
-/// The page of the manual with the scores of the baselines.
+/// The page with the scores of the baselines.
 #[must_use]
 pub fn page(scored: &[Scored], round: u64) -> String {
     format!(
         "# Scores of the arena\n\n\
-         <!-- Written by `cargo xtask arena --page docs/src`: change that, not this. -->\n\n\
+         <!-- Written by `cargo xtask arena --page docs/evidence`: change that, not this. -->\n\n\
          The round with the seed {round}. [The arena](arena.md#scores) says what the columns mean; `arena-scores.csv` beside \
          this page\nhas every machine. Errors of tip and direction are root mean squares over the positions of a machine, in µm and\nµrad.\n\n{}",
         tables(scored)

@@ -1,4 +1,4 @@
-//! `cargo xtask reproduce` writes the manual's pages about the source document's figures.
+//! `cargo xtask reproduce` writes the pages about the source document's figures.
 
 use std::path::Path;
 use std::process::ExitCode;

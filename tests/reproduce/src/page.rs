@@ -1,4 +1,4 @@
-//! The page of the manual.
+//! The page in `docs/evidence`.
 
 use super::{Chapter, Figure, Fixed, Reproduced, Table};
 use std::fmt::Write;
@@ -9,8 +9,8 @@ const HEAD: &str = "# The document's figures, recomputed
 
 `cargo xtask reproduce` writes this page, its pictures, and `reproduced.json` with the same for programs;
 `cargo xtask reproduce --check` recomputes all of it, compares, and holds what is fixed from outside. *Ours* is what the
-same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
-[*orientation* and *direction*](policies.md). Machines, parameters and strategies are those that the document publishes
+same scheme gives here; beside it stands what [`exact`](../src/exact.md) gives instead, under the policies
+[*orientation* and *direction*](../src/policies.md). Machines, parameters and strategies are those that the document publishes
 (`examples/`). Where something unpublished was inferred from some of its figures, the chapter says from which; all
 others are predictions. Displacements of the tip are *raw* (by the errors of the machine) or *set-up-free* (without what
 another place of ball and stylus would explain). Misprints: [The source document, reproduced](reproduction.md).

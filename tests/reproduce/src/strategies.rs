@@ -32,7 +32,7 @@ fn setup(strategy: &Probings) -> usize {
 const BALLS: &str = "the balls that Table 4-1 lists for each position are 109; the text says that each test measured 123 \
     positions";
 const CONDITION: &str = "which columns the document counted and where its balls stood is not published: see \
-    [condition numbers](identification-reference.md#condition-numbers)";
+    [condition numbers](../src/identification-reference.md#condition-numbers)";
 const APPROACH: &str = "five half meridians both ways and the arcs between them in steps of 0.1° are 19 801 positions; the 8 \
     of approach and feed-in were chosen to make up the rest";
 const SAGITTA: &str = "r·(1 − cos 0.05°) of 150 mm; the document's figure is 400 times less";
@@ -64,7 +64,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         title: "Strategies: counts and times",
         source: "section 5.8",
         how: "From the published lists of positions (Tables 4-1, 5-3 and 5-4), which are the strategies of the \
-            examples, and the sets of [`trueaxis plan --set`](planning-reference.md#position-sets).",
+            examples, and the sets of [`trueaxis plan --set`](../src/planning-reference.md#position-sets).",
         compared: vec![
             Compared::plain("pairs of A and C, calibration", count(42), count(pairs))
                 .from("Table 5-3"),

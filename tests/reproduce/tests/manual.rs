@@ -1,11 +1,11 @@
-//! The manual's pages about the source document's figures equal the output of `cargo xtask reproduce`.
+//! The pages about the source document's figures in `docs/evidence` equal the output of `cargo xtask reproduce`.
 
 use serde_json::Value;
 use trueaxis_reproduce::{page, reproduce};
 use trueaxis_tests::shown::same;
 
 fn manual(name: &str) -> String {
-    let path = format!("{}/../../docs/src/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../../docs/evidence/{name}", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(path).unwrap()
 }
 

@@ -137,7 +137,7 @@ const ROWS: [(&str, &str, &str, &str, f64); 21] = [
 fn page() -> Value {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/src/reproduced.json"
+        "/../../docs/evidence/reproduced.json"
     );
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }

@@ -184,7 +184,7 @@ fn the_manual_shows_poses_of_the_example() {
         Machine::from_toml(&text).unwrap(),
         Geometry::of_comment(&text),
     );
-    let manual = read("docs/src/machine-file.md");
+    let manual = read("docs/evidence/reproduction.md");
     let mut count = 0;
     for row in manual.lines().filter(|line| line.starts_with("| X = ")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();

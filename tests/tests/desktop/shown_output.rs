@@ -77,7 +77,7 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
             built.size
         });
         shows(
-            "docs/src/reproduction.md",
+            "docs/evidence/reproduction.md",
             &format!(
                 "| {row} | {} | {} | {} |",
                 by_cost.tables, by_cost.terms, by_tables.tables
@@ -162,7 +162,7 @@ fn the_manual_counts_what_the_direction_takes() {
             assert!(5 * size.terms <= 6 * before.terms, "{row}: {size:?}");
         }
         shows(
-            "docs/src/policies.md",
+            "docs/evidence/tables.md",
             &format!(
                 "| {row} | {} | {} | {} |",
                 size.tables, size.terms, size.bytes
@@ -174,7 +174,7 @@ fn the_manual_counts_what_the_direction_takes() {
 /// The examples with many error parameters: their rows in the manual, and their remaining errors.
 #[test]
 fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
-    let (reproduction, exact) = ("docs/src/reproduction.md", "docs/src/exact.md");
+    let (reproduction, exact) = ("docs/evidence/reproduction.md", "docs/src/exact.md");
     let compiled = |folder: &str, errors_file: &str, policy: Policy, zero_at: Option<Vec<f64>>| {
         let machine = machine(&format!("examples/{folder}/machine.toml"));
         let errors = errors(&format!("examples/{folder}/{errors_file}.toml"), &machine);
@@ -229,7 +229,7 @@ fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
     }
     let direction = compiled("hu40", "errors-84", Policy::default(), None);
     let um = direction.proof.inside().difference_um;
-    contains(exact, format!("with {um:.2} µm at the tip left"));
+    contains(exact, format!("{um:.2} µm remain at the tip"));
 }
 
 /// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each of them varies by
@@ -273,5 +273,8 @@ fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
     assert!(smallest > 0.05e-3);
     // 0.06179 µm: the last bits of a mathematical library do not change the third decimal.
     let shown = format!("{:.3} µm", 1e3 * smallest);
-    assert!(read("docs/src/reproduction.md").contains(&shown), "{shown}");
+    assert!(
+        read("docs/evidence/reproduction.md").contains(&shown),
+        "{shown}"
+    );
 }
