@@ -332,15 +332,15 @@ fn a_travel_that_is_not_known_is_not_invented() {
     let folder = mill("");
     let ini = read(&folder, "mill.ini");
     for key in ["MAX_LIMIT", "MIN_LIMIT"] {
-        let (mut is_second, mut text) = (false, String::new());
+        // Of the joint and of its axis, which counts as well.
+        let (mut is_of_y, mut text) = (false, String::new());
         for line in ini.lines() {
-            // Of the joint Y.
-            is_second |= line == "[JOINT_1]";
-            if is_second && line.starts_with(key) {
-                is_second = false;
-                continue;
+            if line.starts_with('[') {
+                is_of_y = ["[JOINT_1]", "[AXIS_Y]"].contains(&line);
             }
-            text += &format!("{line}\n");
+            if !(is_of_y && line.starts_with(key)) {
+                text += &format!("{line}\n");
+            }
         }
         assert_ne!(text, ini);
         folder.file("mill.ini", &text);
