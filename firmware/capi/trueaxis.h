@@ -57,7 +57,7 @@
 /*
  Incremented whenever a program built with an earlier header could fail.
  */
-#define TRUEAXIS_ABI 2
+#define TRUEAXIS_ABI 3
 
 /*
  Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
@@ -537,6 +537,14 @@ typedef struct trueaxis_axis {
      How far it must come back to count as reversed.
      */
     float hysteresis;
+    /*
+     Largest rate of change of its correction while it makes up a reversal, per s.
+     */
+    float reversal_rate;
+    /*
+     Largest acceleration of its correction meanwhile, per s².
+     */
+    float reversal_acceleration;
 } trueaxis_axis;
 
 /*
@@ -547,6 +555,18 @@ typedef struct trueaxis_auxiliary {
      The tool length for which the tables were made, mm, or the reference temperature, °C.
      */
     float reference;
+    /*
+     Lowest plausible reading of a temperature, °C; one below is a fault of the input.
+     */
+    float lowest;
+    /*
+     Highest plausible reading of a temperature, °C; one above is a fault of the input.
+     */
+    float highest;
+    /*
+     How fast a temperature is followed, K/s.
+     */
+    float rate;
     /*
      `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
      */
@@ -1083,8 +1103,8 @@ TRUEAXIS_ASSERT(memory_for_tables_is_large, sizeof(trueaxis_tables_memory) == TR
 TRUEAXIS_ASSERT(memory_for_a_servo_is_large, sizeof(trueaxis_servo_memory) == TRUEAXIS_SERVO_SIZE);
 TRUEAXIS_ASSERT(memory_is_aligned, TRUEAXIS_ALIGN_OF(trueaxis_tables_memory) % TRUEAXIS_ALIGNMENT == 0);
 TRUEAXIS_ASSERT(facts_have_28_bytes, sizeof(trueaxis_facts) == 28);
-TRUEAXIS_ASSERT(axes_have_32_bytes, sizeof(trueaxis_axis) == 32);
-TRUEAXIS_ASSERT(auxiliaries_have_24_bytes, sizeof(trueaxis_auxiliary) == 24);
+TRUEAXIS_ASSERT(axes_have_40_bytes, sizeof(trueaxis_axis) == 40);
+TRUEAXIS_ASSERT(auxiliaries_have_36_bytes, sizeof(trueaxis_auxiliary) == 36);
 TRUEAXIS_ASSERT(adjustable_terms_have_20_bytes, sizeof(trueaxis_adjustable) == 20);
 TRUEAXIS_ASSERT(status_has_12_bytes, sizeof(trueaxis_status) == 12);
 #undef TRUEAXIS_ASSERT

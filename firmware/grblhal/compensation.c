@@ -133,6 +133,8 @@ bool txa_load(void)
     }
     if (!find_axes())
         return false;
+    if (plan_get_buffer_size() >= TRUEAXIS_TRACE)
+        return refuse("the planner has as many blocks ($398) as TRUEAXIS_TRACE");
     txa_restart();
     return servo != NULL;
 }

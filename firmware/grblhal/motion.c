@@ -85,6 +85,9 @@ static void align(const float *at)
         txa_settle(command);
         uncorrected(command, at, txa_correction());
     }
+    /* They are out already at the end of what was planned, and at once here. */
+    if (!(txa_status().factor > 0.0f))
+        uncorrected(command, at, txa_correction());
     /* A jog was cancelled while grblHAL waited for room for a piece, which it still plans afterwards. */
     if (on_its_way)
         memcpy(out.values, at, sizeof out.values);

@@ -10,14 +10,23 @@ use trueaxis::{
 use trueaxis_controllers::gcode::check::{Corrected, check};
 use trueaxis_controllers::gcode::modal::{Retract, Units};
 use trueaxis_controllers::gcode::offsets::System;
+use trueaxis_controllers::gcode::setup::Decimals;
 use trueaxis_controllers::gcode::{
-    Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
+    Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream, subprograms,
 };
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::Runtime;
 
 /// Choices of a mode byte: dialects, and their switches.
-const DIALECTS: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc];
+const DIALECTS: [Dialect; 6] = [
+    Dialect::LinuxCnc,
+    Dialect::Grbl,
+    Dialect::GrblHal,
+    Dialect::Fanuc,
+    Dialect::Haas,
+    Dialect::Siemens,
+    Dialect::Printer,
+];
 
 /// Sagitta of chords (mm): with 1 µm chords take most of the time without reaching other code.
 const CHORD: f64 = 0.004;
@@ -153,12 +162,19 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
     setup
         .tools
         .insert(2, [0.0, 0.0, 12.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let rules = |dialect, delete, least| Rules {
+    let rules = |dialect: Dialect, delete, least: bool| Rules {
         dialect,
-        setup: setup.clone(),
+        setup: Setup {
+            decimals: (least && dialect.table().needs_points).then_some(Decimals::Least),
+            systems: match dialect.table().systems_turn {
+                true => setup.systems.clone(),
+                // Others refuse a setup with a rotation.
+                false => [(1, zero), (2, zero), (101, zero)].into(),
+            },
+            ..setup.clone()
+        },
         axes: tables.axes,
         block_delete: Some(delete),
-        least_increments: least && dialect == Dialect::Fanuc,
         has_machine: true,
         ..Rules::default()
     };
@@ -180,16 +196,27 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let Bench { tables, tip, rules } = &*BENCH;
-    let rules = &rules[usize::from(mode % 12)];
+    let (mode, choices) = (usize::from(*mode), rules.len());
+    let rules = &rules[mode % choices];
     let backlash = [Backlash::Move, Backlash::Blend, Backlash::Leave];
     let options = Options {
-        backlash: backlash[usize::from(mode / 12 % 3)],
+        backlash: backlash[mode / choices % 3],
         chord: CHORD,
         ..Options::default()
     };
     let Ok(mut corrector) = Corrector::new(rules, tables, Some(tip), options, None) else {
         return;
     };
+    let inlined;
+    let mut program = program;
+    // Without L, which only makes it long.
+    if rules.dialect.table().calls && !program.contains(&b'L') {
+        let Ok(done) = subprograms::inline(program, rules.dialect) else {
+            return;
+        };
+        inlined = done.text;
+        program = &inlined;
+    }
     let (mut written, mut map) = (Vec::new(), Vec::new());
     if stream::correct(program, &mut written, &mut map, &mut corrector, |_| {}).is_err() {
         return;

@@ -5,7 +5,7 @@
 use trueaxis::{
     AUXILIARIES, AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft,
     DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Holds, Interpolation, LoadError, MAGIC,
-    Policy, SampleFormat, Term, VERSION,
+    Notes, Policy, SampleFormat, Sensor, Term, VERSION,
 };
 
 /// Large enough for every seed and for the fuzzer's mutations of them.
@@ -248,6 +248,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
         banks,
         terms,
         grids,
+        notes: Notes::default(),
     }
 }
 

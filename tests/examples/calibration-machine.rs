@@ -318,6 +318,7 @@ fn hal(machine: &Machine) -> String {
          setp trueaxis-model.pretravel 5\nsetp trueaxis-model.lobing 1\nsetp trueaxis-model.noise 1\n\
          net probe trueaxis-model.touching => motion.probe-input\n\
          net enabled iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in\n\
+         net orient spindle.0.orient => spindle.0.is-oriented\n\
          net tool-prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared\n\
          net tool-changed iocontrol.0.tool-change => iocontrol.0.tool-changed\n"
     );

@@ -186,6 +186,27 @@ impl Case {
         assert!(self.errors.tabulate(axis, component, table));
     }
 
+    /// Makes an axis (by index) reverse with a lag along `component`, which goes from `part` of `size` (mm or rad) at the
+    /// lower end of its travel to all of it: backlash that depends on the position.
+    ///
+    /// # Panics
+    /// If there is no such motion.
+    pub fn add_reversal(&mut self, (axis, component): (usize, usize), size: f64, part: f64) {
+        let [low, high] = self.travel(axis);
+        let half = [0.5 * part * size, 0.5 * size];
+        let slope = match self.errors.motions[axis][component].coefficients.get(1) {
+            Some(slope) => *slope,
+            None => 0.0,
+        };
+        let of = |sign: f64| vec![slope * low + sign * half[0], slope * high + sign * half[1]];
+        let table = Table {
+            at: vec![low, high],
+            positive: of(1.0),
+            negative: Some(of(-1.0)),
+        };
+        assert!(self.errors.tabulate(axis, component, table));
+    }
+
     /// The travel of an axis (by index), in mm or rad.
     #[must_use]
     pub fn travel(&self, axis: usize) -> [f64; 2] {

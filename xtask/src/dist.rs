@@ -1,7 +1,7 @@
 //! `cargo xtask dist`: what a release consists of, in `target/release-VERSION`, with checksums and a list of components.
 //! Each part does its main job where there is nothing else: programs and the C library in a bare root, the component in
-//! LinuxCNC, the wheel in an environment of its own, the page in browsers. Of the firmware, QEMU runs the same source,
-//! built for the part that it has (`cargo xtask hil`).
+//! LinuxCNC, the wheel in an environment of its own, the page in browsers. Of the firmware, QEMU runs the same source
+//! built for the part that it has, and a model of the STM32F405 runs its image as it is (`cargo xtask hil`).
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
 use crate::{capi, cross, files, hil, linuxcnc, packages, python, web};

@@ -151,11 +151,14 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
         "%\nG21 G90 G98 F200.\nG43 H1\nG81 X10. Y10. Z1. R5.\nX20.\nG83 X30. Z0. R4. Q1.\nG99 G82 X5. Z2. R3. P.1\nG80\nM30\n%\n",
         "G21 G90 G10 L2 P1 X5. R3.\nG53 G0 Z-10.\nG28\n/M8\nG10 L20 P2 X0. Y1. Z0.\nG43 H2 G0 Z5.\nG49 G1 X2. F50.\nG95 F.1\nG1 X0.\n",
         "G21 G90\nM428\nG0 X3. Y0. Z2. A0. C0.\nG1 A-3. C9. F20.\nG93 G1 X2. A-20. C30. F6.\nG94 G1 X1. F500.\nM429\nG1 A1. F90.\n",
+        "G71 G90 G17\nT=\"A\" M6\nG0 X1 Y=2 Z3 D1\nG1 X5 F90\nG3 X7 Y4 CR=2\nG4 F1\nG0 SUPA Z0 D0\nM30\n",
+        "G21 G90 G17\nG0 X1. Y1. Z1.\nM98 P2\nG0 G43.4 H1 X2. Y2. Z4.\nG1 X3. F90.\nM30\nO2\nG91 G1 X1. F80.\nG90 M99\n",
         "G21 G90 G17 F90.\nG41 D1 G1 X5.\nG3 X7. Y2. J2.\nG40 G0 Y0.\nG91 G2 I-3. P2\nG19 G3 J1. X2.\nG90.1 G17 G2 X0. Y0. I3. J3.\n",
     ];
     for (number, program) in programs.iter().enumerate() {
         // All dialects, plus those of LinuxCNC with other reversal methods.
-        let (name, modes) = (format!("program-{number}"), [0, 4, 8, 12, 24]);
+        let name = format!("program-{number}");
+        let modes = [0, 4, 8, 12, 16, 20, 24, 48];
         put(corpus, &name, &modes, program.as_bytes())?;
     }
     Ok(())

@@ -1,9 +1,10 @@
-//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board.
+//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board; and the image that is
+//! shipped for the STM32F405, on a model of that chip.
 
 use crate::cross::{CORTEX_M, Cross};
-use crate::process::{joined, run, target, trueaxis};
-use crate::qemu;
-use std::path::PathBuf;
+use crate::process::{NOT_RUN, joined, root, run, target, trueaxis, works};
+use crate::{files, packages, qemu};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 
@@ -30,6 +31,10 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
     ),
 ];
 
+/// The part that runs the shipped image, and what its Python needs.
+const SHIPPED: &str = "shipped image";
+const UNICORN: &str = "unicorn>=2.1,<3";
+
 /// The folders of the boards; their programs have the same names.
 pub fn boards() -> impl Iterator<Item = &'static str> {
     BOARDS.iter().map(|(board, ..)| *board)
@@ -40,7 +45,8 @@ pub fn boards() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// If something cannot be built, or fails.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
-    let known = |part: &&&str| BOARDS.iter().any(|(_, _, parts)| parts.contains(part));
+    let known =
+        |part: &&&str| **part == SHIPPED || BOARDS.iter().any(|(_, _, parts)| parts.contains(part));
     if let Some(part) = chosen.iter().find(|part| !known(part)) {
         return Err(format!("there is no part `{part}`"));
     }
@@ -57,14 +63,47 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     });
     let trueaxis = host?;
     let mut hil = Command::new(trueaxis.with_file_name("hil"));
-    hil.arg(trueaxis).arg(target("hil"));
-    for ((_, machine, parts), folder) in BOARDS.into_iter().zip(boards) {
-        let (program, parts) = (folder?.join("release/qemu"), wanted(parts));
+    hil.arg(&trueaxis).arg(target("hil"));
+    let mut image = None;
+    for ((board, machine, parts), folder) in BOARDS.into_iter().zip(boards) {
+        let (folder, parts) = (folder?.join("release"), wanted(parts));
+        if board == "stm32f405" {
+            image = Some(folder.join(board));
+        }
         if !parts.is_empty() {
-            hil.args(["--", machine]).arg(program).args(parts);
+            hil.args(["--", machine])
+                .arg(folder.join("qemu"))
+                .args(parts);
         }
     }
-    run(&mut hil)
+    run(&mut hil)?;
+    match image {
+        Some(image) if !wanted(&[SHIPPED]).is_empty() => shipped(&image, &trueaxis),
+        _ => Ok(()),
+    }
+}
+
+/// Runs the image of a release, as it is, on a model of the STM32F405.
+fn shipped(image: &Path, trueaxis: &Path) -> Result<(), String> {
+    let folder = files::folder(target("hil").join("shipped"))?;
+    let environment = folder.join("python");
+    let python = environment.join("bin/python");
+    if !works(Command::new(&python).args(["-c", "import unicorn"])) {
+        packages::provide("python3", &["python3", "python3-venv"], "the shipped image")?;
+        let mut venv = Command::new("python3");
+        venv.args(["-m", "venv", "--clear"]).arg(&environment);
+        let mut pip = Command::new(&python);
+        pip.args(["-m", "pip", "install", "-q", UNICORN]);
+        if !(works(&mut venv) && works(&mut pip)) {
+            eprintln!("{NOT_RUN}{SHIPPED}: python3 with venv, or {UNICORN} could not be installed");
+            return Ok(());
+        }
+    }
+    let program = root().join("tests/hil/shipped/run.py");
+    run(Command::new(python)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .arg(program)
+        .args([image, trueaxis, &folder]))
 }
 
 /// The firmware of a board for QEMU.

@@ -15,6 +15,7 @@ mod panel;
 mod probing;
 mod rows;
 mod run;
+mod samples;
 mod simulated;
 mod times;
 mod touches;
@@ -35,6 +36,7 @@ const PARTS: &[(&str, Check)] = &[
     ("simulated", simulated::check),
     ("imported", imported::check),
     ("contour", contour::check),
+    ("samples", samples::check),
     ("panel", panel::check),
     ("touches", touches::check),
     ("calibrate", calibrate::check),
@@ -48,10 +50,11 @@ const PARTS: &[(&str, Check)] = &[
 /// Run beside the others, up to the one that measures times: they mostly wait for machines that move.
 const BESIDE: [&str; 2] = ["panel", "calibrate"];
 
-/// Run only if named. The twenty machines take 20 minutes. And on busy processors LinuxCNC 2.9 may end a program of
-/// probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
+/// Run only if named. The samples, some 300 starts, and the twenty machines take 20 minutes or more. And on busy
+/// processors LinuxCNC 2.9 may end a program of probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
 /// or without a message.
-const ONLY_NAMED: [&str; 4] = [
+const ONLY_NAMED: [&str; 5] = [
+    "samples",
     "touches",
     "calibrate-twenty",
     "calibrate-outside",

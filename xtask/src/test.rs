@@ -134,6 +134,7 @@ fn rest() -> Vec<Step> {
         step("LinuxCNC", "xtask linuxcnc"),
         step("generated code", "xtask generated 300000"),
         step("programs beside another interpreter", "xtask gcode"),
+        step("exports beside the firmware of printers", "xtask printers"),
         step("reports in a browser", "xtask report"),
         step("the command in browsers", "xtask web --check"),
         step("the wheel for Python", "xtask python"),

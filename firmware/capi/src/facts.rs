@@ -202,6 +202,10 @@ pub struct AxisFacts {
     pub ramp_rate: f32,
     /// How far it must come back to count as reversed.
     pub hysteresis: f32,
+    /// Largest rate of change of its correction while it makes up a reversal, per s.
+    pub reversal_rate: f32,
+    /// Largest acceleration of its correction meanwhile, per s².
+    pub reversal_acceleration: f32,
 }
 
 impl From<&Axis> for AxisFacts {
@@ -222,6 +226,8 @@ impl From<&Axis> for AxisFacts {
             rate_bound: axis.rate_bound,
             ramp_rate: axis.ramp_rate,
             hysteresis: axis.hysteresis,
+            reversal_rate: axis.reversal_rate,
+            reversal_acceleration: axis.reversal_acceleration,
         }
     }
 }
@@ -232,6 +238,12 @@ impl From<&Axis> for AxisFacts {
 pub struct AuxiliaryFacts {
     /// The tool length for which the tables were made, mm, or the reference temperature, °C.
     pub reference: f32,
+    /// Lowest plausible reading of a temperature, °C; one below is a fault of the input.
+    pub lowest: f32,
+    /// Highest plausible reading of a temperature, °C; one above is a fault of the input.
+    pub highest: f32,
+    /// How fast a temperature is followed, K/s.
+    pub rate: f32,
     /// `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
     pub kind: u8,
     /// Its name, UTF-8, terminated by a zero.
@@ -244,8 +256,12 @@ impl From<&Auxiliary> for AuxiliaryFacts {
         let mut text = Text::new(&mut name);
         text.push(&auxiliary.name);
         text.end();
+        let [lowest, highest] = auxiliary.sensor.range;
         Self {
             reference: auxiliary.reference,
+            lowest,
+            highest,
+            rate: auxiliary.sensor.rate,
             kind: match auxiliary.kind {
                 AuxiliaryKind::ToolLength => TRUEAXIS_TOOL_LENGTH,
                 AuxiliaryKind::Temperature => TRUEAXIS_TEMPERATURE,

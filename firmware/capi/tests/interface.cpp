@@ -116,6 +116,7 @@ void loading(Bytes blob, std::size_t length)
         std::size_t found = 99;
         OK(trueaxis_tables_axis(tables.at, k, &axis));
         CHECK(axis.lower < axis.upper && axis.value_bound > 0 && axis.rate_bound > 0 && axis.ramp_rate > 0);
+        CHECK(axis.reversal_rate > 0 && axis.reversal_acceleration > 0);
         CHECK((axis.unit == TRUEAXIS_DEGREES) == (std::strchr("ABC", axis.name) != nullptr));
         OK(trueaxis_tables_find_axis(tables.at, axis.name, &found));
         CHECK(found == k);
@@ -127,6 +128,7 @@ void loading(Bytes blob, std::size_t length)
     for (std::size_t k = 0; k < facts.auxiliaries; k++) {
         trueaxis_auxiliary auxiliary;
         OK(trueaxis_tables_auxiliary(tables.at, k, &auxiliary));
+        CHECK(auxiliary.lowest < auxiliary.highest && auxiliary.rate > 0);
         OK(trueaxis_tables_find_auxiliary(tables.at, auxiliary.name, &found));
         CHECK(found == k);
     }

@@ -156,10 +156,37 @@ static void a_line_begins_at_the_motors(void)
           pieces);
 }
 
+/* Axes lose their reference, and the corrections go out along a line of which only the start is executed. From there on
+ * the axes are where they are shown: nothing is made up in the first piece of the next line. */
+static void a_ramp_that_is_cut_short_leaves_nothing(void)
+{
+    for (int moves = 0; moves < 20; moves++) {
+        start_corrected(blob("huron-13"));
+        float from[N_AXIS], to[N_AXIS], motors[N_AXIS];
+        random_place(to);
+        for (size_t i = 0; i < N_AXIS; i++)
+            to[i] = started_at[i] + 0.05f * (to[i] - started_at[i]);
+        sys.homed.mask = 0;
+        CHECK(line_to(to, 200), "a slow line");
+        CHECK(planned > 3 && executed == 0, "%zu blocks, %zu executed", planned, executed);
+        execute_to((size_t)between(0, 3), between(0, 1));
+        set_state(STATE_IDLE);
+        reset();
+        shown(from);
+        for (size_t i = 0; i < N_AXIS; i++)
+            motors[i] = motor(i);
+        size_t first = planned;
+        random_place(to);
+        CHECK(line_to(to, 0), "a line");
+        within_rate_bound("after a ramp that was cut short", motors, from, to, 0, first, 1.2);
+    }
+}
+
 void events(void)
 {
     a_line_begins_at_the_motors();
     direction_is_that_of_the_motors();
+    a_ramp_that_is_cut_short_leaves_nothing();
     static const char *const names[] = {"huron-13", "router-10", "table-head-13"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
         start_corrected(blob(names[k]));

@@ -74,8 +74,15 @@ static void an_axis_at_its_end_may_stay(void)
     /* At both ends of Y, whose corrections have different signs there. */
     bool beyond = false;
     for (int end = 0; end < 2; end++) {
+        size_t first = planned;
         to[1] = end ? 700.0f : 0.0f;
         CHECK(line_to(to, 3000), "to the end");
+        /* The motors go beyond by the bound at most. */
+        for (size_t k = 0; k < oracle.axes; k++)
+            for (size_t i = oracle.place[k], block = first; block < planned; block++)
+                CHECK(blocks[block].plan.target_mm[i] >= sys.work_envelope.min.values[i] - oracle.axis[k].value_bound &&
+                          blocks[block].plan.target_mm[i] <= sys.work_envelope.max.values[i] + oracle.axis[k].value_bound,
+                      "the motor of axis %zu goes to %g", i, (double)blocks[block].plan.target_mm[i]);
         execute();
         home_at[2] = -20.0f;
         home(4);

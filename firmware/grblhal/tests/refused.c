@@ -118,6 +118,12 @@ void refused(void)
     file_size = 16385;
     controller_start(NULL);
     moves_uncorrected("larger than TRUEAXIS_FILE_MOST");
+    /* The path that is still planned would not be remembered. */
+    buffer_size = 128;
+    start_with(blob("router-10"));
+    moves_uncorrected("the planner has as many blocks ($398) as TRUEAXIS_TRACE");
+    buffer_size = 100;
+
 #if N_AXIS < 6
     start_with(blob("huron-13"));
     moves_uncorrected(N_AXIS == 3 ? "axis A: the controller has none" : "axis C: the controller has none");

@@ -369,12 +369,15 @@ class Panel:
             text = "none in %s" % self.configuration.folder
         else:
             folder, when, found = last
-            text = "%s: tip %.1f → %.1f µm rms, at most %.1f predicted, band ± %.1f µm%s" % (
+            unseen = found.get("unseen", [])
+            text = "%s: tip %.1f → %.1f µm rms, %s%.1f predicted, band ± %.1f µm%s%s" % (
                 time.strftime("%Y-%m-%d %H:%M", when),
                 found["before"]["rms_um"],
                 found["after"]["rms_um"],
+                "" if unseen else "at most ",
                 found["expected_um"],
                 found["band_um"],
+                "; not measured: %s" % ", ".join(unseen) if unseen else "",
                 "" if found["is_kept"] else "; not kept",
             )
             self.values["calibration"].set_tooltip_text(folder)

@@ -13,6 +13,8 @@ use trueaxis_model::source::FileError;
 
 /// Start of the first line.
 const FIRST: &str = "RepRapFirmware height map file v2";
+/// The same of firmware 1.16 and before, whose maps have one spacing.
+const FIRST_V1: &str = "RepRapFirmware height map file v1";
 /// The second line of each generation.
 const LABELS: [&str; 3] = [
     "xmin,xmax,ymin,ymax,radius,spacing,xnum,ynum",
@@ -100,7 +102,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
         )
     };
     let first = lines.next().ok_or_else(missing)?;
-    if !first.text.starts_with(FIRST) {
+    if !first.text.starts_with(FIRST) && !first.text.starts_with(FIRST_V1) {
         return Err(first.bad(
             format!("the first line does not begin with `{FIRST}`"),
             "give heightmap.csv as the firmware writes it (G29 S3)",

@@ -5,6 +5,8 @@
 //! of the whole work, which does not matter because work is aligned by itself (and a bed is levelled). The text is read
 //! again, evaluated as the firmware does it, and compared with the compensation.
 
+pub mod measured;
+
 use crate::height_map::HeightMap;
 use crate::klipper::bed_mesh;
 use crate::positions::{random_of, travel};
@@ -68,6 +70,9 @@ pub struct Found {
     pub turned_urad: [f64; 3],
     /// X, Y and Z.
     pub axes: [Left; 3],
+    /// Largest corrections of X and Y (µm) where the firmware does not apply them, if there are such places.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_ends_um: Option<[f64; 2]>,
     /// Number of random positions with random directions of travel.
     pub positions: usize,
 }
@@ -335,7 +340,21 @@ pub fn skew(
             }),
         }
     };
+    // Marlin applies its factors only above 1 mm beyond the lower ends of X and Y, and where they lead to within the travel.
+    let at_ends_um = (firmware == Firmware::Marlin).then(|| {
+        let most = |i: usize| {
+            let [low, high] = travel(&axes[i]);
+            low.abs().max(high.abs())
+        };
+        let by_y = (skew.x_by_y * most(y)).abs();
+        [
+            by_y + (skew.x_by_z * most(z)).abs(),
+            (skew.y_by_z * most(z)).abs(),
+        ]
+        .map(|mm| mm * 1e3)
+    });
     let found = Found {
+        at_ends_um,
         skew,
         steps: scale.map(|s| 1.0 + s),
         turned_urad: turned.map(|t| t * 1e6),

@@ -59,7 +59,7 @@ pub use error::IdentifyError;
 pub use error_file::error_file;
 pub use estimate::Row;
 pub use foresee::Foreseen;
-pub use held_out::{HeldOut, held_out, scatters};
+pub use held_out::{HeldOut, Together, held_out, scatters};
 pub use identified::{Estimated, FoundChange, Identified};
 pub use locations::effect_over_travel;
 pub use missing::lacks;

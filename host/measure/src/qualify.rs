@@ -12,6 +12,7 @@
 mod suspects;
 
 use crate::formats::probe::{Lobe, ProbeFile, Spherical};
+use crate::identify::deviations;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::fmt;
 pub use suspects::Suspect;
@@ -95,6 +96,20 @@ pub struct Qualified {
     pub worst: (usize, f64),
     /// Touches that do not fit the others, and a ball that was moved.
     pub suspects: Vec<Suspect>,
+    /// The ball is seen elsewhere from one rotary position on, and the others agree.
+    pub shift: Option<Shift>,
+}
+
+/// From some rotary position on, the ball is seen elsewhere: it was moved, or the machine has an error that begins to matter
+/// there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// The first touch (by index) at that rotary position.
+    pub touch: usize,
+    /// How far (mm, workpiece frame).
+    pub by: Vector3<f64>,
+    /// How far the rotary positions are apart (mm, root mean square), with it and without.
+    pub apart: [f64; 2],
 }
 
 /// Why touches qualify nothing.
@@ -168,6 +183,10 @@ const LARGER: f64 = 0.02;
 /// moved if one of them explains it down to this fraction.
 const GROSS: f64 = 0.3;
 const EXPLAINS: f64 = 0.2;
+/// A ball that was moved leaves this fraction of how far rotary positions are apart, and chance gives that less than once in
+/// two thousand (standard deviations of a normal distribution).
+const APART: f64 = 0.2;
+const CHANCE: f64 = 3.3;
 /// A tip is within this of its stated place, and a ball of its place, whatever the errors of the machine (mm).
 const ELSEWHERE: f64 = 5.0;
 /// No step is as long (mm).
@@ -438,6 +457,7 @@ impl<'a> Fit<'a> {
             })
             .collect();
         let suspects = suspects(&left, &by, &groups);
+        let shift = tip.apart.and_then(|off| self.shift(off, of_centre));
         let offsets = tip.offset.iter().flatten().map(|(offset, _)| offset.abs());
         let off = offsets.chain(tip.apart).fold(0.0, f64::max);
         if off > ELSEWHERE {
@@ -484,6 +504,7 @@ impl<'a> Fit<'a> {
             touches: self.touches,
             worst: (worst, left[worst]),
             suspects,
+            shift,
             undetermined,
         })
     }
@@ -526,6 +547,54 @@ impl<'a> Fit<'a> {
 
     fn tip(&self, of_centre: f64) -> Result<Tip, QualifyError> {
         self.tip_of(&self.groups.iter().collect::<Vec<_>>(), of_centre)
+    }
+
+    /// The rotary position from which on the ball is seen elsewhere, if that explains beyond chance how far they are apart.
+    fn shift(&self, off: f64, of_centre: f64) -> Option<Shift> {
+        let all = (1..self.groups.len())
+            .filter_map(|first| Some((self.stepped(first, of_centre)?, first)));
+        let ((square, freedom, by), first) = all.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
+        let rest = square.sqrt();
+        let whole = off * off * (freedom + 3) as f64;
+        let explained = whole - square * freedom as f64;
+        let ratio = explained / 3.0 / square.max(f64::MIN_POSITIVE);
+        (rest < APART * off && deviations(ratio, 3, freedom) > CHANCE).then(|| Shift {
+            touch: self.groups[first].points[0].0,
+            by,
+            apart: [off, rest],
+        })
+    }
+
+    /// How far the rotary positions are apart (mm², mean square, and its degrees of freedom) with a ball that was moved before
+    /// one of them, and by how much it was.
+    fn stepped(&self, first: usize, of_centre: f64) -> Option<(f64, usize, Vector3<f64>)> {
+        let rows = 3 * self.groups.len() + self.known.place.map_or(0, |_| 3);
+        let mut all = DMatrix::zeros(rows, 9);
+        let mut seen = DVector::zeros(rows);
+        for (number, group) in self.groups.iter().enumerate() {
+            let at = 3 * number;
+            let unit = Matrix3::identity() / of_centre;
+            seen.rows_mut(at, 3).copy_from(&(group.centre / of_centre));
+            all.view_mut((at, 0), (3, 3)).copy_from(&unit);
+            let turned = -group.turn / of_centre;
+            all.view_mut((at, 3), (3, 3)).copy_from(&turned);
+            if number >= first {
+                all.view_mut((at, 6), (3, 3)).copy_from(&unit);
+            }
+        }
+        if let Some((place, uncertainty)) = self.known.place {
+            let unit = Matrix3::identity() / uncertainty;
+            seen.rows_mut(rows - 3, 3).copy_from(&(place / uncertainty));
+            all.view_mut((rows - 3, 0), (3, 3)).copy_from(&unit);
+        }
+        let svd = all.clone().svd(true, true);
+        let least = ZERO * svd.singular_values.max();
+        let rank = svd.rank(least);
+        let found = svd.solve(&seen, least).ok()?;
+        let left = (&seen - &all * &found).norm_squared();
+        let free = rows.checked_sub(rank).filter(|free| *free > 0)?;
+        let by = Vector3::new(found[6], found[7], found[8]);
+        Some((left / free as f64 * of_centre * of_centre, free, by))
     }
 
     /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
@@ -885,6 +954,35 @@ mod tests {
             matches!(refused, Err(QualifyError::Moved { touch: 76, .. })),
             "{refused:?}"
         );
+    }
+
+    #[test]
+    fn a_ball_that_was_moved_a_little_between_rotary_positions_is_named() {
+        let five = [
+            [0.0, 0.0],
+            [40.0, 0.0],
+            [0.0, 120.0],
+            [-30.0, 60.0],
+            [20.0, 200.0],
+        ];
+        let by = Vector3::new(0.03, 0.0, -0.02);
+        for seed in 0..20 {
+            let truth = truth();
+            let moved = Truth {
+                centre: truth.centre + by,
+                ..self::truth()
+            };
+            let [before, after] =
+                [&truth, &moved].map(|t| touches(t, &five, &LATITUDES, NOISE, seed));
+            let still = qualify(&machine(), &known(), &before).unwrap();
+            assert_eq!(still.shift, None, "{seed}");
+            // 25 touches at each rotary position: before the fourth.
+            let touched = [&before[..75], &after[75..]].concat();
+            let found = qualify(&machine(), &known(), &touched).unwrap();
+            let shift = found.shift.unwrap();
+            assert_eq!(shift.touch, 75, "{seed}");
+            assert!((shift.by - by).norm() < 0.003, "{seed}: {shift:?}");
+        }
     }
 
     #[test]

@@ -124,7 +124,7 @@ pub fn certificate(
     report: &Report,
     calibration: Calibration,
 ) -> Result<Certificate, ReportError> {
-    let validation = report.validation;
+    let validation = report.validation.clone();
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
     let grounds = Grounds::new(&subject, report, &calibration);
     let judged = judged(
@@ -407,6 +407,7 @@ mod tests {
             probing_um,
             band_um: 1.0,
             expected_um: 2.0,
+            unseen: Vec::new(),
             is_kept: true,
         }
     }

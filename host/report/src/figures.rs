@@ -311,6 +311,10 @@ pub fn validation(found: &Validation) -> String {
         uncertainty: None,
     };
     let measured = |name: &str, scatter: Scatter| bar(name, scatter.rms_um, scatter.largest_um);
+    let predicted = match found.unseen.is_empty() {
+        true => "predicted, at most",
+        false => "predicted of what was measured",
+    };
     let bars = Bars {
         title: "Scatter of the tip around the balls, before, after and as predicted, in µm"
             .to_owned(),
@@ -320,7 +324,7 @@ pub fn validation(found: &Validation) -> String {
         bars: vec![
             measured("before", found.before),
             measured("with the tables", found.after),
-            bar("predicted, at most", found.expected_um, found.expected_um),
+            bar(predicted, found.expected_um, found.expected_um),
         ],
     };
     bars.draw().inline()

@@ -19,7 +19,7 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel)
         return vec!["The errors that are known change nothing at the tool.".to_owned()];
     }
     let mut all = vec![
-        expected(volumetric, errors.unseen.is_empty()),
+        expected(volumetric, errors),
         cause(before, shares),
         left(volumetric),
     ];
@@ -53,7 +53,7 @@ fn unseen(errors: &ErrorModel) -> Option<String> {
 }
 
 /// The expected error: with tables, what they leave plus the effect of uncertain parameters.
-fn expected(volumetric: &Volumetric, is_all_seen: bool) -> String {
+fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> String {
     match (&volumetric.after, &volumetric.known) {
         (None, _) => format!(
             "Without tables the machine is off by {} on average over the travel.",
@@ -81,12 +81,17 @@ fn expected(volumetric: &Volumetric, is_all_seen: bool) -> String {
             let [of_mean, of_p95, of_largest] =
                 three(&after.direction_urad, &most.direction_urad);
             let where_ = zone(known);
-            let how_far = match is_all_seen {
+            // Balls show how errors that the model lacks move the tip, not how they turn the tool.
+            let of_direction = match errors.misfit.is_some_and(|mm| mm > 0.0) {
+                true => "tool direction, as far as its parameters say, by",
+                false => "tool direction by",
+            };
+            let how_far = match errors.unseen.is_empty() {
                 true => "the tip will be off by no more than about",
                 false => "the errors that were measured leave the tip off by about",
             };
             format!(
-                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst, and the tool direction by {of_mean}, {of_p95} and {of_largest} µrad (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave."
+                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst, and the {of_direction} {of_mean}, {of_p95} and {of_largest} µrad (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave."
             )
         }
     }
@@ -261,6 +266,18 @@ mod tests {
             said[3],
             "Not measured, and not in these figures: EX0C, EXX1. 10 µm of EX0C alone moves the tip by 20 µm over the \
              travel; the error file says what would show each."
+        );
+    }
+
+    #[test]
+    fn with_a_misfit_the_direction_is_that_of_the_parameters() {
+        let mut errors = none();
+        errors.misfit = Some(1e-3);
+        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        let said = sentences(&found, &[], &errors);
+        assert!(
+            said[0].contains("and the tool direction, as far as its parameters say, by 7.7"),
+            "{said:?}"
         );
     }
 

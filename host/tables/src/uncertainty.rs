@@ -20,7 +20,7 @@ use crate::validate::{Quality, Statistics};
 pub use benefit::{Benefit, benefit};
 pub use bounds::{MISFIT_MEAN, MISFIT_P95, bounds};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
-pub use travel::{OverTravel, over_travel};
+pub use travel::{OverTravel, over_travel, probed_zone};
 use trueaxis_kinematics::Sensitivity;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;

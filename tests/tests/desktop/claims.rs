@@ -1,44 +1,150 @@
-//! Whether claims hold on machines that have errors outside the model.
+//! Whether claims hold on machines that have errors outside the model: the whole way from probings to what the verdict,
+//! the report and the calibration report say.
 
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
+use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{Identified, Options, automatic, held_out};
-use trueaxis_model::errors::{ErrorModel, Parameter, Switches};
+use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_tables::uncertainty::Uncertain;
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_tables::uncertainty::{Uncertain, over_travel};
+use trueaxis_tables::validate::Statistics;
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::{Fixed, usual_or_all};
 
-/// Amplitude of waves (mm), number of rows, positions at which the tip is compared.
-const WAVE: f64 = 3e-3;
+/// Size of errors outside the model (mm, rad), number of rows, positions at which the tip is compared.
+const SIZE: [f64; 2] = [3e-3, 1e-5];
 const ROWS: usize = 120;
 const POSITIONS: usize = 200;
+/// Probability that a claim states.
+const STATED: f64 = 0.95;
 
-/// Adds a wave of one to three periods over the travel to each straightness of each linear axis.
-fn add_waves(case: &mut Case, random: &mut Fixed) {
-    for axis in 0..case.machine.axes.len() {
-        let letter = case.machine.axes[axis].letter;
-        if letter.is_rotary() {
-            continue;
+/// What a machine has beside the errors of model 12.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Outside {
+    Nothing,
+    /// Waves of one to three periods over the travel in each straightness.
+    Waves,
+    /// The same in all six motions of linear axes, of random size.
+    Motions,
+    /// Rotary axes run out and wobble once and twice a turn.
+    RunOut,
+    /// Every location error, the tilts and places that the model leaves out.
+    Locations,
+    /// Linear axes reverse with a lag that is another one at each end.
+    Reversal,
+    /// The artefact moves while it is probed.
+    Drift,
+}
+
+impl Outside {
+    const ALL: [Self; 7] = [
+        Self::Nothing,
+        Self::Waves,
+        Self::Motions,
+        Self::RunOut,
+        Self::Locations,
+        Self::Reversal,
+        Self::Drift,
+    ];
+
+    fn add(self, case: &mut Case, random: &mut Fixed) {
+        for axis in 0..case.machine.axes.len() {
+            let letter = case.machine.axes[axis].letter;
+            let own = "XYZABC".find(letter.char()).map(|i| i % 3);
+            for component in 0..6 {
+                let size = SIZE[component / 3];
+                let size = match (self, letter.is_rotary()) {
+                    (Self::Waves, false) if component < 3 && own != Some(component) => size,
+                    (Self::Motions, false) => random.within(0.0, size),
+                    (Self::RunOut, true) if own != Some(component % 3) => size,
+                    _ => continue,
+                };
+                let [low, high] = case.travel(axis);
+                let turns = (high - low) / TAU;
+                let (periods, phase) = match self {
+                    Self::RunOut => (
+                        random.within(1.0, 3.0).floor() * turns,
+                        random.within(0.0, TAU),
+                    ),
+                    _ => (random.within(1.0, 3.0), random.within(0.0, TAU)),
+                };
+                case.add_wave((axis, component), size, periods, phase);
+            }
+            if let (Self::Reversal, false, Some(own)) = (self, letter.is_rotary(), own) {
+                case.add_reversal((axis, own), SIZE[0], random.within(0.0, 1.0));
+            }
         }
-        for component in (0..3).filter(|k| ['X', 'Y', 'Z'][*k] != letter.char()) {
-            let (periods, phase) = (random.within(1.0, 3.0), random.within(0.0, TAU));
-            case.add_wave((axis, component), WAVE, periods, phase);
+        if self == Self::Reversal {
+            let linear = case.machine.axes.iter().enumerate();
+            let linear = linear.filter(|(_, axis)| !axis.letter.is_rotary());
+            let linear: Vec<usize> = linear.map(|(index, _)| index).collect();
+            for row in &mut case.strategy.rows {
+                for axis in &linear {
+                    row.direction[*axis] = either(random);
+                }
+            }
+        }
+        if self == Self::Locations {
+            for parameter in case.parameters("auto") {
+                let is_outside = !case.errors.parameters.contains_key(&parameter);
+                if is_outside && parameter.kind == ParameterKind::Inter {
+                    let size = SIZE[usize::from(parameter.is_angular())];
+                    let value = random.within(-size, size);
+                    let machine = case.machine.clone();
+                    case.errors.set(&machine, parameter, value);
+                }
+            }
+        }
+    }
+
+    /// 1 µm of noise, and how far the artefact moves.
+    fn disturbances(self, seed: u64) -> Disturbances {
+        let drift = if self == Self::Drift {
+            [SIZE[0], -SIZE[0], SIZE[0]]
+        } else {
+            [0.0; 3]
+        };
+        Disturbances {
+            noise: 1e-3,
+            drift,
+            seed,
+            ..Disturbances::default()
         }
     }
 }
 
-/// The share of positions in the probed zone at which the tip is within its 95 % band, by the error file.
-fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
+/// A direction of travel.
+fn either(random: &mut Fixed) -> f64 {
+    random.within(-1.0, 1.0).signum()
+}
+
+/// How a machine is identified: the model, and whether the file states the noise.
+const WAYS: [(&str, bool); 3] = [("12", true), ("12", false), ("auto", true)];
+
+/// What came of the claims of one machine.
+#[derive(Clone, Debug)]
+struct Kept {
+    outside: Outside,
+    way: (&'static str, bool),
+    /// The share of positions in the probed zone at which the tip is within its 95 % band.
+    band: f64,
+    /// Largest, mean and 95 % of the errors in the probed zone, as a part of what the verdict says they do not exceed.
+    most: [f64; 3],
+}
+
+/// The machine as its error file says after an identification.
+fn identified(case: &Case, mut measured: Probings, way: (&str, bool)) -> ErrorModel {
     let machine = &case.machine;
-    let mut measured = case.noisy(seed);
     for row in &mut measured.rows {
-        row.sigma = is_stated.then_some(1e-3);
+        row.sigma = way.1.then_some(1e-3);
     }
     let (none, options) = (Observations::default(), Options::default());
     let perfect = ErrorModel::perfect(machine);
-    let found: Identified = match model {
+    let found: Identified = match way.0 {
         "auto" => {
             let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
             chosen.unwrap().identified
@@ -55,18 +161,41 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
         &perfect,
         options,
     );
-    let errors = case.written(&measured, &found, predicted.as_ref().ok());
+    case.written(&measured, &found, predicted.as_ref().ok())
+}
+
+fn kept(case: &Case, outside: Outside, way: (&'static str, bool), seed: u64) -> Kept {
+    let measured = case.measured(&outside.disturbances(seed));
+    let errors = identified(case, measured, way);
+    let (band, is) = off(case, &errors, seed);
+    let found = Kinematics::new(&case.machine, &errors);
+    let most = over_travel(&found, seed).unwrap().unwrap().at_most;
+    let most = most.translation_um;
+    Kept {
+        outside,
+        way,
+        band,
+        most: [is.max / most.max, is.mean / most.mean, is.p95 / most.p95],
+    }
+}
+
+/// The share of positions in the probed zone at which the tip of a machine is within its 95 % band, and how far off it is.
+fn off(case: &Case, errors: &ErrorModel, seed: u64) -> (f64, Statistics) {
+    let machine = &case.machine;
     let known = errors.covariance();
-    let uncertain = Uncertain::new(machine, &errors, &known);
-    let [truth, found] = [&case.errors, &errors].map(|errors| Kinematics::new(machine, errors));
+    let uncertain = Uncertain::new(machine, errors, &known);
+    let [truth, found] = [&case.errors, errors].map(|errors| Kinematics::new(machine, errors));
     let mut random = Fixed::new(seed);
     let apart: Vec<(Vector3<f64>, f64)> = (0..POSITIONS)
         .map(|_| {
-            let mut q = [0.0; trueaxis_model::machine::MAX_AXES];
+            let mut q = [0.0; MAX_AXES];
             for (q, [low, high]) in q.iter_mut().zip(errors.calibrated) {
                 *q = random.within(low.min(high), low.max(high));
             }
-            let situation = trueaxis_model::errors::Situation::default();
+            let mut situation = Situation::default();
+            for sign in &mut situation.sign {
+                *sign = either(&mut random);
+            }
             let tip = |machine: &Kinematics<'_>| machine.actual(&q, &situation, &Switches::ALL).t;
             (
                 tip(&truth) - tip(&found),
@@ -76,35 +205,112 @@ fn within(case: &Case, model: &str, is_stated: bool, seed: u64) -> f64 {
         .collect();
     // The zero of the workpiece is set on the part.
     let zero = apart.iter().map(|(off, _)| off).sum::<Vector3<f64>>() / POSITIONS as f64;
-    let inside = apart
+    let off: Vec<f64> = apart.iter().map(|(off, _)| (off - zero).norm()).collect();
+    let inside = off
         .iter()
-        .filter(|(off, band)| (off - zero).norm() <= *band);
-    inside.count() as f64 / POSITIONS as f64
+        .zip(&apart)
+        .filter(|(off, (_, band))| *off <= band);
+    let band = inside.count() as f64 / POSITIONS as f64;
+    (band, Statistics::of(off.iter().map(|mm| mm * 1e3)))
 }
 
 /// `None` if the balls drawn are out of reach.
-fn drawn(number: usize, random: &mut Fixed) -> Option<Case> {
+fn drawn(number: usize, outside: Outside, random: &mut Fixed) -> Option<Case> {
     let mut case = Case::of_model_12(number, ROWS, random)?;
-    add_waves(&mut case, random);
+    outside.add(&mut case, random);
     case.reached().map(|_| case)
 }
 
 #[test]
-fn the_tip_is_within_its_band_in_the_probed_zone_whatever_the_model_lacks() {
-    // Shares of single machines scatter by 0.1: their mean over 20 by 0.025, over 100 by 0.01. Both are two of these
-    // below 95 %.
-    let (count, least) = usual_or_all((20, 0.90), (100, 0.93));
-    for (model, is_stated) in [("12", true), ("12", false), ("auto", true)] {
-        let mut random = Fixed::new(49);
-        let cases = (0..).filter_map(|number| Some((number, drawn(number, &mut random)?)));
-        let shares = cases
-            .take(count)
-            .map(|(number, case)| within(&case, model, is_stated, number as u64 + 1));
-        let mean = shares.sum::<f64>() / count as f64;
-        eprintln!(
-            "model {model}, noise stated: {is_stated}: {:.1} % within, {count} machines",
-            100.0 * mean
-        );
-        assert!(mean >= least, "{model}, noise stated: {is_stated}: {mean}");
+fn claims_are_kept_in_the_probed_zone_whatever_the_model_lacks() {
+    // Twenty machines: three may be beyond chance, of which more than two of 20 with 95 % each have once in 13 draws.
+    let (count, least, of_machines) = usual_or_all((20, 0.90, 0.85), (200, 0.93, 0.93));
+    let mut random = Fixed::new(49);
+    let mut all: Vec<Kept> = Vec::new();
+    // Layouts, kinds and ways have no common factor: each meets each.
+    for number in 0.. {
+        let outside = Outside::ALL[number % Outside::ALL.len()];
+        let way = WAYS[number % WAYS.len()];
+        if let Some(case) = drawn(number, outside, &mut random) {
+            let one = kept(&case, outside, way, number as u64 + 1);
+            eprintln!("{number} {}: {one:?}", case.machine.name);
+            all.push(one);
+        }
+        if all.len() == count {
+            break;
+        }
     }
+    let told = |name: &str, of: &dyn Fn(&Kept) -> bool| {
+        let own: Vec<&Kept> = all.iter().filter(|one| of(one)).collect();
+        let n = own.len() as f64;
+        let band = own.iter().map(|one| one.band).sum::<f64>() / n;
+        let most =
+            [0, 1, 2].map(|k| own.iter().filter(|one| one.most[k] <= 1.0).count() as f64 / n);
+        eprintln!(
+            "{name}: band {:.3}; largest {:.3}, mean {:.3}, 95 % {:.3} of {n}",
+            band, most[0], most[1], most[2]
+        );
+        (band, most)
+    };
+    for outside in Outside::ALL {
+        told(&format!("{outside:?}"), &|one| one.outside == outside);
+    }
+    for way in WAYS {
+        told(&format!("{way:?}"), &|one| one.way == way);
+    }
+    let (band, most) = told("all", &|_| true);
+    assert!(band >= least && least <= STATED, "{band}");
+    assert!(most.iter().all(|share| *share >= of_machines), "{most:?}");
+}
+
+/// Runs of one calibration, and the parameters' change from one to another as a part of their size.
+const RUNS: usize = 5;
+const CHANGE: f64 = 0.2;
+
+/// The machine in another run: each of its errors is another one.
+fn in_another_run(case: &Case, random: &mut Fixed) -> Case {
+    let mut other = case.clone();
+    let machine = case.machine.clone();
+    for (parameter, value) in &case.errors.parameters {
+        // The sum of four is nearly normal.
+        let sum: f64 = (0..4).map(|_| random.within(-1.0, 1.0)).sum();
+        other
+            .errors
+            .set(&machine, *parameter, value * (1.0 + CHANGE * sum));
+    }
+    other
+}
+
+#[test]
+fn the_tip_is_within_its_band_in_another_run_if_each_run_differs() {
+    let (count, least) = usual_or_all((10, 0.90), (60, 0.93));
+    let mut random = Fixed::new(5);
+    let mut shares = Vec::new();
+    for number in 0.. {
+        let Some(case) = drawn(number, Outside::Nothing, &mut random) else {
+            continue;
+        };
+        let mut measured = Probings {
+            balls: case.strategy.balls.clone(),
+            rows: Vec::new(),
+        };
+        for run in 0..RUNS {
+            let mut own = in_another_run(&case, &mut random);
+            let rows = own.strategy.rows.iter().skip(run * ROWS / RUNS);
+            own.strategy.rows = rows.take(ROWS / RUNS).cloned().collect();
+            let found = own.measured(&Outside::Nothing.disturbances((RUNS * number + run) as u64));
+            measured.rows.extend(found.rows);
+            let all = measured.rows.iter_mut().skip(run * ROWS / RUNS);
+            all.for_each(|row| row.run = Some(run as f64));
+        }
+        let errors = identified(&case, measured, ("12", true));
+        let next = in_another_run(&case, &mut random);
+        shares.push(off(&next, &errors, number as u64 + 1).0);
+        if shares.len() == count {
+            break;
+        }
+    }
+    let mean = shares.iter().sum::<f64>() / count as f64;
+    eprintln!("{mean:.3} of {count} machines within: {shares:.2?}");
+    assert!(mean >= least, "{mean}");
 }

@@ -183,7 +183,10 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
             "SET_G92_OFFSET" => offsets.set(1, nine(&numbers)),
             "USE_TOOL_LENGTH_OFFSET" => offsets.set(2, nine(&numbers)),
             "SET_XY_ROTATION" => offsets.rotation = numbers.first().copied().unwrap_or_default(),
-            "SET_FEED_RATE" => feed = numbers.first().copied().unwrap_or_default(),
+            // In the unit that holds now: one after it in the line does not change what it means.
+            "SET_FEED_RATE" => {
+                feed = offsets.unit * numbers.first().copied().unwrap_or_default();
+            }
             "SELECT_PLANE" => {
                 plane = match inside {
                     "CANON_PLANE_XZ" => [2, 0, 1],
@@ -196,7 +199,7 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
                 motions.push(Motion {
                     kind: if rapid { "rapid" } else { "feed" }.to_owned(),
                     to: offsets.machine(nine(&numbers)),
-                    feed: if rapid { 0.0 } else { feed },
+                    feed: if rapid { 0.0 } else { feed / offsets.unit },
                     arc: None,
                     digits: offsets.digits(),
                 });
@@ -213,7 +216,7 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
                 motions.push(Motion {
                     kind: "arc".to_owned(),
                     to: offsets.machine(to),
-                    feed,
+                    feed: feed / offsets.unit,
                     arc: Some([turns, centre[plane[0]], centre[plane[1]]]),
                     digits: offsets.digits(),
                 });

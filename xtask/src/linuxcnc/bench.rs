@@ -108,6 +108,16 @@ impl Bench {
         done
     }
 
+    /// The command `trueaxis`.
+    pub fn trueaxis_path(&self) -> &Path {
+        &self.trueaxis
+    }
+
+    /// LinuxCNC's real-time modules, with the component.
+    pub fn modules(&self) -> &Path {
+        &self.modules
+    }
+
     /// A file that the runs see as `/tmp/NAME`.
     pub fn file(&self, name: &str) -> PathBuf {
         self.work.join(name)

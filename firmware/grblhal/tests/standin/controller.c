@@ -8,8 +8,6 @@
 #include <string.h>
 
 #define MOST_BLOCKS 200000
-/* Blocks of the planner. */
-#define BUFFER 100
 
 settings_t settings;
 system_t sys;
@@ -39,6 +37,7 @@ bool aborted;
 plan_line_data_t last_data;
 float home_at[N_AXIS];
 int alarm;
+uint_fast16_t buffer_size = 100;
 struct wall wall;
 const void *file_bytes;
 size_t file_size;
@@ -160,12 +159,12 @@ plan_block_t *plan_get_current_block(void)
 /* planner.c: a buffer of this size holds as many blocks. */
 uint_fast16_t plan_get_buffer_size(void)
 {
-    return BUFFER;
+    return buffer_size;
 }
 
 uint_fast16_t plan_get_block_buffer_available(void)
 {
-    return BUFFER - (planned - executed);
+    return buffer_size - (planned - executed);
 }
 
 /* planner.c, plan_sync_position: only the planner's position, not the parser's. */
@@ -256,7 +255,7 @@ static bool mc_line(const float *target, plan_line_data_t *data)
             return false;
         if (motion_cancel)
             stop_jog();
-        if (planned - executed == BUFFER) {
+        if (planned - executed == buffer_size) {
             if (state == STATE_IDLE)
                 state = STATE_CYCLE;
             memcpy(sys.position, blocks[executed++].steps, sizeof sys.position);

@@ -24,6 +24,8 @@ extern size_t planned, executed;
 extern void (*meanwhile)(size_t block);
 /* Set by that action: the line ends there without a report by a later call; a reset follows. */
 extern bool aborted;
+/* Blocks of the planner ($398). */
+extern uint_fast16_t buffer_size;
 /* The data of the last line, in their final state. */
 extern plan_line_data_t last_data;
 /* Axis positions after homing. */

@@ -91,6 +91,10 @@ pub enum Step {
     Load,
 }
 
+/// Errors that the model lacks are larger over the travel than what is left of them where the parameters were fitted: by
+/// up to this factor on simulated machines with straightness, backlash and run-out (`cargo xtask linuxcnc
+/// calibrate-outside`).
+const OVER_TRAVEL: f64 = 2.0;
 /// Rotary positions at which the probe is qualified, at most, and their file.
 const POSES: usize = 3;
 const POSES_FILE: &str = "poses.csv";
@@ -482,9 +486,11 @@ impl<'a> Calibration<'a> {
     /// Something over the travel with the identified errors.
     fn over_the_travel<T>(
         &self,
+        misfits: f64,
         compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
     ) -> Result<T, BadInput> {
-        let errors = files::read_known_errors(&self.file("errors.toml"), &self.machine)?;
+        let mut errors = self.errors()?;
+        errors.misfit = errors.misfit.map(|misfit| misfits * misfit);
         compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
             BadInput::new(
                 format!("{}: {error}", self.text("errors.toml")),
@@ -495,8 +501,8 @@ impl<'a> Calibration<'a> {
 
     /// Loads the compensation, probes with it, and keeps it if that is right.
     fn load(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
-        let benefit = self.over_the_travel(|kinematics| benefit(kinematics, SEED))?;
-        if !benefit.is_sure() {
+        let benefit = self.over_the_travel(OVER_TRAVEL, |kinematics| benefit(kinematics, SEED))?;
+        if !benefit.is_sure() || self.band()? >= benefit.before_um {
             files::print(&format!(
                 "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
                  because so much is not known of them\n",
@@ -565,13 +571,18 @@ impl<'a> Calibration<'a> {
             before,
             after,
             expected_um,
+            ref unseen,
             ..
         } = validation;
+        let predicted = match unseen.is_empty() {
+            true => "predicted, at most",
+            false => "predicted of what was measured",
+        };
         files::print(&format!(
             "\nvalidation at {} other positions    rms (µm)   largest\n  \
              before                           {:>9.2} {:>9.2}\n  \
              after                            {:>9.2} {:>9.2}\n  \
-             predicted, at most               {:>9.2}\n",
+             {predicted:<32} {:>9.2}\n",
             validation.probings,
             before.rms_um,
             before.largest_um,
@@ -579,6 +590,13 @@ impl<'a> Calibration<'a> {
             after.largest_um,
             expected_um
         ))?;
+        if !unseen.is_empty() {
+            files::print(&format!(
+                "not measured, and not in the prediction: {}; {} says what would show each\n",
+                unseen.join(", "),
+                self.text("errors.toml")
+            ))?;
+        }
         if !validation.is_kept {
             let sure = gain.is_some_and(Gain::is_sure);
             files::print(&match (after.rms_um < before.rms_um, sure, gain) {
@@ -638,17 +656,31 @@ impl<'a> Calibration<'a> {
         })
     }
 
+    /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
+    fn band(&self) -> Result<f64, BadInput> {
+        let band = self.over_the_travel(OVER_TRAVEL, |machine| over_travel(machine, SEED))?;
+        Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
+    }
+
+    /// The same where the parameters were fitted.
+    fn band_in_zone(&self) -> Result<f64, BadInput> {
+        let band = self.over_the_travel(1.0, |machine| over_travel(machine, SEED))?;
+        Ok(band.map_or(0.0, |band| {
+            band.zone.unwrap_or(band.travel).translation_um.mean
+        }))
+    }
+
     /// The judgement, and how much smaller the distances of the same rows have become (mm).
     fn validated(&self, after: &Path) -> Result<(Validation, Option<Gain>), BadInput> {
         let machine = &self.machine;
         let measured = self.measured()?;
         let perfect = ErrorModel::perfect(machine);
-        let parameters: Vec<Parameter> = self.errors()?.parameters.keys().copied().collect();
+        let errors = self.errors()?;
+        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
         let artefact = self.probed_artefact()?;
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         let identified = self.identified(&problem)?;
-        let band = self.over_the_travel(|kinematics| over_travel(kinematics, SEED))?;
-        let band = band.map_or(0.0, |band| band.travel.translation_um.mean);
+        let band = self.band()?;
         let distances = |probings: &Probings| {
             scatters(machine, probings, &artefact, &perfect, &identified.stylus)
         };
@@ -665,7 +697,7 @@ impl<'a> Calibration<'a> {
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
-        let expected = SCATTER * (libm::hypot(probing, band));
+        let expected = SCATTER * (libm::hypot(probing, self.band_in_zone()?));
         let is_better = after.rms_um < before.rms_um && gain.is_some_and(Gain::is_sure);
         let validation = Validation {
             probings,
@@ -674,6 +706,7 @@ impl<'a> Calibration<'a> {
             probing_um: probing,
             band_um: band,
             expected_um: expected,
+            unseen: errors.unseen.keys().map(Parameter::to_string).collect(),
             is_kept: is_better && after.rms_um <= expected,
         };
         Ok((validation, gain))

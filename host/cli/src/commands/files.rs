@@ -285,17 +285,22 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
     })
 }
 
-/// Writes pictures into a folder, which is made if it is missing: each into its own file.
-pub fn write_pictures(
-    folder: &Path,
-    pictures: impl IntoIterator<Item = (String, Picture)>,
-) -> Result<(), BadInput> {
+/// Makes a folder if it is missing.
+pub fn make_folder(folder: &Path) -> Result<(), BadInput> {
     std::fs::create_dir_all(folder).map_err(|error| {
         BadInput::new(
             format!("{} cannot be made: {error}", folder.display()),
             "give a folder that can be written to",
         )
-    })?;
+    })
+}
+
+/// Writes pictures into a folder, which is made if it is missing: each into its own file.
+pub fn write_pictures(
+    folder: &Path,
+    pictures: impl IntoIterator<Item = (String, Picture)>,
+) -> Result<(), BadInput> {
+    make_folder(folder)?;
     for (name, picture) in pictures {
         let path = folder.join(format!("{name}.svg"));
         write(&path, picture.file().as_bytes())?;

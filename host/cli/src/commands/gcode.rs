@@ -4,6 +4,7 @@
 mod ahead;
 mod arguments;
 mod expand;
+mod inlined;
 mod scratch;
 mod screen;
 
@@ -50,7 +51,7 @@ fn bad_program(path: &Path, error: &StreamError) -> BadInput {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    files::prepare(&arguments.output, &arguments.inputs())?;
+    files::prepare(arguments.output(), &arguments.inputs())?;
     let options = arguments.options()?;
     let blob = files::read_blob(&arguments.compensation)?;
     let runtime =
@@ -90,16 +91,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Some(expand::Program::new(arguments, &rules)?),
         false => None,
     };
-    let program = match &expanded {
-        Some(expanded) => expanded.path(),
-        None => arguments.program.as_path(),
+    let inlined = inlined::Program::new(arguments, &rules)?;
+    let program = match (&expanded, &inlined) {
+        (Some(expanded), _) => expanded.path(),
+        (None, Some(inlined)) => inlined.path(),
+        (None, None) => arguments.program.as_path(),
     };
-    let bad_program = |error: &StreamError| match (&expanded, error) {
-        (Some(expanded), StreamError::Refused(refusal)) => bad_program(
-            &arguments.program,
-            &StreamError::Refused(expanded.refusal(refusal)),
-        ),
-        _ => bad_program(&arguments.program, error),
+    let bad_program = |error: &StreamError| {
+        let refusal = match (&expanded, &inlined, error) {
+            (Some(expanded), _, StreamError::Refused(refusal)) => expanded.refusal(refusal),
+            (None, Some(inlined), StreamError::Refused(refusal)) => inlined.refusal(refusal),
+            _ => return bad_program(&arguments.program, error),
+        };
+        bad_program(&arguments.program, &StreamError::Refused(refusal))
     };
     let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
@@ -175,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             check::check(original, corrected, &rules, &tables, tip, exact.as_ref(), options)
                 .map_err(|error| {
                     BadInput::new(
-                        format!("{}: {error}", arguments.output.display()),
+                        format!("{}: {error}", arguments.output().display()),
                         "nothing is written; this is a mistake of trueaxis: please report it with the program",
                     )
                 })
@@ -189,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             Some(_) => Err(std::io::Error::other("the check fails")),
         }
     };
-    let done = replace::replace_by(&arguments.output, write, accept);
+    let done = replace::replace_by(arguments.output(), write, accept);
     drop(bar);
     if let Some(error) = bad {
         return Err(error);
@@ -202,7 +206,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     done.map_err(|error| {
         BadInput::new(
-            format!("{}: cannot be written: {error}", arguments.output.display()),
+            format!("{}: cannot be written: {error}", arguments.output().display()),
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })?;
@@ -210,13 +214,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return Err(BadInput::new(
             format!(
                 "--check: {} cannot be read back",
-                arguments.output.display()
+                arguments.output().display()
             ),
             "write into a file",
         ));
     }
     if let Some(expanded) = &expanded {
         expanded.relabel(&mut corrector.report, found.as_mut());
+    }
+    if let Some(inlined) = &inlined {
+        inlined.relabel(&mut corrector.report, found.as_mut());
     }
     let report: &Report = &corrector.report;
     let holds = found.as_ref().is_none_or(|found| found.holds(&options));
@@ -226,7 +233,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     if arguments.json {
         let answer = screen::Answer::new(
-            &arguments.output,
+            arguments.output(),
             report,
             compensation,
             &lengths,
@@ -238,7 +245,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         if let Some(expanded) = &expanded {
             files::print(&expanded.note())?;
         }
-        files::print(&screen::report(&arguments.output, report, &options))?;
+        if let Some(inlined) = &inlined {
+            files::print(&inlined.note())?;
+        }
+        files::print(&screen::report(arguments.output(), report, &options))?;
         files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;

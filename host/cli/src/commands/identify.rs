@@ -14,7 +14,7 @@ use super::bad_input::BadInput;
 use super::files;
 use super::verdict;
 use clap::Args;
-use inputs::Inputs;
+use inputs::{Inputs, Same};
 use kept::WithTables;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{DirectResult, Measurement};
@@ -65,6 +65,9 @@ pub struct Arguments {
     /// Readings of instruments (CSV), of which runs are fitted by parameters of the model instead of being kept as tables
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     observations: Vec<PathBuf>,
+    /// What stayed where it was between several files of probings: the stylus alone, or the balls as well
+    #[arg(long, value_enum, value_name = "WHAT")]
+    same: Option<Same>,
     /// Temperatures over time (CSV: time_s, NAME_C …, or the file of measurements if it has these columns): find which of
     /// them parameters change with, and with which lags
     #[arg(long, value_name = "LOG.csv")]

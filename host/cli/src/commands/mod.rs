@@ -50,6 +50,7 @@ mod scheme;
 mod schemes;
 mod screen;
 mod simulate;
+mod skew;
 mod target;
 mod touch_options;
 mod unidentifiable;
@@ -107,6 +108,7 @@ enum Command {
     Monitor(monitor::Arguments),
     Control(control::Arguments),
     Linuxcnc(linuxcnc::Arguments),
+    Skew(skew::Arguments),
     Export(export::Arguments),
     Import(import::Arguments),
     Completions(completions::Arguments),
@@ -172,6 +174,7 @@ impl Command {
             Self::Monitor(arguments) => monitor::run(&arguments),
             Self::Control(arguments) => control::run(&arguments),
             Self::Linuxcnc(arguments) => linuxcnc::run(&arguments),
+            Self::Skew(arguments) => skew::run(&arguments),
             Self::Export(arguments) => export::run(&arguments),
             Self::Import(arguments) => import::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments),

@@ -170,7 +170,20 @@ fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
             log[*touch].line
         ),
     };
-    found.suspects.iter().map(sentence).collect()
+    let shift = found.shift.map(|shift| {
+        format!(
+            "from line {} on, the ball is seen {:.1} µm elsewhere (x {:.1}, y {:.1}, z {:.1}); with that the rotary positions agree to {:.1} µm instead of {:.1}: look whether it was moved; if it was not, the machine has an error that begins to matter there",
+            log[shift.touch].line,
+            shift.by.norm() * 1e3,
+            shift.by.x * 1e3,
+            shift.by.y * 1e3,
+            shift.by.z * 1e3,
+            shift.apart[1] * 1e3,
+            shift.apart[0] * 1e3
+        )
+    });
+    let suspects = found.suspects.iter().map(sentence);
+    suspects.chain(shift).collect()
 }
 
 impl Arguments {

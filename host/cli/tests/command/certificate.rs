@@ -381,6 +381,54 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
 }
 
 #[test]
+fn a_limit_of_tip_and_direction_can_be_decided_for_the_probed_zone() {
+    let folder = Folder::new();
+    let machine = example("huron-k2x8/machine.toml");
+    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
+    let text = text.lines().filter(|line| !line.starts_with("covariance"));
+    let text: String = text.map(|line| line.to_owned() + "\n").collect();
+    let zone = "[calibrated]\nX = [-320.0, 320.0]\nY = [-100.0, 100.0]\n";
+    let errors = folder.file("errors.toml", text + zone);
+    let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
+    let report = |limit: &str| {
+        let calibration = folder.file("limits.toml", format!("{STATED}[[limit]]\n{limit}\n"));
+        let mut arguments = vec!["report", &machine, &errors, "--certificate", "--json"];
+        arguments.extend(["--calibration", &calibration, "--identification", &found]);
+        trueaxis(&arguments)
+    };
+    let judged = |limit: &str| {
+        let json: serde_json::Value = serde_json::from_slice(&report(limit).stdout).unwrap();
+        let one = &json["judged"][0];
+        let text = |key: &str| one[key].as_str().unwrap_or("").to_owned();
+        (text("decision"), text("words"), one["value"].as_f64())
+    };
+    let limit = |zone: &str| format!("quantity = \"tip p95\"\num = 9999.0{zone}");
+    let (whole, words, over_travel) = judged(&limit(""));
+    assert_eq!(whole, "not_decided");
+    assert!(words.ends_with("95 % of the travel"), "{words}");
+    let (probed, words, in_zone) = judged(&limit("\nzone = \"probed\""));
+    assert_eq!(probed, "pass");
+    assert!(words.ends_with("95 % of the probed zone"), "{words}");
+    assert!(in_zone < over_travel, "{in_zone:?} {over_travel:?}");
+    let direction = "quantity = \"direction mean\"\nurad = 9999.0\nzone = \"probed\"";
+    assert_eq!(judged(direction).0, "pass");
+    for (limit, message) in [
+        (
+            "quantity = \"E X\"\num = 9.0\nzone = \"probed\"",
+            "`E X` has no zone",
+        ),
+        (
+            "quantity = \"tip mean\"\num = 9.0\nzone = \"middle\"",
+            "`middle` is not a zone",
+        ),
+    ] {
+        let output = report(limit);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(message));
+    }
+}
+
+#[test]
 fn nothing_of_a_statement_is_run() {
     let folder = Folder::new();
     let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));

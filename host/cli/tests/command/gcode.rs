@@ -7,6 +7,8 @@ mod expanded;
 mod five_axes;
 mod hemisphere;
 mod mutations;
+mod posts;
+mod printer;
 mod programs;
 mod random;
 mod random_cycles;

@@ -163,6 +163,42 @@ fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
 }
 
 #[test]
+fn several_files_of_probings_are_identified_together_if_what_stayed_is_stated() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let first = validated(&folder, "first.csv", &["--noise", "1", "--seed", "2"]);
+    let second = validated(&folder, "second.csv", &["--noise", "1", "--seed", "3"]);
+    let identify = |files: &[&str], more: &[&str]| {
+        let words = ["identify", &machine];
+        let arguments = [&words[..], files, &["--model", "10", "--json"], more].concat();
+        let output = trueaxis(&arguments);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json
+    };
+    refused(
+        &["identify", &machine, &first, &second, "--model", "10"],
+        &["both probings", "--same stylus"],
+    );
+    let alone = identify(&[&first], &[]);
+    let of_alone = of(&alone, "EB0A")[1];
+    let balls = alone["balls"].as_array().unwrap().len();
+    for (same, count) in [("stylus", 2 * balls), ("balls", balls)] {
+        let both = identify(&[&first, &second], &["--same", same]);
+        assert_eq!(both["balls"].as_array().unwrap().len(), count, "{same}");
+        let [value, uncertainty] = of(&both, "EB0A");
+        assert!(
+            (value - 1.09e-3).abs() < 4.0 * uncertainty,
+            "{same}: {both}"
+        );
+        // Twice the rows: 0.71 of it, and less than that of one file in any case.
+        assert!(
+            uncertainty < 0.85 * of_alone,
+            "{same}: {uncertainty} {of_alone}"
+        );
+    }
+}
+
+#[test]
 fn what_a_compensation_has_done_to_each_parameter_is_said() {
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");

@@ -536,7 +536,15 @@ fn a_machine_without_the_component_is_told_how_to_load_it() {
         &[],
         ["warning", "[HAL]", "is not loaded", "loadrt trueaxis"],
     );
-    machine.finds(&[], ["warning", "basic_sim.tcl", "is a program", "HALFILE"]);
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "basic_sim.tcl",
+            "is a program",
+            "machine_cmds.hal",
+        ],
+    );
 }
 
 #[test]
@@ -833,7 +841,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
             "machine.ini",
             "[KINS]",
             "#INCLUDE machine.ini\n[KINS]",
-            ["machine.ini, line", "includes another one"],
+            ["machine.ini, line", "include each other"],
         ),
         (
             "machine.ini",
@@ -977,7 +985,7 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
         }
         machine.folder.file("other.ini", text)
     };
-    machine.folder.file("empty.hal", "");
+    machine.folder.file("empty.hal", loops(6));
     let to = machine.folder.path().to_str().unwrap();
     for (kinematics, joints, axes, parts) in [
         (
@@ -1004,7 +1012,6 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
             "axes=XYYZ",
             &["CHECK: does it move the table"],
         ),
-        ("gantrykins", 3, "axes= ", &[]),
     ] {
         let ini = ini(kinematics, joints);
         let output = trueaxis(&["linuxcnc", "setup", &ini, "-o", to, "--overwrite"]);
@@ -1016,9 +1023,265 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
         for part in parts {
             assert!(toml.contains(part), "{part} is not in\n{toml}");
         }
-        if !axes.ends_with(' ') {
-            answer(0, &["pose", &machine.at("machine.toml")]);
-        }
+        answer(0, &["pose", &machine.at("machine.toml")]);
+    }
+}
+
+/// Drives that are where they are sent.
+fn loops(joints: usize) -> String {
+    let lines = (0..joints)
+        .map(|n| format!("net j{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n"));
+    lines.collect()
+}
+
+/// A mill with the axes of `coordinates`; `change` replaces text of its INI file.
+fn plain_mill(coordinates: &str, change: &[[&str; 2]]) -> Folder {
+    let folder = Folder::new();
+    folder.file("mill.hal", loops(coordinates.len()));
+    let joints = coordinates.len();
+    let mut text = format!(
+        "[EMC]\nVERSION = 1.1\n[DISPLAY]\nDISPLAY = axis\n[HAL]\nHALFILE = mill.hal\n[TRAJ]\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
+         [KINS]\nKINEMATICS = trivkins coordinates={coordinates}\nJOINTS = {joints}\n"
+    );
+    for (n, letter) in coordinates.chars().enumerate() {
+        let kind = if "ABC".contains(letter) {
+            "ANGULAR"
+        } else {
+            "LINEAR"
+        };
+        text += &format!(
+            "[AXIS_{letter}]\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_{n}]\nTYPE = {kind}\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n\
+             MAX_VELOCITY = 50\nMAX_ACCELERATION = 400\nSTEPGEN_MAXVEL = 65\nSTEPGEN_MAXACCEL = 600\n"
+        );
+    }
+    for [from, to] in change {
+        assert!(text.contains(from), "{from} is not in\n{text}");
+        text = text.replacen(from, to, 1);
+    }
+    folder.file("mill.ini", text);
+    folder
+}
+
+/// Runs `setup`; returns its exit code and what it says.
+fn set_up(folder: &Folder, more: &[&str]) -> (Option<i32>, String) {
+    let (ini, to) = (folder.at("mill.ini"), folder.at("to"));
+    let done = trueaxis(&[&["linuxcnc", "setup", &ini, "-o", &to], more].concat());
+    let said = plain(&done.stdout) + &plain(&done.stderr);
+    (done.status.code(), said)
+}
+
+#[test]
+fn machines_whose_joints_are_not_axes_are_refused_by_name() {
+    for (change, name) in [
+        (["trivkins coordinates=XYZ", "corexykins"], "corexykins"),
+        (
+            ["trivkins coordinates=XYZ", "lineardeltakins"],
+            "lineardeltakins",
+        ),
+        (["trivkins coordinates=XYZ", "scarakins"], "scarakins"),
+        (["trivkins coordinates=XYZ", "rotatekins"], "rotatekins"),
+        (
+            ["trivkins coordinates=XYZ", "mykins_of_mine"],
+            "mykins_of_mine",
+        ),
+        (
+            ["DISPLAY = axis", "DISPLAY = axis\nLATHE = 1"],
+            "this is a lathe",
+        ),
+        (
+            ["coordinates=XYZ", "coordinates=XZZ"],
+            "XZZ do not move along X, Y and Z",
+        ),
+    ] {
+        let folder = plain_mill("XYZ", &[change, ["MAX_LIMIT = 150", "MAX_LIMIT = 1e99"]]);
+        let (code, said) = set_up(&folder, &["--install"]);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("refused: ") && said.contains(name), "{said}");
+        // The machine is not to be changed to suit us.
+        assert!(
+            said.contains("write: nothing") && !said.contains("LIMIT ="),
+            "{said}"
+        );
+        assert_eq!(folder.names(), ["mill.hal", "mill.ini"]);
+        let ini = folder.at("mill.ini");
+        let done = trueaxis(&[
+            "linuxcnc",
+            "start",
+            &ini,
+            "--yes",
+            "--install",
+            "--scale",
+            "X=2/100",
+        ]);
+        assert_eq!(done.status.code(), Some(1), "{}", plain(&done.stdout));
+        assert_eq!(folder.names(), ["mill.hal", "mill.ini"]);
+    }
+}
+
+#[test]
+fn what_linuxcnc_reads_is_read_and_its_versions_are_named() {
+    for (change, warning) in [
+        (
+            ["MAX_VELOCITY = 50", "MAX_VELOCITY = 50 # slow"],
+            "LinuxCNC 2.9 refuses",
+        ),
+        (["JOINTS = 3", "JOINTS = 3 # X Y Z"], "LinuxCNC 2.9 refuses"),
+        (
+            ["[TRAJ]", "[TRAJ]\nno value here"],
+            "LinuxCNC reads past it",
+        ),
+        (["HALFILE = mill.hal", "HALFILE =\nHALFILE = mill.hal"], ""),
+        (["LINEAR_UNITS = mm", "LINEAR_UNITS = 1.0"], ""),
+        (["ANGULAR_UNITS = degree", "ANGULAR_UNITS = 1.0"], ""),
+        (["[TRAJ]", "#INCLUDE a.inc\n[TRAJ]"], "2.9 ignores the line"),
+    ] {
+        let folder = plain_mill("XYZ", &[change]);
+        folder.file("a.inc", "[FILTER]\n#INCLUDE b.inc\n");
+        folder.file("b.inc", "png = x\n");
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(0), "{change:?}: {said}");
+        assert!(said.contains(warning), "{change:?}: {said}");
+        assert_eq!(said.contains("warning: "), !warning.is_empty(), "{said}");
+    }
+    let folder = plain_mill(
+        "XYZ",
+        &[["LINEAR_UNITS = mm", "LINEAR_UNITS = 0.03937007874"]],
+    );
+    set_up(&folder, &[]);
+    let hal = std::fs::read_to_string(folder.at("to/trueaxis.hal")).unwrap();
+    assert!(hal.contains(" units=inch\n"), "{hal}");
+    let folder = plain_mill("XYZ", &[["MAX_VELOCITY = 50", "MAX_VELOCITY = fast"]]);
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("MAX_VELOCITY is `fast`, no number"), "{said}");
+}
+
+#[test]
+fn a_file_from_before_2_8_is_converted_by_linuxcnc_itself() {
+    let folder = plain_mill(
+        "XYZ",
+        &[["JOINTS = 3\n", ""], ["[TRAJ]", "[TRAJ]\nAXES = 3"]],
+    );
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("before LinuxCNC 2.8") && said.contains("start LinuxCNC once"),
+        "{said}"
+    );
+    assert!(!said.contains("write JOINTS"), "{said}");
+}
+
+#[test]
+fn headroom_is_read_beside_text_and_from_pins_with_aliases() {
+    // The step generator has as much as the planner: nothing is left for the correction.
+    let none = ["STEPGEN_MAXVEL = 65", "STEPGEN_MAXVEL = 50"];
+    for velocity in ["MAX_VELOCITY = 50", "MAX_VELOCITY = 50 # mm per s"] {
+        let folder = plain_mill("XYZ", &[["MAX_VELOCITY = 50", velocity], none]);
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(
+            said.contains("STEPGEN_MAXVEL of joint 0 leaves nothing"),
+            "{said}"
+        );
+    }
+    let folder = plain_mill("XYZ", &[]);
+    let aliased =
+        "alias pin joint.0.motor-pos-cmd a\nalias pin joint.0.motor-pos-fb b\nnet j0 a => b\n";
+    folder.file(
+        "mill.hal",
+        loops(3).replacen(
+            "net j0 joint.0.motor-pos-cmd => joint.0.motor-pos-fb\n",
+            aliased,
+            1,
+        ),
+    );
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let hal = std::fs::read_to_string(folder.at("to/trueaxis.hal")).unwrap();
+    assert!(
+        hal.contains("net j0 <= trueaxis.joint.0.motor-cmd-out"),
+        "{hal}"
+    );
+    // A drive that is not found is not guessed.
+    folder.file("mill.hal", loops(2));
+    let (code, said) = set_up(&folder, &["--overwrite"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("joint.2.motor-pos-cmd is not connected"),
+        "{said}"
+    );
+}
+
+#[test]
+fn rotary_axes_without_limits_are_endless_and_limits_of_axes_count() {
+    for (from, to) in [
+        (
+            "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
+            "[JOINT_3]\nTYPE = ANGULAR\n",
+        ),
+        ("[AXIS_C]\n", "[AXIS_C]\nWRAPPED_ROTARY = 1\n"),
+        (
+            "MIN_LIMIT = -150\nMAX_LIMIT = 150\n[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -150\nMAX_LIMIT = 150\n",
+            "[JOINT_3]\nTYPE = ANGULAR\nMIN_LIMIT = -999999\nMAX_LIMIT = 1e6\n",
+        ),
+    ] {
+        let folder = plain_mill("XYZC", &[[from, to]]);
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(0), "{said}");
+        let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+        assert!(machine.contains("modulo = true"), "{machine}");
+        assert!(!machine.contains("360"), "{machine}");
+    }
+    let folder = plain_mill("XYZ", &[["MAX_LIMIT = 150", "MAX_LIMIT = 120"]]);
+    set_up(&folder, &[]);
+    let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+    assert!(machine.contains("range = [-150.5, 120.5]"), "{machine}");
+}
+
+#[test]
+fn a_pivot_that_is_not_visible_is_asked_for() {
+    let head = ["trivkins coordinates=XYZBC", "5axiskins coordinates=xyzbc"];
+    let folder = plain_mill("XYZBC", &[head]);
+    let driven = "loadrt sum2 names=pivot\nsetp pivot.in0 180\nnet piv pivot.out => 5axiskins.pivot-length\n";
+    folder.file("mill.hal", loops(5) + driven);
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        said.contains("only the module's default") && said.contains("--pivot"),
+        "{said}"
+    );
+    let ini = folder.at("mill.ini");
+    let start = [
+        "linuxcnc",
+        "start",
+        &ini,
+        "--yes",
+        "--install",
+        "--scale",
+        "X=2/100",
+    ];
+    refused(&start, &["only the module's default", "--pivot"]);
+    assert!(!Path::new(&folder.at("machine.toml")).exists());
+    let (code, _) = set_up(&folder, &["--pivot", "212.5", "--overwrite"]);
+    assert_eq!(code, Some(0));
+    let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+    assert!(machine.contains("tip_mm = [0.0, 0.0, -212.5]"), "{machine}");
+}
+
+#[test]
+fn joints_of_one_axis_with_different_backlash_are_refused() {
+    for lines in ["", "BACKLASH = 0.02\n"] {
+        let second = format!("[JOINT_3]\n{lines}");
+        let folder = plain_mill(
+            "XYZY",
+            &[
+                ["[JOINT_1]\n", "[JOINT_1]\nBACKLASH = 0.03\n"],
+                ["[JOINT_3]\n", &second],
+            ],
+        );
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains("both move Y"), "{said}");
     }
 }
 
@@ -1030,7 +1293,7 @@ fn compensated(folder: &Folder, units: &str, joints: [&str; 3]) -> String {
     for (n, lines) in joints.iter().chain([&""]).enumerate() {
         text += &format!("[JOINT_{n}]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\n{lines}");
     }
-    folder.file("empty.hal", "");
+    folder.file("empty.hal", loops(4));
     folder.file("mill.ini", text)
 }
 
@@ -1045,7 +1308,7 @@ fn setup_imports_what_linuxcnc_compensates_with_its_sign_and_unit() {
         [
             "COMP_FILE = x.comp\n",
             "BACKLASH = 0.002\n",
-            "COMP_FILE = a.comp\nCOMP_FILE_TYPE = 1\nSTEPGEN_MAXVEL = 5\nMAX_VELOCITY = 5\n",
+            "COMP_FILE = a.comp\nCOMP_FILE_TYPE = 1\nSTEPGEN_MAXVEL = 6.25\nMAX_VELOCITY = 5\n",
         ],
     );
     let to = folder.at("to/here");
@@ -1068,7 +1331,6 @@ fn setup_imports_what_linuxcnc_compensates_with_its_sign_and_unit() {
         (11, "# COMP_FILE = x.comp"),
         (15, "BACKLASH = 0"),
         (19, "# COMP_FILE = a.comp"),
-        (21, "STEPGEN_MAXVEL = 6.25"),
     ] {
         assert!(said.contains(&format!("mill.ini, line {line}: ")), "{said}");
         assert!(said.contains(&format!("  write: {write}\n")), "{said}");
@@ -1340,7 +1602,7 @@ fn the_last_line_is_what_to_do_next() {
 /// A mill with backlash on X, as `setup` and `compile` make it; the lines are of its joint.
 fn with_backlash(joint: &str) -> (Folder, String) {
     let folder = Folder::new();
-    folder.file("machine.hal", "");
+    folder.file("machine.hal", loops(3));
     let mut ini = String::from(
         "[HAL]\nHALFILE = machine.hal\n[TRAJ]\nLINEAR_UNITS = mm\n[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n",
     );
@@ -1429,4 +1691,16 @@ fn what_a_step_generator_without_headroom_leaves_of_a_circle_is_said() {
         "{reason}"
     );
     assert!(write.starts_with("STEPGEN_MAXACCEL = 2000"), "{write}");
+}
+
+#[test]
+fn corrections_come_in_after_homing_if_that_is_asked_for() {
+    let (folder, _) = with_backlash("BACKLASH = 0.03\n");
+    let hal = |name: &str, more: &[&str]| {
+        let (ini, to) = (folder.at("machine.ini"), folder.at(name));
+        trueaxis(&[&["linuxcnc", "setup", &ini, "-o", &to], more].concat());
+        std::fs::read_to_string(folder.at(&format!("{name}/trueaxis.hal"))).unwrap()
+    };
+    assert!(hal("asked", &["--enable-when-homed"]).ends_with("\nsetp trueaxis.enable 1\n"));
+    assert!(hal("usual", &[]).ends_with("\nsetp trueaxis.enable 0\n"));
 }

@@ -76,8 +76,18 @@ fn a_laser_and_a_ball_bar_make_a_compensation_in_two_commands() {
     }
     // Tables reach over the travel; circles do not cut them.
     assert!(!text.contains("[calibrated]"), "{text}");
-    // Scales are those of the laser, so none is missing.
-    assert!(!text.contains("[unseen]"), "{text}");
+    // Scales are those of the laser, so none is missing; nothing has measured straightnesses and tilts.
+    let unseen = text.split("[unseen]").nth(1).unwrap();
+    let unseen = unseen.split("\n\n").next().unwrap();
+    let named = |motion: &str| unseen.contains(&format!("\n{motion}2 = "));
+    assert!(
+        ["EYX", "EZX", "EAX", "EBX", "ECX", "EAZ"]
+            .iter()
+            .all(|motion| named(motion)),
+        "{text}"
+    );
+    assert!(!["EXX", "EYY", "EZZ"].iter().any(|motion| named(motion)));
+    assert_eq!(unseen.matches(" = ").count(), 15, "{text}");
     assert!(!text.contains("cannot be distinguished"), "{text}");
     answer(
         0,
@@ -98,6 +108,35 @@ fn a_laser_and_a_ball_bar_make_a_compensation_in_two_commands() {
     let mean = |which: &str| json[which]["translation_um"]["mean"].as_f64();
     let (before, after) = (mean("before"), mean("after"));
     assert!(before.unwrap() > 20.0 && after.unwrap() < 0.7, "{verified}");
+}
+
+#[test]
+fn instruments_alone_give_no_limit_where_motions_were_not_measured() {
+    let folder = Folder::new();
+    let machine = mill();
+    let truth = example("mill-21/errors-21.toml");
+    let files = [lasers(&folder, &truth), circles(&folder, &truth)].concat();
+    let (errors, blob) = (folder.at("errors.toml"), folder.at("mill.trax"));
+    identify(&files, &["-o", &errors]);
+    let arguments = [
+        "compile", &machine, &errors, "-o", &blob, "--random", "1000",
+    ];
+    let said = answer(0, &arguments);
+    // The tip stays 36 µm off.
+    assert!(!said.contains("no more than"), "{said}");
+    assert!(
+        said.contains("With these tables the errors that were measured leave the tip off by about"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Not measured, and not in these figures: E"),
+        "{said}"
+    );
+    // What the circles show of them is in the band.
+    let text = std::fs::read_to_string(&errors).unwrap();
+    let misfit = text.split("misfit_um = ").nth(1).unwrap();
+    let misfit: f64 = misfit.split("  #").next().unwrap().parse().unwrap();
+    assert!(misfit > 1.0, "{text}");
 }
 
 #[test]
@@ -170,7 +209,7 @@ fn every_kind_of_file_is_recognised_and_what_is_none_is_told_what_there_is() {
     let again = folder.file("b.csv", "ball,X,Y,Z\n1,10,10,-50\n");
     refused(
         &["identify", &machine, &probed, &again],
-        &["both probings", "join them", "run"],
+        &["both probings", "--same stylus", "--same balls"],
     );
     refused(
         &["identify", &machine, &lasers[0], &lasers[1]],

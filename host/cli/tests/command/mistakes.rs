@@ -354,6 +354,35 @@ fn a_ball_that_has_moved_is_named_with_its_row() {
 }
 
 #[test]
+fn a_ball_that_has_moved_is_named_before_the_bar_that_it_ends() {
+    let folder = Folder::new();
+    let good = simulated(&folder, &[]);
+    let moved = simulated(
+        &folder,
+        &[(
+            "artefact.toml",
+            "[-20.0, 75.0, 37.5]",
+            "[-20.1, 75.0, 37.5]",
+        )],
+    );
+    let of_ball = good.rows_of("2");
+    let from = of_ball.len() / 2;
+    let line = of_ball[from] + 2;
+    let table = mixed(good, &moved, &of_ball[from..]);
+    let artefact = std::fs::read_to_string(example("kolibri/artefact.toml")).unwrap();
+    // As long as the balls are apart: (90, 55, 0).
+    let bar = "\n[[bar]]\nballs = [\"1\", \"2\"]\nlength_mm = 105.4751\nstandard_uncertainty_mm = 0.0005\n";
+    let artefact = folder.file("bar.toml", artefact + bar);
+    let (code, said) = said(&folder, &table, &["--artefact", &artefact]);
+    assert_ne!(code, 0);
+    let place = said.find(&format!("before line {line}")).expect(&said);
+    let ball = said.find("ball 2 has moved by").expect(&said);
+    assert!(ball < place, "{said}");
+    let bar = said.find("bar from").unwrap_or(said.len());
+    assert!(ball < bar && !said.contains("correct the length"), "{said}");
+}
+
+#[test]
 fn a_stylus_that_has_bent_is_named_with_its_row() {
     let folder = Folder::new();
     let good = simulated(&folder, &[]);

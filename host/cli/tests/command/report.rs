@@ -386,6 +386,22 @@ fn a_validation_is_shown_as_measured_and_found_beside_its_files() {
     assert!(shown(&[&files[..], &["--validation", &given]].concat()));
     folder.file("validation.json", measured);
     assert!(shown(&files));
+    // What was not measured takes the limit away.
+    let unseen = measured.replace(
+        "\"is_kept\"",
+        "\"unseen\": [\"EX0C\", \"EZ0A\"], \"is_kept\"",
+    );
+    let unseen = folder.file("unseen.json", &unseen);
+    let (page, _) = page(
+        &folder,
+        0,
+        &[&files[..], &["--validation", &unseen]].concat(),
+    );
+    let page = text(&page);
+    assert!(page.contains("Not measured, and not in it: EX0C, EZ0A."));
+    assert!(
+        page.contains("predicted of what was measured") && !page.contains("predicted, at most")
+    );
     let report = figures(&files);
     assert_eq!(report.validation.map(|v| v.after.rms_um), Some(1.68));
     assert!(

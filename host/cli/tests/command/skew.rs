@@ -60,3 +60,72 @@ fn axes_that_these_firmwares_do_not_have_are_refused() {
     );
     assert!(folder.names().is_empty());
 }
+
+/// From lengths that somebody measured to the machine, and to what Klipper is told: the same lengths.
+#[test]
+fn measured_diagonals_become_a_machine_that_klipper_corrects_by_the_same_diagonals() {
+    let folder = Folder::new();
+    let [machine, errors, blob, out] =
+        ["machine.toml", "errors.toml", "p.trax", "skew.cfg"].map(|name| folder.at(name));
+    let files = ["--machine", &machine, "--errors", &errors];
+    let lengths = ["--xy", "141.32,141.51,100", "--yz", "141.5,141.3,100"];
+    refused(&[&["skew"], &lengths[..], &files].concat(), &["--travel"]);
+    let travel = ["--travel", "235,235,250"];
+    let said = answer(0, &[&["skew"], &lengths[..], &travel, &files].concat());
+    // (141.32² − 141.51²) / (4 · 100 · 100.007)
+    assert!(
+        said.contains("Y leans by 0.134 mm per 100 mm away from X"),
+        "{said}"
+    );
+    answer(
+        0,
+        &["compile", &machine, &errors, "-o", &blob, "--random", "500"],
+    );
+    answer(
+        0,
+        &["export", "klipper", &blob, "-o", &out, "--random", "2000"],
+    );
+    let lines = std::fs::read_to_string(&out).unwrap();
+    for (plane, wanted) in [
+        ("XY=", [141.32, 141.51, 100.0]),
+        ("YZ=", [141.5, 141.3, 100.0]),
+    ] {
+        let start = lines.find(plane).unwrap() + 3;
+        let text = lines[start..].split_whitespace().next().unwrap();
+        let found: Vec<f64> = text.split(',').map(|n| n.parse().unwrap()).collect();
+        let lean = |l: &[f64]| (l[0] * l[0] - l[1] * l[1]) / (2.0 * (l[0] * l[0] + l[1] * l[1]));
+        // Tables are within 0.05 µm over 235 mm.
+        assert!((lean(&found) - lean(&wanted)).abs() < 5e-7, "{lines}");
+    }
+    // Merged: another plane is added, this one is replaced, and what else is there stays.
+    let mut text = std::fs::read_to_string(&errors).unwrap();
+    text = text.replace("[parameters]\n", "[parameters]\nEZX2 = 4e-6 # mine\n");
+    std::fs::write(&errors, &text).unwrap();
+    answer(
+        0,
+        &[
+            &[
+                "skew",
+                "--xz",
+                "141.5,141.3,100",
+                "--xy",
+                "141.51,141.32,100",
+            ],
+            &files[..],
+        ]
+        .concat(),
+    );
+    let merged = std::fs::read_to_string(&errors).unwrap();
+    assert!(merged.contains("EZX2 = 4e-6 # mine\n"), "{merged}");
+    let values = |text: &str| -> Vec<String> {
+        let names = ["EA0", "EB0", "EC0"];
+        let of = |line: &&str| names.iter().any(|n| line.starts_with(n));
+        text.lines().filter(of).map(str::to_owned).collect()
+    };
+    let (before, after) = (values(&text), values(&merged));
+    assert_eq!((before.len(), after.len()), (3, 4), "{merged}");
+    for bad in ["100,141,100,3", "10,141,100"] {
+        refused(&[&["skew", "--xy", bad], &files[..]].concat(), &["--xy: "]);
+    }
+    assert_eq!(std::fs::read_to_string(&errors).unwrap(), merged);
+}

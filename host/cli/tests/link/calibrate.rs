@@ -220,9 +220,33 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
         &["flash", &blob, "--port", &shop.served.port, "--activate"],
     );
     let as_found = shop.state();
-    let mut child = shop.calibrate(&[]);
+    let child = shop.calibrate(&[]);
     shop.probe("run/validation.csv", "run/before.csv", None);
     shop.probe("run/strategy.csv", "run/touches.csv", None);
+    // Without a bar nothing shows the scale of X, and the balls do not tell errors that the stylus takes up.
+    let (code, said) = shop.ended(child);
+    assert_eq!(code, Some(1), "{said}");
+    let parts = [
+        "nothing is loaded: ",
+        "EXX1",
+        "are not measured",
+        "--accept-missing",
+    ];
+    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    // The same touches with another stylus than stated.
+    let text = fs::read_to_string(&machine).unwrap();
+    let other = text.replace("tip_mm = [0.0, 0.0", "tip_mm = [0.3, 0.0");
+    assert_ne!(text, other);
+    fs::write(&machine, other).unwrap();
+    let (code, said) = shop.ended(shop.calibrate(&["--from", "identify", "--accept-missing"]));
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("nothing is loaded: the stylus is 0."),
+        "{said}"
+    );
+    fs::write(&machine, text).unwrap();
+    assert_eq!(shop.state(), as_found);
+    let mut child = shop.calibrate(&["--from", "identify", "--accept-missing"]);
     shop.until_validation(&mut child);
     shop.probe(
         "run/validation.csv",
@@ -247,7 +271,7 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
             &shop.at("run/machine.trax"),
         ],
     );
-    let mut child = shop.calibrate(&["--from", "load"]);
+    let mut child = shop.calibrate(&["--from", "load", "--accept-missing"]);
     shop.until_validation(&mut child);
     shop.probe("run/validation.csv", "run/after.csv", None);
     let (code, said) = shop.ended(child);
@@ -258,7 +282,7 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
     );
     assert_eq!(shop.state(), calibrated);
     // Killed while it waits for the touches: its shell puts them back.
-    let mut child = shop.calibrate(&["--from", "load"]);
+    let mut child = shop.calibrate(&["--from", "load", "--accept-missing"]);
     shop.until_validation(&mut child);
     child.kill().unwrap();
     child.wait().unwrap();

@@ -25,6 +25,8 @@ pub struct Hal {
     pub signals: BTreeMap<String, (String, Command)>,
     /// Values of pins, parameters and signals.
     pub values: BTreeMap<String, (String, Command)>,
+    /// Other names of pins.
+    aliases: BTreeMap<String, String>,
     /// Files that are not read because they are programs.
     pub programs: Vec<(String, FileLocation)>,
 }
@@ -126,13 +128,21 @@ impl Hal {
                 }
             }
             ["unlinkp", pin] => {
-                self.signals.remove(pin);
+                let pin = self.pin(pin);
+                self.signals.remove(&pin);
+            }
+            ["alias", "pin", pin, alias] => {
+                self.aliases.insert(alias.to_owned(), pin.to_owned());
+            }
+            ["unalias", "pin", pin] => {
+                self.aliases.retain(|alias, of| alias != pin && of != pin);
             }
             ["delsig", "all"] => self.signals.clear(),
             ["delsig", signal] => self.signals.retain(|_, (of, _)| of != signal),
             ["setp" | "sets", pin, value] => {
                 let value = (value.to_owned(), command.clone());
-                self.values.insert(pin.to_owned(), value);
+                let pin = self.pin(pin);
+                self.values.insert(pin, value);
             }
             _ => {}
         }
@@ -141,7 +151,16 @@ impl Hal {
 
     fn link(&mut self, pin: &str, signal: &str, command: &Command) {
         let to = (signal.to_owned(), command.clone());
-        self.signals.insert(pin.to_owned(), to);
+        let pin = self.pin(pin);
+        self.signals.insert(pin, to);
+    }
+
+    /// The name of a pin without aliases.
+    fn pin(&self, name: &str) -> String {
+        self.aliases
+            .get(name)
+            .map_or(name, String::as_str)
+            .to_owned()
     }
 
     /// Adds a function to a thread; 1 is the first position, −1 the last.
@@ -335,6 +354,22 @@ mod tests {
         for text in ["linkpp a.out b.in\ndelsig a.out", "net s a b\ndelsig all"] {
             assert!(take(text).unwrap().signals.is_empty(), "{text}");
         }
+    }
+
+    #[test]
+    fn aliases_are_other_names_of_pins() {
+        let hal = take(
+            "alias pin a.out x\nnet s x => b.in\nalias pin c.v y\nsetp y 2\nunalias pin y\nsetp y 3\n",
+        )
+        .unwrap();
+        assert_eq!(hal.signal("a.out"), Some("s"));
+        assert_eq!(hal.value("c.v").map(|(value, _)| value), Some(2.0));
+        assert!(
+            take("alias pin a.out x\nnet s x\nunlinkp x")
+                .unwrap()
+                .signals
+                .is_empty()
+        );
     }
 
     #[test]

@@ -50,12 +50,34 @@ pub struct Entry {
     pub place: FileLocation,
 }
 
+impl Entry {
+    /// The number at the start of the value, as `strtod` reads it, and the text after it; `None` if there is none.
+    #[must_use]
+    pub fn number(&self) -> Option<(f64, &str)> {
+        let value = &self.value;
+        let is_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
+        let longest = value.find(|c| !is_number(c)).unwrap_or(value.len());
+        let end = (1..=longest)
+            .rev()
+            .find(|end| value[..*end].parse::<f64>().is_ok())?;
+        let number: f64 = value[..end].parse().ok()?;
+        let after = &value[end..];
+        let is_hexadecimal = after.starts_with(['x', 'X']);
+        (number.is_finite() && !is_hexadecimal).then_some((number, after.trim_start()))
+    }
+}
+
 /// An INI file with what it includes.
 #[derive(Debug)]
 pub struct Ini {
     entries: Vec<Entry>,
     sections: Vec<(String, FileLocation)>,
+    /// Lines that versions of LinuxCNC read differently, or past which they read: what they do.
+    pub remarks: Vec<(FileLocation, String)>,
 }
+
+/// LinuxCNC 2.10 follows `#INCLUDE` to this depth; 2.9 to a depth of 1.
+const DEEPEST: usize = 16;
 
 /// Reads a file that another one refers to; returns the cause of a failure.
 pub type Reader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
@@ -93,15 +115,16 @@ impl Ini {
     /// Reads a file. `read` opens the files that it includes, whose names are relative to it.
     ///
     /// # Errors
-    /// [`FileError`]: a line that is neither a section nor `KEY = value`, an included file that cannot be read or
-    /// that includes another one.
+    /// [`FileError`]: a section without its closing bracket, an included file that cannot be read, files that include each
+    /// other.
     pub fn read(source: Named, read: &Reader<'_>) -> Result<Self, FileError> {
         let mut ini = Self {
             entries: Vec::new(),
             sections: Vec::new(),
+            remarks: Vec::new(),
         };
         let mut section = String::new();
-        ini.take(&Rc::new(source), &mut section, Some(read))?;
+        ini.take(&Rc::new(source), &mut section, read, 0)?;
         Ok(ini)
     }
 
@@ -109,7 +132,8 @@ impl Ini {
         &mut self,
         source: &Rc<Named>,
         section: &mut String,
-        read: Option<&Reader<'_>>,
+        read: &Reader<'_>,
+        depth: usize,
     ) -> Result<(), FileError> {
         for (line, span) in joined(&source.text) {
             let place = FileLocation {
@@ -119,13 +143,19 @@ impl Ini {
             let line = line.trim_start_matches('\u{feff}').trim();
             if let Some(name) = line.strip_prefix("#INCLUDE") {
                 let name = name.trim();
-                let Some(read) = read else {
+                if depth == DEEPEST {
                     return Err(place.error(
-                        "an included file includes another one, which LinuxCNC does not do",
+                        format!("`{name}` is included by files that include each other"),
                         "here",
-                        "include it from the INI file itself",
+                        "include a file once",
                     ));
-                };
+                }
+                if depth > 0 {
+                    let remark = format!(
+                        "LinuxCNC 2.10 includes `{name}` here, 2.9 ignores the line, because this file is included itself"
+                    );
+                    self.remarks.push((place.clone(), remark));
+                }
                 let included = read(name).map_err(|cause| {
                     place.error(
                         format!("the included file `{name}` cannot be read: {cause}"),
@@ -133,7 +163,7 @@ impl Ini {
                         "#INCLUDE takes a path relative to the INI file",
                     )
                 })?;
-                self.take(&Rc::new(included), section, None)?;
+                self.take(&Rc::new(included), section, read, depth + 1)?;
             } else if line.is_empty() || line.starts_with(['#', ';']) {
             } else if let Some(rest) = line.strip_prefix('[') {
                 let Some((name, _)) = rest.split_once(']') else {
@@ -153,11 +183,10 @@ impl Ini {
                     place,
                 });
             } else {
-                return Err(place.error(
-                    "this is neither a section nor KEY = value",
-                    "here",
-                    "write [SECTION], KEY = value, or a comment with # at its begin; is the file cut off?",
-                ));
+                let remark = format!(
+                    "`{line}` is neither a section nor KEY = value: LinuxCNC reads past it"
+                );
+                self.remarks.push((place, remark));
             }
         }
         Ok(())
@@ -238,7 +267,6 @@ mod tests {
     fn what_is_cut_off_or_not_there_is_named_with_its_line() {
         for (text, line, message) in [
             ("[A]\n[JOINT_", 2, "closing bracket"),
-            ("[A]\nB = 1\nMAX_LI", 3, "neither a section"),
             ("#INCLUDE x.inc", 1, "`x.inc` cannot be read: there is none"),
         ] {
             let error = Ini::read(source(text), &none).unwrap_err();
@@ -247,6 +275,48 @@ mod tests {
         }
         let again = |_: &str| Ok(source("#INCLUDE m.ini"));
         let error = Ini::read(source("#INCLUDE m.ini"), &again).unwrap_err();
-        assert!(error.message.contains("includes another"));
+        assert!(error.message.contains("include each other"));
+    }
+
+    #[test]
+    fn lines_past_which_linuxcnc_reads_are_remarked() {
+        let read = |name: &str| {
+            let text = match name {
+                "a.inc" => "A = 1\n#INCLUDE b.inc\n",
+                _ => "B = 2\n",
+            };
+            Ok(source(text))
+        };
+        let ini = Ini::read(source("[S]\n#INCLUDE a.inc\nno value here\nC = 3\n"), &read).unwrap();
+        for (key, value) in [("A", "1"), ("B", "2"), ("C", "3")] {
+            assert_eq!(ini.get("S", key).unwrap().value, value);
+        }
+        let remarks: Vec<(usize, &str)> = (ini.remarks.iter())
+            .map(|(place, remark)| (place.line(), remark.as_str()))
+            .collect();
+        assert!(
+            matches!(remarks[..], [(2, nested), (3, _)] if nested.contains("2.9")),
+            "{remarks:?}"
+        );
+    }
+
+    #[test]
+    fn a_number_ends_where_strtod_ends_it() {
+        for (value, number) in [
+            ("60", Some((60.0, ""))),
+            ("60 # mm per s", Some((60.0, "# mm per s"))),
+            ("-1.5e3mm", Some((-1500.0, "mm"))),
+            (".5;half", Some((0.5, ";half"))),
+            ("2e", Some((2.0, "e"))),
+            ("+7-", Some((7.0, "-"))),
+            ("# 60", None),
+            ("", None),
+            ("0x10", None),
+            ("1e999", None),
+            ("nan", None),
+        ] {
+            let ini = Ini::read(source(&format!("[S]\nK = {value}\n")), &none).unwrap();
+            assert_eq!(ini.get("S", "K").unwrap().number(), number, "{value}");
+        }
     }
 }

@@ -219,11 +219,13 @@ impl Check<'_> {
                 };
                 let until = *until as usize;
                 self.holes(before, cycle, written, [holes, until])?;
+                // All holes of the line are in its segments, and may be written as several cycles.
+                let planned = match holes {
+                    0 => &segments[..],
+                    _ => &[],
+                };
                 holes = until;
-                let took = [
-                    &segments[..],
-                    &after.segments(&Move::Cycle(written.clone())),
-                ];
+                let took = [planned, &after.segments(&Move::Cycle(written.clone()))];
                 for (which, segments) in took.into_iter().enumerate() {
                     let parts = segments.iter();
                     let minutes = parts.map(|s| s.minutes(self.rules.dialect)).sum();
@@ -285,6 +287,7 @@ fn differs(before: &State, after: &State) -> Option<&'static str> {
         (before.cutter == after.cutter, "cutter compensation"),
         (before.retract == after.retract, "G98 or G99"),
         (before.tip == after.tip, "tool-centre-point control"),
+        (before.extruder.agrees(&after.extruder), "what is extruded"),
         (before.spindle == after.spindle, "the spindle"),
         (before.tool == after.tool, "the tool"),
         (before.next_tool == after.next_tool, "the next tool"),

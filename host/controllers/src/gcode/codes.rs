@@ -184,6 +184,8 @@ pub enum Machine {
     /// Spindle, coolant, overrides, outputs: nothing that positions depend on; before the motion of its
     /// line.
     Neutral,
+    /// M82, M83: what E counts from.
+    Extruder(Distance),
     /// M5 and M9 where they wait for the end of the motion.
     After,
 }

@@ -16,7 +16,7 @@ use super::axes::{self, COUNT, PerLetter};
 use super::dialect::{AfterEnd, Wrapping};
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
-use super::interpret::{Step, bits};
+use super::interpret::{Step, bits, is_neutral};
 use super::line_map::{Entry, Role};
 use super::offsets::system_name;
 use super::report::Report;
@@ -29,6 +29,7 @@ use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
 use piece::Piece;
+use write::Extrusion;
 
 /// Corrects a program.
 pub struct Corrector<'a> {
@@ -71,6 +72,8 @@ pub struct Corrector<'a> {
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
+    /// E of the line that is written, if that is divided.
+    extrusion: Option<Extrusion>,
     /// The first comment, until it is written.
     mark: Option<String>,
 }
@@ -89,7 +92,7 @@ impl<'a> Corrector<'a> {
         let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
         if let (Some(axis), Wrapping::None) = (wrapped, table.wrapping) {
             return Err(format!(
-                "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
+                "[axis.{0}] wrapped: this controller turns {0} as far as words say, so take it out of the setup",
                 axes::name(axis)
             ));
         }
@@ -102,6 +105,12 @@ impl<'a> Corrector<'a> {
                 "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
                 system_name(*number)
             ));
+        }
+        if rules.setup.decimals.is_some() && !table.needs_points {
+            return Err(
+                "decimals: words without a point count whole units in this dialect, so take it out of the setup"
+                    .to_owned(),
+            );
         }
         let ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
@@ -150,6 +159,7 @@ impl<'a> Corrector<'a> {
             percent: 0,
             closed: false,
             joined: false,
+            extrusion: None,
             mark,
         })
     }
@@ -201,7 +211,7 @@ impl<'a> Corrector<'a> {
             )
         } else if self.nominal.ended {
             return Ok(());
-        } else if self.in_line {
+        } else if self.in_line && !self.rules.dialect.table().printer {
             (
                 "the program ends within a line, and without M2, M30 or %: it may be cut off",
                 "get the whole file; if this is all of it, end its last line, or end it with M2 or M30",
@@ -246,7 +256,7 @@ impl<'a> Corrector<'a> {
         }
         self.percent += u64::from(block.percent);
         self.closed |= block.percent && self.nominal.begun;
-        self.begin(&block, out);
+        self.begin(&block, line, out);
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done
@@ -255,7 +265,9 @@ impl<'a> Corrector<'a> {
     /// Lines after the end are not part of the program, but Grbl runs whatever it is sent, and a file for Fanuc's
     /// controllers may have several programs, up to its last `%`.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
-        let (cause, remedy) = match self.rules.dialect.table().after_end {
+        let after_end = self.rules.dialect.table().after_end;
+        let run = after_end == AfterEnd::Run;
+        let (cause, remedy) = match after_end {
             AfterEnd::Nothing => return Ok(()),
             AfterEnd::Another if self.closed => return Ok(()),
             AfterEnd::Another => (
@@ -271,27 +283,43 @@ impl<'a> Corrector<'a> {
         self.closed |= self.block.percent;
         match self.block.words.first() {
             None => Ok(()),
+            // Spindle and coolant.
+            Some(_) if run && is_neutral(&self.block, self.rules) => Ok(()),
             Some(word) => Err(Fault::new(word.span(), cause, remedy)),
         }
     }
 
     /// Writes the mark before the first line that may follow it.
-    fn begin(&mut self, block: &Block, out: &mut Vec<u8>) {
-        if self.may_precede_mark(block) {
+    fn begin(&mut self, block: &Block, line: &[u8], out: &mut Vec<u8>) {
+        if self.may_precede_mark(block, line) {
             return;
         }
         if let Some(mark) = self.mark.take() {
-            out.push(b'(');
+            let [open, close]: [&[u8]; 2] = match self.semicolons() {
+                true => [b";", b""],
+                false => [b"(", b")"],
+            };
+            out.extend_from_slice(open);
             out.extend_from_slice(mark.as_bytes());
-            out.push(b')');
+            out.extend_from_slice(close);
             out.extend_from_slice(self.eol);
             self.note(Role::Plain);
         }
     }
 
-    /// True for `%`, and for the number of a program.
-    fn may_precede_mark(&self, block: &Block) -> bool {
-        block.percent || block.word(b'O').is_some()
+    /// True if comments begin with `;`, and `(` begins none.
+    fn semicolons(&self) -> bool {
+        let table = self.rules.dialect.table();
+        table.has_names || table.printer
+    }
+
+    /// True for `%`, for the number of a program, and for the comments by which firmwares and hosts know a slicer.
+    fn may_precede_mark(&self, block: &Block, line: &[u8]) -> bool {
+        let table = self.rules.dialect.table();
+        // Of a Sinumerik's file the second line says where it belongs.
+        let is_path = table.has_names && line.starts_with(b";$PATH");
+        let is_header = table.printer && block.words.is_empty() && block.command.is_none();
+        block.percent || is_path || is_header || block.word(b'O').is_some()
     }
 
     fn correct_block(
@@ -302,6 +330,7 @@ impl<'a> Corrector<'a> {
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let before = self.nominal.position;
+        let enters = self.enter_tip(block)?;
         let mut step = Step::default();
         self.nominal.step_into(block, self.rules, &mut step)?;
         let others = bits(step.others).map(axes::name);
@@ -312,8 +341,13 @@ impl<'a> Corrector<'a> {
             block,
             step: &step,
         };
-        if let Some(on) = step.tip {
-            self.switch_tip(&given, on)?;
+        match step.tip {
+            Some(_) if enters => {
+                self.nominal.tip = true;
+                self.written.tip = true;
+            }
+            Some(on) => self.switch_tip(&given, on)?,
+            None => {}
         }
         match &step.motion {
             None => self.pass(&given, &before, out),

@@ -57,10 +57,10 @@ const MEETS: f64 = 2e-4;
 /// A radius that is fitted is another one by less, in parts of it.
 const ANOTHER: f64 = 0.1;
 /// Steps towards the best centre: each is as exact as the deviations are small beside the radius.
-const STEPS: usize = 4;
+const STEPS: usize = 6;
 
 /// The arc from one place to the last node that is nearest to the corrected nodes of an arc, if there is one: its centre
-/// and its radius are fitted, by least squares of the distances from it.
+/// and its radius are fitted so that the largest distance from it is least; of a full turn by least squares.
 #[must_use]
 pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     let (first, last) = (nodes.first()?, nodes.last()?);
@@ -99,13 +99,20 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
             (radius, [by[0] / radius, by[1] / radius])
         };
         let (radius, begin) = out([from[i], from[j]]);
-        // Normal equations of the distance from the circle, by how far the centre goes along each way.
+        // Distances from the circle, and normal equations of them by how far the centre goes along each way.
         let (mut a, mut b) = ([[0.0; 2]; 2], [0.0; 2]);
+        let [mut outermost, mut innermost] = [[f64::NEG_INFINITY, 0.0], [f64::INFINITY, 0.0]];
         for node in nodes {
             let (distance, normal) = out([node.to[i], node.to[j]]);
             let mut slope = [0.0; 2];
             for (slope, way) in slope.iter_mut().zip(ways) {
                 *slope = (begin[0] - normal[0]) * way[0] + (begin[1] - normal[1]) * way[1];
+            }
+            if distance - radius > outermost[0] {
+                outermost = [distance - radius, slope[0]];
+            }
+            if distance - radius < innermost[0] {
+                innermost = [distance - radius, slope[0]];
             }
             for row in 0..2 {
                 b[row] -= slope[row] * (distance - radius);
@@ -115,7 +122,12 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
             }
         }
         let (by, determinant) = match ways.len() {
-            1 => ([b[0], 0.0], a[0][0]),
+            // All slopes have one sign: the largest distance is least where the farthest places on both sides are
+            // equally far off.
+            1 => (
+                [-(outermost[0] + innermost[0]), 0.0],
+                outermost[1] + innermost[1],
+            ),
             _ => (
                 [
                     b[0] * a[1][1] - b[1] * a[0][1],

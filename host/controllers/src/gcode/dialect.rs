@@ -3,10 +3,14 @@
 mod fanuc;
 mod grbl;
 mod grblhal;
+mod haas;
 mod linuxcnc;
+mod printer;
+mod siemens;
 
 use super::axes::{self, NOTHING, PerLetter};
 use super::codes::{self, Code, Machine};
+use super::modal::Motion;
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,9 +26,29 @@ pub enum Dialect {
     /// grblHAL: Grbl with canned cycles, tool lengths and feeds per revolution.
     #[cfg_attr(feature = "clap", value(name = "grblhal", help = None))]
     GrblHal,
-    /// Fanuc, Haas and their kin.
+    /// Fanuc and its kin.
     #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
+    /// Printers: Marlin, Prusa, Klipper, RepRapFirmware.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Printer,
+    /// Haas.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Haas,
+    /// Sinumerik in its own language.
+    #[cfg_attr(feature = "clap", value(help = None))]
+    Siemens,
+}
+
+/// In which unit an F counts that stands in a line with another unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedUnit {
+    /// In the unit before the line.
+    Before,
+    /// In the unit of the line.
+    After,
+    /// Controllers differ.
+    Unknown,
 }
 
 /// How words of a wrapped rotary axis turn it.
@@ -62,6 +86,18 @@ pub struct Table {
     pub counts_words_alone: bool,
     /// True if a length needs a point.
     pub needs_points: bool,
+    /// Decimals of words in mm and degrees that the controller reads; inches have one more. `None`: any number.
+    pub decimals: Option<usize>,
+    /// The motion that holds before the first line, if that is the same on every machine.
+    pub starts_in: Option<Motion>,
+    /// F beside another unit.
+    pub feed_unit: FeedUnit,
+    /// True if lines may ask for settings: `$$`, `?`.
+    pub asks: bool,
+    /// True if M98 and M97 call subprograms that may stand in the file.
+    pub calls: bool,
+    /// True for the words of a Sinumerik that are no letter and number: `T="…"`, `CR=`, TRAORI.
+    pub has_names: bool,
     /// True if `;` may end a block.
     pub semicolon_ends_block: bool,
     /// Lines behind the end.
@@ -118,6 +154,8 @@ pub struct Table {
     pub tool_change_moves: bool,
     /// True if G5, G5.1 and G8 are only about looking ahead.
     pub looks_ahead: bool,
+    /// True for printers: E belongs to moves, each line has its own motion word, and lines that move no axes are not read.
+    pub printer: bool,
 }
 
 impl Table {
@@ -128,6 +166,12 @@ impl Table {
         longest_line: 255,
         counts_words_alone: false,
         needs_points: false,
+        decimals: None,
+        starts_in: None,
+        feed_unit: FeedUnit::Unknown,
+        asks: false,
+        calls: false,
+        has_names: false,
         semicolon_ends_block: false,
         after_end: AfterEnd::Nothing,
         feed_counts_all: true,
@@ -155,6 +199,7 @@ impl Table {
         doubts_tool_offset: false,
         tool_change_moves: false,
         looks_ahead: false,
+        printer: false,
     };
 }
 
@@ -173,6 +218,9 @@ impl Dialect {
             Self::Grbl => &grbl::TABLE,
             Self::GrblHal => &grblhal::TABLE,
             Self::Fanuc => &fanuc::TABLE,
+            Self::Printer => &printer::TABLE,
+            Self::Haas => &haas::TABLE,
+            Self::Siemens => &siemens::TABLE,
         }
     }
 
@@ -227,6 +275,9 @@ mod tests {
             Dialect::Grbl,
             Dialect::GrblHal,
             Dialect::Fanuc,
+            Dialect::Printer,
+            Dialect::Haas,
+            Dialect::Siemens,
         ] {
             let table = dialect.table();
             for (k, (tenths, code)) in table.g.iter().enumerate() {

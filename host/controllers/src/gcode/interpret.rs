@@ -5,6 +5,7 @@ mod asked;
 mod cycle;
 mod data;
 mod endless_axes;
+mod extrusion;
 mod letters;
 mod modes;
 mod motion;
@@ -39,6 +40,8 @@ pub struct Step {
     pub after: bool,
     /// Words of axes (bits) that the machine does not have, which stay where they are.
     pub others: u16,
+    /// What a printer extrudes, in units of the program, if that is known.
+    pub extruded: Option<f64>,
     /// It is the last line.
     pub ends: bool,
 }
@@ -64,6 +67,11 @@ impl State {
         if block.percent && self.begun {
             self.ended = true;
         }
+        if let Some(command) = block.command {
+            self.begun = true;
+            self.command_of_printer(command, rules, step);
+            return Ok(());
+        }
         if self.ended || block.words.is_empty() || block.percent {
             return Ok(());
         }
@@ -86,6 +94,7 @@ impl State {
         self.feed_and_tool(&asked, step)?;
         self.set_modes(&asked, step)?;
         self.letters(&asked)?;
+        self.extrude(&asked, step);
         let named = asked.free;
         self.pass_others(&mut asked)?;
         step.others = named & !asked.free;
@@ -149,7 +158,7 @@ pub(super) fn bits(mask: u16) -> impl Iterator<Item = usize> {
 
 /// A whole number that is not negative.
 fn whole(word: &Word) -> Result<u32, Fault> {
-    if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e6 {
+    if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e8 {
         return Ok(word.value as u32);
     }
     Err(Fault::new(
@@ -160,7 +169,7 @@ fn whole(word: &Word) -> Result<u32, Fault> {
 }
 
 /// True if nothing in the line moves anything or changes a mode.
-fn is_neutral(block: &Block, rules: &Rules) -> bool {
+pub(super) fn is_neutral(block: &Block, rules: &Rules) -> bool {
     block.words.iter().all(|word| match word.letter {
         b'N' | b'S' => true,
         _ => word.machine(rules.dialect) == Some(Machine::Neutral),

@@ -13,6 +13,8 @@ pub struct Limits {
 
 /// What is left for the rounding of words, and for what happens between nodes.
 const RESERVE: f64 = 0.7;
+/// What words of three axes with four decimals are off, each by half of the last digit (mm).
+const ROUNDING: f64 = 0.087e-3;
 /// How far from a rotary axis the tip is thought to be, at most, where axes are commanded (mm).
 pub(crate) const LEVER: f64 = 500.0;
 
@@ -41,6 +43,15 @@ impl Limits {
         Self {
             linear: RESERVE * half * tolerance,
             rotary: RESERVE * turn.to_degrees(),
+        }
+    }
+
+    /// The same of arcs, whose distances are looked at node by node: all that rounding leaves of a tolerance (mm).
+    #[must_use]
+    pub fn of_arcs(self, tolerance: f64) -> Self {
+        Self {
+            linear: self.linear.max(tolerance - ROUNDING),
+            ..self
         }
     }
 

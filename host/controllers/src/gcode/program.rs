@@ -36,6 +36,8 @@ pub struct Segment {
     pub field_length: Option<f64>,
     /// True under G41 or G42.
     pub cutter: bool,
+    /// True for a rapid to machine coordinates, which ends within the travel.
+    pub retracts: bool,
     /// Axes (bits) that are to arrive at their corrected places.
     pub due: u16,
 }
@@ -100,11 +102,20 @@ impl<'a, R: BufRead> Reading<'a, R> {
         if self.state.ended {
             return Ok(Some(Step::default()));
         }
-        let scanned = self.block.scan(line, self.rules.dialect);
-        let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
-        let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
-        if let (Some(on), Some(tip)) = (step.tip, self.tip) {
-            let takes = self.tables.takes_length;
+        let takes = self.tables.takes_length;
+        let refused = |fault| Refusal::at(fault, number, line);
+        self.block.scan(line, self.rules.dialect).map_err(refused)?;
+        let (state, block) = (&mut self.state, &self.block);
+        let enters = match self.tip {
+            Some(tip) => tip
+                .enter(state, block, self.rules, takes)
+                .map_err(refused)?,
+            None => false,
+        };
+        let step = state.step(block, self.rules).map_err(refused)?;
+        if enters && step.tip.is_some() {
+            self.state.tip = true;
+        } else if let (Some(on), Some(tip)) = (step.tip, self.tip) {
             let length = self.state.field_length(self.rules, takes);
             let at = self.state.position.at;
             let there = match on {
@@ -132,6 +143,7 @@ impl<'a, R: BufRead> Reading<'a, R> {
             length: state.tool_length(&self.rules.setup),
             field_length: state.field_length(self.rules, self.tables.takes_length),
             cutter: state.under != Cutter::Off,
+            retracts: false,
             due: u16::MAX,
         };
         let cycle = match motion {
@@ -140,6 +152,7 @@ impl<'a, R: BufRead> Reading<'a, R> {
                 return vec![Segment {
                     whole: straight.from.missing(self.tables.axes).is_none(),
                     due: straight.due,
+                    retracts: straight.machine && *rate == Rate::Rapid,
                     ..segment(path, *rate)
                 }];
             }
@@ -210,7 +223,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                 return Ok(None);
             };
             let jumped = Event::Jumped(self.reading.state.position);
-            if step.tip.is_some() || step.passed.is_some() {
+            if (step.tip.is_some() && step.motion.is_none()) || step.passed.is_some() {
                 self.waiting.push_back(jumped);
             }
             if let Some(motion) = &step.motion {

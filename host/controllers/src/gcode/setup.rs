@@ -3,8 +3,9 @@
 mod linuxcnc;
 
 use super::axes::{self, COUNT, PerLetter, Position};
-use super::modal::{Distance, FeedMode, Plane, Retract, Units};
+use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::{Number, System};
+use super::words::number_of_name;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -26,6 +27,12 @@ pub struct Setup {
     pub distance: Option<Distance>,
     /// G93, G94 or G95 before the first line.
     pub feed_mode: Option<FeedMode>,
+    /// G90.1 or G91.1 before the first line, where it is not G91.1.
+    pub arc_distance: Option<Distance>,
+    /// The motion that holds before the first line.
+    pub motion: Option<Motion>,
+    /// What a length without a point counts, where the controller has a parameter for it.
+    pub decimals: Option<Decimals>,
     /// G98 or G99, where it is known which of them holds before the first line.
     pub retract: Option<Retract>,
     /// The tool in the spindle before the first line.
@@ -54,12 +61,22 @@ pub struct Setup {
     pub wrapped: [Option<bool>; COUNT],
 }
 
+/// What a length without a point counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decimals {
+    /// Whole mm, inches and degrees.
+    Calculator,
+    /// Least increments: 1 µm, 0.0001 inch, 0.001 degrees.
+    Least,
+}
+
 type Letters = BTreeMap<String, Spanned<f64>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     units: Spanned<String>,
+    decimals: Option<Spanned<String>>,
     start: Option<Start>,
     #[serde(default)]
     offset: BTreeMap<Spanned<String>, Letters>,
@@ -79,6 +96,8 @@ struct Start {
     plane: Option<Spanned<String>>,
     distance: Option<Spanned<String>>,
     feed: Option<Spanned<String>>,
+    motion: Option<Spanned<String>>,
+    arcs: Option<Spanned<String>>,
     travel: Option<BTreeMap<String, Spanned<String>>>,
     #[serde(flatten)]
     at: BTreeMap<String, f64>,
@@ -118,6 +137,13 @@ impl Setup {
         };
         let mut setup = Self {
             units: Some(units),
+            decimals: mode(
+                file.decimals,
+                &[
+                    ("calculator", Decimals::Calculator),
+                    ("least", Decimals::Least),
+                ],
+            )?,
             ..Self::default()
         };
         if let Some(start) = file.start {
@@ -136,11 +162,23 @@ impl Setup {
                 ("G95", FeedMode::PerRevolution),
             ];
             setup.feed_mode = mode(start.feed, &feeds)?;
+            let arcs = [
+                ("G90.1", Distance::Absolute),
+                ("G91.1", Distance::Incremental),
+            ];
+            setup.arc_distance = mode(start.arcs, &arcs)?;
+            let motions = [
+                ("G0", Motion::Rapid),
+                ("G1", Motion::Feed),
+                ("G2", Motion::Clockwise),
+                ("G3", Motion::Counterclockwise),
+            ];
+            setup.motion = mode(start.motion, &motions)?;
             for (letter, value) in &start.at {
                 let axis = axis_of(letter).ok_or_else(|| {
                     FileError::whole(
                         format!("[start] {letter}: no axis"),
-                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel`, `retract`, `plane`, `distance` or `feed`",
+                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel`, `retract`, `plane`, `distance`, `arcs`, `feed` or `motion`",
                     )
                 })?;
                 if !axes::can_be(*value) {
@@ -193,9 +231,16 @@ impl Setup {
             setup.systems.insert(number, system);
         }
         for (name, tool) in &file.tool {
-            let number = name.get_ref().parse().map_err(|_| {
-                FileError::at(name.span(), "no number of a tool", "here", "write [tool.1]")
-            })?;
+            let known = name.get_ref().parse().ok();
+            let number = known.unwrap_or_else(|| number_of_name(name.get_ref()));
+            if setup.tools.contains_key(&number) {
+                return Err(FileError::at(
+                    name.span(),
+                    "this tool is there already",
+                    "here",
+                    "write it once, or give it another name: this one cannot be told from the other",
+                ));
+            }
             let mut offset = [0.0; COUNT];
             let length = finite(&tool.length)? * units.mm();
             offset[2] = match &tool.offset {
@@ -367,7 +412,10 @@ mod tests {
             ),
             ("units = \"mm\"\n[axis.X]\nwrapped = true", "no rotary axis"),
             ("units = \"mm\"\n[axis.C]\n", "missing field"),
-            ("units = \"mm\"\n[tool.a]\nlength = 1", "number of a tool"),
+            (
+                "units = \"mm\"\n[tool.1]\nlength = 1\n[tool.01]\nlength = 1",
+                "there already",
+            ),
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
             (
                 "units = \"mm\"\n[start]\nretract = \"R\"",

@@ -3,9 +3,11 @@
 use super::axes::{COUNT, PerLetter, Position};
 use super::cycle::Sticky;
 use super::dialect::Dialect;
+use super::extruder::Extruder;
 use super::modal::{Cutter, Distance, FeedMode, Motion, Plane, Retract, Spindle, Units};
-use super::offsets::Offsets;
-use super::setup::Setup;
+use super::offsets::{Offsets, System};
+use super::setup::{Decimals, Setup};
+use super::words::Word;
 use std::collections::BTreeMap;
 
 /// What is the same for all lines.
@@ -23,8 +25,6 @@ pub struct Rules {
     pub pass: Vec<String>,
     /// Whether lines behind `/` are left out; `None`: not known.
     pub block_delete: Option<bool>,
-    /// Words without a point count least increments: 1 µm, 0.0001 inch, 0.001 degrees.
-    pub least_increments: bool,
     /// True if words are workpiece coordinates from the first line on.
     pub tip: bool,
     /// The machine that [`Self::axes`] are of, for messages.
@@ -48,6 +48,8 @@ pub enum Lost {
     ToolChange,
     /// G30 with another P than 2, on Fanuc's controllers.
     Reference,
+    /// A command of a printer that homes, probes or parks.
+    Command,
     /// By another tool offset, or not: G43 and G49 without Z, on Fanuc's controllers.
     ToolOffset,
 }
@@ -72,8 +74,10 @@ pub struct State {
     pub before_cycles: Option<Motion>,
     /// Everything between words and positions.
     pub offsets: Offsets,
-    /// F, as it was written.
+    /// F in units of the program.
     pub feed: Option<f64>,
+    /// What one unit of an F in the last line is, in units of the program: 1, but beside another unit.
+    pub feed_unit: f64,
     /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
     pub position: Position,
     /// Axes (bits) that absolute words of the program have brought where they are, since it began, or since something else
@@ -107,6 +111,8 @@ pub struct State {
     pub under: Cutter,
     /// True while words are workpiece coordinates.
     pub tip: bool,
+    /// E of a printer.
+    pub extruder: Extruder,
     /// Words that stay within a series of cycles.
     pub cycle: Option<Sticky>,
     /// Where G28 and G30 go.
@@ -117,6 +123,19 @@ pub struct State {
     pub ended: bool,
 }
 
+impl Rules {
+    /// What one digit of a word of a length or an angle counts: 1, or a least increment where the word has no point.
+    #[must_use]
+    pub(crate) fn counts(&self, word: &Word, rotary: bool, units: Units) -> f64 {
+        let least = self.setup.decimals == Some(Decimals::Least) && !word.point;
+        match (least, rotary, units) {
+            (false, ..) => 1.0,
+            (true, false, Units::Inch) => 1e-4,
+            (true, ..) => 1e-3,
+        }
+    }
+}
+
 impl State {
     /// Before the first line.
     #[must_use]
@@ -124,22 +143,29 @@ impl State {
         let setup = &rules.setup;
         // All begin with G54, unless LinuxCNC's parameters say otherwise.
         let mut offsets = Offsets::new(setup.systems.clone(), setup.selected.unwrap_or(1));
+        let printer = rules.dialect.table().printer;
+        if printer && setup.systems.is_empty() {
+            // Words are positions of the machine.
+            offsets.set(1, System::default());
+        }
         offsets.g92 = setup.g92;
         offsets.g92_stored = setup.g92_stored;
+        let starts_in = setup.motion.or(rules.dialect.table().starts_in);
         let mut position = Position::default();
         for axis in (0..COUNT).filter(|axis| setup.start.knows(*axis)) {
             position.set(axis, setup.start.at[axis]);
         }
         Self {
-            units: setup.units,
+            units: setup.units.or(printer.then_some(Units::Millimetre)),
             distance: Some(setup.distance.unwrap_or(Distance::Absolute)),
-            arc_distance: Distance::Incremental,
+            arc_distance: setup.arc_distance.unwrap_or(Distance::Incremental),
             plane: Some(setup.plane.unwrap_or(Plane::Xy)),
             feed_mode: setup.feed_mode.unwrap_or(FeedMode::PerMinute),
-            motion: None,
-            before_cycles: None,
+            motion: starts_in,
+            before_cycles: starts_in,
             offsets,
             feed: None,
+            feed_unit: 1.0,
             position,
             commanded: 0,
             others: [None; COUNT],
@@ -156,6 +182,7 @@ impl State {
             cutter_changes: false,
             under: Cutter::Off,
             tip: rules.tip,
+            extruder: Extruder::default(),
             cycle: None,
             homes: setup.homes,
             begun: false,

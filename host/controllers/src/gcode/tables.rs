@@ -153,6 +153,13 @@ impl<'a> Tables<'a> {
         Some((letter, self.limits(letter)))
     }
 
+    /// The place within the travel of an axis that is nearest to a position.
+    #[must_use]
+    pub fn nearest(&self, letter: usize, q: f64) -> f64 {
+        let [low, high] = self.limits(letter);
+        q.max(low).min(high)
+    }
+
     /// Ends of the travel of an axis, or of what the tables can be asked for.
     fn limits(&self, letter: usize) -> [f64; 2] {
         let farthest = self.farthest[letter];

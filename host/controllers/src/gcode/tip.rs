@@ -5,6 +5,10 @@
 //! pose, and 0 the machine with all axes at zero.
 
 use super::axes::{self, COUNT, PerLetter};
+use super::codes::Code;
+use super::fault::Fault;
+use super::state::{Rules, State};
+use super::words::{Block, Word};
 use trueaxis_kinematics::Nominal;
 use trueaxis_kinematics::nalgebra::{Matrix3, Vector3};
 use trueaxis_model::machine::{Machine, PerAxis};
@@ -57,6 +61,31 @@ impl<'a> Tip<'a> {
 
     fn tip(&self, q: &PerLetter, length: Option<f64>) -> Vector3<f64> {
         self.nominal.pose(&self.position(q), length).t
+    }
+
+    /// Before a line that switches tool-centre-point control on and moves: the place where the program stands becomes
+    /// that of the tip. Returns true for such a line.
+    ///
+    /// # Errors
+    /// Those of the modes of the line.
+    pub(crate) fn enter(
+        &self,
+        state: &mut State,
+        block: &Block,
+        rules: &Rules,
+        takes_length: bool,
+    ) -> Result<bool, Fault> {
+        let is_on = |word: &Word| word.code(rules.dialect) == Some(Code::TipOn);
+        let moves = block.words.iter().any(|w| axes::index(w.letter).is_some());
+        if state.tip || state.ended || !moves || !block.has_codes || !block.words.iter().any(is_on)
+        {
+            return Ok(false);
+        }
+        let mut with_tool = state.clone();
+        with_tool.modes(block, rules)?;
+        let length = with_tool.field_length(rules, takes_length);
+        state.position.at = self.world(&state.position.at, length);
+        Ok(true)
     }
 
     /// World coordinates of axis positions (mm, degrees), with a tool of this length (mm).

@@ -144,6 +144,16 @@ impl Field<'_> {
         Ok(Node { t, q, to, moved })
     }
 
+    /// Keeps a rapid to machine coordinates within the travel: at its end, where machines change tools, a correction
+    /// would lead beyond it.
+    pub fn within_travel(&self, node: &mut Node) {
+        for axis in super::interpret::bits(self.tables.axes) {
+            let at = self.tables.nearest(axis, node.moved[axis]);
+            node.to[axis] += at - node.moved[axis];
+            node.moved[axis] = at;
+        }
+    }
+
     /// Whether the axes can go to a node that is written.
     ///
     /// # Errors

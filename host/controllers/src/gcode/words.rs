@@ -1,6 +1,8 @@
 //! Words of a line: letters with numbers, in f64, with the place of every byte.
 
 mod digits;
+mod names;
+mod printer;
 mod unknown_bytes;
 
 use super::axes;
@@ -8,7 +10,9 @@ use super::codes::{Code, Machine};
 use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
 use digits::{Number, number_at};
-use unknown_bytes::strange;
+pub(crate) use names::number_of_name;
+pub use printer::Command;
+use unknown_bytes::{is_klartext, strange};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +81,8 @@ pub struct Block {
     pub percent: bool,
     /// True if a comment in it says that the program is corrected already.
     pub marked: bool,
+    /// A line of a printer that is not read as words.
+    pub command: Option<Command>,
     /// True if it has words G or M: without any it goes on with what holds.
     pub has_codes: bool,
     /// True if there is anything else than words: comments, or what stands behind `%`.
@@ -135,6 +141,25 @@ fn is_flow(rest: &[u8]) -> bool {
         || FLOW.iter().any(|word| is_keyword(word))
 }
 
+/// True for a line that asks Grbl for something, and changes nothing.
+fn is_question(line: &[u8]) -> bool {
+    let words = line.split(|b| matches!(b, b';' | b'(')).next();
+    matches!(
+        words.unwrap_or_default().trim_ascii(),
+        b"?" | b"$" | b"$$" | b"$#" | b"$I" | b"$G" | b"$N"
+    )
+}
+
+/// Where a comment begins within another one.
+fn nested(line: &[u8]) -> Option<usize> {
+    let mut within = false;
+    line.iter().position(|byte| {
+        let again = within && *byte == b'(';
+        within = *byte == b'(' || within && *byte != b')';
+        again
+    })
+}
+
 /// Behind `;` Fanuc's controllers begin another block, others of their kin a comment.
 fn another_block(line: &[u8], at: usize) -> Result<(), Fault> {
     let blank = |b: &&u8| matches!(b, b' ' | b'\t' | b'/');
@@ -191,18 +216,40 @@ impl Block {
         self.by = [0; 26];
         (self.deleted, self.percent, self.marked) = (false, false, false);
         (self.has_codes, self.has_text) = (false, false);
+        self.command = None;
         self.end = 0;
         let done = self.scan_words(line, dialect);
         // Of all that may be wrong line ends are told first; a comment would hide all lines behind them.
         if (done.is_err() || self.has_text)
-            && let Some(at) = line.iter().position(|b| *b == b'\r')
+            && let Some(at) = line.iter().position(|b| matches!(b, b'\r' | 0))
         {
+            // A byte order mark says more than the NUL behind it.
+            let at = if matches!(line[0], 0xFE | 0xFF) {
+                0
+            } else {
+                at
+            };
             return Err(strange(line, at));
+        }
+        if done.is_err()
+            && let Some(at) = nested(line)
+        {
+            return Err(Fault::new(
+                at..line.len(),
+                "a comment within a comment: it ends at the first `)`",
+                "take the inner brackets out",
+            ));
+        }
+        if done.is_err() && is_klartext(line) {
+            return Err(strange(line, 0));
         }
         done
     }
 
     fn scan_words(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
+        if dialect.table().printer && self.scan_printer(line)? {
+            return Ok(());
+        }
         let mut at = 0;
         while let Some(&byte) = line.get(at) {
             match byte {
@@ -215,7 +262,7 @@ impl Block {
                     self.look_for_mark(&line[at..]);
                     break;
                 }
-                b'(' => {
+                b'(' if !dialect.table().has_names => {
                     let Some(length) = line[at..].iter().position(|b| *b == b')') else {
                         return Err(Fault::new(
                             at..line.len(),
@@ -237,8 +284,16 @@ impl Block {
                     (self.percent, self.has_text) = (true, true);
                     break;
                 }
+                // Questions to Grbl, which answers and does nothing.
+                b'$' | b'?' if at == 0 && dialect.table().asks && is_question(line) => {
+                    self.has_text = true;
+                    break;
+                }
                 // Another way to write the number of a program.
                 b':' if self.words.is_empty() => at = self.word_at(line, at)?,
+                _ if byte.is_ascii_alphabetic() && dialect.table().has_names => {
+                    at = self.named_word(line, at)?;
+                }
                 _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at)?,
                 _ => return Err(strange(line, at)),
             }
@@ -309,8 +364,14 @@ impl Block {
             decimals,
             point,
         };
+        self.add(word)
+    }
+
+    /// Adds a word of a line; returns where it ends.
+    fn add(&mut self, word: Word) -> Result<usize, Fault> {
+        let (letter, end) = (word.letter, word.end);
         // Numbers of lines tell nothing.
-        if letter != b'N' && !axes::can_be(value) {
+        if letter != b'N' && !axes::can_be(word.value) {
             return Err(Fault::new(
                 word.span(),
                 format!("a number beyond {:.0e}", axes::LARGEST),

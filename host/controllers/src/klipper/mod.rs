@@ -2,4 +2,5 @@
 
 pub mod bed_mesh;
 mod config;
+pub mod probe;
 pub mod twist;

@@ -1,9 +1,11 @@
 //! `[axis_twist_compensation]` of Klipper: what a probe beside the nozzle reads wrong because the axes twist.
 //!
 //! Klipper adds a value to each reading of the probe, never to a motion: one over X, linear between equidistant points of
-//! `z_compensations`, and one over Y from `zy_compensations`, at the position of the tool while probing; beyond its ends a
-//! straight line goes on. The mean of each table is zero, because `z_offset` of the probe has the constant. Source:
-//! `axis_twist_compensation.py` of Klipper.
+//! `z_compensations`, and one over Y from `zy_compensations`; beyond its ends a straight line goes on. The mean of each
+//! table is zero, because `z_offset` of the probe has the constant. Source: `axis_twist_compensation.py` of Klipper.
+//!
+//! The calibration stores each value under the place of the bed that probe and nozzle touched; for the reading, the nozzle
+//! stood at that place minus the offset of the probe. [`Lookup`] says under which position a firmware looks a value up.
 
 use super::config::{Section, sections};
 use crate::sampled::{Grid, Nodes};
@@ -13,10 +15,32 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
+/// Under which position a firmware looks up the value of a reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Lookup {
+    /// That of the probe over the bed: Klipper since its pull request 7343 (August 2026).
+    #[default]
+    Bed,
+    /// That of the nozzle: Klipper before, and Kalico.
+    Nozzle,
+}
+
+impl Lookup {
+    /// The firmware that does so.
+    #[must_use]
+    pub fn firmware(self) -> &'static str {
+        match self {
+            Self::Bed => "Klipper since August 2026 (pull request 7343)",
+            Self::Nozzle => "Klipper before August 2026 (pull request 7343), and Kalico",
+        }
+    }
+}
+
 /// A table along X or Y.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Twist {
-    /// Positions of the tool (mm).
+    /// Positions in the file (mm).
     pub nodes: Nodes,
     /// What is added to a reading (mm).
     pub values: Vec<f64>,
@@ -138,18 +162,27 @@ impl<'m> Probe<'m> {
         up(command([0.0; 2]), self.offset) - up(command(self.offset), [0.0; 2])
     }
 
+    /// How far the position in the table is from that of the tool while probing.
+    fn shift(&self, k: usize, lookup: Lookup) -> f64 {
+        match lookup {
+            Lookup::Bed => self.offset[k] * self.signs[k],
+            Lookup::Nozzle => 0.0,
+        }
+    }
+
     /// The tables along X and Y with `points` each, each through the middle of the other axis.
     ///
     /// # Errors
     /// [`TwistError::Travel`]
-    pub fn tables(&self, points: usize) -> Result<[Twist; 2], TwistError> {
+    pub fn tables(&self, points: usize, lookup: Lookup) -> Result<[Twist; 2], TwistError> {
         let ranges = [self.range(0)?, self.range(1)?];
         let middle = ranges.map(|[low, high]| (low + high) / 2.0);
         Ok([0, 1].map(|k| {
-            let nodes = Nodes::over(ranges[k], points);
+            let shift = self.shift(k, lookup);
+            let nodes = Nodes::over(ranges[k].map(|end| end + shift), points);
             let values = (0..points).map(|i| {
                 let mut position = middle;
-                position[k] = nodes.at(i);
+                position[k] = nodes.at(i) - shift;
                 self.missing(position)
             });
             let values: Vec<f64> = values.collect();
@@ -163,7 +196,7 @@ impl<'m> Probe<'m> {
     ///
     /// # Errors
     /// [`TwistError::Travel`]
-    pub fn left(&self, tables: &[Twist; 2]) -> Result<[f64; 2], TwistError> {
+    pub fn left(&self, tables: &[Twist; 2], lookup: Lookup) -> Result<[f64; 2], TwistError> {
         /// Places along each axis.
         const PLACES: usize = 61;
         let nodes = [
@@ -172,7 +205,8 @@ impl<'m> Probe<'m> {
         ];
         let all = Grid::of(&nodes, |p| {
             let missing = self.missing([p[0], p[1]]);
-            [missing, missing - tables[0].at(p[0]) - tables[1].at(p[1])]
+            let [x, y] = [0, 1].map(|k| tables[k].at(p[k] + self.shift(k, lookup)));
+            [missing, missing - x - y]
         });
         let half_range = |k: usize| {
             let values = all.values.iter().map(|v| v[k]);
@@ -184,7 +218,15 @@ impl<'m> Probe<'m> {
         Ok([half_range(0), half_range(1)])
     }
 
-    /// The roll of X or Y (rad) that explains a table, at its points: E A X or E B Y.
+    /// Where the tool stood while the values of a table were probed, in any version of Klipper.
+    #[must_use]
+    pub fn probed_at(&self, k: usize, table: &Twist) -> Vec<f64> {
+        let shift = self.shift(k, Lookup::Bed);
+        let nodes = 0..table.nodes.count;
+        nodes.map(|i| table.nodes.at(i) - shift).collect()
+    }
+
+    /// The roll of X or Y (rad) that explains a table, where [`Self::probed_at`] says: E A X or E B Y.
     ///
     /// # Errors
     /// [`TwistError::NoLever`]
@@ -205,12 +247,13 @@ impl<'m> Probe<'m> {
             let [low, high] = machine.axes[self.axes[i]].travel;
             (low + high) / 2.0
         });
-        let values = (0..table.nodes.count).map(|i| {
-            position[k] = table.nodes.at(i);
+        let places = self.probed_at(k, table);
+        let values = places.iter().zip(&table.values).map(|(at, value)| {
+            position[k] = *at;
             let by_roll = rolled.missing(position) / ROLL;
             // A lever below a micrometre.
             match by_roll.abs() > 1e-3 {
-                true => Ok(table.values[i] / by_roll),
+                true => Ok(value / by_roll),
                 false => Err(TwistError::NoLever(axis)),
             }
         });
@@ -220,8 +263,8 @@ impl<'m> Probe<'m> {
 
 /// The section, for `printer.cfg`.
 #[must_use]
-pub fn print(tables: &[Twist; 2]) -> String {
-    let mut text = "[axis_twist_compensation]\n".to_owned();
+pub fn print(tables: &[Twist; 2], lookup: Lookup) -> String {
+    let mut text = format!("# for {}\n[axis_twist_compensation]\n", lookup.firmware());
     for (twist, (letter, key)) in tables.iter().zip(KEYS) {
         let values = twist.values.iter().map(|v| format!("{v:.6}"));
         let nodes = twist.nodes;
@@ -311,9 +354,8 @@ pub fn errors(probe: &Probe<'_>, tables: &[Option<Twist>; 2]) -> Result<String, 
             continue;
         };
         let list = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
-        let at = list(
-            &mut (0..twist.nodes.count).map(|i| format!("{:?}", rounded(twist.nodes.at(i), 1e9))),
-        );
+        let places = probe.probed_at(k, twist).into_iter();
+        let at = list(&mut places.map(|at| format!("{:?}", rounded(at, 1e9))));
         let roll = probe.roll(k, twist)?;
         let values = list(&mut roll.iter().map(|v| format!("{:?}", rounded(v * 1e6, 1e6))));
         let _ = write!(

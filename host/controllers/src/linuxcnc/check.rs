@@ -8,7 +8,7 @@ mod topology;
 
 pub use beforehand::beforehand;
 
-use super::configuration::{Configuration, Joint, millimetres};
+use super::configuration::{Configuration, Joint, word};
 use crate::formats::hal::Command;
 use crate::formats::ini::FileLocation;
 use serde::Serialize;
@@ -17,6 +17,9 @@ use trueaxis::Axis;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::reversal::{Reversal, reversals};
 use trueaxis_tables::validate::Runtime;
+
+/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
+pub(super) const SLOPE: f64 = 0.02;
 
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -107,13 +110,11 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
         reversals: reversals(against.runtime),
         findings: Vec::new(),
     };
-    for (name, place) in &configuration.hal.programs {
-        checked.warn(
-            place,
-            format!("{name} is a program, which is not read: anything it loads, connects or sets is not checked"),
-            format!("HALFILE = {}.hal, with the lines that the program makes", name.trim_end_matches(".tcl")),
-        );
+    checked.findings = beforehand::unsuited(configuration);
+    if !checked.findings.is_empty() {
+        return checked.findings;
     }
+    checked.findings = beforehand::readable(configuration);
     let joints = checked.component();
     checked.units();
     checked.topology();
@@ -144,15 +145,6 @@ impl<'a> Checked<'a> {
         self.add(Severity::Warning, place, reason, write);
     }
 
-    /// A finding about something missing, which an unread program may add.
-    fn missing(&mut self, place: &FileLocation, reason: String, write: String) {
-        let severity = match self.configuration.hal.programs.is_empty() {
-            true => Severity::Refused,
-            false => Severity::Warning,
-        };
-        self.add(severity, place, reason, write);
-    }
-
     fn axis(&self, letter: char) -> Option<(usize, &'a Axis)> {
         let axes = self.against.runtime.compensation().axes();
         let index = axes.iter().position(|a| char::from(a.name) == letter)?;
@@ -170,8 +162,8 @@ impl<'a> Checked<'a> {
         let configuration = self.configuration;
         let known = configuration.module.letters.clone();
         let Some(loaded) = self.component else {
-            let units = "[TRAJ]LINEAR_UNITS";
-            self.missing(
+            let units = configuration.unit_word();
+            self.refuse(
                 &configuration.section("HAL").clone(),
                 "the component trueaxis is not loaded".to_owned(),
                 format!("loadrt trueaxis file=FILE.trax axes={known} units={units}"),
@@ -235,37 +227,15 @@ impl<'a> Checked<'a> {
 
     fn units(&mut self) {
         let configuration = self.configuration;
-        let entry = configuration.ini.get("TRAJ", "LINEAR_UNITS");
-        if configuration.mm.is_none() {
-            let place = entry.map_or(configuration.section("TRAJ"), |e| &e.place);
-            self.refuse(
-                &place.clone(),
-                "[TRAJ]LINEAR_UNITS says neither mm nor inch".to_owned(),
-                "LINEAR_UNITS = mm".to_owned(),
-            );
-        }
         if let Some(loaded) = self.component {
-            let said = loaded.parameter("units").and_then(millimetres);
+            let said = loaded.parameter("units").and_then(word);
             if said.is_none() || configuration.mm.is_some_and(|mm| Some(mm) != said) {
                 self.refuse(
                     &loaded.place.clone(),
                     "units= is not what [TRAJ]LINEAR_UNITS says".to_owned(),
-                    "units=[TRAJ]LINEAR_UNITS".to_owned(),
+                    format!("units={}", configuration.unit_word()),
                 );
             }
-        }
-        if let Some(entry) = configuration.ini.get("TRAJ", "ANGULAR_UNITS")
-            && !entry.value.to_ascii_lowercase().starts_with("deg")
-            && self.letters().contains(['A', 'B', 'C'])
-        {
-            self.refuse(
-                &entry.place.clone(),
-                format!(
-                    "rotary joints are in {}, corrections in degrees",
-                    entry.value
-                ),
-                "ANGULAR_UNITS = degree".to_owned(),
-            );
         }
     }
 }

@@ -36,6 +36,22 @@ impl Import {
         self.joint.letter
     }
 
+    /// The lines of `COMP_FILE` and `BACKLASH` in the INI file that the error file replaces; none of those that it cannot
+    /// have, or that an included file has.
+    #[must_use]
+    pub fn lines(&self, configuration: &Configuration) -> Vec<usize> {
+        let is_endless = configuration.is_endless(self.joint);
+        let is_table = matches!(self.corrections, Corrections::Table(_));
+        if !"XYZABC".contains(self.letter()) || (is_endless && is_table) {
+            return Vec::new();
+        }
+        let entries = ["COMP_FILE", "BACKLASH"]
+            .iter()
+            .filter_map(|key| configuration.compensated(self.joint.number, key));
+        let own = entries.filter(|e| e.place.source.name == configuration.start.source.name);
+        own.map(|entry| entry.place.line()).collect()
+    }
+
     /// The line in the INI file, for readers.
     #[must_use]
     pub fn source(&self) -> &str {
@@ -46,10 +62,13 @@ impl Import {
 /// Reads what the configuration compensates; `open` opens the files that it names.
 ///
 /// # Errors
-/// [`FileError`]: a file that cannot be read, or that LinuxCNC does not read to its end.
+/// [`FileError`]: a file that cannot be read, or that LinuxCNC does not read to its end; joints of one axis with different
+/// corrections.
 pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Import>, FileError> {
-    let mut found = Vec::new();
-    for joint in configuration.axes() {
+    let mut found: Vec<Import> = Vec::new();
+    let joints = configuration.axes();
+    for joint in &joints {
+        let joint = *joint;
         let of = |key| configuration.compensated(joint.number, key);
         let (entry, corrections) = match (of("COMP_FILE"), of("BACKLASH")) {
             (Some(file), _) => (
@@ -59,6 +78,28 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
             (None, Some(backlash)) => (backlash, Corrections::Backlash(value(backlash)?)),
             (None, None) => continue,
         };
+        let mut others = joints.iter().filter(|other| other.letter == joint.letter);
+        let differs = |other: &&Joint| {
+            let other = (other.number, found.iter().find(|i| i.joint == **other));
+            let is_later = other.0 > joint.number;
+            let none = ["COMP_FILE", "BACKLASH"]
+                .iter()
+                .all(|key| configuration.compensated(other.0, key).is_none());
+            match other.1 {
+                Some(import) => import.corrections != corrections,
+                None => other.0 != joint.number && (none || !is_later),
+            }
+        };
+        if let Some(other) = others.find(differs) {
+            return Err(entry.place.error(
+                format!(
+                    "{} of joint {} is not what joint {} has, and both move {}: an error of {} is one for both",
+                    entry.key, joint.number, other.number, joint.letter, joint.letter
+                ),
+                "here",
+                "the compensation cannot replace this: measure without COMP_FILE and BACKLASH on these joints, or keep LinuxCNC's own on both",
+            ));
+        }
         let Entry {
             key, value, place, ..
         } = entry;
@@ -76,8 +117,8 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
 }
 
 fn value(entry: &Entry) -> Result<f64, FileError> {
-    let value: Option<f64> = entry.value.parse().ok();
-    value.filter(|v| v.is_finite()).ok_or_else(|| {
+    let value = entry.number().map(|(value, _)| value);
+    value.ok_or_else(|| {
         let message = format!("{} is `{}`, no number", entry.key, entry.value);
         entry.place.error(
             message,

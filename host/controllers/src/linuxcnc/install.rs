@@ -7,11 +7,19 @@ pub const PANEL: [&str; 2] = [
 ];
 
 /// The text of an INI file with the HAL file `hal` after the others, and with the panel; what is there already is not
-/// written again.
+/// written again. The lines `taken_out`, counted from 1, become comments.
 ///
 /// # Errors
 /// The name of a section that this file does not have (it may be in one that it includes).
-pub fn install(ini: &str, hal: &str) -> Result<String, &'static str> {
+pub fn install(ini: &str, hal: &str, taken_out: &[usize]) -> Result<String, &'static str> {
+    let mut kept = String::new();
+    for (k, line) in ini.split_inclusive('\n').enumerate() {
+        if taken_out.contains(&(k + 1)) {
+            kept += "# ";
+        }
+        kept += line;
+    }
+    let ini = &kept;
     let line = format!("HALFILE = {hal}");
     let with_hal = match lines(ini).any(|l| is_entry(l, "HALFILE", hal)) {
         true => ini.to_owned(),
@@ -84,20 +92,32 @@ mod tests {
             "[DISPLAY]\nDISPLAY = axis\n{name}\n{command}\nCYCLE_TIME = 0.1\n[HAL]\nHALFILE = a.hal\nHALUI = halui\n\
              HALFILE = b.hal\nHALFILE = trueaxis.hal\nPOSTGUI_HALFILE = c.hal\n[TRAJ]\n"
         );
-        assert_eq!(install(INI, "trueaxis.hal"), Ok(expected.clone()));
+        assert_eq!(install(INI, "trueaxis.hal", &[]), Ok(expected.clone()));
         // Only once.
-        assert_eq!(install(&expected, "trueaxis.hal"), Ok(expected.clone()));
+        assert_eq!(
+            install(&expected, "trueaxis.hal", &[]),
+            Ok(expected.clone())
+        );
         // With the line ends of the file.
         let [windows, expected] = [INI, &expected].map(|text| text.replace('\n', "\r\n"));
-        assert_eq!(install(&windows, "trueaxis.hal"), Ok(expected));
+        assert_eq!(install(&windows, "trueaxis.hal", &[]), Ok(expected));
     }
 
     #[test]
     fn a_missing_section_is_named_and_a_missing_last_line_end_is_added() {
-        assert_eq!(install("[DISPLAY]\n", "x.hal"), Err("HAL"));
-        assert_eq!(install("[HAL]\nHALFILE = a.hal", "x.hal"), Err("DISPLAY"));
-        let last = install("[DISPLAY]\n[HAL]\nHALFILE = a.hal", "x.hal");
+        assert_eq!(install("[DISPLAY]\n", "x.hal", &[]), Err("HAL"));
+        assert_eq!(
+            install("[HAL]\nHALFILE = a.hal", "x.hal", &[]),
+            Err("DISPLAY")
+        );
+        let last = install("[DISPLAY]\n[HAL]\nHALFILE = a.hal", "x.hal", &[]);
         assert!(last.is_ok_and(|text| text.ends_with("HALFILE = a.hal\nHALFILE = x.hal\n")));
+    }
+
+    #[test]
+    fn lines_that_are_taken_out_become_comments() {
+        let text = install(INI, "trueaxis.hal", &[3]).unwrap();
+        assert!(text.contains("\n# CYCLE_TIME = 0.1\n[HAL]\n"), "{text}");
     }
 
     /// No line is longer than LinuxCNC reads (LINELEN of its inifile.hh).

@@ -61,13 +61,22 @@ impl Module {
         }
     }
 
-    /// The command that loads a known module.
+    /// The command that loads kinematics.
     fn loaded(hal: &Hal) -> Option<&Command> {
         let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
-        loaded.find(|c| {
-            let is_known = |name: &String| name == TRIVIAL || Shape::of(name).is_some();
-            c.words.get(1).is_some_and(is_known)
-        })
+        loaded.find(|c| c.words.get(1).is_some_and(|name| name.ends_with("kins")))
+    }
+
+    /// Whether the positions of joints and axes are the same.
+    #[must_use]
+    pub fn is_trivial(&self) -> bool {
+        self.name == TRIVIAL
+    }
+
+    /// Whether each linear joint is known to move along an axis of the machine.
+    #[must_use]
+    pub fn joints_are_axes(&self) -> bool {
+        self.is_trivial() || Shape::of(&self.name).is_some()
     }
 }
 

@@ -14,4 +14,4 @@ pub use configuration::{Configuration, Joint, Open};
 pub use imported::{Import, imported};
 pub use install::{PANEL, install};
 pub use session::{Contact, Positions, Session, SessionError, State, Stopper};
-pub use setup::{Known, Setup, setup, without_limits};
+pub use setup::{Known, Setup, setup, unknown_pivot};

@@ -134,18 +134,21 @@ def finish(line, seconds):
 
 
 def mdi(line, seconds=600):
+    """A line, or a function that makes it from where the machine stands, for a move that can be repeated."""
     stat.poll()
     if stat.task_state != linuxcnc.STATE_ON:
         raise Refused("the machine is off", "switch it on, and start again: what was probed stays")
     if stat.task_mode != linuxcnc.MODE_MDI:
         raise Refused("the operator has taken the machine over", "start again: what was probed stays")
     messages()
-    # A move to a machine position can be repeated.
-    for _ in range(2 if line.startswith("G53 ") else 1):
-        command.mdi(line)
-        if finish(line, seconds):
+    makes = line if callable(line) else lambda: line
+    # A move to a machine position can be repeated, too.
+    for _ in range(3 if callable(line) or line.startswith("G53 ") else 1):
+        made = makes()
+        command.mdi(made)
+        if finish(made, seconds):
             return
-    raise Refused("%s: refused without a message" % line, "look at the machine, then start again")
+    raise Refused("%s: refused without a message" % made, "look at the machine, then start again")
 
 
 def in_mm(position):
@@ -287,14 +290,19 @@ def touch(asked):
     stat.poll()
     if stat.probe_val:
         raise Refused("the probe is tripped before a touch", "free the stylus, look at its battery and cable")
-    at = in_mm(stat.position)
-    way = {letter: value - at[letter] for letter, value in asked["target"].items()}
-    # Incremental words are turned by the rotation of the work offset.
-    turn = math.radians(-stat.rotation_xy)
-    x, y = way.get("X", 0.0), way.get("Y", 0.0)
-    if turn:
-        way["X"], way["Y"] = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
-    mdi("G91 G38.3%s F%g" % (words(way), asked["feed"]))
+
+    def towards():
+        stat.poll()
+        at = in_mm(stat.position)
+        way = {letter: value - at[letter] for letter, value in asked["target"].items()}
+        # Incremental words are turned by the rotation of the work offset.
+        turn = math.radians(-stat.rotation_xy)
+        x, y = way.get("X", 0.0), way.get("Y", 0.0)
+        if turn:
+            way["X"], way["Y"] = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+        return "G91 G38.3%s F%g" % (words(way), asked["feed"])
+
+    mdi(towards)
     tripped = bool(stat.probe_tripped)
     probed = in_mm(stat.probed_position)
     ended = in_mm(stat.position)

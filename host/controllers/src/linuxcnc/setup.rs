@@ -1,6 +1,6 @@
 //! HAL lines that install the component in a configuration, and a first description of the machine.
 
-use super::check::Finding;
+use super::check::{Finding, SLOPE};
 use super::configuration::{Configuration, Joint};
 use super::imported::{self, Import, Motion};
 use super::install::PANEL;
@@ -39,6 +39,10 @@ pub struct Known<'a> {
     pub blob: &'a str,
     /// Letters of the linear axes that move the table, if known; the others move the spindle.
     pub table: Option<&'a str>,
+    /// Corrections come in whenever the axes are homed; otherwise the operator switches them on.
+    pub enabled: bool,
+    /// From the pivot of a head to the nose of its spindle (mm), if known.
+    pub pivot: Option<f64>,
 }
 
 /// The lines, the description and the imported errors. `imports` is what the INI file compensates, `findings` what speaks
@@ -50,30 +54,35 @@ pub fn setup(
     imports: &[Import],
     findings: &[Finding],
 ) -> Setup {
-    let Known { name, blob, table } = known;
-    let (mut entries, tip) = entries(configuration);
+    let Known { name, table, .. } = known;
+    let (mut entries, mut tip) = entries(configuration);
+    if let Some(pivot) = known.pivot {
+        tip = rounded(-pivot);
+    }
+    let unsure = unknown_pivot(configuration).filter(|_| known.pivot.is_none());
     if let Some(table) = table {
         divide(&mut entries, table);
     }
     let motions = entries.iter().map(|entry| Motion {
         letter: entry.joint.letter,
         reversed: entry.reversed,
-        endless: is_endless(configuration, entry.joint),
+        endless: configuration.is_endless(entry.joint),
     });
     let motions: Vec<Motion> = motions.collect();
     Setup {
-        hal: hal(configuration, blob, &entries, findings),
-        machine: machine(configuration, name, &entries, tip),
+        hal: hal(configuration, known, &entries, findings),
+        machine: machine(configuration, name, &entries, tip, unsure),
         errors: imported::errors(configuration, name, &motions, imports),
     }
 }
 
 fn hal(
     configuration: &Configuration,
-    blob: &str,
+    known: Known<'_>,
     entries: &[Entry],
     findings: &[Finding],
 ) -> String {
+    let blob = known.blob;
     let hal = &configuration.hal;
     let letters = configuration.module.letters.chars();
     let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
@@ -97,17 +106,10 @@ fn hal(
     {
         let _ = writeln!(text, "#   {file}, line {line}: {write}");
     }
-    if !hal.programs.is_empty() {
-        let names: Vec<&str> = hal.programs.iter().map(|(name, _)| name.as_str()).collect();
-        let _ = writeln!(
-            text,
-            "# CHECK: {} are programs, which were not read. Places in the thread and signals are guesses.",
-            names.join(", ")
-        );
-    }
     let _ = writeln!(
         text,
-        "loadrt trueaxis file={blob} axes={letters} units=[TRAJ]LINEAR_UNITS"
+        "loadrt trueaxis file={blob} axes={letters} units={}",
+        configuration.unit_word()
     );
     text += &functions(configuration);
     let joints = letters
@@ -126,8 +128,16 @@ fn hal(
             "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length"
         ),
     };
-    text += "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\
-             # They come in slowly, once the axes are homed.\nsetp trueaxis.enable 0\n";
+    text += match known.enabled {
+        false => {
+            "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\
+             # They come in slowly, once the axes are homed.\nsetp trueaxis.enable 0\n"
+        }
+        true => {
+            "\n# The corrections come in slowly whenever the axes are homed; the panel and `trueaxis control --hal disable`\n\
+             # switch them off.\nsetp trueaxis.enable 1\n"
+        }
+    };
     text
 }
 
@@ -232,7 +242,13 @@ fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
     }
 }
 
-fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f64) -> String {
+fn machine(
+    configuration: &Configuration,
+    name: &str,
+    entries: &[Entry],
+    tip: f64,
+    unsure: Option<String>,
+) -> String {
     let quoted = toml::Value::from(name);
     let mut text = format!(
         "# A first description, made from the INI file: CHECK marks what that does not tell. See the page on machine\n\
@@ -245,7 +261,8 @@ fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f6
     }
     let _ = write!(
         text,
-        "\n[spindle]\naxis = \"z\"\n\n[tool]\n# CHECK: from the spindle frame to the tip of the tool.\ntip_mm = [0.0, 0.0, {tip:?}]\n"
+        "\n[spindle]\naxis = \"z\"\n\n[tool]\n# CHECK: from the spindle frame to the tip of the tool.\n{}tip_mm = [0.0, 0.0, {tip:?}]\n",
+        unsure.map_or(String::new(), |unsure| format!("# CHECK: {unsure}.\n"))
     );
     text
 }
@@ -274,12 +291,8 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
         line("origin_mm", format!("{origin:?}"), "");
     }
     match range(configuration, entry.joint) {
-        Some(_) if is_endless(configuration, entry.joint) => {
-            line(
-                "range",
-                "[-180.0, 180.0]".to_owned(),
-                "CHECK: it is taken for an axis without end",
-            );
+        _ if configuration.is_endless(entry.joint) => {
+            line("range", "[-180.0, 180.0]".to_owned(), "an axis without end");
             line("modulo", "true".to_owned(), "");
         }
         // With a margin, so that the soft limits are inside by the largest correction.
@@ -295,11 +308,8 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
                 margin(rotary)
             ),
         ),
-        None => line(
-            "range",
-            format!("[{:?}, {usual:?}]", -usual),
-            "CHECK: the INI file has no limits",
-        ),
+        // Refused before.
+        None => {}
     }
     if entry.reversed {
         line(
@@ -351,8 +361,6 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     text
 }
 
-/// Part of an acceleration that the slope of a correction adds to it, at most, on usual machines.
-pub(super) const SLOPE: f64 = 0.02;
 /// The least acceleration (mm/s², deg/s²) that the file takes; a ramp of the corrections is faster.
 const LEAST_REVERSAL: f64 = 0.001;
 
@@ -360,28 +368,12 @@ const LEAST_REVERSAL: f64 = 0.001;
 fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {
     let unit = configuration.unit(joint);
     let limit = |key: &str| {
-        let value = configuration.number(joint.number, key);
-        value.map(|v| rounded(v * unit))
+        let limit = configuration.limit(joint, key);
+        limit.map(|(value, _)| rounded(value * unit))
     };
     let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
-    range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5)
+    range.filter(|(low, high)| low < high)
 }
-
-/// The axes whose joints have no soft limits in the INI file, so that [`setup`] must guess their travel.
-#[must_use]
-pub fn without_limits(configuration: &Configuration) -> Vec<Joint> {
-    let axes = axes(configuration).into_iter();
-    axes.filter(|joint| range(configuration, *joint).is_none())
-        .collect()
-}
-
-fn is_endless(configuration: &Configuration, joint: Joint) -> bool {
-    let range = range(configuration, joint);
-    joint.is_rotary() && range.is_some_and(|(low, high)| high - low > ENDLESS)
-}
-
-/// A rotary axis with more travel (deg) than this rotates without limits.
-const ENDLESS: f64 = 1080.0;
 
 /// Margin (mm, deg) of a travel beyond the soft limits: more than corrections usually are.
 fn margin(rotary: bool) -> f64 {
@@ -481,9 +473,31 @@ fn head(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Ent
             _ => "CHECK: does it move the spindle, or the table (then \"workpiece\", reversed)?",
         },
     });
-    let pivot = configuration.hal.value("5axiskins.pivot-length");
-    let pivot = pivot.map_or(250.0, |(value, _)| value * configuration.mm.unwrap_or(1.0));
-    (entries.collect(), rounded(-pivot))
+    let mm = configuration.mm.unwrap_or(1.0);
+    let pivot = configuration.hal.value(PIVOT);
+    let pivot = pivot.map_or(DEFAULT_PIVOT, |(value, _)| value);
+    (entries.collect(), rounded(-pivot * mm))
+}
+
+/// The pin with the pivot length of a head, in machine units.
+const PIVOT: &str = "5axiskins.pivot-length";
+/// Its value if nothing sets it.
+const DEFAULT_PIVOT: f64 = 250.0;
+
+/// Why the pivot length of a head is not known from its HAL files, if that is so.
+#[must_use]
+pub fn unknown_pivot(configuration: &Configuration) -> Option<String> {
+    let hal = &configuration.hal;
+    if configuration.module.name != "5axiskins" || hal.value(PIVOT).is_some() {
+        return None;
+    }
+    let default = format!("{DEFAULT_PIVOT} machine units are only the module's default");
+    Some(match hal.signal(PIVOT) {
+        Some(signal) => {
+            format!("{PIVOT} comes from the signal {signal}, whose value is not visible: {default}")
+        }
+        None => format!("no HAL file sets {PIVOT}: {default}"),
+    })
 }
 
 /// Axes in the order of the letters of the two branches, and whether each is in the first.

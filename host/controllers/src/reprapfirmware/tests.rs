@@ -80,6 +80,10 @@ fn maps_of_all_generations_are_read() {
         ];
         assert_eq!(map.touches(), touches);
     }
+    // The first firmware with maps called them v1.
+    let first = FILES[0].replace("file v2", "file v1");
+    assert_ne!(first, FILES[0]);
+    assert_eq!(read(&first).unwrap(), read(FILES[0]).unwrap());
     let other = FILES[2].replace("X,Y,", "X,U,");
     assert_eq!(read(&other).unwrap().axes, ['X', 'U']);
 }

@@ -13,7 +13,7 @@ pub struct Scatter {
 }
 
 /// A compensation, proven by probings from which nothing was identified.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {
     /// Number of probings, each made before and after.
     pub probings: usize,
@@ -27,6 +27,10 @@ pub struct Validation {
     pub band_um: f64,
     /// The largest accepted `after.rms_um`: both, and the scatter of so few rows (µm).
     pub expected_um: f64,
+    /// Errors that were not measured, `[unseen]` of the error file: they are in none of these figures but `after`, as far
+    /// as they show at these positions.
+    #[serde(default)]
+    pub unseen: Vec<String>,
     /// Whether the new compensation is in use.
     pub is_kept: bool,
 }

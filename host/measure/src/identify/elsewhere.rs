@@ -115,6 +115,11 @@ impl Predicted {
         (self.rows + self.travel).sqrt()
     }
 
+    /// How far off it is at rows of zones that it has not seen (mm, root mean square distance).
+    pub fn at_rows(&self) -> f64 {
+        self.rows.sqrt()
+    }
+
     /// True if it is worth taking in place of a simpler one, and of the one with the fewest parameters.
     ///
     /// Where two models put the tip over the travel differs by more than what is uncertain. Part of that is wrong

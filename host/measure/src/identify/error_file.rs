@@ -46,18 +46,26 @@ fn thermal(identified: &Identified) -> String {
     text
 }
 
-/// `[unseen]`: the errors in `hidden` and the scales that no length reference shows, each with what 10 µm (10 µrad,
-/// 10 µm/m) of it changes at the tip over the travel (µm).
-fn unseen(machine: &Machine, identified: &Identified, hidden: &[Parameter]) -> String {
+/// `[unseen]`: what is not known, and the scales that no length reference shows, each with what 10 µm (10 µrad, 10 µm/m)
+/// of it changes at the tip over the travel (µm).
+fn unseen(machine: &Machine, identified: &Identified, unknown: &NotKnown) -> String {
     const UNIT: f64 = 1e-2;
     let mut text = String::new();
-    for parameter in hidden {
-        let per_unit = if parameter.is_angular() { 1e-3 } else { 1.0 };
-        let um = effect_over_travel(machine, *parameter) * per_unit * UNIT * 1e3;
-        let _ = writeln!(
-            text,
-            "{parameter} = {um:.1}  # the stylus takes it up: qualify the probe (--probe), or state the place of the stylus"
-        );
+    for (parameters, remedy) in [
+        (
+            &unknown.hidden,
+            "the stylus takes it up: qualify the probe (--probe), or state the place of the stylus",
+        ),
+        (
+            &unknown.motions,
+            "no motion of it was measured: give runs of it to the same command, or probe balls",
+        ),
+    ] {
+        for parameter in parameters {
+            let per_unit = if parameter.is_angular() { 1e-3 } else { 1.0 };
+            let um = effect_over_travel(machine, *parameter) * per_unit * UNIT * 1e3;
+            let _ = writeln!(text, "{parameter} = {um:.1}  # {remedy}");
+        }
     }
     for scale in identified.errors.missing_scales(machine) {
         let travel = machine.index(scale.axis).map(|i| machine.axes[i].travel);
@@ -106,7 +114,9 @@ pub fn error_file(
         .parameters
         .iter()
         .filter(|(p, _)| found(**p).is_none());
-    let kept: Vec<_> = kept.collect();
+    // A scale of zero that nobody has measured is listed as not seen.
+    let missing = identified.errors.missing_scales(machine);
+    let kept: Vec<_> = kept.filter(|(p, _)| !missing.contains(p)).collect();
     if !kept.is_empty() {
         text += "# Not identified, but known before:\n";
         for (parameter, value) in kept {
@@ -134,7 +144,7 @@ pub fn error_file(
     if let Some(misfit) = unknown.misfit {
         let _ = writeln!(
             text,
-            "misfit_um = {:.3}  # by errors that the model lacks, in the probed zone: rms of a coordinate of the tip",
+            "misfit_um = {:.3}  # by errors that the model lacks, where it was measured: rms of a coordinate of the tip",
             misfit * 1e3
         );
     }
@@ -145,7 +155,7 @@ pub fn error_file(
             left * 1e3
         );
     }
-    text += &unseen(machine, identified, &unknown.hidden);
+    text += &unseen(machine, identified, unknown);
     let mut calibrated = String::new();
     for (i, axis) in machine.axes.iter().enumerate() {
         if is_tabulated(&identified.errors, i) {

@@ -2,7 +2,7 @@
 
 use super::observed::moved;
 use super::rows::order;
-use super::{IdentifyError, Options, Problem, identify};
+use super::{Identified, IdentifyError, Options, Problem, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings};
@@ -17,11 +17,44 @@ pub struct HeldOut {
     pub rms: f64,
     /// The same for the rows of each ball, by its name; empty if there were too few balls to leave one out.
     pub balls: Vec<(String, f64)>,
+    /// The prediction of rows that were measured together, if there are enough runs or thermal cycles.
+    pub together: Option<Together>,
+}
+
+/// The prediction of each run or thermal cycle by the others. What a machine does in one of them differs from row to row
+/// less than from one to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Together {
+    /// Number of runs or cycles; of many, neighbours count as one.
+    pub count: usize,
+    /// Root mean square distance (mm) from the predicted to the actual tip over all rows, with the zero of the workpiece set
+    /// in each.
+    pub rms: f64,
+}
+
+impl Together {
+    /// The same as a standard deviation: 1.96 times that is what 95 % of other runs do not exceed.
+    pub(super) fn deviation(&self) -> f64 {
+        student(self.count - 1) / 1.96 * self.rms
+    }
+}
+
+/// What 95 % of values do not exceed on either side, in standard deviations from this many degrees of freedom.
+pub(super) fn student(freedom: usize) -> f64 {
+    // 97.5 % quantiles for 1 to 10 degrees of freedom, and beyond.
+    const QUANTILES: [f64; 11] = [
+        12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2,
+    ];
+    QUANTILES[freedom.clamp(1, QUANTILES.len()) - 1]
 }
 
 /// Number of parts that the rows are split into if there are too few balls.
 const PARTS: usize = 4;
 const FEW_BALLS: usize = 3;
+/// Runs and cycles are left out if there are as many.
+const FEW_RUNS: usize = 3;
+/// Most that are left out one by one: each costs an identification.
+const MANY_RUNS: usize = 12;
 
 /// Identifies without the rows of each ball but with all other observations, and measures how well the result predicts them, with the ball placed at
 /// the best position. With fewer than three balls every fourth row is left out instead.
@@ -48,13 +81,7 @@ pub fn held_out(
         let without = identify(&problem, options)?;
         let part = subset(probings, |i| part.contains(&i));
         let problem = Problem::new(machine, &part, artefact, &[], &without.errors);
-        let problem = problem.at_times(observations);
-        let mut tips = problem.tips(&without.errors, &without.stylus);
-        if let Some(drift) = without.place.estimate.drift_of(None) {
-            for (place, (_, tip)) in problem.places.iter().zip(&mut tips) {
-                *tip = moved(*tip, &drift, &place.hours);
-            }
-        }
+        let tips = tips(&problem.at_times(observations), &without);
         let part_squares = (0..part.balls.len())
             .map(|ball| scatter(&tips, ball))
             .sum::<f64>();
@@ -64,7 +91,91 @@ pub fn held_out(
     Ok(HeldOut {
         rms: (squares / probings.rows.len() as f64).sqrt(),
         balls,
+        together: together(
+            machine,
+            probings,
+            artefact,
+            observations,
+            parameters,
+            base,
+            options,
+        ),
     })
+}
+
+/// Identifies without the rows of each run or thermal cycle. `None` if there are too few, or one is needed.
+fn together(
+    machine: &Machine,
+    probings: &Probings,
+    artefact: &Artefact,
+    observations: &Observations,
+    parameters: &[Parameter],
+    base: &ErrorModel,
+    options: Options,
+) -> Option<Together> {
+    let all = runs(probings, observations)?;
+    let mut squares = 0.0;
+    for own in &all {
+        let others = subset(probings, |i| !own.contains(&i));
+        let problem = Problem::new(machine, &others, artefact, parameters, base).with(observations);
+        let without = identify(&problem, options).ok()?;
+        let part = subset(probings, |i| own.contains(&i));
+        let problem = Problem::new(machine, &part, artefact, &[], &without.errors);
+        let off = |(ball, tip): (usize, Vector3<f64>)| {
+            let name = &part.balls[ball];
+            let known = others.balls.iter().position(|other| other == name);
+            known.map(|known| tip - without.balls[known])
+        };
+        let tips = tips(&problem.at_times(observations), &without).into_iter();
+        let off: Vec<Vector3<f64>> = tips.filter_map(off).collect();
+        let zero = off.iter().sum::<Vector3<f64>>() / off.len().max(1) as f64;
+        squares += off
+            .iter()
+            .map(|off| (off - zero).norm_squared())
+            .sum::<f64>();
+    }
+    Some(Together {
+        count: all.len(),
+        rms: (squares / probings.rows.len() as f64).sqrt(),
+    })
+}
+
+/// The rows of each run, or else of each thermal cycle, in their order; `None` if there are too few.
+fn runs(probings: &Probings, observations: &Observations) -> Option<Vec<Vec<usize>>> {
+    let rows = probings.rows.iter();
+    let cycle = |row: &Probing| {
+        let thermal = observations.thermal.as_ref()?;
+        Some(thermal.log.cycle_at(row.time?)? as f64)
+    };
+    let by_run: Option<Vec<f64>> = rows.clone().map(|row| row.run).collect();
+    let of_rows: Vec<f64> = match by_run {
+        Some(runs) => runs,
+        None => rows.map(cycle).collect::<Option<_>>()?,
+    };
+    let mut names = of_rows.clone();
+    names.sort_by(f64::total_cmp);
+    names.dedup();
+    if names.len() < FEW_RUNS {
+        return None;
+    }
+    let count = names.len().min(MANY_RUNS);
+    let mut all = vec![Vec::new(); count];
+    for (row, run) in of_rows.iter().enumerate() {
+        let number = names.partition_point(|name| name < run);
+        all[number * count / names.len()].push(row);
+    }
+    Some(all)
+}
+
+/// Where an identification without these rows says that the tip was, with the ball of each row.
+fn tips(problem: &Problem<'_>, without: &Identified) -> Vec<(usize, Vector3<f64>)> {
+    let mut tips = problem.tips(&without.errors, &without.stylus);
+    if let Some(drift) = without.place.estimate.drift_of(None) {
+        for (place, (_, tip)) in problem.places.iter().zip(&mut tips) {
+            *tip = moved(*tip, &drift, &place.hours);
+        }
+    }
+    tips
 }
 
 /// Rows that are held out together: those of each ball, with its name.

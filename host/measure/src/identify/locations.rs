@@ -151,7 +151,8 @@ fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) ->
     found.filter(|p| !known.contains(p)).collect()
 }
 
-/// Largest variation over the travel of the tip displacement by a location error of 1 (mm or rad), in mm.
+/// Largest variation over the travel of the tip displacement by a location error of 1 (mm or rad), in mm; of an error
+/// motion, the largest displacement, because the motion itself varies.
 #[must_use]
 pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
     let perfect = ErrorModel::perfect(machine);
@@ -173,9 +174,16 @@ pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
         }
         let q = machine.to_kinematic(&command);
         let found = kinematics.sensitivity(&q, &Situation::default(), &tip);
-        found.by_inter[axis].column(parameter.component).into()
+        let by = match parameter.kind {
+            ParameterKind::Inter => &found.by_inter[axis],
+            _ => &found.by_intra[axis],
+        };
+        by.column(parameter.component).into()
     };
     let effects: Vec<Vector3<f64>> = (0..count).map(effect).collect();
+    if parameter.kind != ParameterKind::Inter {
+        return effects.iter().map(Vector3::norm).fold(0.0, f64::max);
+    }
     let pairs = effects
         .iter()
         .flat_map(|a| effects.iter().map(move |b| (a - b).norm()));

@@ -1,15 +1,23 @@
 //! What an identification cannot know of a machine.
 
-use super::{HeldOut, Honesty, Identified, IdentifyError, Problem};
-use trueaxis_model::errors::Parameter;
+use super::candidates::{Form, of_degree};
+use super::elsewhere::Elsewhere;
+use super::noise::{Component, Source};
+use super::{HeldOut, Honesty, Identified, IdentifyError, Problem, Unknown};
+use crate::instrument::Kind;
+use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// What the measurements do not show of the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NotKnown {
     /// Location errors that the stylus takes up ([`Problem::hidden_by_stylus`]).
     pub hidden: Vec<Parameter>,
-    /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, in the probed zone; `None`
-    /// without probings.
+    /// Error motions that nothing has measured over the travel, each as its lowest coefficient that bends. Probings and
+    /// points show what every motion does to the tip, and the misfit has what the model lacks; distances and angles on
+    /// single lines and circles do not.
+    pub motions: Vec<Parameter>,
+    /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, where it was measured; `None`
+    /// if only angles were.
     pub misfit: Option<f64>,
 }
 
@@ -24,9 +32,12 @@ impl NotKnown {
         honesty: &Honesty,
         held_out: Option<&HeldOut>,
     ) -> Result<Self, IdentifyError> {
+        let of_stylus = of_stylus(problem, identified)?;
+        let misfit = misfit(problem, identified, honesty, held_out);
         Ok(Self {
             hidden: problem.hidden_by_stylus(identified)?,
-            misfit: misfit(identified, honesty, held_out),
+            motions: motions(problem, identified),
+            misfit: misfit.map(|misfit| libm::hypot(misfit, of_stylus)),
         })
     }
 }
@@ -34,9 +45,15 @@ impl NotKnown {
 /// What residuals have beyond the noise of probing: σ² = s² − σ₀². The noise σ₀ is what the file states, or else the
 /// repeatability. With neither, residuals cannot tell errors from noise, and all of them count as errors. Probings that
 /// were left out show more of an error than the fit, which follows it as far as it can.
-fn misfit(identified: &Identified, honesty: &Honesty, held_out: Option<&HeldOut>) -> Option<f64> {
+fn misfit(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    honesty: &Honesty,
+    held_out: Option<&HeldOut>,
+) -> Option<f64> {
     if identified.rows.is_empty() {
-        return None;
+        let all = identified.components.iter().filter_map(of_observations);
+        return all.reduce(f64::max);
     }
     let stated = identified.of_stated.map(|factor| identified.noise / factor);
     let repeated = honesty.repeats.map(|repeats| repeats.deviation);
@@ -46,7 +63,96 @@ fn misfit(identified: &Identified, honesty: &Honesty, held_out: Option<&HeldOut>
         || honesty.repeats.is_some_and(|repeats| repeats.is_less);
     // Where nothing speaks for errors, what left-out rows show beyond the noise is the uncertainty of the parameters.
     let held_out = held_out.filter(|_| has_errors);
-    let coordinate = |held_out: &HeldOut| held_out.rms / 3.0_f64.sqrt();
-    let left = held_out.map_or(0.0, coordinate).max(identified.noise);
+    let coordinate = |held_out: &HeldOut| {
+        let together = held_out.together.map_or(0.0, |one| one.deviation());
+        held_out.rms.max(together) / 3.0_f64.sqrt()
+    };
+    let zones = match has_errors {
+        true => in_zones(problem, identified),
+        false => 0.0,
+    };
+    let left = held_out.map_or(0.0, coordinate).max(zones);
+    let left = left.max(identified.noise);
     Some((left * left - noise * noise).max(0.0).sqrt())
+}
+
+/// How far off a coordinate of the tip is (mm, root mean square) in zones of the travel that the others predict. A model with
+/// many motions follows the errors that it lacks between its rows, and is wrong beyond them. Instruments are no rows of the tip.
+fn in_zones(problem: &Problem<'_>, identified: &Identified) -> f64 {
+    if identified.components.len() > 1 {
+        return 0.0;
+    }
+    let place = &identified.place;
+    let unknowns = place.factor.unknowns().iter();
+    let unknowns: Vec<Unknown> = unknowns.map(|i| problem.unknowns[*i]).collect();
+    let all: Vec<usize> = (0..unknowns.len()).collect();
+    let elsewhere = Elsewhere::new(problem, &place.estimate, &place.weights, &unknowns);
+    elsewhere.map_or(0.0, |elsewhere| {
+        elsewhere.predicted(&all).at_rows() / 3.0_f64.sqrt()
+    })
+}
+
+/// How far errors that the stylus takes up move a coordinate of the tip (mm), if its place is stated with an uncertainty.
+/// They are as large as it was found from that place, and the place may be wrong by its uncertainty.
+fn of_stylus(problem: &Problem<'_>, identified: &Identified) -> Result<f64, IdentifyError> {
+    let squares = problem.known_stylus().map(|(k, stated, sigma)| {
+        let off = identified.stylus[k] - stated;
+        off * off + sigma * sigma
+    });
+    let squares: f64 = squares.sum();
+    let takes_up = || problem.with_free_stylus().hidden_by_stylus(identified);
+    if identified.rows.is_empty() || squares == 0.0 || takes_up()?.is_empty() {
+        return Ok(0.0);
+    }
+    // Rotary axes turn it in all directions.
+    Ok((squares / 3.0).sqrt())
+}
+
+/// The same of observations alone: what they read along one line has of a coordinate of the tip.
+fn of_observations(one: &Component) -> Option<f64> {
+    if matches!(
+        one.source,
+        Source::Probings | Source::Observations(Kind::Angle)
+    ) {
+        return None;
+    }
+    let noise = one.of_stated.map_or(0.0, |factor| one.noise / factor);
+    Some((one.noise * one.noise - noise * noise).max(0.0).sqrt())
+}
+
+/// The error motions that have neither a table nor a coefficient, if no tip was measured in space.
+fn motions(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
+    let is_point = |one: &Component| {
+        matches!(
+            one.source,
+            Source::Probings | Source::Observations(Kind::Point)
+        )
+    };
+    if identified.components.iter().any(is_point) {
+        return Vec::new();
+    }
+    let errors = &identified.errors;
+    let mut all = Vec::new();
+    for (index, axis) in problem.machine.axes.iter().enumerate() {
+        for component in 0..6 {
+            let is_own = |p: &&Parameter| {
+                (p.axis, p.component) == (axis.letter.char(), component)
+                    && !matches!(p.kind, ParameterKind::Inter | ParameterKind::Backlash)
+            };
+            let has_table = errors.motions[index][component].table.is_some();
+            let lowest = [2, 1].map(|k| of_degree(axis, component, k, Form::Harmonics)[0]);
+            // A turn has no lower coefficient than its first harmonic.
+            let bends = match lowest[1].kind {
+                ParameterKind::Degree(_) => lowest[0],
+                _ => lowest[1],
+            };
+            // A scale or a squareness is a straight line.
+            let is_straight = |p: &Parameter| p.kind == ParameterKind::Degree(1) && component < 3;
+            let mut known = errors.parameters.keys().filter(is_own);
+            if !has_table && known.all(is_straight) {
+                all.push(bends);
+            }
+        }
+    }
+    all
 }

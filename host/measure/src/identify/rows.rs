@@ -35,6 +35,8 @@ pub struct Problem<'a> {
     pub(super) period: Option<[f64; 2]>,
     /// Drift that is looked for.
     pub(super) drift: Vec<Drift>,
+    /// How many times its uncertainty with the chosen temperatures that of each change is: parameter, input, factor.
+    pub(super) widening: Vec<(Parameter, usize, f64)>,
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
@@ -156,6 +158,7 @@ impl<'a> Problem<'a> {
             observed: Observed::default(),
             period,
             drift: Vec::new(),
+            widening: Vec::new(),
             spindle: Spindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
@@ -178,6 +181,9 @@ impl<'a> Problem<'a> {
             self.unknowns
                 .extend(terms.map(|(p, input)| Unknown::PerKelvin(*p, *input)));
             self.base.sensors.clone_from(&thermal.inputs);
+            let terms = thermal.terms.iter().zip(&thermal.widening);
+            let terms = terms.map(|((parameter, input), factor)| (*parameter, *input, *factor));
+            self.widening = terms.collect();
         }
         let drift = observations.drift.iter();
         self.unknowns
@@ -240,6 +246,18 @@ impl<'a> Problem<'a> {
     /// True if the artefact or a set-up has times at which its rows were measured.
     pub(super) fn has_times(&self) -> bool {
         self.period.is_some() || self.observed.periods.iter().any(Option::is_some)
+    }
+
+    /// The same with a stylus of which nothing is known.
+    pub(super) fn with_free_stylus(&self) -> Self {
+        let mut other = self.clone();
+        other.stylus.sigma = [None; 3];
+        other
+    }
+
+    /// The coordinates (mm) of the stylus that are stated, each with its number and its standard uncertainty.
+    pub(super) fn known_stylus(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        (0..3).filter_map(|k| Some((k, self.stylus.tip[k], self.stylus.sigma[k]?)))
     }
 
     /// The same with nothing but probings.

@@ -6,6 +6,7 @@
 
 use super::Unknown;
 use super::gram::{Gram, Split};
+use super::held_out::student;
 use super::identified::Identified;
 use super::rows::Problem;
 use crate::formats::temperatures::{Temperatures, ThermalModel};
@@ -31,6 +32,8 @@ const LITTLE: f64 = 0.01;
 const APART: f64 = 3.0;
 /// No lag is as close to others as this one (s).
 const NO_LAG: f64 = 30.0;
+/// Times that all lags are searched again with a further temperature.
+const ROUNDS: usize = 2;
 /// Relative change of a lag for its derivative.
 const SMALL: f64 = 0.01;
 
@@ -126,10 +129,13 @@ pub fn thermal(
     let mut best = without;
     let mut taken = Vec::new();
     let mut dropped = Vec::new();
-    while groups.len() < MAX_SENSORS {
-        let Some((next, score)) = search.best_addition(&groups) else {
+    // With what would come next, whether it is worth it or not.
+    let mut larger = Vec::new();
+    while let Some((next, score)) = search.best_addition(&groups) {
+        larger = [&groups[..], std::slice::from_ref(&next)].concat();
+        if groups.len() == MAX_SENSORS {
             break;
-        };
+        }
         if score > best * WORTH {
             dropped.push(format!(
                 "{} would leave {:.2} instead of {:.2} µm of left-out cycles",
@@ -152,7 +158,10 @@ pub fn thermal(
             "{parameters} with {group}: left-out cycles are predicted as well without"
         ));
     }
-    search.finish(groups, taken, dropped, without)
+    if larger.len() <= groups.len() {
+        larger.clone_from(&groups);
+    }
+    search.finish(groups, &larger, taken, dropped, without)
 }
 
 impl<'p> Search<'p> {
@@ -382,6 +391,7 @@ impl<'p> Search<'p> {
     fn finish(
         &self,
         mut groups: Vec<Group>,
+        larger: &[Group],
         taken: Vec<Taken>,
         mut dropped: Vec<String>,
         without: f64,
@@ -433,6 +443,7 @@ impl<'p> Search<'p> {
                 log: self.log.clone(),
                 inputs,
                 terms,
+                widening: self.widening(&groups, larger),
                 kelvin,
                 left: (!groups.is_empty()).then(|| band(&cycles, with)),
             },
@@ -444,8 +455,55 @@ impl<'p> Search<'p> {
         })
     }
 
+    /// How many times its uncertainty with these groups the uncertainty of each term is, if it includes that of the lags and
+    /// of the choice. `larger` has all parameters, and the temperature that was not worth it: with its lags searched again,
+    /// it says how far each term is off because of what was left out, and how well that is known.
+    fn widening(&self, groups: &[Group], larger: &[Group]) -> Vec<f64> {
+        let alone = self.gram(groups).deviations();
+        let terms = self.gram(groups).solution();
+        let mut all = larger.to_vec();
+        for _ in 0..ROUNDS {
+            let score = self.score(&all);
+            self.refine(&mut all, score);
+        }
+        let values = self.gram(&all).solution();
+        let (matrix, _) = self.with_lags(&all);
+        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
+        let first = self.fixed.ncols();
+        // The column of a term in the larger model: its temperature is one of these, with another lag by now.
+        let column = |group: &Group, parameter: usize| {
+            let is_own = |other: &Group| other.sensor == group.sensor && other.lag == group.lag;
+            let number = larger.iter().position(is_own)?;
+            let before: usize = all[..number].iter().map(|g| g.parameters.len()).sum();
+            let own = all[number]
+                .parameters
+                .iter()
+                .position(|p| *p == parameter)?;
+            Some(first + before + own)
+        };
+        let mut widening = Vec::new();
+        for group in groups {
+            for parameter in &group.parameters {
+                let own = first + widening.len();
+                let factor = column(group, *parameter).map_or(1.0, |column| {
+                    let off = values[column] - terms[own];
+                    libm::hypot(deviations[column], off) / alone[own].max(f64::MIN_POSITIVE)
+                });
+                widening.push(factor.max(1.0));
+            }
+        }
+        widening
+    }
+
     /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
     fn lag_uncertainty(&self, groups: &[Group]) -> Vec<Option<f64>> {
+        let (matrix, columns) = self.with_lags(groups);
+        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
+        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
+    }
+
+    /// All columns, and those of the logarithms of lags, with the place of each group's.
+    fn with_lags(&self, groups: &[Group]) -> (DMatrix<f64>, Vec<Option<usize>>) {
         let gram = self.gram(groups);
         let solution = gram.solution();
         let mut matrix = self.matrix(groups);
@@ -469,8 +527,7 @@ impl<'p> Search<'p> {
             }
             next += group.parameters.len();
         }
-        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
-        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
+        (matrix, columns)
     }
 }
 
@@ -484,12 +541,7 @@ fn is_apart(groups: &[Group], sensor: usize, lag: f64) -> bool {
 /// Half-width of the interval in which 95 % of the coordinates of another cycle are expected: Student's factor for as
 /// many cycles as there are, since what is left of one cycle is not independent from reading to reading.
 fn band(cycles: &[LeftOut], with: f64) -> f64 {
-    // 97.5 % quantiles for 1 to 10 degrees of freedom, and beyond.
-    const STUDENT: [f64; 11] = [
-        12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.2,
-    ];
-    let factor = STUDENT[(cycles.len() - 2).min(STUDENT.len() - 1)];
-    factor * with * (1.0 + 1.0 / cycles.len() as f64).sqrt()
+    student(cycles.len() - 1) * with * (1.0 + 1.0 / cycles.len() as f64).sqrt()
 }
 
 /// Golden-section search over the logarithm of a lag.

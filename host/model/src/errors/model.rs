@@ -77,19 +77,28 @@ impl ErrorModel {
         }
     }
 
-    /// The scale errors of linear axes (`EXX1`) that neither a parameter nor a table gives. If one is missing, a scale that
-    /// all axes have in common is not known either.
+    /// The scale errors of linear axes (`EXX1`) that neither a parameter nor a table gives, or that are 0 without an
+    /// uncertainty. If one is missing, a scale that all axes have in common is not known either.
     #[must_use]
     pub fn missing_scales(&self, machine: &Machine) -> Vec<Parameter> {
         let axes = machine.axes.iter().enumerate();
         let linear = axes.filter(|(_, axis)| !axis.letter.is_rotary());
         let missing = linear.filter_map(|(index, axis)| {
             let scale = Parameter::scale(axis.letter.char());
-            let is_known = self.parameters.contains_key(&scale)
+            // A zero may be a line that nobody has measured.
+            let is_measured = |value: &f64| *value != 0.0 || self.is_uncertain(&scale);
+            let is_known = self.parameters.get(&scale).is_some_and(is_measured)
                 || self.motions[index][scale.component].table.is_some();
             (!is_known).then_some(scale)
         });
         missing.collect()
+    }
+
+    /// True if the standard uncertainty of a parameter is known.
+    fn is_uncertain(&self, parameter: &Parameter) -> bool {
+        let correlated = self.correlated.as_ref();
+        self.standard_uncertainty.contains_key(parameter)
+            || correlated.is_some_and(|known| known.parameters.contains(parameter))
     }
 
     /// True if a table contains the motion of this parameter: all of it but its location and, if the table is the same in

@@ -140,6 +140,7 @@ struct TemperatureEntry {
 struct LimitEntry {
     test: Option<Spanned<String>>,
     quantity: Spanned<String>,
+    zone: Option<Spanned<String>>,
     um: Option<Spanned<f64>>,
     urad: Option<Spanned<f64>>,
     um_per_m: Option<Spanned<f64>>,
@@ -278,6 +279,7 @@ fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileErr
     let span = entry.quantity.span();
     let quantity = Quantity::parse(entry.quantity.get_ref(), machine)
         .map_err(|(message, remedy)| FileError::at(span, message, "here", remedy))?;
+    let quantity = in_zone(quantity, entry.zone)?;
     let given = [
         ("um", entry.um),
         ("urad", entry.urad),
@@ -312,6 +314,31 @@ fn limit(entry: Spanned<LimitEntry>, machine: &Machine) -> Result<Limit, FileErr
         quantity,
         at_most: number,
     })
+}
+
+/// The quantity in the zone that is stated: the travel by default.
+fn in_zone(quantity: Quantity, zone: Option<Spanned<String>>) -> Result<Quantity, FileError> {
+    let Some(zone) = zone else {
+        return Ok(quantity);
+    };
+    let (span, name) = (zone.span(), zone.into_inner());
+    let bad = |message: String, remedy: &str| Err(FileError::at(span, message, "here", remedy));
+    let probed = quantity.in_probed_zone();
+    match (name.as_str(), probed) {
+        ("probed", Some(probed)) => Ok(probed),
+        ("travel", Some(_)) => Ok(quantity),
+        (_, None) => bad(
+            format!(
+                "`{}` has no zone: its test says where it is",
+                quantity.name()
+            ),
+            "leave out zone; tip and direction can have one",
+        ),
+        (other, _) => bad(
+            format!("`{other}` is not a zone"),
+            "write \"probed\", where every axis is within its calibrated range, or \"travel\"",
+        ),
+    }
 }
 
 fn missing(span: Range<usize>, message: &str, remedy: &str) -> FileError {

@@ -10,11 +10,11 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use trueaxis_measure::simulate::normal;
-use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
-use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95};
-use trueaxis_tables::validate::{Command, Region, direction, random_commands};
+use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, probed_zone};
+use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
 pub(crate) const DRAWS: usize = 1000;
@@ -60,8 +60,13 @@ pub(crate) fn expected(
     quantities: &[Quantity],
     stated_um: f64,
 ) -> Result<Vec<Option<Expected>>, ReportError> {
-    let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
-    let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
+    let probed = probed_zone(subject.machine, subject.errors);
+    let places = [subject.machine, &probed].map(|machine| {
+        let kinematics = Kinematics::new(machine, subject.errors).with_policy(subject.policy);
+        random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)
+    });
+    let [travel, probed] = places;
+    let commands = [travel?, probed?];
     let of = |errors: &ErrorModel| {
         let drawn = Subject {
             errors,
@@ -103,10 +108,17 @@ pub(super) fn matters(subject: &Subject<'_>, parameter: Parameter, quantity: Qua
         return of == parameter;
     }
     let mut errors = ErrorModel::perfect(subject.machine);
-    let size = if parameter.is_angular() || parameter == Parameter::scale(parameter.axis) {
-        1e-5
-    } else {
-        1e-2
+    let is_relative = parameter.is_angular() || parameter == Parameter::scale(parameter.axis);
+    let size = match (parameter.kind, subject.machine.index(parameter.axis)) {
+        // At the end of the travel.
+        (ParameterKind::Degree(k), Some(index)) if k > 1 => {
+            let axis = &subject.machine.axes[index];
+            let ends = axis.travel.map(|q| axis.to_kinematic(q).abs());
+            let whole = if parameter.is_angular() { 1e-5 } else { 1e-2 };
+            whole / ends[0].max(ends[1]).powi(i32::from(k))
+        }
+        _ if is_relative => 1e-5,
+        _ => 1e-2,
     };
     errors.set(subject.machine, parameter, size);
     let alone = Subject {
@@ -117,7 +129,7 @@ pub(super) fn matters(subject: &Subject<'_>, parameter: Parameter, quantity: Qua
     let kinematics = Kinematics::new(subject.machine, &errors);
     let commands = random_commands(&kinematics, Region::Travel, FEW, subject.seed);
     let found = commands.ok().and_then(|commands| {
-        let all = values(&alone, &commands, &[quantity]);
+        let all = values(&alone, &[commands.clone(), commands], &[quantity]);
         all.ok()?.first().copied().flatten()
     });
     // What cannot be computed may matter.
@@ -186,40 +198,46 @@ fn draws(subject: &Subject<'_>) -> Vec<ErrorModel> {
     (0..DRAWS).map(|_| draw()).collect()
 }
 
-/// The quantities of one machine, with the tables if it has any.
+/// The quantities of one machine, with the tables if it has any, at positions over the travel and in the probed zone.
 fn values(
     subject: &Subject<'_>,
-    commands: &[Command],
+    commands: &[Vec<Command>; 2],
     quantities: &[Quantity],
 ) -> Result<Vec<Option<Sampled>>, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
-    let volumetric = match quantities.iter().any(is_volumetric) {
-        false => None,
-        true => {
-            let kinematics = Kinematics::new(machine, errors);
-            let zero = subject.subtracted.zero(machine, errors)?;
-            let left = commands.iter().map(|command| {
-                let (q, situation) = command.kinematic(machine);
-                let mut dq = zero;
-                if let Some(compensation) = subject.compensation {
-                    let corrections = compensation.runtime.evaluate(command).map(f64::from);
-                    let tables = machine.to_kinematic(&corrections);
-                    dq = std::array::from_fn(|i| zero[i] + tables[i]);
-                }
-                let error = kinematics.volumetric_error(&q, &dq, &situation);
-                [error.t.norm(), direction(machine, &error)]
-            });
-            let left: Vec<[f64; 2]> = left.collect();
-            Some(quality(left.into_iter()))
+    let at = |is_of_zone: bool| -> Result<Option<Quality>, ReportError> {
+        let is_this = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { is_probed, .. } if *is_probed == is_of_zone);
+        if !quantities.iter().any(is_this) {
+            return Ok(None);
         }
+        let kinematics = Kinematics::new(machine, errors);
+        let zero = subject.subtracted.zero(machine, errors)?;
+        let left = commands[usize::from(is_of_zone)].iter().map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let mut dq = zero;
+            if let Some(compensation) = subject.compensation {
+                let corrections = compensation.runtime.evaluate(command).map(f64::from);
+                let tables = machine.to_kinematic(&corrections);
+                dq = std::array::from_fn(|i| zero[i] + tables[i]);
+            }
+            let error = kinematics.volumetric_error(&q, &dq, &situation);
+            [error.t.norm(), direction(machine, &error)]
+        });
+        let left: Vec<[f64; 2]> = left.collect();
+        Ok(Some(quality(left.into_iter())))
     };
+    let volumetric = [at(false)?, at(true)?];
     let tests = match quantities.iter().all(is_volumetric) {
         true => Tests::default(),
         false => tested::tests(subject, &mut Vec::new()),
     };
     let of = |quantity: &Quantity| match quantity {
-        Quantity::Volumetric { at_tip, is_mean } => volumetric.map(|found| {
+        Quantity::Volumetric {
+            at_tip,
+            is_mean,
+            is_probed,
+        } => volumetric[usize::from(*is_probed)].map(|found| {
             let found = match at_tip {
                 true => found.translation_um,
                 false => found.direction_urad,

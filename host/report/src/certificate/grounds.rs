@@ -131,6 +131,9 @@ impl<'a> Grounds<'a> {
         let still = Some([resting, resting]);
         match quantity {
             Quantity::Parameter(_) | Quantity::Validation { .. } => None,
+            Quantity::Volumetric {
+                is_probed: true, ..
+            } => Some(calibrated(self.subject.machine, self.subject.errors, index)),
             Quantity::Volumetric { .. } => Some(axis.travel),
             Quantity::Positioning(_, moved) if moved == letter => Some(axis.travel),
             Quantity::Diagonal(_) if "XYZ".contains(letter) => Some(axis.travel),

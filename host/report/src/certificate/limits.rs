@@ -15,8 +15,10 @@ pub enum Quantity {
     Volumetric {
         /// False for the direction.
         at_tip: bool,
-        /// The mean over the travel, otherwise what 95 % of the positions do not exceed.
+        /// The mean over the positions, otherwise what 95 % of them do not exceed.
         is_mean: bool,
+        /// In the probed zone, otherwise over the travel.
+        is_probed: bool,
     },
     /// A circular test (ISO 230-4) in a plane: `G`, `F` or `H`.
     Circle(char, [char; 2]),
@@ -126,6 +128,7 @@ impl Quantity {
             ("tip" | "direction", "mean" | "p95") => Ok(Self::Volumetric {
                 at_tip: what == "tip",
                 is_mean: of == "mean",
+                is_probed: false,
             }),
             ("validation", "rms" | "largest") => Ok(Self::Validation {
                 is_rms: of == "rms",
@@ -158,12 +161,29 @@ impl Quantity {
         }
     }
 
+    /// The same in the probed zone; `None` if it has its own positions.
+    #[must_use]
+    pub fn in_probed_zone(self) -> Option<Self> {
+        match self {
+            Self::Volumetric {
+                at_tip, is_mean, ..
+            } => Some(Self::Volumetric {
+                at_tip,
+                is_mean,
+                is_probed: true,
+            }),
+            _ => None,
+        }
+    }
+
     /// Its name, as in the file.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
             Self::Parameter(parameter) => parameter.to_string(),
-            Self::Volumetric { at_tip, is_mean } => format!(
+            Self::Volumetric {
+                at_tip, is_mean, ..
+            } => format!(
                 "{} {}",
                 if *at_tip { "tip" } else { "direction" },
                 if *is_mean { "mean" } else { "p95" }
@@ -181,18 +201,19 @@ impl Quantity {
     pub fn words(&self) -> String {
         match self {
             Self::Parameter(parameter) => format!("amount of {parameter}"),
-            Self::Volumetric { at_tip, is_mean } => format!(
-                "volumetric error {}, {}",
+            Self::Volumetric {
+                at_tip,
+                is_mean,
+                is_probed,
+            } => format!(
+                "volumetric error {}, {} the {}",
                 if *at_tip {
                     "at the tip"
                 } else {
                     "of the tool direction"
                 },
-                if *is_mean {
-                    "mean over the travel"
-                } else {
-                    "95 % of the travel"
-                }
+                if *is_mean { "mean over" } else { "95 % of" },
+                if *is_probed { "probed zone" } else { "travel" }
             ),
             Self::Circle('G', [a, b]) => {
                 format!("bidirectional circular deviation G(b) in {a}{b}, ISO 230-4")

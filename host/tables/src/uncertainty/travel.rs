@@ -124,18 +124,28 @@ fn at_ends(machine: &Machine, command: &Command) -> Command {
     command
 }
 
-/// The machine with the calibrated ranges as its travel, if the misfit is known there and not in the whole travel.
+/// The probed zone: the machine with the calibrated ranges as its travel.
+#[must_use]
+pub fn probed_zone(machine: &Machine, errors: &ErrorModel) -> Machine {
+    let mut zone = machine.clone();
+    for (i, axis) in zone.axes.iter_mut().enumerate() {
+        let [low, high] = calibrated(machine, errors, i);
+        let [from, to] = axis.travel;
+        axis.travel = [from.max(low), to.min(high)];
+    }
+    zone
+}
+
+/// The probed zone, if the misfit is known there and not in the whole travel.
 fn zone(machine: &Machine, errors: &ErrorModel) -> Option<Machine> {
     /// Rounding of the conversion to radians and back (mm, deg).
     const ROUNDED: f64 = 1e-9;
     errors.misfit?;
-    let mut zone = machine.clone();
-    let mut is_narrower = false;
-    for (i, axis) in zone.axes.iter_mut().enumerate() {
-        let [low, high] = calibrated(machine, errors, i);
-        let [from, to] = axis.travel;
-        is_narrower |= low > from + ROUNDED || high < to - ROUNDED;
-        axis.travel = [from.max(low), to.min(high)];
-    }
+    let zone = probed_zone(machine, errors);
+    let mut axes = zone.axes.iter().zip(&machine.axes);
+    let is_narrower = axes.any(|(zone, axis)| {
+        let [[low, high], [from, to]] = [zone.travel, axis.travel];
+        low > from + ROUNDED || high < to - ROUNDED
+    });
     is_narrower.then_some(zone)
 }

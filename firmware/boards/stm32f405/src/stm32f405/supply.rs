@@ -17,6 +17,10 @@ pub fn flags(rcc: &RCC) -> Flags {
     flags
 }
 
+/// Brown-out level 3 in the option bytes: they count down from it, 3 is off (RM0090, table of the option bytes). The names
+/// in `stm32f4` 0.16 count up.
+const LEVEL_3: u8 = 0;
+
 /// Makes sure that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and clock are out of
 /// specification. Returns true if the level has just been set, which happens once in the life of a chip because the
 /// option bytes keep it.
@@ -24,14 +28,14 @@ pub fn flags(rcc: &RCC) -> Flags {
 /// RM0090, 3.6.2. Changes only this level in the option bytes, and nothing on a read-protected chip.
 pub fn watch_over(flash: &FLASH) -> bool {
     let options = flash.optcr().read();
-    if options.bor_lev().is_bor_level3() || !options.rdp().is_level0() {
+    if options.bor_lev().bits() == LEVEL_3 || !options.rdp().is_level0() {
         return false;
     }
     while flash.sr().read().bsy().bit_is_set() {}
     for key in [0x0819_2A3B, 0x4C5D_6E7F] {
         flash.optkeyr().write(|w| w.optkeyr().set(key));
     }
-    flash.optcr().modify(|_, w| w.bor_lev().bor_level3());
+    flash.optcr().modify(|_, w| w.bor_lev().set(LEVEL_3));
     flash.optcr().modify(|_, w| w.optstrt().set_bit());
     while flash.sr().read().bsy().bit_is_set() {}
     flash.optcr().modify(|_, w| w.optlock().set_bit());

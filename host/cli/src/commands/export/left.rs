@@ -60,6 +60,9 @@ impl Arguments {
         });
         let written = meets || self.best_effort;
         for (path, text) in texts.iter().filter(|_| written) {
+            if let Some(folder) = path.parent() {
+                files::make_folder(folder)?;
+            }
             files::write(path, text.as_bytes())?;
         }
         if self.json {

@@ -89,7 +89,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let texts: Vec<(PathBuf, String)> = (made.iter())
         .map(|file| (arguments.output.join(name(file)), file.text.clone()))
         .collect();
-    for (to, _) in &texts {
+    // A folder that is not there has nothing to be prepared.
+    for (to, _) in texts.iter().filter(|_| arguments.output.exists()) {
         files::prepare(to, &[path, &arguments.ini])?;
     }
     let more = More {

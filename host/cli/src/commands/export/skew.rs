@@ -166,8 +166,14 @@ fn screen(text: &str, found: &Found) -> String {
         );
     }
     let [x, y, z] = found.turned_urad;
+    shown += &format!(
+        "not counted: the work is turned by {x:.0}, {y:.0} and {z:.0} µrad about X, Y and Z\n"
+    );
+    if let Some([x, y]) = found.at_ends_um {
+        shown += &format!(
+            "Marlin corrects nothing in the first mm of X and of Y, nor where that would leave the travel: up to {x:.1} µm \
+             in X and {y:.1} µm in Y stay there\n"
+        );
+    }
     shown
-        + &format!(
-            "not counted: the work is turned by {x:.0}, {y:.0} and {z:.0} µrad about X, Y and Z\n"
-        )
 }

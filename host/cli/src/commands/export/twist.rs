@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::klipper::twist::{self, Probe};
+use trueaxis_controllers::klipper::twist::{self, Lookup, Probe};
 
 /// Write what a probe beside the nozzle reads wrong because axes twist (Klipper's axis_twist_compensation)
 ///
@@ -25,6 +25,10 @@ pub struct Arguments {
     /// Position of Z at which it touches the bed
     #[arg(long, value_name = "mm", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     bed: f64,
+    /// Where the firmware looks a value up: `bed`, Klipper since its pull request 7343 of August 2026; `nozzle`, Klipper
+    /// before it, and Kalico
+    #[arg(long, value_enum, default_value_t)]
+    lookup: Lookup,
     /// Points of each table
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u16).range(2..=100))]
     points: u16,
@@ -68,8 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let offset = two(&arguments.probe, "--probe", "mm")?;
     let probe = Probe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
-    let tables = probe.tables(arguments.points.into()).map_err(bad)?;
-    let text = twist::print(&tables);
+    let tables = probe
+        .tables(arguments.points.into(), arguments.lookup)
+        .map_err(bad)?;
+    let text = twist::print(&tables, arguments.lookup);
     let fault = |message: String| {
         BadInput::new(
             message,
@@ -80,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let [Some(x), Some(y)] = again else {
         return Err(fault("a table is not read again".to_owned()));
     };
-    let [largest_um, left_um] = probe.left(&[x, y]).map_err(bad)?;
+    let [largest_um, left_um] = probe.left(&[x, y], arguments.lookup).map_err(bad)?;
     let meets = left_um <= *tolerance;
     let written = meets || arguments.best_effort;
     if written {
@@ -96,7 +102,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             left_um,
         })?,
         false => files::print(&format!(
-            "{text}\nreadings of the probe are wrong by up to ±{largest_um:.2} µm, with these tables by ±{left_um:.2} µm\n"
+            "{text}\nreadings of the probe are wrong by up to ±{largest_um:.2} µm, with these tables by ±{left_um:.2} µm,\n\
+             in {}; for others give --lookup {}\n",
+            arguments.lookup.firmware(),
+            match arguments.lookup {
+                Lookup::Bed => "nozzle",
+                Lookup::Nozzle => "bed",
+            }
         ))?,
     }
     if meets {

@@ -26,8 +26,11 @@ pub struct Arguments {
     #[arg(value_name = "IN")]
     pub program: PathBuf,
     /// Where to write the corrected program
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "in_place")]
+    output: Option<PathBuf>,
+    /// Replace the program by the corrected one, as slicers expect of a post-processing script
+    #[arg(long, conflicts_with_all = ["output", "expand"])]
+    in_place: bool,
     /// The compensation
     #[arg(long, value_name = "FILE.trax")]
     pub compensation: PathBuf,
@@ -66,7 +69,8 @@ pub struct Arguments {
     /// How far a hole of a canned cycle may be from its corrected place, anywhere along it (µm)
     #[arg(long, value_name = "UM", default_value_t = 5.0)]
     hole_tolerance: f64,
-    /// Decimals of words in mm and degrees; words in inches get one more (4, 5 and 6 if this is not given)
+    /// Decimals of words in mm and degrees; words in inches get one more (3 and 4 for fanuc and haas, otherwise 4, 5
+    /// and 6)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=6))]
     decimals: Option<u8>,
     /// Give inserted lines a sub-number of their line: N10.1
@@ -94,9 +98,6 @@ pub struct Arguments {
     /// How the switch for lines behind `/` stands: on leaves them out
     #[arg(long, value_enum, value_name = "SWITCH")]
     block_delete: Option<Switch>,
-    /// Fanuc: words without a decimal point count 1 µm, 0.0001 inch or 0.001 degrees
-    #[arg(long)]
-    least_increment: bool,
     /// Pass a G or M word that is not known: it must move nothing and change no coordinates
     #[arg(long, value_name = "WORD")]
     pass: Vec<String>,
@@ -115,6 +116,11 @@ enum Switch {
 const LEAST_TOLERANCE: f64 = 0.3;
 
 impl Arguments {
+    /// Where the corrected program goes.
+    pub fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(&self.program)
+    }
+
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
         for (name, value, least) in [
             ("--tolerance", self.tolerance, LEAST_TOLERANCE),
@@ -127,12 +133,6 @@ impl Arguments {
                     format!("write for example {name} 0.5"),
                 ));
             }
-        }
-        if self.least_increment && self.dialect != Dialect::Fanuc {
-            return Err(BadInput::new(
-                "--least-increment: words without a point count whole units in this dialect",
-                "leave it out, or say --dialect fanuc",
-            ));
         }
         if self.expand && self.dialect != Dialect::LinuxCnc {
             return Err(BadInput::new(
@@ -158,11 +158,12 @@ impl Arguments {
                 ));
             }
         }
+        let decimals = self.decimals.map(usize::from);
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
             hole_tolerance: self.hole_tolerance * 1e-3,
-            decimals: self.decimals.map(usize::from),
+            decimals: decimals.or(self.dialect.table().decimals),
             sub_numbers: self.sub_numbers,
             backlash: self.backlash,
             cut_under_cutter: self.cut_under_g41,
@@ -188,9 +189,13 @@ impl Arguments {
         if let Some(path) = &self.tools {
             let units = units_of(&setup, "--tools")?;
             let text = Text::read(path)?;
-            setup
-                .add_tools(&text.text, units)
-                .map_err(|e| text.bad(e))?;
+            let skipped = setup.add_tools(&text.text, units);
+            for line in skipped.map_err(|e| text.bad(e))? {
+                eprintln!(
+                    "warning: {}, line {line}: left out, as by LinuxCNC: it is no tool",
+                    path.display()
+                );
+            }
         }
         Ok(setup)
     }
@@ -203,7 +208,6 @@ impl Arguments {
             endless: tables.endless(),
             pass: self.pass.clone(),
             block_delete: self.block_delete.map(|switch| matches!(switch, Switch::On)),
-            least_increments: self.least_increment,
             tip: self.tcp,
             machine: String::new(),
             has_machine: false,
@@ -220,7 +224,8 @@ impl Arguments {
             &self.machine,
             &self.errors,
         ];
-        let mut inputs = vec![self.program.as_path(), self.compensation.as_path()];
+        let mut inputs = vec![self.compensation.as_path()];
+        inputs.extend((!self.in_place).then_some(self.program.as_path()));
         inputs.extend(optional.into_iter().flatten().map(PathBuf::as_path));
         inputs
     }

@@ -3,6 +3,7 @@
 use super::super::bad_input::BadInput;
 use super::super::files::{self, Text};
 use super::Arguments;
+use clap::ValueEnum;
 use std::path::PathBuf;
 use trueaxis_measure::direct::{Measured, Measurement};
 use trueaxis_measure::formats::artefact::Artefact;
@@ -11,6 +12,15 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_measure::formats::runs;
 use trueaxis_model::machine::Machine;
+
+/// What stayed where it was between files of probings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Same {
+    /// The stylus; every file has balls of its own.
+    Stylus,
+    /// The stylus and the balls: a name is the same ball in every file.
+    Balls,
+}
 
 /// What was measured.
 pub struct Inputs {
@@ -27,7 +37,7 @@ impl Inputs {
         machine: &Machine,
         artefact: &Artefact,
     ) -> Result<Self, BadInput> {
-        let mut probed: Option<(&PathBuf, Probings)> = None;
+        let mut probed: Vec<(&PathBuf, Probings)> = Vec::new();
         let mut runs = Vec::new();
         let mut observed = Vec::new();
         for path in &arguments.files {
@@ -38,16 +48,7 @@ impl Inputs {
                     let rows = rows.map_err(|e| text.bad(e))?;
                     probings::have_known_balls(&text.text, &rows, artefact)
                         .map_err(|e| text.bad(e))?;
-                    if let Some((other, _)) = probed.replace((path, rows)) {
-                        return Err(BadInput::new(
-                            format!(
-                                "{} and {} are both probings",
-                                other.display(),
-                                path.display()
-                            ),
-                            "join them into one file with a column `run`; balls that were moved in between get new names",
-                        ));
-                    }
+                    probed.push((path, rows));
                 }
                 FileKind::Runs => {
                     match runs::read(&text.text, machine).map_err(|e| text.bad(e))? {
@@ -70,7 +71,17 @@ impl Inputs {
                 "identify probings alone, or read instruments with the compensation off",
             ));
         }
-        if probed.is_none() && observed.is_empty() {
+        if let ([(first, _), (second, _), ..], None) = (&probed[..], arguments.same) {
+            return Err(BadInput::new(
+                format!(
+                    "{} and {} are both probings",
+                    first.display(),
+                    second.display()
+                ),
+                "say what stayed between them: --same stylus, if only the balls were moved, or --same balls, if nothing was; a stylus that was changed has its own identification",
+            ));
+        }
+        if probed.is_empty() && observed.is_empty() {
             return Err(BadInput::new(
                 format!(
                     "{}: runs alone show the motions of each axis, not how the axes stand to each other",
@@ -80,9 +91,41 @@ impl Inputs {
             ));
         }
         Ok(Self {
-            probings: probed.map(|(_, rows)| rows).unwrap_or_default(),
+            probings: joined(probed, arguments.same),
             observations,
             runs,
         })
     }
+}
+
+/// The rows of all files. Balls of a further file have its name, if they are its own, and its rows are a run, if none of the
+/// files has runs.
+fn joined(files: Vec<(&PathBuf, Probings)>, same: Option<Same>) -> Probings {
+    let has_runs = |(_, file): &(&PathBuf, Probings)| file.rows.iter().any(|row| row.run.is_some());
+    let is_run = files.len() > 1 && !files.iter().any(has_runs);
+    let mut all = Probings::default();
+    for (number, (path, file)) in files.into_iter().enumerate() {
+        let is_own = number > 0 && same != Some(Same::Balls);
+        let name = |ball: &String| match is_own {
+            true => format!(
+                "{ball} of {}",
+                path.file_stem().unwrap_or_default().to_string_lossy()
+            ),
+            false => ball.clone(),
+        };
+        let names: Vec<String> = file.balls.iter().map(name).collect();
+        for mut row in file.rows {
+            let name = &names[row.ball];
+            let known = all.balls.iter().position(|ball| ball == name);
+            row.ball = known.unwrap_or(all.balls.len());
+            if known.is_none() {
+                all.balls.push(name.clone());
+            }
+            if is_run {
+                row.run = Some(number as f64 + 1.0);
+            }
+            all.rows.push(row);
+        }
+    }
+    all
 }

@@ -55,7 +55,9 @@ pub fn screen(found: &Found<'_>) -> String {
         misfit(&mut text, found);
     }
     observed::noise(&mut text, found);
-    if !measured.rows.is_empty() {
+    if measured.rows.is_empty() {
+        misfit(&mut text, found);
+    } else {
         places(&mut text, found);
         by_ball(&mut text, found);
         checks(&mut text, found);
@@ -130,7 +132,7 @@ fn misfit(text: &mut String, found: &Found<'_>) {
     };
     let is_noise_known = found.identified.of_stated.is_some() || found.honesty.repeats.is_some();
     *text += &format!(
-        "errors that the model lacks: up to {:.2} µm of each coordinate (rms) in the probed zone{}\n",
+        "errors that the model lacks: up to {:.2} µm of each coordinate (rms) where it was measured{}\n",
         misfit * 1e3,
         match is_noise_known {
             true => "",

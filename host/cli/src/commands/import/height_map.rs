@@ -1,13 +1,14 @@
 //! `trueaxis import klipper` and `reprapfirmware`
 
 use crate::commands::files::Text;
+use crate::commands::number::{finite, two};
 use crate::commands::position_argument::position;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::height_map::HeightMap;
-use trueaxis_controllers::klipper::bed_mesh;
+use trueaxis_controllers::klipper::{bed_mesh, probe};
 use trueaxis_controllers::reprapfirmware;
 use trueaxis_measure::formats::observations;
 use trueaxis_model::machine::{MAX_AXES, Machine};
@@ -31,7 +32,15 @@ pub struct Arguments {
     json: bool,
 }
 
-/// With the name of a profile.
+/// `--probe`, or what `printer.cfg` says of its probe.
+pub fn probe_offset(text: &Text, given: &[f64]) -> Result<Option<[f64; 2]>, BadInput> {
+    match given {
+        [] => probe::offset(&text.text).map_err(|error| text.bad(error)),
+        given => two(given, "--probe", "mm").map(Some),
+    }
+}
+
+/// With the name of a profile, and the place of the probe.
 #[derive(Args)]
 pub struct OfProfile {
     #[command(flatten)]
@@ -39,6 +48,9 @@ pub struct OfProfile {
     /// Name of the profile, if there are several
     #[arg(long, value_name = "NAME")]
     profile: Option<String>,
+    /// x_offset and y_offset of the probe (default: those in FILE; if it has none, the nozzle probed)
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    probe: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -48,21 +60,31 @@ struct Answer<'a> {
     /// Lowest and highest value (mm).
     lowest_mm: f64,
     highest_mm: f64,
+    /// Where the probe is beside the nozzle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    probe_mm: Option<[f64; 2]>,
 }
 
 pub fn klipper(arguments: &OfProfile) -> Result<Outcome, BadInput> {
     let text = Text::read(&arguments.map.map)?;
     let map = bed_mesh::read(&text.text, arguments.profile.as_deref());
-    run(&arguments.map, &map.map_err(|error| text.bad(error))?)
+    let map = map.map_err(|error| text.bad(error))?;
+    let offset = probe_offset(&text, &arguments.probe)?;
+    run(&arguments.map, &map, offset)
 }
 
 pub fn reprapfirmware(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let text = Text::read(&arguments.map)?;
     let map = reprapfirmware::read(&text.text);
-    run(arguments, &map.map_err(|error| text.bad(error))?)
+    run(arguments, &map.map_err(|error| text.bad(error))?, None)
 }
 
-fn run(arguments: &Arguments, map: &HeightMap) -> Result<Outcome, BadInput> {
+/// `probe` is where the probe is beside the nozzle: the axes stood at the places of the map minus it.
+fn run(
+    arguments: &Arguments,
+    map: &HeightMap,
+    probe: Option<[f64; 2]>,
+) -> Result<Outcome, BadInput> {
     let Arguments { output, .. } = arguments;
     files::prepare(output, &[&arguments.map, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
@@ -84,7 +106,9 @@ fn run(arguments: &Arguments, map: &HeightMap) -> Result<Outcome, BadInput> {
     let touches: Vec<_> = (map.touches().into_iter())
         .map(|touch| {
             let mut at = zero;
-            for (axis, value) in [x, y, z].into_iter().zip(touch) {
+            let [dx, dy] = probe.unwrap_or_default();
+            let stood = [touch[0] - dx, touch[1] - dy, touch[2]];
+            for (axis, value) in [x, y, z].into_iter().zip(stood) {
                 at[axis] += value;
             }
             (at, touch[2])
@@ -99,16 +123,23 @@ fn run(arguments: &Arguments, map: &HeightMap) -> Result<Outcome, BadInput> {
         points: touches.len(),
         lowest_mm: heights().fold(f64::INFINITY, f64::min),
         highest_mm: heights().fold(f64::NEG_INFINITY, f64::max),
+        probe_mm: probe,
     };
     match arguments.json {
         true => files::print_json(&answer)?,
         false => files::print(&format!(
             "{}: {} displacements, heights from {:.3} to {:.3} mm\n\
-             the surface counts as flat: what is left of it after its tilt becomes an error of the machine\n",
+             {}the surface counts as flat: what is left of it after its tilt becomes an error of the machine\n",
             output.display(),
             answer.points,
             answer.lowest_mm,
-            answer.highest_mm
+            answer.highest_mm,
+            match probe {
+                Some([x, y]) if [x, y] != [0.0; 2] => format!(
+                    "the probe is {x} and {y} mm beside the nozzle: the axes stood at the places of the map minus that\n"
+                ),
+                _ => String::new(),
+            }
         ))?,
     }
     Ok(Outcome::Done)

@@ -1,7 +1,8 @@
 //! `trueaxis import klipper-twist`
 
+use super::height_map::probe_offset;
 use crate::commands::files::Text;
-use crate::commands::number::{finite, two};
+use crate::commands::number::finite;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
@@ -23,7 +24,7 @@ pub struct Arguments {
     /// Machine description
     #[arg(long, value_name = "machine.toml")]
     machine: PathBuf,
-    /// x_offset and y_offset of [probe]
+    /// x_offset and y_offset of the probe (default: those in FILE)
     #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
     probe: Vec<f64>,
     /// Where to write the errors
@@ -38,7 +39,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let text = Text::read(table)?;
     let tables = twist::read(&text.text).map_err(|error| text.bad(error))?;
     let perfect = ErrorModel::perfect(&machine);
-    let offset = two(&arguments.probe, "--probe", "mm")?;
+    let offset = probe_offset(&text, &arguments.probe)?.ok_or_else(|| {
+        BadInput::new(
+            format!("{}: there is no probe in it", text.name),
+            "give --probe X,Y: x_offset and y_offset of the probe",
+        )
+    })?;
     let found = Probe::new(&machine, &perfect, offset, 0.0)
         .and_then(|probe| twist::errors(&probe, &tables));
     let found = found.map_err(|error| {

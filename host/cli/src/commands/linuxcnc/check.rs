@@ -18,7 +18,7 @@ use trueaxis_tables::validate::Runtime;
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis linuxcnc check mill.ini mill.trax --machine machine.toml\n\n\
-HAL files that are programs (.tcl) are not read."
+HAL files that are programs (.tcl) are refused, unless --running reads the HAL that runs."
 )]
 pub struct Arguments {
     /// The INI file of the machine
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Machine description from which it was compiled: compares its axis locations with the kinematics
     #[arg(long, value_name = "machine.toml")]
     machine: Option<PathBuf>,
+    /// Read the HAL that runs instead of the HAL files: for those that are programs (.tcl)
+    #[arg(long)]
+    running: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -50,24 +53,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
         ini, blob: path, ..
     } = arguments;
-    let configuration = configuration::read(ini)?;
-    let blob = files::read_blob(path)?;
-    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    let machine = match &arguments.machine {
-        Some(path) => Some(files::read_machine(path)?),
-        None => None,
-    };
-    let folder = configuration::folder(ini);
-    let is_file = |named: &str| {
-        let [a, b] = [folder.join(named), path.clone()].map(|p| p.canonicalize().ok());
-        Some(a? == b?)
-    };
-    let against = Against {
-        runtime: &runtime,
-        is_file: &is_file,
-        machine: machine.as_ref(),
-    };
-    let findings = check(&configuration, against);
+    let configuration = configuration::read_running(ini, arguments.running)?;
+    let findings = findings(ini, &configuration, path, arguments.machine.as_deref())?;
     let count = |severity| findings.iter().filter(|f| f.severity == severity).count();
     let (refused, warnings) = (count(Severity::Refused), count(Severity::Warning));
     let next = next(arguments, &configuration, refused);
@@ -86,8 +73,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             text += &format!("{finding}\n");
         }
         text += &format!(
-            "{}: {refused} refused, {warnings} warnings\nnext: {next}\n",
-            ini.display()
+            "{}: {refused} refused, {warnings} warnings{}\nnext: {next}\n",
+            ini.display(),
+            match findings.is_empty() {
+                true => String::new(),
+                false => format!("; {}", configuration::version()),
+            }
         );
         files::print(&text)?;
     }
@@ -95,6 +86,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         0 => Outcome::Done,
         _ => Outcome::CheckFailed,
     })
+}
+
+/// Compares a configuration with a compensation, and with the machine for which it was compiled.
+pub fn findings(
+    ini: &Path,
+    configuration: &Configuration,
+    path: &Path,
+    machine: Option<&Path>,
+) -> Result<Vec<Finding>, BadInput> {
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let machine = match machine {
+        Some(path) => Some(files::read_machine(path)?),
+        None => None,
+    };
+    let folder = configuration::folder(ini);
+    let is_file = |named: &str| {
+        let [a, b] = [folder.join(named), path.to_owned()].map(|p| p.canonicalize().ok());
+        Some(a? == b?)
+    };
+    let against = Against {
+        runtime: &runtime,
+        is_file: &is_file,
+        machine: machine.as_ref(),
+    };
+    Ok(check(configuration, against))
 }
 
 /// What to do after this check.

@@ -11,14 +11,77 @@ const LIBRARY: &str = "/usr/share/linuxcnc/hallib";
 
 /// Reads the INI file and all files that it names.
 pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
-    let text = Text::read(ini)?;
+    read_as(Text::read(ini)?, ini, None)
+}
+
+/// The same, or what HAL has now that LinuxCNC runs with this INI file.
+pub fn read_running(ini: &Path, is_running: bool) -> Result<Configuration, BadInput> {
+    let hal = match is_running {
+        true => Some(running()?),
+        false => None,
+    };
+    read_as(Text::read(ini)?, ini, hal)
+}
+
+/// What LinuxCNC would read if `text` were the INI file. With `is_running`, the HAL that runs and then `trueaxis.hal`
+/// beside it, which is what the text adds.
+pub fn read_future(text: Text, ini: &Path, is_running: bool) -> Result<Configuration, BadInput> {
+    let hal = match is_running {
+        true => {
+            let mut running = running()?;
+            let added = ini.with_file_name("trueaxis.hal");
+            running.text += "\n";
+            running.text += &Text::read(&added)?.text;
+            Some(running)
+        }
+        false => None,
+    };
+    read_as(text, ini, hal)
+}
+
+fn read_as(text: Text, ini: &Path, hal: Option<Named>) -> Result<Configuration, BadInput> {
     let folder = folder(ini);
     let open = |name: &str| open(&folder, name);
     let source = Named {
         name: text.name.clone(),
         text: text.text.clone(),
     };
-    Configuration::read(source, &open).map_err(|error| bad(&text, error))
+    Configuration::read(source, &open, hal).map_err(|error| bad(&text, error))
+}
+
+/// The commands that make the HAL that runs.
+fn running() -> Result<Named, BadInput> {
+    let bad = |what: String| {
+        BadInput::new(
+            format!("--running: `halcmd save all` {what}"),
+            "start LinuxCNC with this INI file on this computer, and try again while it runs",
+        )
+    };
+    let done = std::process::Command::new("halcmd")
+        .args(["save", "all"])
+        .output();
+    let done = done.map_err(|error| bad(format!("does not start: {error}")))?;
+    let text = String::from_utf8_lossy(&done.stdout).into_owned();
+    if !done.status.success() || !text.contains("motion-controller") {
+        return Err(bad("shows no motion controller".to_owned()));
+    }
+    Ok(Named {
+        name: "HAL as it runs".to_owned(),
+        text,
+    })
+}
+
+/// The version of LinuxCNC as which an INI file was read, for the output.
+pub fn version() -> String {
+    let found = std::process::Command::new("linuxcnc_var")
+        .arg("LINUXCNCVERSION")
+        .output();
+    let found = found.ok().filter(|done| done.status.success());
+    let found = found.map(|done| String::from_utf8_lossy(&done.stdout).trim().to_owned());
+    match found.filter(|version| !version.is_empty()) {
+        Some(version) => format!("LinuxCNC {version} is installed"),
+        None => "LinuxCNC is not installed here: read as 2.10 does".to_owned(),
+    }
 }
 
 /// Reads what the INI file compensates.

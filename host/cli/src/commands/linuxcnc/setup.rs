@@ -4,11 +4,13 @@ use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
+use crate::commands::number::positive;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{
-    Configuration, Finding, Known, PANEL, Setup, beforehand, install, setup,
+    Configuration, Finding, Known, PANEL, Setup, Severity, beforehand, install, setup,
+    unknown_pivot,
 };
 
 /// Write HAL lines that install the component, and a first machine.toml
@@ -33,9 +35,18 @@ pub struct Arguments {
     /// Linear axes that move the table; the others move the spindle (default: the usual mill, to be checked)
     #[arg(long, value_name = "XY")]
     table: Option<String>,
+    /// Head of a five-axis mill: from its pivot to the nose of its spindle, in mm (default: what the HAL files set)
+    #[arg(long, value_name = "mm", value_parser = positive)]
+    pivot: Option<f64>,
+    /// Read the HAL that runs instead of the HAL files: for those that are programs (.tcl)
+    #[arg(long)]
+    running: bool,
     /// Path of the compensation as written in HAL, from the folder of the INI file
     #[arg(long, value_name = "FILE.trax", default_value = "machine.trax")]
     file: String,
+    /// Switch the corrections on whenever the axes are homed (default: the operator does)
+    #[arg(long)]
+    enable_when_homed: bool,
     /// Write the lines for component and panel into the INI file; its old contents stay in MACHINE.ini.before-trueaxis
     #[arg(long)]
     install: bool,
@@ -59,7 +70,7 @@ struct Answer {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { ini, output, .. } = arguments;
-    let configuration = configuration::read(ini)?;
+    let configuration = configuration::read_running(ini, arguments.running)?;
     if arguments.file.is_empty() || arguments.file.contains(char::is_whitespace) {
         return Err(BadInput::new(
             format!(
@@ -90,13 +101,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let name = name.unwrap_or_else(|| "machine".to_owned());
     let end = (0..=64).rev().find(|end| name.is_char_boundary(*end));
     let name = name.get(..end.unwrap_or(0)).unwrap_or(&name);
-    let imports = configuration::imported(ini, &configuration)?;
     let findings = beforehand(&configuration);
+    if findings.iter().any(|f| f.severity == Severity::Refused) {
+        let letters = configuration.module.letters.clone();
+        return arguments.refused(letters, findings);
+    }
+    let imports = configuration::imported(ini, &configuration)?;
     let table = arguments.table(&configuration)?;
     let known = Known {
         name,
         blob: &arguments.file,
         table: table.as_deref(),
+        enabled: arguments.enable_when_homed,
+        pivot: arguments.pivot,
     };
     let Setup {
         hal,
@@ -138,9 +155,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let letters = configuration.module.letters.clone();
     let mut files: Vec<PathBuf> = written.into_iter().map(|(file, _)| file).collect();
-    if let Some(Changed { before, copy, text }) = &changed {
-        files::write(copy, before.as_bytes())?;
-        files::write(ini, text.as_bytes())?;
+    if let Some(changed) = &changed {
+        changed.write(ini)?;
     }
     if arguments.json {
         files.extend(changed.map(|changed| changed.copy));
@@ -152,11 +168,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         })
         .map(|()| Outcome::Done);
     }
-    files::print(&text(arguments, &letters, &files, to_check, &findings))?;
+    let mut shown = text(arguments, &letters, &files, to_check, &findings);
+    if let (Some(unknown), None) = (unknown_pivot(&configuration), arguments.pivot) {
+        shown += &format!("{unknown}. Measure it, and give --pivot\n");
+    }
+    files::print(&shown)?;
     Ok(Outcome::Done)
 }
 
 impl Arguments {
+    /// Writes nothing.
+    fn refused(&self, joints: String, findings: Vec<Finding>) -> Result<Outcome, BadInput> {
+        if self.json {
+            let (files, to_check) = (Vec::new(), 0);
+            files::print_json(&Answer {
+                files,
+                joints,
+                to_check,
+                findings,
+            })?;
+        } else {
+            let lines: String = findings.iter().map(|f| format!("{f}\n")).collect();
+            let (ini, version) = (self.ini.display(), configuration::version());
+            files::print(&format!("{lines}{ini}: nothing was written; {version}\n"))?;
+        }
+        Ok(Outcome::CheckFailed)
+    }
+
     /// Letters of --table, in capitals.
     fn table(&self, configuration: &Configuration) -> Result<Option<String>, BadInput> {
         let Some(table) = &self.table else {
@@ -180,15 +218,32 @@ impl Arguments {
 }
 
 /// An INI file with the lines for component and panel.
-struct Changed {
+pub struct Changed {
     /// What it was.
     before: String,
     /// Where that stays.
-    copy: PathBuf,
-    text: String,
+    pub copy: PathBuf,
+    pub text: String,
+}
+
+impl Changed {
+    /// Keeps the old contents, then writes the new ones.
+    pub fn write(&self, ini: &Path) -> Result<(), BadInput> {
+        files::write(&self.copy, self.before.as_bytes())?;
+        files::write(ini, self.text.as_bytes())
+    }
 }
 
 fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {
+    with_lines_without(ini, hal, &[])
+}
+
+/// The same, with some of its lines taken out.
+pub fn with_lines_without(
+    ini: &Path,
+    hal: &Path,
+    taken_out: &[usize],
+) -> Result<Changed, BadInput> {
     let before = Text::read(ini)?.text;
     let folder = configuration::folder(ini);
     // LinuxCNC looks from the folder of the INI file.
@@ -202,7 +257,7 @@ fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {
             "give -o the folder of the INI file",
         ));
     }
-    let text = install(&before, &named).map_err(|section| {
+    let text = install(&before, &named, taken_out).map_err(|section| {
         BadInput::new(
             format!("{}: it has no [{section}] itself", ini.display()),
             "leave --install out, and write the lines that the head of trueaxis.hal shows into the file that has it",
@@ -251,6 +306,9 @@ fn text(
     };
     for finding in findings {
         text += &format!("{finding}\n");
+    }
+    if !findings.is_empty() {
+        text += &format!("{}\n", configuration::version());
     }
     text += &format!(
         "next: trueaxis compile {machine} {errors} -o {}\n",

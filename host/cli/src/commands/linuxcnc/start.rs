@@ -1,16 +1,21 @@
 //! `trueaxis linuxcnc start`
 
+use super::check;
 use super::configuration;
+use super::setup::{Changed, with_lines_without};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
+use crate::commands::number::positive;
 use crate::commands::quantity::count;
-use crate::commands::run_words;
 use clap::Args;
 use std::fmt::Write;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{Configuration, Import, without_limits};
+use std::process::Command;
+use trueaxis_controllers::linuxcnc::{
+    Configuration, Finding, Import, Severity, beforehand, unknown_pivot,
+};
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
@@ -19,8 +24,8 @@ use trueaxis_model::machine::Machine;
 ///
 /// Asks for the INI file, which axes move the table, and for readings of a glass scale, a square and a dial; an empty
 /// answer means that there is none. Writes the HAL lines, machine.toml and errors.toml, compiles machine.trax, checks
-/// it, and ends with the next command. Every step is a command that it shows. Nothing is replaced or written into the
-/// INI file before it has asked. Whatever an option says is not asked.
+/// it, writes the INI file last, and ends with the next command. If anything is refused, every file is as it was. Nothing
+/// is replaced or written into the INI file before it has asked. Whatever an option says is not asked.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  trueaxis linuxcnc start\n  \
 trueaxis linuxcnc start mill.ini --table XY --scale X=2/100 --square XY=3/100 --dial X=4 --install --yes\n\n\
@@ -47,7 +52,17 @@ pub struct Arguments {
     /// Balls on the table that can be probed
     #[arg(long, value_name = "artefact.toml")]
     balls: Option<PathBuf>,
-    /// Write the lines for component and panel into the INI file
+    /// Switch the corrections on whenever the axes are homed (default: the operator does)
+    #[arg(long)]
+    enable_when_homed: bool,
+    /// Head of a five-axis mill: from its pivot to the nose of its spindle, in mm
+    #[arg(long, value_name = "mm", value_parser = positive)]
+    pivot: Option<f64>,
+    /// Read the HAL that runs instead of the HAL files: for those that are programs (.tcl)
+    #[arg(long)]
+    running: bool,
+    /// Write the lines for component and panel into the INI file, and take out COMP_FILE and BACKLASH that are now in
+    /// errors.toml
     #[arg(long)]
     install: bool,
     /// Replace existing files
@@ -63,82 +78,87 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(ini) => ini.clone(),
         None => arguments.ask_ini()?,
     };
-    let configuration = configuration::read(&ini)?;
-    let [machine, errors, blob] =
-        ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
+    let configuration = configuration::read_running(&ini, arguments.running)?;
     // Before anything is written.
+    let is_installed = configuration.hal.load("trueaxis").is_some();
+    if !is_installed {
+        let findings = beforehand(&configuration);
+        if is_refused(&findings) {
+            return refused(&ini, &findings);
+        }
+    }
     let joints = configuration.axes();
     let letters: Vec<char> = joints.iter().map(|joint| joint.letter).collect();
     let given = arguments.given(&letters)?;
-    let imports = match configuration.hal.load("trueaxis") {
-        Some(_) => Vec::new(),
-        None => configuration::imported(&ini, &configuration)?,
+    let imports = match is_installed {
+        true => Vec::new(),
+        false => configuration::imported(&ini, &configuration)?,
     };
     for single in &given {
         free(&imports, &letters, single)?;
     }
-    with_limits(&ini, &configuration)?;
-    let is_new = arguments.set_up(&ini, &configuration, &machine, &errors)?;
-    let described = files::read_machine(&machine)?;
-    let singles = arguments.singles(&described, &imports)?;
-    if singles.is_empty() {
-        return arguments.without(&ini, &machine, &errors, &blob);
+    let kept = Kept::read(&ini)?;
+    let done = arguments.steps(&ini, &configuration, &imports);
+    if !matches!(done, Ok(Outcome::Done)) {
+        kept.restore()?;
     }
-    let imported = match is_new && errors.exists() {
-        true => Some(Text::read(&errors)?),
-        false => None,
-    };
-    if imported.is_none()
-        && errors.exists()
-        && !arguments.overwrite
-        && !arguments.agrees(&format!("{} exists. Replace it?", errors.display()))?
-    {
-        return Err(BadInput::new(
-            format!(
-                "{} exists: it was not replaced, and nothing was compiled",
-                errors.display()
-            ),
-            "give --overwrite, or compile what it says with `trueaxis compile`",
-        ));
-    }
-    let text = error_file(&described, &singles, imported)?;
-    files::write(&errors, text.as_bytes())?;
-    files::print(&format!(
-        "\n{}: {}\n",
-        errors.display(),
-        count(singles.len(), "reading")
-    ))?;
-    let [machine, errors, blob] = [machine, errors, blob].map(|path| path.display().to_string());
-    let ini = ini.display().to_string();
-    step(&["explain", &machine, &errors])?;
-    if step(&["compile", &machine, &errors, "-o", &blob])? == Outcome::CheckFailed {
-        return Ok(Outcome::CheckFailed);
-    }
-    let checked = step(&["linuxcnc", "check", &ini, &blob, "--machine", &machine])?;
-    if let Some(balls) = &arguments.balls {
-        files::print(&format!(
-            "then, with the balls: {}\n",
-            calibrate(&machine, balls)
-        ))?;
-    }
-    Ok(checked)
+    done
 }
 
-/// Refuses a configuration whose travels are not known, before anything is written.
-fn with_limits(ini: &Path, configuration: &Configuration) -> Result<(), BadInput> {
-    match &without_limits(configuration)[..] {
-        _ if configuration.hal.load("trueaxis").is_some() => Ok(()),
-        [] => Ok(()),
-        [joint, ..] => Err(BadInput::new(
-            format!(
-                "{}: joint {} (axis {}) has no MIN_LIMIT and MAX_LIMIT, so that the travel is not known: nothing was written",
-                ini.display(),
-                joint.number,
-                joint.letter
-            ),
-            format!("write both into [JOINT_{}], and start again", joint.number),
-        )),
+/// The files that `start` writes beside the INI file, as they were before.
+struct Kept(Vec<(PathBuf, Option<Vec<u8>>)>);
+
+impl Kept {
+    fn read(ini: &Path) -> Result<Self, BadInput> {
+        let names = [
+            "machine.toml",
+            "errors.toml",
+            "errors.toml.before-trueaxis",
+            "trueaxis.hal",
+            "machine.trax",
+        ];
+        let files = names.map(|name| ini.with_file_name(name));
+        let read = files.into_iter().map(|file| {
+            let bytes = match file.exists() {
+                true => Some(files::read_bytes(&file)?),
+                false => None,
+            };
+            Ok((file, bytes))
+        });
+        Ok(Self(read.collect::<Result<_, BadInput>>()?))
     }
+
+    /// Puts back what has changed.
+    fn restore(&self) -> Result<(), BadInput> {
+        for (file, before) in &self.0 {
+            let now = std::fs::read(file).ok();
+            match before {
+                _ if now == *before => {}
+                Some(bytes) => files::write(file, bytes)?,
+                None => std::fs::remove_file(file).map_err(|error| {
+                    BadInput::new(
+                        format!("{} cannot be removed: {error}", file.display()),
+                        "remove it",
+                    )
+                })?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_refused(findings: &[Finding]) -> bool {
+    findings.iter().any(|f| f.severity == Severity::Refused)
+}
+
+/// Says why nothing is written.
+fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
+    let lines: String = findings.iter().map(|f| format!("{f}\n")).collect();
+    let (ini, version) = (ini.display(), configuration::version());
+    files::print(&format!(
+        "{lines}{ini}: every file is as it was; {version}\n"
+    ))?;
+    Ok(Outcome::CheckFailed)
 }
 
 /// Refuses a reading along an axis that LinuxCNC compensates itself: what it shows depends on that.
@@ -165,21 +185,47 @@ fn free(imports: &[Import], letters: &[char], single: &Single) -> Result<(), Bad
 }
 
 fn calibrate(machine: &str, balls: &Path) -> String {
-    let balls = balls.display();
+    let (machine, balls) = (quoted(machine), quoted(balls.display()));
     format!(
         "trueaxis linuxcnc calibrate {machine} --artefact {balls} --ball-diameter D --stylus-diameter D"
     )
 }
 
-/// Shows a command, and runs it.
-fn step(words: &[&str]) -> Result<Outcome, BadInput> {
-    files::print(&format!("\n$ trueaxis {}\n", words.join(" ")))?;
-    run_words(
-        &words
-            .iter()
-            .map(|word| (*word).to_owned())
-            .collect::<Vec<_>>(),
-    )
+/// Runs a command without showing what it says, unless it fails; returns that otherwise.
+fn silently(words: &[&str]) -> Result<Option<String>, BadInput> {
+    let failed = |error| {
+        BadInput::new(
+            format!("trueaxis {} does not start: {error}", words[0]),
+            "try again",
+        )
+    };
+    let program = std::env::current_exe().map_err(failed)?;
+    let done = Command::new(program).args(words).output().map_err(failed)?;
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    match done.status.code() {
+        Some(0) => Ok(Some(said)),
+        Some(1) => files::print(&said).map(|()| None),
+        _ => Err(BadInput::new(
+            String::from_utf8_lossy(&done.stderr).trim().to_owned(),
+            "every file is as it was",
+        )),
+    }
+}
+
+/// The effect of a compensation in one line: the first sentence of the verdict of `compile`.
+fn effect(said: &str) -> &str {
+    let verdict = said.split_once("\n\n").map_or(said, |(_, verdict)| verdict);
+    verdict.lines().next().unwrap_or("")
+}
+
+/// A word of a command line for a shell.
+fn quoted(word: impl ToString) -> String {
+    let word = word.to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%~".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }
 
 /// What an operator writes; empty at the end of the input.
@@ -197,6 +243,125 @@ fn answered(question: &str) -> Result<String, BadInput> {
 }
 
 impl Arguments {
+    /// Everything after the first look at the configuration. The INI file is written last.
+    fn steps(
+        &self,
+        ini: &Path,
+        configuration: &Configuration,
+        imports: &[Import],
+    ) -> Result<Outcome, BadInput> {
+        let [machine, errors, blob] =
+            ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
+        let is_new = self.set_up(ini, configuration, &machine, &errors)?;
+        let described = files::read_machine(&machine)?;
+        let installs = match configuration.hal.load("trueaxis") {
+            Some(_) => None,
+            None => {
+                let taken_out = imports.iter().flat_map(|i| i.lines(configuration));
+                let taken_out: Vec<usize> = taken_out.collect();
+                let hal = ini.with_file_name("trueaxis.hal");
+                Some(with_lines_without(ini, &hal, &taken_out)?)
+            }
+        };
+        let writes = match (&installs, self.install) {
+            (None, _) => false,
+            (Some(_), true) => true,
+            (Some(changed), false) => self.agrees(&format!(
+                "Write the lines for component and panel into {0}? What it is now stays in {1}.",
+                ini.display(),
+                changed.copy.display()
+            ))?,
+        };
+        let singles = self.singles(&described, imports)?;
+        if singles.is_empty() && imports.is_empty() {
+            if let Some(changed) = installs.filter(|_| writes) {
+                changed.write(ini)?;
+            }
+            return self.without(ini, &machine, &errors, &blob);
+        }
+        let imported = match is_new && errors.exists() {
+            true => Some(Text::read(&errors)?),
+            false => None,
+        };
+        if imported.is_none()
+            && errors.exists()
+            && !self.overwrite
+            && !self.agrees(&format!("{} exists. Replace it?", errors.display()))?
+        {
+            return Err(BadInput::new(
+                format!(
+                    "{} exists: it was not replaced, and nothing was compiled",
+                    errors.display()
+                ),
+                "give --overwrite, or compile what it says with `trueaxis compile`",
+            ));
+        }
+        let text = error_file(&described, &singles, imported)?;
+        files::write(&errors, text.as_bytes())?;
+        let [of_machine, of_errors, of_blob] =
+            [&machine, &errors, &blob].map(|path| path.display().to_string());
+        let Some(said) = silently(&["compile", &of_machine, &of_errors, "-o", &of_blob])? else {
+            return Ok(Outcome::CheckFailed);
+        };
+        // What LinuxCNC would read.
+        let future = match &installs {
+            Some(Changed { text, .. }) => Text {
+                name: ini.display().to_string(),
+                text: text.clone(),
+            },
+            None => Text::read(ini)?,
+        };
+        let future = configuration::read_future(future, ini, self.running)?;
+        let findings = check::findings(ini, &future, &blob, Some(&machine))?;
+        if is_refused(&findings) {
+            return refused(ini, &findings);
+        }
+        let what = match singles.len() {
+            0 => "what LinuxCNC compensated".to_owned(),
+            count_of => count(count_of, "reading"),
+        };
+        let mut lines = format!(
+            "{of_errors}: {what}; to compare with your instruments: trueaxis explain {} {}\n",
+            quoted(&of_machine),
+            quoted(&of_errors)
+        );
+        lines += &format!("{of_blob}: {}\n", effect(&said));
+        for finding in &findings {
+            lines += &format!("{finding}\n");
+        }
+        let shown = quoted(ini.display());
+        match &installs {
+            Some(changed) if writes => {
+                changed.write(ini)?;
+                lines += &format!(
+                    "{}: with component and panel; what it was is in {}\n",
+                    ini.display(),
+                    changed.copy.display()
+                );
+            }
+            Some(_) => {
+                lines += &format!(
+                    "{}: is as it was; what to write into it is at the head of {}\n",
+                    ini.display(),
+                    ini.with_file_name("trueaxis.hal").display()
+                );
+            }
+            None => lines += &format!("{}: has the component already\n", ini.display()),
+        }
+        let switched_on = match self.enable_when_homed {
+            true => "home: the corrections come in",
+            false => {
+                "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
+            }
+        };
+        lines += &format!("next: linuxcnc {shown}, {switched_on}\n");
+        if let Some(balls) = &self.balls {
+            lines += &format!("then, with the balls: {}\n", calibrate(&of_machine, balls));
+        }
+        files::print(&lines)?;
+        Ok(Outcome::Done)
+    }
+
     /// An answer, or nothing if nothing is to be asked.
     fn ask(&self, question: &str) -> Result<String, BadInput> {
         match self.yes {
@@ -243,11 +408,6 @@ impl Arguments {
         let folder = configuration::folder(ini);
         let hal = ini.with_file_name("trueaxis.hal");
         if configuration.hal.load("trueaxis").is_some() {
-            files::print(&format!(
-                "{}: the component is installed; {} stays as it is\n",
-                ini.display(),
-                machine.display()
-            ))?;
             return Ok(false);
         }
         let there: Vec<&Path> = [hal.as_path(), machine, errors]
@@ -284,12 +444,23 @@ impl Arguments {
         if !table.is_empty() {
             words.extend(["--table".to_owned(), table]);
         }
-        let question = format!(
-            "Write the lines for component and panel into {0}? What it is now stays in {0}.before-trueaxis.",
-            ini.display()
-        );
-        if self.install || self.agrees(&question)? {
-            words.push("--install".to_owned());
+        if self.enable_when_homed {
+            words.push("--enable-when-homed".to_owned());
+        }
+        if let Some(unknown) = unknown_pivot(configuration) {
+            let pivot = match self.pivot {
+                Some(pivot) => pivot,
+                None => {
+                    let question =
+                        format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
+                    positive(&self.ask(&question)?)
+                        .map_err(|_| BadInput::new(unknown, "measure it, and give --pivot in mm"))?
+                }
+            };
+            words.extend(["--pivot".to_owned(), pivot.to_string()]);
+        }
+        if self.running {
+            words.push("--running".to_owned());
         }
         if !there.is_empty() {
             words.push("--overwrite".to_owned());
@@ -303,9 +474,14 @@ impl Arguments {
                     "move it away, then start again",
                 )
             })?;
-            files::print(&format!("{} is now {}\n", errors.display(), kept.display()))?;
         }
-        step(&words.iter().map(String::as_str).collect::<Vec<_>>()).map(|_| true)
+        match silently(&words.iter().map(String::as_str).collect::<Vec<_>>())? {
+            Some(_) => Ok(true),
+            None => Err(BadInput::new(
+                "the configuration is refused",
+                "change what is refused, and start again",
+            )),
+        }
     }
 
     /// What has been measured, from options; axes count as their letters do.
@@ -386,7 +562,7 @@ impl Arguments {
         errors: &Path,
         blob: &Path,
     ) -> Result<Outcome, BadInput> {
-        let (ini, machine) = (ini.display(), machine.display().to_string());
+        let (ini, machine) = (quoted(ini.display()), machine.display().to_string());
         let balls = match &self.balls {
             Some(balls) => Some(balls.clone()),
             None => Some(
@@ -398,9 +574,10 @@ impl Arguments {
         let next = match (&balls, errors.exists()) {
             (Some(balls), _) => format!("start LinuxCNC, then {}", calibrate(&machine, balls)),
             (None, true) => format!(
-                "trueaxis compile {machine} {} -o {}",
-                errors.display(),
-                blob.display()
+                "trueaxis compile {} {} -o {}",
+                quoted(&machine),
+                quoted(errors.display()),
+                quoted(blob.display())
             ),
             (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
         };

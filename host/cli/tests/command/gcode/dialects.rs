@@ -250,6 +250,12 @@ fn behind_its_end_a_program_goes_on_for_grbl_alone() {
     let program = "%\nG21 G90\nG0 X10 Y10 Z50\n%\nG0 X30\n";
     refuses(program, &grbl, &["line 5", "after the end of the program"]);
     corrected(&folder, "G21 G90\nG0 X10 Y10 Z50\nM30\n%\n(end)\n", &grbl);
+    // The spindle stops, and nothing moves.
+    corrected(
+        &folder,
+        "G21 G90\nG0 X10 Y10 Z50\nM2\nM9 ; air\nM5\n",
+        &grbl,
+    );
 }
 
 #[test]
@@ -369,7 +375,8 @@ fn behind_home_z_moves_again_with_its_offset_alone() {
             "whether the tool offset of G43 still holds",
             "G43 with H",
         ];
-        refuses(format!("{begin}{line}\nM30\n%\n"), &FANUC, &parts);
+        let options = [&FANUC[..], &["--decimals", "4"]].concat();
+        refuses(format!("{begin}{line}\nM30\n%\n"), &options, &parts);
     }
     // Above the part it is moved without a word of Z.
     let out = fanuc(

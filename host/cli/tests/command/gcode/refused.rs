@@ -164,7 +164,7 @@ fn what_is_not_built_is_refused_by_its_name() {
             "G92 X0.\nG52 X1.",
             &["line 4", "G52 while G92 holds", "take G92 back"],
         ),
-        ("M98 P1000", &["M98", "subprogram", "flat"]),
+        ("M98 P1000", &["M98", "no program O1000", "append"]),
         ("G99 G81 X1. Z2. R2. F90.", &["half a micrometre"]),
     ] {
         refuses(format!("{start}{line}\nM30\n"), &fanuc, parts);
@@ -200,16 +200,22 @@ fn files_that_are_no_programs_are_refused() {
     }
     refuses("G0 (never ends\n", &[], &["line 1", "does not end"]);
     refuses(vec![b'X'; 30_000], &[], &["line 1"]);
-    refuses(vec![0; 300], &[], &["line 1", "begins no word"]);
+    refuses(vec![0; 300], &[], &["line 1", "NUL", "UTF-16"]);
     refuses(
-        "G21\nG0 X10\n",
-        &["--dialect", "fanuc"],
-        &["line 2", "X10", "decimal point"],
+        b"\xff\xfeG\x002\x001\x00\n\x00",
+        &[],
+        &["line 1", "the file is UTF-16"],
+    );
+    refuses("G21\r\r\nG90\r\r\n", &[], &["line 1", "CR CR LF"]);
+    refuses(
+        "0 BEGIN PGM PLATE MM\n1 BLK FORM 0.1 Z X-60 Y-40 Z-20\n",
+        &[],
+        &["line 1", "Heidenhain Klartext", "export heidenhain"],
     );
     refuses(
         "G21\nG0 X10\n",
-        &["--least-increment"],
-        &["--least-increment", "--dialect fanuc"],
+        &["--dialect", "fanuc"],
+        &["line 2", "X10", "decimal point", "calculator"],
     );
     let remedy = "get the whole file";
     refuses(

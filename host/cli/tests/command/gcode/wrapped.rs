@@ -75,7 +75,7 @@ fn what_a_wrapped_word_means_must_be_known() {
         start,
         WRAPPED,
         &["--dialect", "grbl"],
-        &["[axis.C]", "Grbl"],
+        &["[axis.C]", "as far as words say"],
     );
     let x = "[offset.G54]\n[axis.X]\nwrapped = true\n";
     refuses(start, x, &[], &["no rotary axis", "[axis.C]"]);

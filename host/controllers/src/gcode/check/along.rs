@@ -98,7 +98,11 @@ impl<'s> Along<'s> {
         let stretch = ending.next().unwrap_or(&self.stretches[0]);
         let travel = &stretch.travel;
         let node = self.field.node(t, &segment.path.at(t), travel);
-        node.map_err(|_| CheckError::Outside(segment.line))
+        let mut node = node.map_err(|_| CheckError::Outside(segment.line))?;
+        if segment.retracts {
+            self.field.within_travel(&mut node);
+        }
+        Ok(node)
     }
 }
 
@@ -273,6 +277,7 @@ impl<'c> Check<'c> {
             };
             let mut t = from + part * (until - from);
             let (mut node, mut off) = place(t)?;
+            let mut takes_up = false;
             if !rotates && !is_blended {
                 // Beside the nearest place of the path, wherever along it that is.
                 let slope = segment.path.slope(t);
@@ -281,6 +286,10 @@ impl<'c> Check<'c> {
                 if along.abs() > ALONG * square.sqrt() {
                     t = (t + along / square).clamp(stretch.from, stretch.to);
                     (node, off) = place(t)?;
+                    // Before the path begins: where an axis turns round its play is taken up there.
+                    let rest: f64 = off.iter().zip(&slope).map(|(o, s)| o * s).sum();
+                    takes_up =
+                        begins && reverses && t == from && rest.abs() > ALONG * square.sqrt();
                 }
                 off = across(&off, &segment.path.slope(t), radius);
             }
@@ -299,6 +308,10 @@ impl<'c> Check<'c> {
                 self.found.blended_um = self.found.blended_um.max(um);
             } else {
                 self.off(segment, um, urad, chord);
+            }
+            if takes_up {
+                // The tool stands.
+                continue;
             }
             self.head(along, segment, t)?;
             self.tool(&along.field, segment, &stretch.travel, &node.q, &at)?;

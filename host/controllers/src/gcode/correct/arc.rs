@@ -12,6 +12,8 @@ use crate::gcode::trace::{Lost, Node, Path};
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
+/// Bits of rotary axes: they take half of a tolerance.
+const ROTARY: u16 = 0b111 << 3;
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
 /// An arc is fitted to so many places within it, at least.
@@ -39,8 +41,14 @@ impl Corrector<'_> {
         let field = self.field();
         let [r0, r1] = arc.radii();
         // Where words have fewer decimals an arc begins so far beside its place.
-        let begins = 0.5 * self.options.rounding(self.units());
-        let limits = self.limits().plus(begins).within(LARGEST * r0.min(r1));
+        let begins = 0.4 * self.options.rounding(self.units());
+        // What fewer decimals cost is added below.
+        let usual = self.options.decimals.is_none();
+        let limits = match self.tables.axes & ROTARY {
+            0 if usual => self.limits().of_arcs(self.options.tolerance),
+            _ => self.limits(),
+        };
+        let limits = limits.plus(begins).within(LARGEST * r0.min(r1));
         if self.is_offset() {
             return self.in_one(arc, &limits, moving);
         }
@@ -97,42 +105,67 @@ impl Corrector<'_> {
             chords: (part * arc.sweep.abs() / chord).ceil().max(1.0) as usize,
             sagitta,
         };
-        self.divide(&dividing, [0, dividing.chords], from, pieces)
+        self.divide(&dividing, from, pieces)
     }
 
-    /// The part of a stretch from one chord to another: an arc if it is one, or halves of it.
+    /// A stretch as arcs, each as long as it keeps the path, and chords where none does.
     fn divide(
         &mut self,
         dividing: &Dividing<'_>,
-        [a, b]: [usize; 2],
-        from: PerLetter,
+        mut from: PerLetter,
         pieces: &mut Vec<Piece>,
     ) -> Result<PerLetter, Lost> {
-        let nodes = dividing.nodes([a, b])?;
-        if let Some(fitted) = cut::fitted(dividing.arc, &from, &nodes)
-            && cut::off_arc(&fitted, &nodes, dividing.limits) <= 1.0
-        {
-            let [first, last] = [&nodes[0], &nodes[nodes.len() - 1]];
-            pieces.push(Piece {
-                shape: Shape::Arc(fitted),
-                to: fitted.to,
-                until: last.t,
-                share: Some(last.t - first.t),
-            });
-            return Ok(fitted.to);
-        }
-        if b - a == 1 {
+        let mut begin = 0;
+        while begin < dividing.chords {
+            if let Some((end, piece)) = dividing.longest(begin, &from)? {
+                pieces.push(piece);
+                (begin, from) = (end, piece.to);
+                continue;
+            }
+            let nodes = dividing.nodes([begin, begin + 1])?;
             let limits = dividing.limits.plus(dividing.sagitta);
             self.lines(&nodes, &limits, pieces);
-            return Ok(nodes[nodes.len() - 1].to);
+            (begin, from) = (begin + 1, nodes[nodes.len() - 1].to);
         }
-        let middle = (a + b) / 2;
-        let from = self.divide(dividing, [a, middle], from, pieces)?;
-        self.divide(dividing, [middle, b], from, pieces)
+        Ok(from)
     }
 }
 
 impl Dividing<'_> {
+    /// The longest arc that keeps the path from a chord on, and the chord at which it ends: all that is left, otherwise
+    /// in strides that double while they hold, then in ones that halve.
+    fn longest(&self, begin: usize, from: &PerLetter) -> Result<Option<(usize, Piece)>, Lost> {
+        if let Some(piece) = self.fit([begin, self.chords], from)? {
+            return Ok(Some((self.chords, piece)));
+        }
+        let (mut good, mut step, mut grows) = (None, 1, true);
+        while step > 0 {
+            let end = good.map_or(begin, |(end, _)| end) + step;
+            let fits = match end < self.chords {
+                true => self.fit([begin, end], from)?,
+                false => None,
+            };
+            grows &= fits.is_some();
+            good = fits.map(|piece| (end, piece)).or(good);
+            step = if grows { 2 * step } else { step / 2 };
+        }
+        Ok(good)
+    }
+
+    /// The part from one chord to another as one arc, if it is one.
+    fn fit(&self, [a, b]: [usize; 2], from: &PerLetter) -> Result<Option<Piece>, Lost> {
+        let nodes = self.nodes([a, b])?;
+        let fitted = cut::fitted(self.arc, from, &nodes);
+        let fitted = fitted.filter(|fitted| cut::off_arc(fitted, &nodes, self.limits) <= 1.0);
+        let (first, last) = (&nodes[0], &nodes[nodes.len() - 1]);
+        Ok(fitted.map(|fitted| Piece {
+            shape: Shape::Arc(fitted),
+            to: fitted.to,
+            until: last.t,
+            share: Some(last.t - first.t),
+        }))
+    }
+
     /// Corrected places from one chord to another.
     fn nodes(&self, [a, b]: [usize; 2]) -> Result<Vec<Node>, Lost> {
         let [first, last] = [&self.nodes[0], &self.nodes[self.nodes.len() - 1]];

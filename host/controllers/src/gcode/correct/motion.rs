@@ -1,6 +1,7 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
 use super::given::{Given, Moving, span_of};
+use super::piece::Timing;
 use super::{Backlash, Corrector};
 use crate::gcode::axes::is_rotary;
 use crate::gcode::codes::{Code, Group};
@@ -44,7 +45,15 @@ impl<'a> Corrector<'a> {
         let timing = match motion {
             Move::Straight(straight, rate) => {
                 self.straight(straight, *rate, &moving, &mut pieces)?;
-                self.timing(*rate, &Path::Line(straight.from.at, straight.to))
+                let timing = self.timing(*rate, &Path::Line(straight.from.at, straight.to));
+                match straight.from.missing(self.tables.axes) {
+                    None => timing,
+                    // Nobody knows how long it is: F stays.
+                    Some(_) => Timing {
+                        minutes: 0.0,
+                        ..timing
+                    },
+                }
             }
             Move::Arc(arc, rate) => {
                 pieces.extend(self.arc(arc, &moving)?);
@@ -87,10 +96,12 @@ impl<'a> Corrector<'a> {
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
     pub(super) fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
-        if !block.has_codes && block.word(b'T').is_none() {
+        let dialect = self.rules.dialect;
+        // A Sinumerik's D is an offset.
+        let has_edge = dialect.table().has_names && block.word(b'D').is_some();
+        if !block.has_codes && block.word(b'T').is_none() && !has_edge {
             return Ok(());
         }
-        let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
             let code = word.code(dialect);
             code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
@@ -98,6 +109,7 @@ impl<'a> Corrector<'a> {
         let changes = |word: &&Word| match word.letter {
             b'G' => !is_motion(word),
             b'M' | b'T' => true,
+            b'D' => has_edge,
             _ => false,
         };
         if !block.words.iter().any(|w| changes(&w)) {

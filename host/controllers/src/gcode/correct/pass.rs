@@ -9,6 +9,7 @@ use crate::gcode::interpret::bits;
 use crate::gcode::line_map::Role;
 use crate::gcode::number;
 use crate::gcode::trace::Lost;
+use crate::gcode::words::Block;
 
 impl Corrector<'_> {
     /// A line without motion; `before` is where the program was.
@@ -47,6 +48,25 @@ impl Corrector<'_> {
         out.extend_from_slice(given.eol);
         self.note(Role::Plain);
         Ok(())
+    }
+
+    /// A line that switches tool-centre-point control on and moves: both programs stand at the tip before it.
+    pub(super) fn enter_tip(&mut self, block: &Block) -> Result<bool, Fault> {
+        let Some(tip) = self.tip else {
+            return Ok(false);
+        };
+        let takes = self.tables.takes_length;
+        let enters = tip.enter(&mut self.nominal, block, self.rules, takes)?;
+        if !enters {
+            return Ok(false);
+        }
+        if let Some(axis) = self.nominal.position.missing(self.tables.axes) {
+            return Err(self.nominal.not_known(self.rules, &block.words[0], axis));
+        }
+        tip.enter(&mut self.written, block, self.rules, takes)?;
+        // The offset holds before control is on: it moves nothing then.
+        self.written.modes(block, self.rules)?;
+        Ok(true)
     }
 
     /// M428, M429: the same place in other coordinates.

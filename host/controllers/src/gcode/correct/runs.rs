@@ -2,7 +2,7 @@
 
 use super::piece::{Piece, Shape};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::PerLetter;
+use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::cut;
 use crate::gcode::limits::Limits;
 use crate::gcode::trace::{Field, Lost, Node, Path};
@@ -13,6 +13,22 @@ const BESIDE: f64 = 0.3;
 const ROUNDED: f64 = 1.1;
 /// Over so much of a move the step at a reversal is blended (mm, or degrees).
 const BLEND: f64 = 1.0;
+
+/// True if the step at a reversal lies along the motion that reverses, which then needs no move of its own for it: across,
+/// it stays within what a motion may begin beside its path.
+fn takes_up(path: &Path, nodes: &[Node], off: &PerLetter, limits: &Limits) -> bool {
+    let [first, next, ..] = nodes else {
+        return false;
+    };
+    let by = path.by();
+    let turns = (0..COUNT).any(|axis| is_rotary(axis) && (off[axis] != 0.0 || by[axis] != 0.0));
+    let slope = path.slope(first.t);
+    let square: f64 = slope.iter().map(|d| d * d).sum();
+    let along = off.iter().zip(&slope).map(|(o, s)| o * s).sum::<f64>() / square;
+    // It is over well before the first place where the path may be divided.
+    let is_short = along.abs() < 0.5 * (next.t - first.t);
+    !turns && is_short && limits.of(&cut::across(off, &slope, f64::INFINITY)) <= BESIDE
+}
 
 impl Corrector<'_> {
     /// True if a place is so far from another one that a step leads there.
@@ -47,7 +63,9 @@ impl Corrector<'_> {
             if self.is_beside(&off, limits) {
                 let reverses = stretch.travel != before && (self.joined || number > 0);
                 self.report.take_ups += u64::from(reverses);
-                if reverses && self.options.backlash == Backlash::Blend {
+                if reverses && number == 0 && takes_up(path, &nodes, &off, limits) {
+                    // The move begins where the one before ended, and goes the way of the step first.
+                } else if reverses && self.options.backlash == Backlash::Blend {
                     let t = stretch.from + BLEND / path.length();
                     let end = match t < stretch.to {
                         true => field.node(t, &path.at(t), &stretch.travel)?,

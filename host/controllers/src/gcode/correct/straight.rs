@@ -43,7 +43,7 @@ impl Corrector<'_> {
             } else if is_rapid && !stands {
                 self.stretches(&path, moving)?;
             }
-            let end = self.end(to, held, moving)?;
+            let end = self.end(to, held, is_rapid && straight.machine, moving)?;
             // Where the program stands, a feed only leads onto the corrected path.
             let leads_on = stands && shape == Shape::Feed && !straight.with_spindle;
             pieces.push(match leads_on {
@@ -55,7 +55,7 @@ impl Corrector<'_> {
         self.trace(&path, moving)?;
         let limits = self.limits();
         let field = self.field();
-        let end = self.end(to, held, moving)?;
+        let end = self.end(to, held, false, moving)?;
         if straight.with_spindle {
             let reverses = self.traced.runs.iter();
             let reverses = reverses.filter(|(stretch, _)| stretch.travel != self.start_travel);
@@ -158,6 +158,7 @@ impl Corrector<'_> {
         &mut self,
         to: &PerLetter,
         held: u16,
+        retracts: bool,
         moving: &Moving,
     ) -> Result<PerLetter, Fault> {
         let field = self.field();
@@ -166,6 +167,9 @@ impl Corrector<'_> {
             Err(lost) => return Err(moving.lost(lost)),
         };
         self.hold(held, &mut node);
+        if retracts {
+            field.within_travel(&mut node);
+        }
         field.reaches(&node).map_err(|lost| moving.lost(lost))?;
         self.corrected(&node);
         Ok(node.to)

@@ -1,5 +1,6 @@
 //! Pieces as lines: the line of the program with its words changed, and further ones.
 
+mod extrusion;
 mod inserted_lines;
 mod rewritten_line;
 mod wording;
@@ -15,6 +16,7 @@ use crate::gcode::interpret::{Step, bits};
 use crate::gcode::line_map::Role;
 use crate::gcode::modal::Motion;
 use crate::gcode::words::{Block, Word};
+pub(super) use extrusion::Extrusion;
 pub(super) use wording::replace_number;
 
 /// How a line is changed.
@@ -66,6 +68,10 @@ impl Corrector<'_> {
             },
             without_after: several && given.step.after,
         };
+        self.extrusion = match several {
+            true => self.extrusion(given)?,
+            false => None,
+        };
         self.write_first(given, &change, out)?;
         let given = match several {
             true => self.with_end(given),
@@ -75,6 +81,7 @@ impl Corrector<'_> {
         for piece in &pieces[1..] {
             self.write_next(&given, piece, timing, out)?;
         }
+        self.all_is_extruded()?;
         if several && given.step.after {
             self.write_after(&given, out)?;
         }

@@ -1,10 +1,10 @@
-//! Fanuc, Haas, Mitsubishi, Centroid and their kin, milling.
+//! Fanuc, Mitsubishi, Centroid and their kin, milling.
 
 use super::{AfterEnd, Table, Wrapping};
 use crate::gcode::codes::{Code, Group, Length, Machine};
 use crate::gcode::modal::{FeedMode, Motion, Retract};
 
-const G: &[(u16, Code)] = &[
+pub(super) const G: &[(u16, Code)] = &[
     (410, Code::Cutter(true)),
     (420, Code::Cutter(true)),
     (520, Code::Local),
@@ -51,6 +51,9 @@ pub const TABLE: Table = Table {
     m: M,
     longest_line: 200,
     needs_points: true,
+    // IS-B.
+    decimals: Some(3),
+    calls: true,
     semicolon_ends_block: true,
     after_end: AfterEnd::Another,
     arcs_have_turns: false,

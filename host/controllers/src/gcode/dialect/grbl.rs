@@ -1,7 +1,8 @@
 //! Grbl 1.1.
 
-use super::{AfterEnd, Table};
+use super::{AfterEnd, FeedUnit, Table};
 use crate::gcode::codes::{Code, Length, Machine};
+use crate::gcode::modal::Motion;
 
 const G: &[(u16, Code)] = &[
     (281, Code::StoreHome(0)),
@@ -21,6 +22,9 @@ pub const TABLE: Table = Table {
     longest_line: 79,
     counts_words_alone: true,
     after_end: AfterEnd::Run,
+    starts_in: Some(Motion::Rapid),
+    asks: true,
+    feed_unit: FeedUnit::After,
     g80_beside_motion: false,
     ..Table::PLAIN
 };

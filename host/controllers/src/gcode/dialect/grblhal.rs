@@ -1,6 +1,6 @@
 //! grblHAL.
 
-use super::{AfterEnd, Table};
+use super::{AfterEnd, FeedUnit, Table};
 use crate::gcode::codes::{Code, Group, Length, Machine};
 use crate::gcode::modal::{FeedMode, Motion, Retract};
 
@@ -36,5 +36,8 @@ pub const TABLE: Table = Table {
     g: G,
     m: M,
     after_end: AfterEnd::Run,
+    starts_in: Some(Motion::Rapid),
+    asks: true,
+    feed_unit: FeedUnit::After,
     ..Table::PLAIN
 };

@@ -1,8 +1,8 @@
 //! LinuxCNC, and those that read its language.
 
-use super::{Table, Wrapping};
+use super::{FeedUnit, Table, Wrapping};
 use crate::gcode::codes::{Code, Group, Length, Machine};
-use crate::gcode::modal::{Distance, FeedMode, Motion, Retract};
+use crate::gcode::modal::{Distance, FeedMode, Motion, Retract, Units};
 
 /// Words may have two decimals, or three.
 const SPIRAL: [f64; 2] = [
@@ -50,6 +50,9 @@ const G: &[(u16, Code)] = &[
     (430, Code::ToolLength(Length::OfTool)),
     (740, Code::Motion(Motion::Cycle(740))),
     (840, Code::Motion(Motion::Cycle(840))),
+    // Mach's, without the words of a lathe's cycles.
+    (700, Code::Units(Units::Inch)),
+    (710, Code::Units(Units::Millimetre)),
     (901, Code::ArcDistance(Distance::Absolute)),
     (922, Code::Shift(2)),
     (923, Code::Shift(3)),
@@ -84,6 +87,7 @@ pub const TABLE: Table = Table {
     g: G,
     m: M,
     feed_counts_all: false,
+    feed_unit: FeedUnit::Before,
     spiral: SPIRAL,
     wrapping: Wrapping::Sign,
     systems_turn: true,

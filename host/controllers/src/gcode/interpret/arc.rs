@@ -127,8 +127,8 @@ impl State {
         if !fits {
             let remedy = match self.is_absolute(asked, offsets, &arc) {
                 true => {
-                    "the words of the centre fit if they are absolute: write G90.1 before it where the controller has it, \
-                     or post the program with I, J and K from the start of the arc"
+                    "the words of the centre fit if they are absolute: give the setup [start] arcs = \"G90.1\" if the \
+                     controller reads them so, or post the program with I, J and K from the start of the arc"
                 }
                 false => "check the centre and the end",
             };

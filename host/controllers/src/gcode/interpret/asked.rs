@@ -101,6 +101,13 @@ impl<'l> Asked<'l> {
         )
     }
 
+    /// True if the line has words that only a cycle of a lathe takes.
+    fn takes_a_cycle(&self) -> bool {
+        let table = self.rules.dialect.table();
+        let letters: &[u8] = if table.chooses_d { b"QP" } else { b"QPDUW" };
+        letters.iter().any(|letter| self.word(*letter).is_some())
+    }
+
     /// What takes the axes other than a word of motion: true for one that acts once, and the word of G43.1.
     fn takers(&self) -> (bool, Option<&'l Word>) {
         let once = match self.once {
@@ -131,6 +138,10 @@ impl<'l> Asked<'l> {
                     "write two lines",
                 ));
             };
+            // Inches and mm of Mach and Sinumerik; with words of their own they are cycles of lathes.
+            if let (Some(700 | 710), true) = (word.tenths(), self.takes_a_cycle()) {
+                return Err(unknown_g(word, Unfollowed::of(word, self.rules.dialect)));
+            }
             // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
             if code == Code::MachineCoordinates {
                 self.machine_coordinates = Some(word);
@@ -207,7 +218,7 @@ impl Unfollowed {
             650 | 660..=669 => "macro calls (G65, G66) compute",
             680..=689 => "rotated coordinates (G68) are not followed",
             700 | 710 => {
-                "finishing and roughing cycles of lathes (G70, G71), elsewhere inches and mm: write G20 or G21"
+                "finishing and roughing cycles of lathes (G70, G71) are not corrected; inches and mm are G20 and G21"
             }
             760 => "threading cycles of lathes, or fine boring (G76), are not corrected",
             870 | 880 => "cycles with a stopped spindle (G87, G88) are not corrected",

@@ -30,6 +30,10 @@ impl State {
                 let users = self.users(asked, word.letter);
                 if users != 1 {
                     let (cause, remedy) = match users {
+                        0 if word.letter == b'E' => (
+                            "E, which this dialect does not have",
+                            "for the program of a printer give --dialect printer",
+                        ),
                         0 => (
                             "a word that nothing in its line uses: its meaning is not known",
                             "check the G word of the line and --dialect, or take it out",
@@ -83,7 +87,7 @@ impl State {
             _ => false,
         };
         // An offset that is chosen before it is used.
-        let by_itself = table.chooses_d && letter == b'D';
+        let by_itself = table.chooses_d && letter == b'D' || table.printer && letter == b'E';
         if by_itself {
             return 1;
         }
@@ -134,11 +138,11 @@ fn is_time(asked: &Asked<'_>, word: &Word) -> bool {
     matches!(asked.once, Some((Code::Dwell, _))) && matches!(word.letter, b'X' | b'U')
 }
 
-/// A length of Fanuc's must have a point, unless it counts least increments.
+/// A length of Fanuc's must have a point, unless the setup says what one without counts.
 fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fault> {
     let rules = asked.rules;
     let lacks = rules.dialect.table().needs_points
-        && !rules.least_increments
+        && rules.setup.decimals.is_none()
         && !word.point
         && word.value != 0.0;
     match is_length && lacks {
@@ -147,7 +151,7 @@ fn needs_point(asked: &Asked<'_>, word: &Word, is_length: bool) -> Result<(), Fa
             word.span(),
             "a length without a decimal point: Fanuc controllers take it for mm or for least \
              increments, as a parameter says",
-            "write a decimal point, or say --least-increment if such words count 1 µm",
+            "write a decimal point, or give the setup decimals = \"calculator\" if X100 is 100 mm there, \"least\" if it is 0.1 mm",
         )),
     }
 }

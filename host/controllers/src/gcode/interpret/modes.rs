@@ -3,6 +3,7 @@
 use super::asked::is_passed;
 use super::{Asked, Step, unknown, whole};
 use crate::gcode::codes::{self, Code, Length, Machine};
+use crate::gcode::dialect::FeedUnit;
 use crate::gcode::fault::{FLAT, Fault, Kind};
 use crate::gcode::modal::{Distance, FeedMode, Motion};
 use crate::gcode::offsets::Number;
@@ -28,7 +29,11 @@ impl State {
             // Every move needs its own.
             self.feed = None;
         }
-        if let Some(word) = asked.word(b'F') {
+        self.feed_unit = 1.0;
+        let named = asked.rules.dialect.table().has_names;
+        // A Sinumerik's G4 waits for F or S.
+        let waits = named && matches!(asked.once, Some((Code::Dwell, _)));
+        if let Some(word) = asked.word(b'F').filter(|_| !waits) {
             if word.value < 0.0 {
                 return Err(Fault::new(
                     word.span(),
@@ -74,6 +79,7 @@ impl State {
         match machine {
             Machine::Pause | Machine::End | Machine::After => step.after = true,
             Machine::Neutral => {}
+            Machine::Extruder(distance) => self.extruder.set(distance),
             Machine::ToolChange => self.change_tool(asked, word, step)?,
             Machine::ToolNumber => {
                 let Some(number) = asked.word(b'Q') else {
@@ -98,18 +104,42 @@ impl State {
 
     /// Plane, units, cutter and tool offsets, systems, distances, retracting.
     pub(super) fn set_modes(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
+        // G70 and G71 leave F in the unit of the machine.
+        let of_lengths = |word: &Word| matches!(word.tenths(), Some(700 | 710));
+        if let Some((units, word)) = asked.units
+            && asked.rules.dialect.table().has_names
+            && of_lengths(word)
+            && asked.rules.setup.units.is_some_and(|own| own != units)
+        {
+            return Err(unknown(
+                word,
+                "G70 and G71 leave F in the unit of the machine, which is another one",
+                "write G700 or G710",
+            ));
+        }
         if let Some((units, word)) = asked.units
             && self.units != Some(units)
         {
-            if self.units.is_some() && asked.word(b'F').is_some() {
-                return Err(Fault::new(
-                    word.span(),
-                    "another unit and F in one line: controllers differ in the unit of that F",
-                    "write the unit in a line before",
-                ));
-            }
-            if self.units.is_some() && self.feed_mode != FeedMode::InverseTime {
-                self.feed = None;
+            let before = self
+                .units
+                .filter(|_| self.feed_mode != FeedMode::InverseTime);
+            if let Some(before) = before {
+                let feed_unit = asked.rules.dialect.table().feed_unit;
+                match (asked.word(b'F'), feed_unit) {
+                    (None, _) => self.feed = None,
+                    (Some(_), FeedUnit::After) => {}
+                    (Some(f), FeedUnit::Before) => {
+                        self.feed_unit = before.mm() / units.mm();
+                        self.feed = Some(f.value * self.feed_unit);
+                    }
+                    (Some(_), FeedUnit::Unknown) => {
+                        return Err(Fault::new(
+                            word.span(),
+                            "another unit and F in one line: controllers differ in the unit of that F",
+                            "write the unit in a line before",
+                        ));
+                    }
+                }
             }
             self.units = Some(units);
         }
@@ -122,6 +152,11 @@ impl State {
             true => 0.0,
             false => self.offsets.tool[2],
         };
+        if table.has_names
+            && let Some(word) = asked.word(b'D')
+        {
+            self.cutting_edge(word, asked.rules)?;
+        }
         for word in asked.coded() {
             let Some(code) = asked.code(word) else {
                 continue;

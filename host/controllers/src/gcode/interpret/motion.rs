@@ -99,11 +99,19 @@ impl State {
             return Err(Fault::new(
                 axis_span(block),
                 "axes without a motion word, and none holds",
-                "write G0, G1, G2 or G3",
+                "write G0, G1, G2 or G3, or give the setup the one that holds: [start] motion = \"G0\"",
             ));
         };
         if let Some(word) = asked.machine_coordinates {
-            self.allows_machine_coordinates(word, motion)?;
+            self.allows_machine_coordinates(asked, word, motion)?;
+        }
+        let motion = match motion {
+            // Printers do not tell G0 and G1 apart.
+            Motion::Rapid if asked.word(b'E').is_some() => Motion::Feed,
+            motion => motion,
+        };
+        if self.move_before_known(asked, step)? {
+            return Ok(());
         }
         step.motion = Some(match motion {
             Motion::Rapid | Motion::Feed => self.straight(asked, motion)?,
@@ -170,7 +178,12 @@ impl State {
     }
 
     /// G53 holds with G0 and G1 under G90 only.
-    fn allows_machine_coordinates(&self, word: &Word, motion: Motion) -> Result<(), Fault> {
+    fn allows_machine_coordinates(
+        &self,
+        asked: &Asked<'_>,
+        word: &Word,
+        motion: Motion,
+    ) -> Result<(), Fault> {
         if !matches!(motion, Motion::Rapid | Motion::Feed) {
             return alone(word);
         }
@@ -179,6 +192,13 @@ impl State {
                 word.span(),
                 "G53 under G91",
                 "write G90 before it",
+            ));
+        }
+        if asked.rules.dialect.table().has_names && self.offsets.tool != [0.0; axes::COUNT] {
+            return Err(Fault::new(
+                word.span(),
+                "SUPA, G53 or G153 while a tool offset holds: whether it counts is a setting of the machine",
+                "write D0 in the line",
             ));
         }
         self.not_with_tip(word)
@@ -196,6 +216,7 @@ impl State {
         let all = asked.rules.axes;
         let needed = match motion {
             Motion::Rapid => to.missing(all),
+            _ if asked.rules.dialect.table().printer => to.missing(all),
             _ => to.missing(all).or(from.missing(all)),
         };
         if let Some(axis) = needed {

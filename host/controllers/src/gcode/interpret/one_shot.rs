@@ -84,6 +84,9 @@ impl State {
 
     /// G92.
     fn shift(&mut self, asked: &Asked<'_>, word: &Word, step: &mut Step) -> Result<(), Fault> {
+        if asked.axes == 0 && asked.word(b'E').is_some() {
+            return Ok(());
+        }
         if asked.axes == 0 {
             return Err(Fault::new(
                 word.span(),

@@ -65,6 +65,10 @@ impl State {
                 Some("G30 to another point than its second"),
                 format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
             ),
+            Some(Lost::Command) => (
+                Some("a command that homes, probes or parks"),
+                format!("move {letter} to a known place after it: G1 {letter}… under G90"),
+            ),
             Some(Lost::ToolOffset) => (
                 Some("G43 or G49 without an absolute Z"),
                 "write Z in that line, under G90: some controllers move by the offset there, others do not"

@@ -23,6 +23,10 @@ impl State {
         // By hand, or a program of the maker: who knows where it stands then.
         self.commanded = 0;
         self.doubt_offset(asked.rules.axes);
+        if rules.dialect.table().has_names && asked.word(b'D').is_none() {
+            // D1 holds after a change.
+            self.offset_of_spindle(word, rules)?;
+        }
         match rules.setup.tool_change {
             Some(to) => {
                 for axis in bits(to.known & rules.axes) {
@@ -113,6 +117,39 @@ impl State {
         Ok(())
     }
 
+    /// D of a Sinumerik: the offset of the tool in the spindle, or none.
+    pub(super) fn cutting_edge(&mut self, word: &Word, rules: &Rules) -> Result<(), Fault> {
+        match whole(word)? {
+            0 => self.set_tool_offset(word, [0.0; COUNT], None),
+            1 => self.offset_of_spindle(word, rules),
+            _ => Err(unknown(
+                word,
+                "a further cutting edge of a tool: D2 and those after it are not followed",
+                "post the part with a tool of its own for each edge, and D1",
+            )),
+        }
+    }
+
+    /// The offset of the tool in the spindle holds.
+    fn offset_of_spindle(&mut self, word: &Word, rules: &Rules) -> Result<(), Fault> {
+        let Some(tool) = self.tool else {
+            return Err(Fault::new(
+                word.span(),
+                "which tool is in the spindle is not known",
+                "write T and M6 before it, or give the setup [start] tool = …",
+            ));
+        };
+        let Some(offset) = self.tool_offset(tool, rules) else {
+            return Err(Fault::new(
+                word.span(),
+                "the length of the tool in the spindle is not known",
+                "give it in the setup, by its number or name: [tool.1] length = …, or [tool.\"MILL 10\"]",
+            ));
+        };
+        let length = length_of_tool(&rules.setup, tool, &offset);
+        self.set_tool_offset(word, offset, length)
+    }
+
     /// Offsets of a tool, if they are known: those that the program has set, otherwise those of the setup.
     pub(super) fn tool_offset(&self, tool: u32, rules: &Rules) -> Option<PerLetter> {
         let set = self
@@ -150,12 +187,7 @@ impl State {
             return Ok(0.0);
         };
         if axes::is_rotary(axis) {
-            let counts = asked.rules.least_increments && !word.point;
-            return Ok(if counts {
-                word.value * 1e-3
-            } else {
-                word.value
-            });
+            return Ok(word.value * asked.rules.counts(word, true, Units::Millimetre));
         }
         self.length_of(asked, word)
     }
@@ -163,12 +195,6 @@ impl State {
     /// A word that is a length, in mm.
     pub(super) fn length_of(&self, asked: &Asked<'_>, word: &Word) -> Result<f64, Fault> {
         let units = self.needs_units(word.span())?;
-        let counts = asked.rules.least_increments && !word.point;
-        let least = match (counts, units) {
-            (false, _) => 1.0,
-            (true, Units::Millimetre) => 1e-3,
-            (true, Units::Inch) => 1e-4,
-        };
-        Ok(word.value * least * units.mm())
+        Ok(word.value * asked.rules.counts(word, false, units) * units.mm())
     }
 }

@@ -104,17 +104,24 @@ impl Setup {
         Ok(())
     }
 
-    /// Adds the tools of a tool table (`.tbl`), whose lengths are in the units of the machine.
+    /// Adds the tools of a tool table (`.tbl`), whose lengths are in the units of the machine. Returns the numbers, from
+    /// 1, of lines that do not begin as a tool does, which LinuxCNC skips: headings.
     ///
     /// # Errors
-    /// A line without a tool number, or a word without a number.
-    pub fn add_tools(&mut self, text: &str, units: Units) -> Result<(), FileError> {
-        let mut start = 0;
-        for line in text.split_inclusive('\n') {
+    /// A tool without a number, or with a word without a number.
+    pub fn add_tools(&mut self, text: &str, units: Units) -> Result<Vec<usize>, FileError> {
+        let (mut start, mut skipped) = (0, Vec::new());
+        for (place, line) in text.split_inclusive('\n').enumerate() {
             let span = start..start + line.trim_end().len();
             start += line.len();
             let words = line.split_once(';').map_or(line, |(words, _)| words);
             if words.trim().is_empty() {
+                continue;
+            }
+            let first = words.split_whitespace().next().unwrap_or_default();
+            let number = first.get(1..).and_then(|value| value.parse::<f64>().ok());
+            if number.is_none() || !first.as_bytes()[0].is_ascii_alphabetic() {
+                skipped.push(place + 1);
                 continue;
             }
             let bad = |cause: &str| {
@@ -153,7 +160,7 @@ impl Setup {
             self.tools.insert(number, offset);
             self.diameters.insert(number, diameter);
         }
-        Ok(())
+        Ok(skipped)
     }
 }
 
@@ -172,8 +179,9 @@ mod tests {
         assert_eq!(setup.systems[&2].origin[2], -82.55);
         assert_eq!(setup.systems[&2].rotation, 15.0);
         assert!(!setup.systems.contains_key(&1));
-        let table = "T1 P1 Z0.511 D0.125 ;1/8 end mill\n\n;\nT99999 P3 X1 Z+2\n";
-        setup.add_tools(table, Units::Inch).unwrap();
+        let table =
+            "Tools of the mill\n-----\nT1 P1 Z0.511 D0.125 ;1/8 end mill\n\n;\nT99999 P3 X1 Z+2\n";
+        assert_eq!(setup.add_tools(table, Units::Inch).unwrap(), [1, 2]);
         assert_eq!(setup.tools[&1][2], 0.511 * 25.4);
         assert_eq!(setup.tools[&99999][0], 25.4);
         assert_eq!(setup.diameters[&1], 0.125);
@@ -184,5 +192,6 @@ mod tests {
         assert_eq!(setup.parameters[&5000], 1e40);
         assert!(setup.add_var("5226 1e40\n", Units::Inch).is_err());
         assert!(setup.add_tools("T1 Z1e40\n", Units::Inch).is_err());
+        assert!(setup.add_tools("T1 Zlong\n", Units::Inch).is_err());
     }
 }

@@ -49,9 +49,9 @@ fn the_probe_reads_with_the_table_what_the_nozzle_would() {
             missing(x)
         );
     }
-    let tables = probe.tables(5).unwrap();
-    let text = print(&tables);
-    let [before, left] = probe.left(&tables).unwrap();
+    let tables = probe.tables(5, Lookup::Bed).unwrap();
+    let text = print(&tables, Lookup::Bed);
+    let [before, left] = probe.left(&tables, Lookup::Bed).unwrap();
     assert!(before > 5.9 && left < 0.02, "{before} {left}");
     let again = read(&text).unwrap();
     for at in [-50.0, 0.0, 123.0, 799.0, 900.0] {
@@ -126,5 +126,67 @@ fn a_section_is_read_as_it_is_saved() {
         let error = read(&text).unwrap_err();
         assert!(error.message.contains(message), "{error:?}");
         assert_eq!(error.line(&text), line, "{error:?}");
+    }
+}
+
+/// A carriage whose roll is a parabola, a probe beside and before the nozzle.
+const CURVED: &str = "[tabulated.EAX]\nat = [-100.0, 0.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 900.0]\n\
+    value = [3e-4, 0.0, 1e-4, 6e-4, 15e-4, 28e-4, 45e-4, 66e-4, 91e-4, 171e-4]\n";
+
+#[test]
+fn each_firmware_finds_the_value_where_it_looks_it_up() {
+    let machine = machine();
+    let errors = errors(&machine, CURVED);
+    let probe = Probe::new(&machine, &errors, [-28.0, -13.0], -100.0).unwrap();
+    for lookup in [Lookup::Bed, Lookup::Nozzle] {
+        let tables = probe.tables(33, lookup).unwrap();
+        let text = print(&tables, lookup);
+        let position = [300.0, 600.0];
+        let at = match lookup {
+            Lookup::Bed => position[0] - 28.0,
+            Lookup::Nozzle => position[0],
+        };
+        let mean = probe.missing([500.0, 600.0])
+            - by_klipper(
+                &text,
+                'x',
+                if lookup == Lookup::Bed { 472.0 } else { 500.0 },
+            );
+        let off = probe.missing(position) - by_klipper(&text, 'x', at) - mean;
+        // Between nodes 24 mm apart, of a roll that is linear over 100 mm: at its bends alone.
+        assert!(off.abs() < 5e-4, "{lookup:?} {off}");
+        let other = match lookup {
+            Lookup::Bed => Lookup::Nozzle,
+            Lookup::Nozzle => Lookup::Bed,
+        };
+        let [_, left] = probe.left(&tables, lookup).unwrap();
+        let [_, wrong] = probe.left(&tables, other).unwrap();
+        assert!(wrong > 5.0 * left, "{left} {wrong}");
+    }
+}
+
+/// As Klipper calibrates: at places of the bed, by the probe with the tool `offset` away and by the nozzle there.
+#[test]
+fn what_klipper_has_measured_is_the_roll_where_the_tool_stood() {
+    let machine = machine();
+    let perfect = ErrorModel::perfect(&machine);
+    let offset = [-28.0, -13.0];
+    let roll = |x: f64| 2e-4 * (x / 100.0).powi(2) - 1e-4 * (x / 100.0);
+    let nodes = Nodes::over([20.0, 200.0], 5);
+    let places: Vec<f64> = (0..5).map(|i| nodes.at(i) - offset[0]).collect();
+    // The probe is lower by the roll over its distance along Y.
+    let readings: Vec<f64> = places.iter().map(|x| -roll(*x) * offset[1]).collect();
+    let mean = readings.iter().sum::<f64>() / 5.0;
+    let table = Twist {
+        nodes,
+        values: readings.iter().map(|reading| mean - reading).collect(),
+    };
+    let probe = Probe::new(&machine, &perfect, offset, 0.0).unwrap();
+    assert_eq!(probe.probed_at(0, &table), places);
+    let found = probe.roll(0, &table).unwrap();
+    let middle = places.iter().map(|x| roll(*x)).sum::<f64>() / 5.0;
+    for (found, x) in found.iter().zip(&places) {
+        // The derivative is taken over 10 µrad, second order.
+        assert!((found - (roll(*x) - middle)).abs() < 1e-8, "{found} {x}");
     }
 }

@@ -1,19 +1,145 @@
 //! Checks a configuration for which there is no compensation yet.
 
 use super::{Finding, Severity};
-use crate::formats::ini::FileLocation;
-use crate::linuxcnc::configuration::{Configuration, Joint};
+use crate::formats::ini::{Entry, FileLocation};
+use crate::linuxcnc::configuration::{BASIC_SIM, Configuration, Joint, is_true, saved_commands};
 
-/// What [`check`](super::check) would report of the INI file with any compensation of all its axes.
+/// What [`check`](super::check) would report of the INI file with any compensation of all its axes. What LinuxCNC
+/// compensates itself is a warning, because it is imported.
 #[must_use]
 pub fn beforehand(configuration: &Configuration) -> Vec<Finding> {
-    let mut found = Found(Vec::new());
-    found.units(configuration);
+    let unsuited = unsuited(configuration);
+    if !unsuited.is_empty() {
+        return unsuited;
+    }
+    let mut found = Found(readable(configuration));
     for joint in configuration.axes() {
         found.twice(configuration, joint);
         found.kind(configuration, joint);
         found.limits(configuration, joint);
         found.headroom(configuration, joint);
+        found.connected(configuration, joint);
+    }
+    found.0
+}
+
+/// Why no compensation can correct this machine as it is configured, or none can be judged. Changing the machine is not
+/// the remedy, so nothing else need be reported.
+#[must_use]
+pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
+    let mut found = Found(Vec::new());
+    let module = &configuration.module;
+    let lathe = configuration.ini.get("DISPLAY", "LATHE");
+    if let Some(lathe) = lathe.filter(|entry| is_true(&entry.value)) {
+        found.refuse(
+            &lathe.place,
+            "this is a lathe, whose errors are not those of a machine with axes along X, Y and Z: it cannot be compensated"
+                .to_owned(),
+            "nothing: COMP_FILE and BACKLASH of LinuxCNC itself correct each joint".to_owned(),
+        );
+    } else if !module.joints_are_axes() {
+        let write = match module.name.as_str() {
+            "corexykins" => "nothing here: correct programs instead, with trueaxis gcode",
+            _ => "nothing: only machines in which each joint is an axis can be compensated",
+        };
+        found.refuse(
+            &module.place,
+            format!(
+                "under {} joints are not known to be axes of the machine: the component would add corrections of axes to joints",
+                module.name
+            ),
+            write.to_owned(),
+        );
+    } else {
+        let letters: String = configuration.axes().iter().map(|j| j.letter).collect();
+        let spans = ["XU", "YV", "ZW"].map(|axes| letters.contains(|l| axes.contains(l)));
+        if spans != [true; 3] {
+            found.refuse(
+                &module.place,
+                format!("the axes {letters} do not move along X, Y and Z: a lathe or a plotter cannot be compensated"),
+                "nothing: COMP_FILE and BACKLASH of LinuxCNC itself correct each joint".to_owned(),
+            );
+        }
+    }
+    if !found.0.is_empty() {
+        return found.0;
+    }
+    for (name, place) in &configuration.hal.programs {
+        let write = match name.ends_with(BASIC_SIM) {
+            true => format!(
+                "nothing: start LinuxCNC once with this INI file, so that the program leaves its commands in {}, then try again",
+                saved_commands(&configuration.start)
+            ),
+            false => "nothing: start LinuxCNC with this INI file, and give --running, which reads the HAL that runs".to_owned(),
+        };
+        found.refuse(
+            place,
+            format!("{name} is a program: what it loads and connects is not known from its text"),
+            write,
+        );
+    }
+    found.units(configuration);
+    found.0
+}
+
+/// Keys whose values are numbers, on which checks rest.
+const NUMBERS: [&str; 8] = [
+    "MIN_LIMIT",
+    "MAX_LIMIT",
+    "MAX_VELOCITY",
+    "MAX_ACCELERATION",
+    "STEPGEN_MAXVEL",
+    "STEPGEN_MAXACCEL",
+    "BACKLASH",
+    "HOME",
+];
+
+/// Lines that LinuxCNC does not read, or not in every version, and numbers that are none.
+pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
+    let mut found = Found(Vec::new());
+    for (place, remark) in &configuration.ini.remarks {
+        found.warn(
+            place,
+            remark.clone(),
+            "nothing, if that is meant".to_owned(),
+        );
+    }
+    let joints = configuration.axes();
+    let of_joint = joints.iter().flat_map(|joint| {
+        NUMBERS.iter().flat_map(|key| {
+            [
+                configuration.of_joint(joint.number, key),
+                configuration.of_axis(*joint, key),
+            ]
+        })
+    });
+    let count = configuration.ini.get("KINS", "JOINTS");
+    let mut seen: Vec<*const Entry> = Vec::new();
+    for entry in of_joint.chain([count]).flatten() {
+        if seen.contains(&std::ptr::from_ref(entry)) {
+            continue;
+        }
+        seen.push(std::ptr::from_ref(entry));
+        let Entry {
+            section,
+            key,
+            value,
+            place,
+        } = entry;
+        match entry.number() {
+            Some((_, "")) => {}
+            Some((number, after)) => found.warn(
+                place,
+                format!("[{section}]{key} is read as {number}, as LinuxCNC 2.10 does, which ignores `{after}`; LinuxCNC 2.9 refuses the line"),
+                format!("{key} = {number}"),
+            ),
+            None if value.is_empty() && *key == "BACKLASH" => {}
+            None => found.refuse(
+                place,
+                format!("[{section}]{key} is `{value}`, no number"),
+                format!("{key} = a number"),
+            ),
+        }
     }
     found.0
 }
@@ -24,6 +150,11 @@ impl Found {
     fn refuse(&mut self, place: &FileLocation, reason: String, write: String) {
         self.0
             .push(Finding::at(Severity::Refused, place, reason, write));
+    }
+
+    fn warn(&mut self, place: &FileLocation, reason: String, write: String) {
+        self.0
+            .push(Finding::at(Severity::Warning, place, reason, write));
     }
 
     fn units(&mut self, configuration: &Configuration) {
@@ -39,7 +170,7 @@ impl Found {
         let rotary = configuration.axes().iter().any(|joint| joint.is_rotary());
         if let Some(entry) = configuration.ini.get("TRAJ", "ANGULAR_UNITS")
             && rotary
-            && !entry.value.to_ascii_lowercase().starts_with("deg")
+            && !configuration.in_degrees()
         {
             self.refuse(
                 &entry.place,
@@ -52,18 +183,35 @@ impl Found {
         }
     }
 
+    /// A joint whose drive is not found gets no correction.
+    fn connected(&mut self, configuration: &Configuration, joint: Joint) {
+        for pin in ["motor-pos-cmd", "motor-pos-fb"] {
+            let pin = format!("joint.{}.{pin}", joint.number);
+            if configuration.hal.signal(&pin).is_none() {
+                self.refuse(
+                    &configuration.start,
+                    format!(
+                        "{pin} is not connected by any HAL file: the drive of {} is not known",
+                        joint.letter
+                    ),
+                    format!("net SIGNAL {pin}, with the drive, in a HAL file"),
+                );
+            }
+        }
+    }
+
     /// Both are applied beside any compensation.
     fn twice(&mut self, configuration: &Configuration, joint: Joint) {
         let Joint { number, letter } = joint;
         if let Some(file) = configuration.compensated(number, "COMP_FILE") {
-            self.refuse(
+            self.warn(
                 &file.place,
                 format!("joint {number} would be compensated twice: by COMP_FILE, and by the compensation of {letter}"),
                 format!("# COMP_FILE = {}", file.value),
             );
         }
         if let Some(backlash) = configuration.compensated(number, "BACKLASH") {
-            self.refuse(
+            self.warn(
                 &backlash.place,
                 format!("joint {number} would be compensated twice: by BACKLASH, and by a compensation with E{letter}{letter}b"),
                 "BACKLASH = 0".to_owned(),
@@ -87,22 +235,28 @@ impl Found {
                     "joint {number} has the axis {letter}, which is not {}",
                     kind.value
                 ),
-                format!("TYPE = {expected}"),
+                format!("nothing: a compensation of {letter} is for a joint that is {expected}"),
             );
         }
     }
 
     /// Without limits the tables have no ends.
     fn limits(&mut self, configuration: &Configuration, joint: Joint) {
+        if configuration.is_endless(joint) {
+            return;
+        }
         let Joint { number, letter } = joint;
         let section = format!("JOINT_{number}");
-        for (key, example) in [("MIN_LIMIT", -100), ("MAX_LIMIT", 100)] {
-            if configuration.number(number, key).is_some() {
+        let limit = |key| configuration.limit(joint, key);
+        for key in ["MIN_LIMIT", "MAX_LIMIT"] {
+            if limit(key).is_some() {
                 continue;
             }
             let entry = configuration.of_joint(number, key);
             let is = match entry {
-                Some(entry) => format!("is `{}`, no number", entry.value),
+                // Reported by `readable`.
+                Some(entry) if entry.number().is_none() => continue,
+                Some(entry) => format!("is {}, farther than any machine goes", entry.value),
                 None => "is missing".to_owned(),
             };
             self.refuse(
@@ -110,13 +264,11 @@ impl Found {
                 format!(
                     "{key} of joint {number} {is}, and a compensation of {letter} covers its travel"
                 ),
-                format!("{key} = {example}, the end of the travel"),
+                format!("{key} = the end of the travel of {letter}"),
             );
         }
-        let limit = |key| configuration.number(number, key);
-        if let (Some(low), Some(high)) = (limit("MIN_LIMIT"), limit("MAX_LIMIT"))
+        if let (Some((low, _)), Some((high, entry))) = (limit("MIN_LIMIT"), limit("MAX_LIMIT"))
             && low >= high
-            && let Some(entry) = configuration.of_joint(number, "MAX_LIMIT")
         {
             self.refuse(
                 &entry.place,

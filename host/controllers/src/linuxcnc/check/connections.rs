@@ -54,7 +54,7 @@ impl Checked<'_> {
                     theirs.trim_start_matches("motor-")
                 ),
             };
-            self.missing(&place, reason, write);
+            self.refuse(&place, reason, write);
         }
         for (ours, way) in [
             ("motor-cmd-out", "to the drive of the joint"),
@@ -74,7 +74,7 @@ impl Checked<'_> {
                     "motor-cmd-out" => format!("net joint-{number}-drive {pin} => (the drive)"),
                     _ => format!("net joint-{number}-feedback (the drive) => {pin}"),
                 };
-                self.missing(&place, format!("{pin} is not connected {way}"), write);
+                self.refuse(&place, format!("{pin} is not connected {way}"), write);
             }
         }
         let motor = format!("joint.{number}.motor-pos-cmd");
@@ -135,7 +135,7 @@ impl Checked<'_> {
                     "a correction depends on `{}`, and {pin} is not connected",
                     auxiliary.name
                 );
-                self.missing(&loaded.place.clone(), reason, write);
+                self.refuse(&loaded.place.clone(), reason, write);
             }
         }
         let temperatures = sensors.len();

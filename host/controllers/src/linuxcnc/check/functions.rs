@@ -21,7 +21,7 @@ impl Checked<'_> {
         let Some((thread, functions)) =
             threads.find(|(_, functions)| functions.iter().any(|(f, _)| f == CONTROLLER))
         else {
-            self.missing(
+            self.refuse(
                 &loaded,
                 format!("{CONTROLLER} is in no thread"),
                 format!("addf {CONTROLLER} servo-thread"),
@@ -66,7 +66,7 @@ impl Checked<'_> {
                 None => {
                     let elsewhere = self.elsewhere(name).map(|c| c.place.clone());
                     let place = elsewhere.unwrap_or_else(|| loaded.clone());
-                    self.missing(
+                    self.refuse(
                         &place,
                         format!("{name} is not in {thread}, where {CONTROLLER} is"),
                         write,

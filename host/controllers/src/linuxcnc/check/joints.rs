@@ -1,8 +1,7 @@
 //! Checks the joints of the INI file: compensated twice, limits, headroom.
 
-use super::{Checked, Joint};
+use super::{Checked, Joint, SLOPE};
 use crate::linuxcnc::configuration::Configuration;
-use crate::linuxcnc::setup::SLOPE;
 use trueaxis::Direction;
 use trueaxis_tables::compile::REVERSAL;
 use trueaxis_tables::reversal::Reversal;
@@ -69,12 +68,9 @@ impl Checked<'_> {
                 format!("# COMP_FILE = {}", file.value),
             );
         }
-        let Some(backlash) = self.configuration.of_joint(number, "BACKLASH") else {
+        let Some(backlash) = self.configuration.compensated(number, "BACKLASH") else {
             return;
         };
-        if backlash.value.parse() == Ok(0.0) {
-            return;
-        }
         let place = backlash.place.clone();
         if reverses {
             self.refuse(
@@ -116,9 +112,19 @@ impl Checked<'_> {
             let step = 1e-4;
             let right = ((right * inwards / step).ceil() * step * inwards * 1e4).round() / 1e4;
             let write = format!("{key} = {right}");
-            let Some(value) = self.configuration.number(joint.number, key) else {
+            let limit_of = self.configuration.limit(joint, key);
+            let Some((value, entry)) = limit_of else {
+                if self.configuration.is_endless(joint) {
+                    self.refuse(
+                        &place,
+                        format!("joint {} turns without end, and the compensation of {} ends at {}", joint.number, joint.letter, limit / unit),
+                        format!("range = [-180.0, 180.0] and modulo = true for {} in the machine file, and compile again", joint.letter),
+                    );
+                    return;
+                }
                 let is = match entry {
-                    Some(entry) => format!("is `{}`, no number", entry.value),
+                    Some(entry) if entry.number().is_none() => continue,
+                    Some(entry) => format!("is {}, farther than any machine goes", entry.value),
                     None => "is missing".to_owned(),
                 };
                 self.refuse(
@@ -133,6 +139,7 @@ impl Checked<'_> {
                 );
                 continue;
             };
+            let place = entry.place.clone();
             let room = (value * unit - limit) * inwards;
             if room < 0.0 {
                 self.refuse(
@@ -159,6 +166,17 @@ impl Checked<'_> {
         let number = |key: &str| configuration.number(joint.number, key);
         let rate = f64::from(axis.rate_bound) / configuration.unit(joint);
         let Some(speed) = number("MAX_VELOCITY") else {
+            if configuration
+                .of_joint(joint.number, "MAX_VELOCITY")
+                .is_none()
+            {
+                let place = configuration.section(&format!("JOINT_{}", joint.number));
+                self.warn(
+                    &place.clone(),
+                    format!("joint {} has no MAX_VELOCITY: whether its drive has headroom for the correction is not checked", joint.number),
+                    "MAX_VELOCITY = its speed".to_owned(),
+                );
+            }
             return;
         };
         // While the joint accelerates along a slope of r/v, so does its correction.
@@ -176,18 +194,15 @@ impl Checked<'_> {
                 continue;
             };
             let write = format!("{key} = {}", (least * 1e3).ceil() / 1e3);
-            match entry.value.parse::<f64>() {
-                Ok(value) if value >= least * (1.0 - 1e-9) => {}
-                Ok(value) => self.refuse(
+            match entry.number() {
+                Some((value, _)) if value >= least * (1.0 - 1e-9) => {}
+                Some((value, _)) => self.refuse(
                     &entry.place.clone(),
                     format!("{key} of joint {} is {value}: {of} and the correction, at up to {} per s, need {}", joint.number, shown(rate), shown(least)),
                     write,
                 ),
-                Err(_) => self.refuse(
-                    &entry.place.clone(),
-                    format!("{key} of joint {} is `{}`, no number", joint.number, entry.value),
-                    write,
-                ),
+                // Reported by `readable`.
+                None => {}
             }
         }
         self.faster(joint, speed * configuration.unit(joint));
@@ -203,10 +218,15 @@ impl Checked<'_> {
             return;
         };
         let number = |key: &str| configuration.number(joint.number, key);
-        let (Some(entry), Some(most)) = (
-            configuration.of_joint(joint.number, "MAX_ACCELERATION"),
-            number("MAX_ACCELERATION"),
-        ) else {
+        let Some(entry) = configuration.of_joint(joint.number, "MAX_ACCELERATION") else {
+            return;
+        };
+        let Some(most) = number("MAX_ACCELERATION").filter(|most| *most > 0.0) else {
+            self.warn(
+                &entry.place.clone(),
+                format!("MAX_ACCELERATION of joint {} is `{}`, which cannot be compared with the reversals of {letter}", joint.number, entry.value),
+                "MAX_ACCELERATION = a number".to_owned(),
+            );
             return;
         };
         let asked = reversal.acceleration / configuration.unit(joint);

@@ -39,17 +39,9 @@ impl Checked<'_> {
             }
         }
         self.linear();
-        let shape = match (module.name.as_str(), Shape::of(&module.name)) {
-            ("trivkins", _) => return,
-            (_, Some(shape)) => shape,
-            (name, None) => {
-                self.warn(
-                    &module.place,
-                    format!("{name} is not known here: whether each joint is an axis of the machine, and how the axes carry each other, is not checked"),
-                    "nothing; compare `trueaxis pose` with what LinuxCNC shows".to_owned(),
-                );
-                return;
-            }
+        // Other modules are refused before.
+        let Some(shape) = Shape::of(&module.name) else {
+            return;
         };
         let rotary_of =
             |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };

@@ -45,7 +45,7 @@ fn configuration(unit: &str) -> Configuration {
         let name = name.to_owned();
         Ok(Named { name, text })
     };
-    Configuration::read(open("m.ini").unwrap(), &open).unwrap()
+    Configuration::read(open("m.ini").unwrap(), &open, None).unwrap()
 }
 
 /// Errors of each axis along itself, with and without reversal, are all that such files need to express.

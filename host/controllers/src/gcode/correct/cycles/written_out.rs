@@ -53,7 +53,7 @@ impl Corrector<'_> {
             let pieces = match rate {
                 Rate::Rapid => {
                     self.stretches(&path, moving)?;
-                    vec![Piece::whole(Shape::Rapid, self.end(&to, 0, moving)?)]
+                    vec![Piece::whole(Shape::Rapid, self.end(&to, 0, false, moving)?)]
                 }
                 _ => {
                     self.trace(&path, moving)?;

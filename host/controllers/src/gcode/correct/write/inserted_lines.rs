@@ -20,7 +20,8 @@ impl Corrector<'_> {
     ) -> Result<(), Fault> {
         let wording = self.wording(given.block, piece, timing, 0)?;
         let words = &wording.words;
-        if !words.moves && wording.centre.is_none() {
+        let extruded = self.extruder_word(piece);
+        if !words.moves && wording.centre.is_none() && extruded.is_none() {
             return Ok(());
         }
         let point = self.point();
@@ -34,7 +35,7 @@ impl Corrector<'_> {
             text.extend_from_slice(b"G53 ");
         }
         if let Some(motion) = wording.motion
-            && self.written.motion != Some(motion)
+            && (self.written.motion != Some(motion) || self.rules.dialect.table().printer)
         {
             text.extend_from_slice(motion.word().as_bytes());
             text.push(b' ');
@@ -54,6 +55,11 @@ impl Corrector<'_> {
         if wording.turns > 1 {
             text.push(b'P');
             number::write(&mut text, f64::from(wording.turns), 0, 0, false);
+            text.push(b' ');
+        }
+        if let Some((value, decimals)) = extruded {
+            text.push(b'E');
+            number::write(&mut text, value, decimals, 0, point);
             text.push(b' ');
         }
         if let Some(feed) = self.feed_word(&wording) {

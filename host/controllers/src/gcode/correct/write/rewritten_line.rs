@@ -110,9 +110,19 @@ impl Corrector<'_> {
                 }
                 continue;
             }
+            if word.letter == b'E' && self.extrusion.is_some() {
+                match self.extruder_word(change.piece) {
+                    Some((value, decimals)) => {
+                        replace_number(edits, rules, word, value, decimals);
+                    }
+                    None => edits.remove(given.line, word.span()),
+                }
+                continue;
+            }
             if word.letter == b'F' {
                 if let Some(feed) = wording.feed {
                     said.feed = true;
+                    let feed = feed / self.nominal.feed_unit;
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
                         let point = self.point();

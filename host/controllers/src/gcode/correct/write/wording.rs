@@ -266,7 +266,7 @@ pub(in crate::gcode::correct) fn replace_number(
     decimals: usize,
 ) {
     let point = rules.dialect.table().needs_points;
-    let counts = rules.least_increments && !word.point;
+    let counts = rules.counts(word, false, Units::Millimetre) != 1.0;
     if counts || number::rounded(word.value, 9) != value {
         edits.replace(word.number..word.end, |to| {
             number::write(to, value, decimals, word.decimals.min(decimals), point)

@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+"""Runs `trueaxis linuxcnc start` on every sample configuration of LinuxCNC, and LinuxCNC with each that it accepts.
+
+samples.py TRUEAXIS MODULES WORK [PART]: the command, the folder of real-time modules with the component, a folder for
+copies; only configurations whose path contains PART. Prints one line per configuration: started, refused with the first
+reason, or without hardware (LinuxCNC does not start without the component either). Exits with 1 if LinuxCNC starts
+without the component, and not with it.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import local
+
+SAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
+MODULES = "/usr/lib/linuxcnc/modules"
+# Seconds after which a start counts as hung; a sample takes 5 to 15 on two idle cores.
+LONGEST = 90
+WORKERS = os.cpu_count() or 1
+# In place of the screen: LinuxCNC runs it when HAL is complete, and ends after it.
+DISPLAY = "#!/bin/sh\nhalcmd show pin trueaxis.enable >/tmp/started 2>&1\n"
+# LinuxCNC under a screen that nobody sees, for programs like hal_manualtoolchange.
+INSIDE = (
+    'mount --bind "$1" ' + MODULES + ' && mount --bind "$2" /tmp && cd "$3" || exit 1\n'
+    "Xvfb :9 -screen 0 640x480x8 -nolisten tcp >/dev/null 2>&1 &\n"
+    "export DISPLAY=:9 HOME=/tmp RTAPI_UID=65534 RTAPI_FIFO_PATH=/tmp/.fifo\n"
+    "for i in $(seq 50); do [ -S /tmp/.X11-unix/X9 ] && break; sleep 0.1; done\n"
+    'linuxcnc "$4"\n'
+)
+thread = local()
+
+
+def own_folder(work):
+    """A copy of all samples for this thread, accessible to any user: real-time processes drop root."""
+    if not hasattr(thread, "folder"):
+        thread.folder = work / f"thread-{os.getpid()}-{id(thread.__dict__)}"
+        thread.folder.mkdir(parents=True)
+        thread.folder.chmod(0o1777)
+        thread.is_changed = True
+    if thread.is_changed:
+        configs = thread.folder / "configs"
+        shutil.rmtree(configs, ignore_errors=True)
+        subprocess.run(["cp", "-rL", str(SAMPLES), str(configs)], check=True)
+        subprocess.run(["chmod", "-R", "a+rwX", str(configs)], check=True)
+        thread.is_changed = False
+    return thread.folder
+
+
+def runs(folder, modules, ini):
+    """Whether LinuxCNC comes up to its screen with this INI file, and what it says."""
+    thread.is_changed = True
+    display = folder / "display"
+    display.write_text(DISPLAY)
+    display.chmod(0o755)
+    text = ini.read_text(errors="surrogateescape")
+    text = re.sub(r"(?m)^(DISPLAY\s*=).*", r"\1 /tmp/display", text)
+    text = re.sub(r"(?m)^(POSTGUI_HAL\w*|APP|INTRO_GRAPHIC|HALUI)\s*=.*", "", text)
+    ini.write_text(text, errors="surrogateescape")
+    started = folder / "started"
+    started.unlink(missing_ok=True)
+    inside = Path("/tmp") / ini.relative_to(folder)
+    command = ["timeout", "-k", "5", str(LONGEST), "unshare", "--mount", "--ipc", "--net", "--pid", "--fork"]
+    command += ["--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh", str(modules), str(folder)]
+    command += [str(inside.parent), inside.name]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    said = done.stdout.decode(errors="replace")
+    for name in ("linuxcnc_print.txt", "linuxcnc_debug.txt"):
+        file = folder / name
+        if file.exists():
+            said += file.read_text(errors="replace")
+            file.unlink()
+    return started.exists(), said, started.read_text() if started.exists() else ""
+
+
+def start(trueaxis, ini):
+    """Exit code of `start`, and its reasons."""
+    words = [trueaxis, "linuxcnc", "start", str(ini), "--yes", "--install", "--overwrite", "--scale"]
+    done = subprocess.run(words + ["X=2/100"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    return done.returncode, done.stdout + done.stderr
+
+
+def reason(said):
+    """The first reason of a refusal, without its place."""
+    lines = said.replace("\n  │ ", " ").splitlines()
+    for line in lines:
+        if line.startswith("refused: "):
+            return re.sub(r"^refused: .*?, line \d+: ", "", line)
+    return next((line.strip() for line in lines if line.strip()), "nothing said")
+
+
+def sample(trueaxis, modules, work, name):
+    folder = own_folder(work)
+    ini = folder / "configs" / name
+    original = ini.read_bytes()
+    code, said = start(trueaxis, ini)
+    if code and "_cmds.hal" in said:
+        # The remedy: start LinuxCNC once, so that basic_sim.tcl leaves its commands.
+        runs(folder, modules, ini)
+        ini.write_bytes(original)
+        code, said = start(trueaxis, ini)
+    if code:
+        changed = ini.read_bytes() != original or "trueaxis.hal" in os.listdir(ini.parent)
+        return ("FAILED" if changed or code not in (1, 2) else "refused"), reason(said)
+    is_up, said, pins = runs(folder, modules, ini)
+    if is_up:
+        return ("started", "") if "trueaxis.enable" in pins else ("FAILED", "without the component: " + pins)
+    ini.write_bytes(original)
+    for made in ("trueaxis.hal", "machine.trax"):
+        (ini.parent / made).unlink(missing_ok=True)
+    without, _, _ = runs(folder, modules, ini)
+    if not without:
+        return "without hardware", "LinuxCNC does not start without the component either"
+    return "FAILED", said[-1500:]
+
+
+def main():
+    trueaxis, modules, work = sys.argv[1:4]
+    part = sys.argv[4] if len(sys.argv) > 4 else ""
+    work = Path(work)
+    shutil.rmtree(work, ignore_errors=True)
+    names = sorted(str(ini.relative_to(SAMPLES)) for ini in SAMPLES.rglob("*.ini"))
+    names = [name for name in names if part in name]
+    counts = {}
+    with ThreadPoolExecutor(WORKERS) as pool:
+        results = pool.map(lambda name: sample(trueaxis, modules, work, name), names)
+        for name, (state, why) in zip(names, results):
+            counts[state] = counts.get(state, 0) + 1
+            print(f"{state}: {name}" + (f": {why}" if why else ""), flush=True)
+    print(", ".join(f"{count} {state}" for state, count in sorted(counts.items())))
+    sys.exit(1 if counts.get("FAILED") or not counts.get("started") else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,262 @@
+//! `trueaxis skew`
+
+use super::files::{self, Text};
+use super::number::positive;
+use super::{Outcome, bad_input::BadInput};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::skew::measured::{PLANES, lean, parameters, printer};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::machine::Machine;
+
+/// From two diagonals and a side of a printed part to the squareness of a printer
+///
+/// AC, BD and AD are what Klipper and Marlin ask for: A is the corner with the lower values of both axes, C is opposite to
+/// it, D along the first axis. Print or draw the part with every correction of the firmware switched off. The machine file
+/// is written if there is none; in the error file the squareness is replaced and everything else stays.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis skew --xy 141.32,141.51,100 --travel 235,235,250\n  trueaxis compile machine.toml errors.toml -o printer.trax"
+)]
+pub struct Arguments {
+    /// Diagonals and side in the plane of X and Y (mm)
+    #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
+    xy: Vec<f64>,
+    /// The same in the plane of X and Z, of a part that was printed upright
+    #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
+    xz: Vec<f64>,
+    /// The same in the plane of Y and Z
+    #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
+    yz: Vec<f64>,
+    /// Machine description: read, or written if it is not there
+    #[arg(long, value_name = "FILE", default_value = "machine.toml")]
+    machine: PathBuf,
+    /// Error parameters: written, or merged with what is there
+    #[arg(long, value_name = "FILE", default_value = "errors.toml")]
+    errors: PathBuf,
+    /// Travel of X, Y and Z (mm) for a new machine file, from 0 or as MIN:MAX
+    #[arg(long, value_name = "X,Y,Z", value_parser = travels, allow_hyphen_values = true)]
+    travel: Option<[[f64; 2]; 3]>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn travels(text: &str) -> Result<[[f64; 2]; 3], String> {
+    let range = |text: &str| {
+        let (low, high) = text.split_once(':').unwrap_or(("0", text));
+        let [low, high] = [low, high].map(|n| n.trim().parse::<f64>().ok());
+        low.zip(high)
+            .map(|(low, high)| [low, high])
+            .filter(|[low, high]| low < high && low.abs().max(high.abs()) <= 1e5)
+    };
+    let ranges: Option<Vec<[f64; 2]>> = text.split(',').map(range).collect();
+    ranges
+        .and_then(|ranges| ranges.try_into().ok())
+        .ok_or_else(|| {
+            "write three lengths or ranges, like 235,235,250 or -3:250,-4:210,0:210".to_owned()
+        })
+}
+
+#[derive(Serialize)]
+struct Plane {
+    plane: &'static str,
+    /// mm per mm of the second axis, towards the first.
+    lean: f64,
+    /// Parameters (rad).
+    parameters: Vec<(&'static str, f64)>,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    machine: &'a Path,
+    machine_written: bool,
+    errors: &'a Path,
+    planes: &'a [Plane],
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        machine: machine_path,
+        errors: errors_path,
+        ..
+    } = arguments;
+    let given = [&arguments.xy, &arguments.xz, &arguments.yz];
+    if given.iter().all(|lengths| lengths.is_empty()) {
+        return Err(BadInput::new(
+            "no lengths",
+            "give two diagonals and a side in mm: --xy AC,BD,AD, and --xz, --yz for upright parts",
+        ));
+    }
+    files::prepare(errors_path, &[machine_path])?;
+    let new = !machine_path.exists();
+    let text = match (new, arguments.travel) {
+        (false, None) => None,
+        (false, Some(_)) => {
+            return Err(BadInput::new(
+                format!("--travel: {} is there already", machine_path.display()),
+                "leave --travel out, or give --machine another name",
+            ));
+        }
+        (true, None) => {
+            return Err(BadInput::new(
+                format!("{}: there is no such file", machine_path.display()),
+                "give --travel X,Y,Z in mm, and it is written, or --machine the file of the machine",
+            ));
+        }
+        (true, Some(travels)) => Some(printer(travels)),
+    };
+    let machine = match &text {
+        None => files::read_machine(machine_path)?,
+        Some(text) => Machine::from_toml(text).map_err(|error| {
+            let text = Text {
+                name: machine_path.display().to_string(),
+                text: text.clone(),
+            };
+            text.bad(error)
+        })?,
+    };
+    let mut planes = Vec::new();
+    for (number, lengths) in given.into_iter().enumerate() {
+        if lengths.is_empty() {
+            continue;
+        }
+        let name = PLANES[number].0;
+        let wrong =
+            |cause: String, remedy: &str| BadInput::new(format!("--{name}: {cause}"), remedy);
+        let lengths = <[f64; 3]>::try_from(lengths.as_slice()).map_err(|_| {
+            wrong(
+                "takes three lengths".to_owned(),
+                "give both diagonals and a side in mm, like 141.32,141.51,100",
+            )
+        })?;
+        let lean = lean(lengths).map_err(|error| {
+            wrong(
+                error.to_string(),
+                "give AC, BD and AD in this order: the diagonal from corner A, the other one, the side from A",
+            )
+        })?;
+        let parameters = parameters(&machine, number, lean).map_err(|error| {
+            wrong(
+                error.to_string(),
+                "give the machine file of a printer or router with the axes X, Y and Z",
+            )
+        })?;
+        planes.push(Plane {
+            plane: name,
+            lean,
+            parameters: parameters
+                .map(|(name, value)| (name, rounded(value)))
+                .to_vec(),
+        });
+    }
+    let merged = merged(errors_path, &machine, &planes)?;
+    if let Some(text) = &text {
+        files::prepare(machine_path, &[])?;
+        files::write(machine_path, text.as_bytes())?;
+    }
+    files::write(errors_path, merged.as_bytes())?;
+    if arguments.json {
+        files::print_json(&Answer {
+            machine: machine_path,
+            machine_written: new,
+            errors: errors_path,
+            planes: &planes,
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let mut screen = String::new();
+    for plane in &planes {
+        let [first, second] = [0, 1].map(|k| plane.plane[k..=k].to_uppercase());
+        screen += &format!(
+            "{second} leans by {:.3} mm per 100 mm {} {first}\n",
+            plane.lean.abs() * 100.0,
+            if plane.lean < 0.0 {
+                "away from"
+            } else {
+                "towards"
+            }
+        );
+    }
+    if new {
+        screen += &format!("{}: a new machine\n", machine_path.display());
+    }
+    let values = planes.iter().flat_map(|plane| &plane.parameters);
+    let values = values.filter(|(_, value)| *value != 0.0);
+    let values: Vec<String> = values
+        .map(|(name, value)| format!("{name} {:.1} µrad", value * 1e6))
+        .collect();
+    screen += &format!("{}: {}\n", errors_path.display(), values.join(", "));
+    files::print(&screen)?;
+    Ok(Outcome::Done)
+}
+
+/// The error file with the parameters that were measured; everything else in it stays as it is.
+fn merged(path: &Path, machine: &Machine, planes: &[Plane]) -> Result<String, BadInput> {
+    let mut text = match path.exists() {
+        true => {
+            files::read_errors(path, machine)?;
+            Text::read(path)?.text
+        }
+        false => format!(
+            "# Squareness, from `trueaxis skew`.\nmachine = {}\n",
+            toml::Value::from(machine.name.as_str())
+        ),
+    };
+    let all = || planes.iter().flat_map(|plane| &plane.parameters);
+    for (name, value) in all() {
+        text = with(&text, name, *value);
+    }
+    // What is written must say what was measured, and nothing else than before.
+    let again = ErrorModel::from_toml(&text, machine);
+    let holds = |(name, value): &(&str, f64)| {
+        let (Some(parameter), Ok(again)) = (Parameter::parse(name), &again) else {
+            return false;
+        };
+        again.parameters.get(&parameter).copied().unwrap_or(0.0) == *value
+    };
+    match all().all(holds) {
+        true => Ok(text),
+        false => Err(BadInput::new(
+            format!(
+                "{}: the squareness cannot be replaced in this file",
+                path.display()
+            ),
+            "take its squareness out of the file, or give --errors another name",
+        )),
+    }
+}
+
+/// As it is written: to 1e-10 rad.
+fn rounded(value: f64) -> f64 {
+    (value * 1e10).round() / 1e10 + 0.0
+}
+
+/// The text with a parameter in its section.
+fn with(text: &str, name: &str, value: f64) -> String {
+    let line = format!("{name} = {value:?}  # rad, measured diagonals");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let header = |line: &String| line.trim_start().starts_with("[parameters]");
+    let Some(section) = lines.iter().position(header) else {
+        if value == 0.0 {
+            return text.to_owned();
+        }
+        return format!("{}\n\n[parameters]\n{line}\n", text.trim_end());
+    };
+    let end = lines[section + 1..]
+        .iter()
+        .position(|line| line.trim_start().starts_with('['))
+        .map_or(lines.len(), |next| section + 1 + next);
+    let is_it = |line: &String| {
+        let rest = line.trim_start().strip_prefix(name);
+        rest.is_some_and(|rest| rest.trim_start().starts_with('='))
+    };
+    match lines[section..end].iter().position(is_it) {
+        Some(at) => lines[section + at] = line,
+        // Zero is what is not there.
+        None if value == 0.0 => {}
+        None => lines.insert(section + 1, line),
+    }
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,422 @@
+//! Subprograms in the file of their program, written where they are called: M98 P (a program O), M97 P (a line N, on a
+//! Haas), each up to its M99.
+//!
+//! The program that comes out has no calls. A line with a call becomes its other words and a comment; a line O of a
+//! subprogram becomes a comment. Programs that nothing calls stay where they are, behind the end.
+
+use super::dialect::Dialect;
+use super::edit::Edits;
+use super::fault::{Fault, Kind, Refusal};
+use super::words::{Block, Word};
+use std::collections::BTreeMap;
+use std::io::{BufRead, Error};
+
+/// Calls within calls, at most.
+const DEEPEST: usize = 10;
+/// Most bytes of a program whose calls are written out.
+const LARGEST: usize = 256 << 20;
+
+/// A program without calls.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Inlined {
+    /// Its text.
+    pub text: Vec<u8>,
+    /// The line of the file, from 1, that each of its lines comes from.
+    lines: Vec<u32>,
+}
+
+impl Inlined {
+    /// The line of the file that a line comes from.
+    #[must_use]
+    pub fn original(&self, line: u64) -> u64 {
+        let at = usize::try_from(line)
+            .unwrap_or(usize::MAX)
+            .saturating_sub(1);
+        let known = self.lines.get(at).or(self.lines.last());
+        known.map_or(line, |line| u64::from(*line))
+    }
+
+    /// How many lines it has.
+    #[must_use]
+    pub fn lines(&self) -> usize {
+        self.lines.len()
+    }
+}
+
+/// True if a program calls subprograms: a word M97 or M98 in any of its lines, comments aside.
+///
+/// # Errors
+/// What cannot be read.
+pub fn calls(mut reader: impl BufRead, dialect: Dialect) -> Result<bool, Error> {
+    let (mut line, mut block) = (Vec::new(), Block::default());
+    loop {
+        line.clear();
+        if reader.read_until(b'\n', &mut line)? == 0 {
+            return Ok(false);
+        }
+        let mut pairs = line.windows(2);
+        let may_call = pairs.any(|pair| matches!(pair, b"97" | b"98"))
+            && line.iter().any(|b| matches!(b, b'M' | b'm'));
+        if may_call {
+            let _ = block.scan(trimmed(&line).0, dialect);
+            if block.words.iter().any(|word| call_of(word).is_some()) {
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// What a word M does.
+#[derive(Clone, Copy, PartialEq)]
+enum Call {
+    /// M98: the number of a program.
+    Program,
+    /// M97: the number of a line.
+    Line,
+    /// M99.
+    Return,
+}
+
+fn call_of(word: &Word) -> Option<Call> {
+    match (word.letter, word.tenths()) {
+        (b'M', Some(980)) => Some(Call::Program),
+        (b'M', Some(970)) => Some(Call::Line),
+        (b'M', Some(990)) => Some(Call::Return),
+        _ => None,
+    }
+}
+
+/// A line without its end, and the end.
+fn trimmed(line: &[u8]) -> (&[u8], &[u8]) {
+    let end = match line {
+        [.., b'\r', b'\n'] => 2,
+        [.., b'\n'] => 1,
+        _ => 0,
+    };
+    line.split_at(line.len() - end)
+}
+
+/// Writes the calls of a program out.
+///
+/// # Errors
+/// A subprogram that is not in the file, or that does not end; returns to other lines; calls within more than ten calls.
+pub fn inline(text: &[u8], dialect: Dialect) -> Result<Inlined, Refusal> {
+    let lines: Vec<&[u8]> = text.split_inclusive(|b| *b == b'\n').collect();
+    let mut inliner = Inliner::new(lines, dialect);
+    let end = match inliner.run(0, 0)? {
+        Flow::Ended(at) => at + 1,
+        Flow::Returned => inliner.lines.len(),
+    };
+    // What no call has used is told where it is corrected.
+    for at in end..inliner.lines.len() {
+        if !inliner.used[at] {
+            inliner.copy(at);
+        }
+    }
+    Ok(inliner.done)
+}
+
+/// How a run of lines ends.
+enum Flow {
+    /// By M99.
+    Returned,
+    /// By M2, M30 or `%` in this line, or by the end of the file.
+    Ended(usize),
+}
+
+struct Inliner<'t> {
+    dialect: Dialect,
+    lines: Vec<&'t [u8]>,
+    /// Where programs begin, by their numbers.
+    programs: BTreeMap<u32, usize>,
+    /// Lines by their N, of each program in the file.
+    numbers: BTreeMap<(usize, u32), usize>,
+    /// In which program of the file a line is.
+    within: Vec<usize>,
+    /// Lines that calls have run.
+    used: Vec<bool>,
+    edits: Edits,
+    done: Inlined,
+}
+
+impl<'t> Inliner<'t> {
+    fn new(lines: Vec<&'t [u8]>, dialect: Dialect) -> Self {
+        let (mut programs, mut numbers) = (BTreeMap::new(), BTreeMap::new());
+        let (mut within, mut program) = (Vec::with_capacity(lines.len()), 0);
+        let mut block = Block::default();
+        for (at, line) in lines.iter().enumerate() {
+            let _ = block.scan(trimmed(line).0, dialect);
+            if let Some(word) = block.word(b'O') {
+                programs.entry(word.value as u32).or_insert(at);
+                program += 1;
+            }
+            if let Some(word) = block.word(b'N') {
+                numbers.entry((program, word.value as u32)).or_insert(at);
+            }
+            within.push(program);
+        }
+        Self {
+            dialect,
+            used: vec![false; lines.len()],
+            lines,
+            programs,
+            numbers,
+            within,
+            edits: Edits::default(),
+            done: Inlined::default(),
+        }
+    }
+
+    /// Runs lines up to an end or a return.
+    fn run(&mut self, start: usize, depth: usize) -> Result<Flow, Refusal> {
+        let (mut block, mut begun) = (Block::default(), false);
+        for at in start..self.lines.len() {
+            self.used[at] |= depth > 0;
+            let (line, _) = trimmed(self.lines[at]);
+            // What cannot be read is told where it is corrected.
+            if block.scan(line, self.dialect).is_err() {
+                self.copy(at);
+                continue;
+            }
+            let named = block.word(b'O');
+            if depth > 0 && (block.percent || named.is_some() && at > start) {
+                return Err(self.refused(
+                    at,
+                    0..line.len(),
+                    "a subprogram without M99",
+                    "end it with M99",
+                ));
+            }
+            if let (Some(word), true) = (named, depth > 0) {
+                self.without(at, &block, |other| other == word);
+                continue;
+            }
+            if block.percent && begun {
+                self.copy(at);
+                return Ok(Flow::Ended(at));
+            }
+            begun |= !block.words.is_empty();
+            let call = block
+                .words
+                .iter()
+                .find_map(|word| Some((word, call_of(word)?)));
+            let Some((word, call)) = call else {
+                self.copy(at);
+                if block.ends(self.dialect) {
+                    return Ok(Flow::Ended(at));
+                }
+                continue;
+            };
+            if block.deleted {
+                return Err(self.refused(
+                    at,
+                    word.span(),
+                    "a call or a return after `/`",
+                    "take `/` or the line out",
+                ));
+            }
+            if call == Call::Return {
+                if depth == 0 || block.word(b'P').is_some() {
+                    return Err(self.refused(
+                        at,
+                        word.span(),
+                        "M99 in the main program, or with P: it jumps",
+                        "end the main program with M30, and subprograms with M99 alone",
+                    ));
+                }
+                self.without(at, &block, |other| other == word);
+                return Ok(Flow::Returned);
+            }
+            let (to, times) = self.target(at, &block, word, call)?;
+            if depth >= DEEPEST {
+                return Err(self.refused(
+                    at,
+                    word.span(),
+                    "calls within more than ten calls",
+                    "check which subprogram calls itself",
+                ));
+            }
+            self.without(at, &block, |other| {
+                other == word || b"PL".contains(&other.letter)
+            });
+            for _ in 0..times {
+                if let Flow::Ended(_) = self.run(to, depth + 1)? {
+                    return Ok(Flow::Ended(at));
+                }
+                if self.done.text.len() > LARGEST {
+                    return Err(self.refused(
+                        at,
+                        word.span(),
+                        "more than 256 MB of calls written out",
+                        "check L: it is how often the subprogram is called",
+                    ));
+                }
+            }
+        }
+        match depth {
+            0 => Ok(Flow::Ended(self.lines.len())),
+            _ => Err(self.refused(start, 0..0, "a subprogram without M99", "end it with M99")),
+        }
+    }
+
+    /// Where a call leads, and how often.
+    fn target(
+        &self,
+        at: usize,
+        block: &Block,
+        word: &Word,
+        call: Call,
+    ) -> Result<(usize, u32), Refusal> {
+        let whole = |letter: u8| {
+            block
+                .word(letter)
+                .filter(|w| w.value >= 0.0 && w.value.fract() == 0.0)
+        };
+        let number = whole(b'P').map(|p| p.value as u32);
+        let times = whole(b'L').map(|l| l.value as u32);
+        let missing = |cause: String, remedy: &str| self.refused(at, word.span(), &cause, remedy);
+        let Some(number) = number else {
+            return Err(missing(
+                "a call without P".to_owned(),
+                "write P with the number of the subprogram",
+            ));
+        };
+        if call == Call::Line {
+            let to = self.numbers.get(&(self.within[at], number));
+            return match to {
+                Some(to) => Ok((*to, times.unwrap_or(1))),
+                None => Err(missing(
+                    format!("the program has no line N{number}"),
+                    "write the number of a line of the same program after P",
+                )),
+            };
+        }
+        // P00031234 is three times O1234.
+        let short =
+            (number > 9999 && times.is_none()).then(|| self.programs.get(&(number % 10_000)));
+        match (self.programs.get(&number), short.flatten()) {
+            (Some(_), Some(_)) => Err(missing(
+                format!(
+                    "P{number} is program {number}, or {} times program {}",
+                    number / 10_000,
+                    number % 10_000
+                ),
+                "write how often with L",
+            )),
+            (Some(to), None) => Ok((*to, times.unwrap_or(1))),
+            (None, Some(to)) => Ok((*to, number / 10_000)),
+            (None, None) => Err(missing(
+                format!("the file has no program O{number}"),
+                "append the subprogram to the file, from its line O to its M99",
+            )),
+        }
+    }
+
+    fn refused(
+        &self,
+        at: usize,
+        span: std::ops::Range<usize>,
+        cause: &str,
+        remedy: &str,
+    ) -> Refusal {
+        let fault = Fault::new(span, cause, remedy).kind(Kind::Flow);
+        Refusal::at(fault, at as u64 + 1, trimmed(self.lines[at]).0)
+    }
+
+    /// A line as it is.
+    fn copy(&mut self, at: usize) {
+        self.done.text.extend_from_slice(self.lines[at]);
+        self.done.lines.push(at as u32 + 1);
+    }
+
+    /// A line without some of its words, which stand in a comment behind it.
+    fn without(&mut self, at: usize, block: &Block, goes: impl Fn(&Word) -> bool) {
+        let (line, end) = trimmed(self.lines[at]);
+        self.edits.clear();
+        let mut gone = Vec::new();
+        for word in block.words.iter().filter(|word| goes(word)) {
+            self.edits.remove(line, word.span());
+            gone.push(b' ');
+            gone.extend_from_slice(&line[word.span()]);
+        }
+        self.edits.replace(block.end..block.end, |to| {
+            to.push(b'(');
+            to.extend_from_slice(gone.trim_ascii());
+            to.push(b')');
+        });
+        self.edits.apply(line, &mut self.done.text);
+        self.done.text.extend_from_slice(match end {
+            [] => b"\n",
+            end => end,
+        });
+        self.done.lines.push(at as u32 + 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn inlined(text: &str) -> String {
+        let inlined = inline(text.as_bytes(), Dialect::Haas).unwrap();
+        assert_eq!(
+            inlined.lines(),
+            inlined.text.split_inclusive(|b| *b == b'\n').count()
+        );
+        String::from_utf8(inlined.text).unwrap()
+    }
+
+    #[test]
+    fn subprograms_stand_where_they_are_called_and_as_often() {
+        let text = "%\nO1 (main)\nG0 X1. M98 P2 L2\nM97 P100\nM30\nN100 G1 Y1.\nM99\nO2 (sub)\nX2.\nG0 Z1. M99\n%\n";
+        assert_eq!(
+            inlined(text),
+            "%\nO1 (main)\nG0 X1.(M98 P2 L2)\n\
+             (O2) (sub)\nX2.\nG0 Z1.(M99)\n(O2) (sub)\nX2.\nG0 Z1.(M99)\n\
+             (M97 P100)\nN100 G1 Y1.\n(M99)\nM30\n%\n"
+        );
+        let inlined = inline(text.as_bytes(), Dialect::Haas).unwrap();
+        assert_eq!([4, 7, 13].map(|line| inlined.original(line)), [8, 8, 5]);
+    }
+
+    #[test]
+    fn the_repeats_of_older_controllers_stand_before_the_number() {
+        assert_eq!(
+            inlined("M98 P20003\nM30\nO3\nX1.\nM99\n"),
+            "(M98 P20003)\n(O3)\nX1.\n(M99)\n(O3)\nX1.\n(M99)\nM30\n"
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_written_out_is_named() {
+        let cause = |text: &str| inline(text.as_bytes(), Dialect::Fanuc).unwrap_err().cause;
+        for (text, part) in [
+            ("M98 P9\nM30\n", "no program O9"),
+            ("M98 P2\nM30\nO2\nM98 P2\nM99\n", "more than ten calls"),
+            ("M98 P2\nM30\nO2\nX1.\nO3\nM99\n", "without M99"),
+            ("M98 P2\nM30\nO2\nX1.\n", "without M99"),
+            ("G0 X1.\nM99\n", "in the main program"),
+            ("/M98 P2\nM30\nO2\nM99\n", "after `/`"),
+            ("M98\nM30\n", "without P"),
+            (
+                "M98 P20003\nM30\nO3\nM99\nO20003\nM99\n",
+                "2 times program 3",
+            ),
+            (
+                "M98 P2 L9999\nM30\nO2\nM98 P3 L9999\nM99\nO3\nM99\n",
+                "256 MB",
+            ),
+        ] {
+            assert!(cause(text).contains(part), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_program_makes_it_panic(text in "([OMNPLX]([0-9]|9[789])|[ \n%/(;)]){0,60}") {
+            let _ = inline(text.as_bytes(), Dialect::Haas);
+            let _ = calls(text.as_bytes(), Dialect::Haas);
+        }
+    }
+}
