@@ -4,9 +4,9 @@ use crate::program::{Folder, answer, blob, plain, refused, trueaxis};
 
 /// An INI file for the joints X, Y and Z.
 fn ini(folder: &Folder, more: &str) -> String {
-    folder.file("empty.hal", "");
+    folder.file("loops.hal", crate::linuxcnc::loops(3));
     let text = format!(
-        "[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n[TRAJ]\nLINEAR_UNITS = mm\n[HAL]\nHALFILE = empty.hal\n{more}"
+        "[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n[TRAJ]\nLINEAR_UNITS = mm\n[HAL]\nHALFILE = loops.hal\n{more}"
     );
     folder.file("mill.ini", text)
 }
@@ -40,7 +40,10 @@ fn what_joints_do_along_themselves_is_written_and_imported_again() {
     );
     assert!(!said.contains("JOINT_2"), "{said}");
     // As the manual tells to write it, the setup reads it as the same errors.
-    let lines = "[JOINT_0]\nCOMP_FILE = joint0.comp\nCOMP_FILE_TYPE = 0\n[JOINT_1]\nCOMP_FILE = joint1.comp\nCOMP_FILE_TYPE = 0\n[JOINT_2]\n";
+    let lines = "\
+        [JOINT_0]\nMIN_LIMIT = 0\nMAX_LIMIT = 800\nCOMP_FILE = joint0.comp\nCOMP_FILE_TYPE = 0\n\
+        [JOINT_1]\nMIN_LIMIT = 0\nMAX_LIMIT = 1200\nCOMP_FILE = joint1.comp\nCOMP_FILE_TYPE = 0\n\
+        [JOINT_2]\nMIN_LIMIT = -150\nMAX_LIMIT = 0\n";
     let here = folder.at("here");
     answer(
         0,

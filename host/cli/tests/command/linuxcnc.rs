@@ -1028,7 +1028,7 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
 }
 
 /// Drives that are where they are sent.
-fn loops(joints: usize) -> String {
+pub fn loops(joints: usize) -> String {
     let lines = (0..joints)
         .map(|n| format!("net j{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n"));
     lines.collect()

@@ -301,7 +301,7 @@ fn a_second_run_replaces_the_readings_of_the_first() {
     );
     assert!(read(&folder, "errors.toml.before-trueaxis").contains("EXX1"));
     let said = String::from_utf8(done.stdout).unwrap();
-    assert!(said.contains("errors.toml: 1 reading\n"), "{said}");
+    assert!(said.contains("errors.toml: 1 reading;"), "{said}");
 }
 
 #[test]

@@ -231,9 +231,6 @@ pub struct ThermalModel {
     pub inputs: Vec<Thermal>,
     /// The parameters that change with one of `inputs` (by its number).
     pub terms: Vec<(Parameter, usize)>,
-    /// How many times its uncertainty with these inputs and terms the uncertainty of each term is, if it includes that of
-    /// the lags and of the choice of terms.
-    pub widening: Vec<f64>,
     /// `inputs` at every reading of the log (K).
     pub kelvin: Vec<Vec<f64>>,
     /// What they leave of another cycle (mm, 95 % of coordinates).

@@ -30,7 +30,7 @@ pub struct FoundChange {
     pub input: usize,
     /// The change (of its unit) per kelvin.
     pub per_kelvin: f64,
-    /// Its standard uncertainty, which includes that of the lag and of the choice of terms.
+    /// Its standard uncertainty, with the lag as it is.
     pub uncertainty: f64,
 }
 

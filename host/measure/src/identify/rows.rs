@@ -35,8 +35,6 @@ pub struct Problem<'a> {
     pub(super) period: Option<[f64; 2]>,
     /// Drift that is looked for.
     pub(super) drift: Vec<Drift>,
-    /// How many times its uncertainty with the chosen temperatures that of each change is: parameter, input, factor.
-    pub(super) widening: Vec<(Parameter, usize, f64)>,
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
@@ -158,7 +156,6 @@ impl<'a> Problem<'a> {
             observed: Observed::default(),
             period,
             drift: Vec::new(),
-            widening: Vec::new(),
             spindle: Spindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
@@ -181,9 +178,6 @@ impl<'a> Problem<'a> {
             self.unknowns
                 .extend(terms.map(|(p, input)| Unknown::PerKelvin(*p, *input)));
             self.base.sensors.clone_from(&thermal.inputs);
-            let terms = thermal.terms.iter().zip(&thermal.widening);
-            let terms = terms.map(|((parameter, input), factor)| (*parameter, *input, *factor));
-            self.widening = terms.collect();
         }
         let drift = observations.drift.iter();
         self.unknowns

@@ -291,13 +291,11 @@ fn changes(
 ) -> Vec<FoundChange> {
     let found = |unknown: &Unknown| {
         let (parameter, input) = unknown.parameter()?;
-        let mut widening = problem.widening.iter();
-        let widening = widening.find(|(of, with, _)| *of == parameter && Some(*with) == input);
         Some(FoundChange {
             parameter,
             input: input?,
             per_kelvin: (estimate.errors).per_kelvin(problem.machine, parameter, input?),
-            uncertainty: variance(*unknown)?.sqrt() * widening.map_or(1.0, |(.., factor)| *factor),
+            uncertainty: variance(*unknown)?.sqrt(),
         })
     };
     problem.unknowns.iter().filter_map(found).collect()

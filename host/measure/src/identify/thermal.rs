@@ -32,8 +32,6 @@ const LITTLE: f64 = 0.01;
 const APART: f64 = 3.0;
 /// No lag is as close to others as this one (s).
 const NO_LAG: f64 = 30.0;
-/// Times that all lags are searched again with a further temperature.
-const ROUNDS: usize = 2;
 /// Relative change of a lag for its derivative.
 const SMALL: f64 = 0.01;
 
@@ -129,13 +127,10 @@ pub fn thermal(
     let mut best = without;
     let mut taken = Vec::new();
     let mut dropped = Vec::new();
-    // With what would come next, whether it is worth it or not.
-    let mut larger = Vec::new();
-    while let Some((next, score)) = search.best_addition(&groups) {
-        larger = [&groups[..], std::slice::from_ref(&next)].concat();
-        if groups.len() == MAX_SENSORS {
+    while groups.len() < MAX_SENSORS {
+        let Some((next, score)) = search.best_addition(&groups) else {
             break;
-        }
+        };
         if score > best * WORTH {
             dropped.push(format!(
                 "{} would leave {:.2} instead of {:.2} µm of left-out cycles",
@@ -158,10 +153,7 @@ pub fn thermal(
             "{parameters} with {group}: left-out cycles are predicted as well without"
         ));
     }
-    if larger.len() <= groups.len() {
-        larger.clone_from(&groups);
-    }
-    search.finish(groups, &larger, taken, dropped, without)
+    search.finish(groups, taken, dropped, without)
 }
 
 impl<'p> Search<'p> {
@@ -391,7 +383,6 @@ impl<'p> Search<'p> {
     fn finish(
         &self,
         mut groups: Vec<Group>,
-        larger: &[Group],
         taken: Vec<Taken>,
         mut dropped: Vec<String>,
         without: f64,
@@ -443,7 +434,6 @@ impl<'p> Search<'p> {
                 log: self.log.clone(),
                 inputs,
                 terms,
-                widening: self.widening(&groups, larger),
                 kelvin,
                 left: (!groups.is_empty()).then(|| band(&cycles, with)),
             },
@@ -455,55 +445,8 @@ impl<'p> Search<'p> {
         })
     }
 
-    /// How many times its uncertainty with these groups the uncertainty of each term is, if it includes that of the lags and
-    /// of the choice. `larger` has all parameters, and the temperature that was not worth it: with its lags searched again,
-    /// it says how far each term is off because of what was left out, and how well that is known.
-    fn widening(&self, groups: &[Group], larger: &[Group]) -> Vec<f64> {
-        let alone = self.gram(groups).deviations();
-        let terms = self.gram(groups).solution();
-        let mut all = larger.to_vec();
-        for _ in 0..ROUNDS {
-            let score = self.score(&all);
-            self.refine(&mut all, score);
-        }
-        let values = self.gram(&all).solution();
-        let (matrix, _) = self.with_lags(&all);
-        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
-        let first = self.fixed.ncols();
-        // The column of a term in the larger model: its temperature is one of these, with another lag by now.
-        let column = |group: &Group, parameter: usize| {
-            let is_own = |other: &Group| other.sensor == group.sensor && other.lag == group.lag;
-            let number = larger.iter().position(is_own)?;
-            let before: usize = all[..number].iter().map(|g| g.parameters.len()).sum();
-            let own = all[number]
-                .parameters
-                .iter()
-                .position(|p| *p == parameter)?;
-            Some(first + before + own)
-        };
-        let mut widening = Vec::new();
-        for group in groups {
-            for parameter in &group.parameters {
-                let own = first + widening.len();
-                let factor = column(group, *parameter).map_or(1.0, |column| {
-                    let off = values[column] - terms[own];
-                    libm::hypot(deviations[column], off) / alone[own].max(f64::MIN_POSITIVE)
-                });
-                widening.push(factor.max(1.0));
-            }
-        }
-        widening
-    }
-
     /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
     fn lag_uncertainty(&self, groups: &[Group]) -> Vec<Option<f64>> {
-        let (matrix, columns) = self.with_lags(groups);
-        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
-        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
-    }
-
-    /// All columns, and those of the logarithms of lags, with the place of each group's.
-    fn with_lags(&self, groups: &[Group]) -> (DMatrix<f64>, Vec<Option<usize>>) {
         let gram = self.gram(groups);
         let solution = gram.solution();
         let mut matrix = self.matrix(groups);
@@ -527,7 +470,8 @@ impl<'p> Search<'p> {
             }
             next += group.parameters.len();
         }
-        (matrix, columns)
+        let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
+        columns.iter().map(|c| c.map(|c| deviations[c])).collect()
     }
 }
 

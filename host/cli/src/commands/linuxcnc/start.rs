@@ -192,7 +192,7 @@ fn calibrate(machine: &str, balls: &Path) -> String {
 }
 
 /// Runs a command without showing what it says, unless it fails; returns that otherwise.
-fn silently(words: &[&str]) -> Result<Option<String>, BadInput> {
+fn silently(words: &[&str]) -> Result<Result<String, String>, BadInput> {
     let failed = |error| {
         BadInput::new(
             format!("trueaxis {} does not start: {error}", words[0]),
@@ -203,8 +203,8 @@ fn silently(words: &[&str]) -> Result<Option<String>, BadInput> {
     let done = Command::new(program).args(words).output().map_err(failed)?;
     let said = String::from_utf8_lossy(&done.stdout).into_owned();
     match done.status.code() {
-        Some(0) => Ok(Some(said)),
-        Some(1) => files::print(&said).map(|()| None),
+        Some(0) => Ok(Ok(said)),
+        Some(1) => Ok(Err(said)),
         _ => Err(BadInput::new(
             String::from_utf8_lossy(&done.stderr).trim().to_owned(),
             "every file is as it was",
@@ -212,10 +212,18 @@ fn silently(words: &[&str]) -> Result<Option<String>, BadInput> {
     }
 }
 
-/// The effect of a compensation in one line: the first sentence of the verdict of `compile`.
-fn effect(said: &str) -> &str {
-    let verdict = said.split_once("\n\n").map_or(said, |(_, verdict)| verdict);
-    verdict.lines().next().unwrap_or("")
+/// The effect of a compensation in one line, from the answer of `compile`.
+fn effect(answer: &str) -> Option<String> {
+    let answer: serde_json::Value = serde_json::from_str(answer).ok()?;
+    let mean = |of: &str| answer[of]["translation_um"]["mean"].as_f64();
+    let (before, after) = (mean("before")?, mean("after")?);
+    let after = match after < 0.01 {
+        true => "below 0.01".to_owned(),
+        false => format!("{after:.2}"),
+    };
+    Some(format!(
+        "{before:.1} µm at the tip become {after}, if the errors are as entered (mean over the travel)"
+    ))
 }
 
 /// A word of a command line for a shell.
@@ -300,7 +308,12 @@ impl Arguments {
         files::write(&errors, text.as_bytes())?;
         let [of_machine, of_errors, of_blob] =
             [&machine, &errors, &blob].map(|path| path.display().to_string());
-        let Some(said) = silently(&["compile", &of_machine, &of_errors, "-o", &of_blob])? else {
+        let words = ["compile", &of_machine, &of_errors, "-o", &of_blob];
+        let Ok(answer) = silently(&[&words[..], &["--json"]].concat())? else {
+            // In words, why.
+            if let Err(said) = silently(&words)? {
+                files::print(&said)?;
+            }
             return Ok(Outcome::CheckFailed);
         };
         // What LinuxCNC would read.
@@ -325,7 +338,9 @@ impl Arguments {
             quoted(&of_machine),
             quoted(&of_errors)
         );
-        lines += &format!("{of_blob}: {}\n", effect(&said));
+        if let Some(effect) = effect(&answer) {
+            lines += &format!("{of_blob}: {effect}\n");
+        }
         for finding in &findings {
             lines += &format!("{finding}\n");
         }
@@ -476,11 +491,14 @@ impl Arguments {
             })?;
         }
         match silently(&words.iter().map(String::as_str).collect::<Vec<_>>())? {
-            Some(_) => Ok(true),
-            None => Err(BadInput::new(
-                "the configuration is refused",
-                "change what is refused, and start again",
-            )),
+            Ok(_) => Ok(true),
+            Err(said) => {
+                files::print(&said)?;
+                Err(BadInput::new(
+                    "the configuration is refused",
+                    "change what is refused, and start again",
+                ))
+            }
         }
     }
 
