@@ -691,9 +691,11 @@ impl<'a> Calibration<'a> {
                 largest_um: apart.iter().copied().fold(0.0, f64::max) * 1e3,
             }
         };
-        let before = distances(&self.probings(&self.file("before.csv"))?);
+        let before = self.probings(&self.file("before.csv"))?;
+        let balls: Vec<usize> = before.rows.iter().map(|row| row.ball).collect();
+        let before = distances(&before);
         let after = distances(&self.probings(after)?);
-        let gain = Gain::of(&before, &after);
+        let gain = Gain::of(&balls, &before, &after);
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
