@@ -37,7 +37,7 @@ const PAGES: [(&str, &str); 46] = [
     ("export fanuc", "controls"),
     ("export heidenhain", "controls"),
     ("export isg", "controls"),
-    ("export linuxcnc", "linuxcnc"),
+    ("export linuxcnc", "linuxcnc-comp-file"),
     ("export klipper", "printers"),
     ("export klipper-twist", "printers"),
     ("export marlin", "printers"),
