@@ -43,7 +43,7 @@ fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
         "| {} | {} | {} | {} | {} | 261 760 |",
         target.axes, target.banks, target.tables, target.terms, target.grids
     );
-    assert!(read("docs/src/commands.md").contains(&row), "{row}");
+    assert!(read("docs/src/targets.md").contains(&row), "{row}");
 }
 
 /// Capacities of a compensation.
@@ -64,5 +64,5 @@ fn the_desktop_holds_as_much_as_a_blob_can() {
     let largest = Box::new(Largest::empty());
     assert_eq!([axes, banks, tables, terms, grids], capacities(&largest));
     let row = format!("| {axes} | {banks} | {tables} | {terms} | {grids} | no limit |");
-    assert!(read("docs/src/commands.md").contains(&row), "{row}");
+    assert!(read("docs/src/targets.md").contains(&row), "{row}");
 }

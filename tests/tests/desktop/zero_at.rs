@@ -67,7 +67,7 @@ fn off(picked_up: f64, machined: f64, left_out: &PerAxis) -> f64 {
 fn a_part_that_is_turned_from_where_it_was_picked_up_is_off_by_what_is_left_out() {
     let (machine, errors) = kolibri();
     let zero = zero(&machine, &errors);
-    let text = read("docs/src/commands.md");
+    let text = read("docs/src/compile-output.md");
     let row = |name: &str, c: f64, left_out: &PerAxis| {
         let [a, b] = [0.0, 180.0].map(|machined| off(c, machined, left_out));
         let row = format!("| {name} | {a:.1} µm | {b:.1} µm |");

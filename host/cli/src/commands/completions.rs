@@ -2,9 +2,9 @@
 
 use super::bad_input::BadInput;
 use super::{Cli, Outcome, files};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Print a completion script for a shell
 #[derive(Args)]
@@ -24,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-/// Write manual pages, one for each command
+/// Write manual pages: one for each command, nested ones included
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis man ~/.local/share/man/man1")]
 pub struct Pages {
@@ -43,18 +43,24 @@ pub fn man(arguments: &Pages) -> Result<Outcome, BadInput> {
     }
     let mut command = Cli::command();
     command.build();
-    let commands = command.get_subcommands().filter(|c| c.get_name() != "help");
-    let pages = std::iter::once(&command).chain(commands);
-    let mut count = 0;
-    for command in pages {
-        let page = clap_mangen::Man::new(command.clone());
-        let (file, mut text) = (page.get_filename(), Vec::new());
-        page.render(&mut text).map_err(|error| {
-            BadInput::new(format!("{file}: {error}"), "give a folder on another disk")
-        })?;
-        files::write(&folder.join(file), &text)?;
-        count += 1;
-    }
+    let count = write_pages(&command, folder)?;
     files::print(&format!("{count} pages in {}\n", folder.display()))?;
     Ok(Outcome::Done)
+}
+
+/// Writes the pages of a command and of all commands below it; returns their number.
+fn write_pages(command: &Command, folder: &Path) -> Result<usize, BadInput> {
+    let page = clap_mangen::Man::new(command.clone());
+    let (file, mut text) = (page.get_filename(), Vec::new());
+    page.render(&mut text).map_err(|error| {
+        BadInput::new(format!("{file}: {error}"), "give a folder on another disk")
+    })?;
+    files::write(&folder.join(file), &text)?;
+    let mut count = 1;
+    for inner in command.get_subcommands() {
+        if inner.get_name() != "help" {
+            count += write_pages(inner, folder)?;
+        }
+    }
+    Ok(count)
 }

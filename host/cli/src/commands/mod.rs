@@ -17,6 +17,8 @@ mod files;
 mod flash;
 mod gcode;
 mod generate;
+#[cfg(not(target_family = "wasm"))]
+mod groups;
 mod hal;
 mod identify;
 mod import;
@@ -44,6 +46,8 @@ mod progress;
 mod qualify;
 mod quantity;
 mod random;
+#[cfg(all(test, not(target_family = "wasm")))]
+mod reference;
 mod replace;
 mod report;
 mod scheme;
@@ -71,6 +75,7 @@ use std::process::ExitCode;
 /// Exit codes: 0 success, 1 a check failed, 2 bad input.
 #[derive(Parser)]
 #[command(name = "trueaxis", version)]
+#[cfg_attr(not(target_family = "wasm"), command(help_template = groups::help_template()))]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -79,38 +84,38 @@ struct Cli {
 #[cfg(not(target_family = "wasm"))]
 #[derive(clap::Subcommand)]
 enum Command {
-    Compile(compile::Arguments),
-    Verify(verify::Arguments),
-    Inspect(inspect::Arguments),
-    Report(report::Arguments),
-    Eval(eval::Arguments),
-    Schemes(schemes::Arguments),
-    Correct(correct::Arguments),
     Pose(pose::Arguments),
     Explain(explain::Arguments),
-    Identify(identify::Arguments),
     Plan(Box<plan::Arguments>),
     Probings(probings::Arguments),
     Qualify(qualify::Arguments),
+    Identify(identify::Arguments),
     Measured(measured::Arguments),
+    Skew(skew::Arguments),
+    Compile(compile::Arguments),
+    Verify(verify::Arguments),
+    Report(report::Arguments),
+    Inspect(inspect::Arguments),
+    Eval(eval::Arguments),
+    Correct(correct::Arguments),
+    Schemes(schemes::Arguments),
+    Generate(generate::Arguments),
+    Linuxcnc(linuxcnc::Arguments),
+    Gcode(gcode::Arguments),
+    Export(export::Arguments),
+    Import(import::Arguments),
+    Flash(flash::Arguments),
+    Control(control::Arguments),
+    Monitor(monitor::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
+    Ballbar(ballbar::Arguments),
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
     #[command(name = "iso230-3")]
     Iso2303(iso230_3::Arguments),
     #[command(name = "iso230-7")]
     Iso2307(iso230_7::Arguments),
-    Ballbar(ballbar::Arguments),
     Simulate(simulate::Arguments),
-    Gcode(gcode::Arguments),
-    Generate(generate::Arguments),
-    Calibrate(Box<calibrate::Arguments>),
-    Flash(flash::Arguments),
-    Monitor(monitor::Arguments),
-    Control(control::Arguments),
-    Linuxcnc(linuxcnc::Arguments),
-    Skew(skew::Arguments),
-    Export(export::Arguments),
-    Import(import::Arguments),
     Completions(completions::Arguments),
     Man(completions::Pages),
 }

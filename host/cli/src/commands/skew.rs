@@ -10,7 +10,7 @@ use trueaxis_controllers::skew::measured::{PLANES, lean, parameters, printer};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 
-/// From two diagonals and a side of a printed part to the squareness of a printer
+/// Find the squareness of a printer from two diagonals and a side of a printed part
 ///
 /// AC, BD and AD are what Klipper and Marlin ask for: A is the corner with the lower values of both axes, C is opposite to
 /// it, D along the first axis. Print or draw the part with every correction of the firmware switched off. The machine file

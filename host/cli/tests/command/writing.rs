@@ -202,7 +202,13 @@ fn shells_and_man_know_every_command() {
         said.starts_with(&format!("{} pages in", names.len())),
         "{said}"
     );
-    for name in ["trueaxis.1", "trueaxis-compile.1", "trueaxis-iso230-2.1"] {
+    for name in [
+        "trueaxis.1",
+        "trueaxis-compile.1",
+        "trueaxis-iso230-2.1",
+        "trueaxis-linuxcnc-start.1",
+        "trueaxis-control-tool-length.1",
+    ] {
         assert!(names.contains(&name.to_owned()), "{names:?}");
     }
     let page = std::fs::read_to_string(folder.at("trueaxis-report.1")).unwrap();
@@ -210,6 +216,14 @@ fn shells_and_man_know_every_command() {
         page.contains("identification") && page.contains(".TH trueaxis-report 1"),
         "{page}"
     );
+    let nested = std::fs::read_to_string(folder.at("trueaxis-linuxcnc-start.1")).unwrap();
+    assert!(
+        nested.contains(".TH trueaxis-linuxcnc-start 1")
+            && nested.contains("trueaxis linuxcnc start"),
+        "{nested}"
+    );
+    let parent = std::fs::read_to_string(folder.at("trueaxis-linuxcnc.1")).unwrap();
+    assert!(parent.contains("linuxcnc\\-start(1)"), "{parent}");
     refused(
         &["man", &folder.at("nowhere")],
         &["there is no such folder"],
