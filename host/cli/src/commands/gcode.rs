@@ -163,7 +163,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             std::io::Error::other("the program is refused")
         })
     };
-    // What the check cannot make sense of never gets its name.
+    let mut withheld = false;
+    // What the check cannot make sense of never gets its name, nor the name of the program if the check fails.
     let accept = |corrected: &File| {
         let mut map = map.borrow_mut();
         let Some(map) = &mut *map else {
@@ -185,12 +186,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 })
         });
         match checked {
-            Ok(checked) => found = Some(checked),
+            Ok(checked) => {
+                withheld = arguments.in_place && !checked.holds(&options);
+                found = Some(checked);
+            }
             Err(error) => bad = Some(error),
         }
-        match bad {
-            None => Ok(()),
-            Some(_) => Err(std::io::Error::other("the check fails")),
+        match (&bad, withheld) {
+            (None, false) => Ok(()),
+            _ => Err(std::io::Error::other("the check fails")),
         }
     };
     let done = replace::replace_by(arguments.output(), write, accept);
@@ -204,6 +208,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
         return Err(bad_program(&error));
     }
+    let done = if withheld { Ok(()) } else { done };
     done.map_err(|error| {
         BadInput::new(
             format!("{}: cannot be written: {error}", arguments.output().display()),
@@ -228,6 +233,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let report: &Report = &corrector.report;
     let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
+    if withheld {
+        eprintln!(
+            "warning: {}: the check fails, and the program is unchanged",
+            arguments.output().display()
+        );
+    }
     if let Some(warning) = lengths.warning(found.as_ref()) {
         eprintln!("warning: {warning}");
     }

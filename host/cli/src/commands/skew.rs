@@ -194,9 +194,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// The error file with the parameters that were measured; everything else in it stays as it is.
 fn merged(path: &Path, machine: &Machine, planes: &[Plane]) -> Result<String, BadInput> {
+    let all = || planes.iter().flat_map(|plane| &plane.parameters);
     let mut text = match path.exists() {
         true => {
-            files::read_errors(path, machine)?;
+            let before = files::read_errors(path, machine)?;
+            let correlated = before.correlated.unwrap_or_default();
+            let is_there = |(name, _): &&(&str, f64)| {
+                Parameter::parse(name).is_some_and(|p| correlated.parameters.contains(&p))
+            };
+            if let Some((name, _)) = all().find(is_there) {
+                return Err(BadInput::new(
+                    format!(
+                        "{}: its covariance file has the uncertainty of {name} as it was measured before",
+                        path.display()
+                    ),
+                    "take `covariance` out of [uncertainty], or give --errors another name",
+                ));
+            }
             Text::read(path)?.text
         }
         false => format!(
@@ -204,8 +218,10 @@ fn merged(path: &Path, machine: &Machine, planes: &[Plane]) -> Result<String, Ba
             toml::Value::from(machine.name.as_str())
         ),
     };
-    let all = || planes.iter().flat_map(|plane| &plane.parameters);
     for (name, value) in all() {
+        for section in ["[standard_uncertainty]", "[unseen]"] {
+            text = without(&text, section, name);
+        }
         text = with(&text, name, *value);
     }
     // What is written must say what was measured, and nothing else than before.
@@ -214,7 +230,11 @@ fn merged(path: &Path, machine: &Machine, planes: &[Plane]) -> Result<String, Ba
         let (Some(parameter), Ok(again)) = (Parameter::parse(name), &again) else {
             return false;
         };
+        let of_before = [&again.standard_uncertainty, &again.unseen];
         again.parameters.get(&parameter).copied().unwrap_or(0.0) == *value
+            && of_before
+                .iter()
+                .all(|entries| !entries.contains_key(&parameter))
     };
     match all().all(holds) {
         true => Ok(text),
@@ -237,26 +257,42 @@ fn rounded(value: f64) -> f64 {
 fn with(text: &str, name: &str, value: f64) -> String {
     let line = format!("{name} = {value:?}  # rad, measured diagonals");
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let header = |line: &String| line.trim_start().starts_with("[parameters]");
-    let Some(section) = lines.iter().position(header) else {
+    let Some((section, place)) = place(&lines, "[parameters]", name) else {
         if value == 0.0 {
             return text.to_owned();
         }
         return format!("{}\n\n[parameters]\n{line}\n", text.trim_end());
     };
-    let end = lines[section + 1..]
-        .iter()
-        .position(|line| line.trim_start().starts_with('['))
-        .map_or(lines.len(), |next| section + 1 + next);
-    let is_it = |line: &String| {
-        let rest = line.trim_start().strip_prefix(name);
-        rest.is_some_and(|rest| rest.trim_start().starts_with('='))
-    };
-    match lines[section..end].iter().position(is_it) {
-        Some(at) => lines[section + at] = line,
+    match place {
+        Some(at) => lines[at] = line,
         // Zero is what is not there.
         None if value == 0.0 => {}
         None => lines.insert(section + 1, line),
     }
     lines.join("\n") + "\n"
+}
+
+/// The text without what a section says of a parameter.
+fn without(text: &str, section: &str, name: &str) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let Some((_, Some(at))) = place(&lines, section, name) else {
+        return text.to_owned();
+    };
+    lines.remove(at);
+    lines.join("\n") + "\n"
+}
+
+/// The line of a section, and the line in it that gives a parameter.
+fn place(lines: &[String], section: &str, name: &str) -> Option<(usize, Option<usize>)> {
+    let header = |line: &String| line.trim_start().starts_with(section);
+    let section = lines.iter().position(header)?;
+    let of_section = lines[section + 1..]
+        .iter()
+        .take_while(|line| !line.trim_start().starts_with('['));
+    let is_it = |line: &String| {
+        let rest = line.trim_start().strip_prefix(name);
+        rest.is_some_and(|rest| rest.trim_start().starts_with('='))
+    };
+    let at = of_section.map(is_it).position(|is_it| is_it);
+    Some((section, at.map(|at| section + 1 + at)))
 }

@@ -128,4 +128,25 @@ fn measured_diagonals_become_a_machine_that_klipper_corrects_by_the_same_diagona
         refused(&[&["skew", "--xy", bad], &files[..]].concat(), &["--xy: "]);
     }
     assert_eq!(std::fs::read_to_string(&errors).unwrap(), merged);
+    // The uncertainty of what is replaced goes with it, and a covariance file is refused.
+    let of_xy = values(&merged)
+        .into_iter()
+        .find(|line| line.starts_with("EC0"));
+    let name = of_xy.unwrap()[..4].to_owned();
+    let rest = merged.lines().filter(|line| !line.starts_with(&name));
+    let rest = rest.collect::<Vec<_>>().join("\n");
+    let again = [&["skew", "--xy", "141.51,141.32,100"], &files[..]].concat();
+    for (text, section) in [(&merged, "standard_uncertainty"), (&rest, "unseen")] {
+        let mine = format!("\n[{section}]\nEXX3 = 2e-6\n");
+        std::fs::write(&errors, format!("{text}{mine}{name} = 1e-6\n")).unwrap();
+        answer(0, &again);
+        let new = std::fs::read_to_string(&errors).unwrap();
+        assert!(new.ends_with(&mine), "{new}");
+        assert_eq!(new.matches(&name).count(), 1, "{new}");
+    }
+    folder.file("c.csv", format!("parameter,{name}\n{name},1e-12\n"));
+    let text = format!("{merged}\n[uncertainty]\ncovariance = \"c.csv\"\n");
+    std::fs::write(&errors, &text).unwrap();
+    refused(&again, &["covariance file", &name, "[uncertainty]"]);
+    assert_eq!(std::fs::read_to_string(&errors).unwrap(), text);
 }

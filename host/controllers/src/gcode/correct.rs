@@ -25,7 +25,7 @@ use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::{Traced, Travels};
 use super::travel_directions::TravelDirections;
-use super::words::Block;
+use super::words::{Block, Word};
 use given::Given;
 pub use options::{Backlash, Options};
 use piece::Piece;
@@ -69,6 +69,8 @@ pub struct Corrector<'a> {
     percent: u64,
     /// True behind the last one.
     closed: bool,
+    /// Lines after the end that no M99 has made a subprogram yet: what is refused if none does.
+    after_end: Option<Refusal>,
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
@@ -158,6 +160,7 @@ impl<'a> Corrector<'a> {
             in_line: false,
             percent: 0,
             closed: false,
+            after_end: None,
             joined: false,
             extrusion: None,
             mark,
@@ -171,7 +174,11 @@ impl<'a> Corrector<'a> {
     pub fn next(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Refusal> {
         self.line += 1;
         let done = self.do_line(line, eol, out);
-        done.map_err(|fault| Refusal::at(fault, self.line, line))
+        done.map_err(|fault| {
+            let after_end = self.after_end.take();
+            let first = after_end.filter(|refusal| refusal.cause == fault.cause);
+            first.unwrap_or_else(|| Refusal::at(fault, self.line, line))
+        })
     }
 
     /// Writes what the lines are that were written since the last time.
@@ -204,6 +211,9 @@ impl<'a> Corrector<'a> {
     /// # Errors
     /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
+        if let Some(refusal) = self.after_end.take() {
+            return Err(refusal);
+        }
         let (cause, remedy) = if self.line == self.percent {
             (
                 "the program is empty",
@@ -263,7 +273,8 @@ impl<'a> Corrector<'a> {
     }
 
     /// Lines after the end are not part of the program, but Grbl runs whatever it is sent, and a file for Fanuc's
-    /// controllers may have several programs, up to its last `%`.
+    /// controllers may have several programs, up to its last `%`. A subprogram among them is passed: its calls have been
+    /// written out, and nothing runs it.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
         let after_end = self.rules.dialect.table().after_end;
         let run = after_end == AfterEnd::Run;
@@ -281,8 +292,25 @@ impl<'a> Corrector<'a> {
         };
         self.block.scan(line, self.rules.dialect)?;
         self.closed |= self.block.percent;
+        let is_return = |word: &Word| word.letter == b'M' && word.tenths() == Some(990);
         match self.block.words.first() {
+            None if self.block.percent && self.after_end.is_some() => {
+                Err(Fault::new(0..line.len(), cause, remedy))
+            }
             None => Ok(()),
+            Some(word) if self.rules.dialect.table().calls => {
+                let fault = Fault::new(word.span(), cause, remedy);
+                let is_open = self.after_end.is_some();
+                if self.block.ends(self.rules.dialect) || is_open && word.letter == b'O' {
+                    return Err(fault);
+                }
+                if self.block.words.iter().any(is_return) {
+                    self.after_end = None;
+                } else if !is_open {
+                    self.after_end = Some(Refusal::at(fault, self.line, line));
+                }
+                Ok(())
+            }
             // Spindle and coolant.
             Some(_) if run && is_neutral(&self.block, self.rules) => Ok(()),
             Some(word) => Err(Fault::new(word.span(), cause, remedy)),

@@ -239,7 +239,7 @@ impl<'a, R: BufRead> Program<'a, R> {
 }
 
 impl Segment {
-    /// Minutes (or revolutions) that it takes; 0 for a rapid.
+    /// Minutes (or revolutions) that it takes; 0 for a rapid, and where F counts a length whose start is unknown.
     #[must_use]
     pub fn minutes(&self, dialect: super::Dialect) -> f64 {
         let by = self.path.by();
@@ -256,6 +256,7 @@ impl Segment {
         };
         match self.rate {
             Rate::Rapid => 0.0,
+            Rate::PerMinute(_) | Rate::PerRevolution(_) if !self.whole => 0.0,
             Rate::PerMinute(f) | Rate::PerRevolution(f) => length / f,
             Rate::Inverse(f) => 1.0 / f,
         }

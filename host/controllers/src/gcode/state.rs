@@ -76,6 +76,8 @@ pub struct State {
     pub offsets: Offsets,
     /// F in units of the program.
     pub feed: Option<f64>,
+    /// False if the last F had no decimal point, which counts another unit on some controllers.
+    pub feed_has_point: bool,
     /// What one unit of an F in the last line is, in units of the program: 1, but beside another unit.
     pub feed_unit: f64,
     /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
@@ -165,6 +167,7 @@ impl State {
             before_cycles: starts_in,
             offsets,
             feed: None,
+            feed_has_point: true,
             feed_unit: 1.0,
             position,
             commanded: 0,

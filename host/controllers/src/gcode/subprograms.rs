@@ -2,7 +2,7 @@
 //! Haas), each up to its M99.
 //!
 //! The program that comes out has no calls. A line with a call becomes its other words and a comment; a line O of a
-//! subprogram becomes a comment. Programs that nothing calls stay where they are, behind the end.
+//! subprogram becomes a comment. Subprograms that nothing calls stay where they are, behind the end.
 
 use super::dialect::Dialect;
 use super::edit::Edits;
@@ -273,8 +273,16 @@ impl<'t> Inliner<'t> {
                 .filter(|w| w.value >= 0.0 && w.value.fract() == 0.0)
         };
         let number = whole(b'P').map(|p| p.value as u32);
-        let times = whole(b'L').map(|l| l.value as u32);
+        let times = whole(b'L').map(|l| l.value as u32).filter(|l| *l > 0);
         let missing = |cause: String, remedy: &str| self.refused(at, word.span(), &cause, remedy);
+        if let (Some(often), None) = (block.word(b'L'), times) {
+            return Err(self.refused(
+                at,
+                often.span(),
+                "L that is not a whole number of calls",
+                "write a whole number from 1 up, or remove the call",
+            ));
+        }
         let Some(number) = number else {
             return Err(missing(
                 "a call without P".to_owned(),
@@ -291,9 +299,9 @@ impl<'t> Inliner<'t> {
                 )),
             };
         }
-        // P00031234 is three times O1234.
-        let short =
-            (number > 9999 && times.is_none()).then(|| self.programs.get(&(number % 10_000)));
+        // P00031234 is three times O1234 on a Fanuc; on a Haas all digits are the program's.
+        let has_times = self.dialect == Dialect::Fanuc && number > 9999 && times.is_none();
+        let short = has_times.then(|| self.programs.get(&(number % 10_000)));
         match (self.programs.get(&number), short.flatten()) {
             (Some(_), Some(_)) => Err(missing(
                 format!(
@@ -382,9 +390,19 @@ mod tests {
 
     #[test]
     fn the_repeats_of_older_controllers_stand_before_the_number() {
+        let text = b"M98 P20003\nM30\nO3\nX1.\nM99\n";
+        let written = inline(text, Dialect::Fanuc).unwrap().text;
         assert_eq!(
-            inlined("M98 P20003\nM30\nO3\nX1.\nM99\n"),
+            String::from_utf8(written).unwrap(),
             "(M98 P20003)\n(O3)\nX1.\n(M99)\n(O3)\nX1.\n(M99)\nM30\n"
+        );
+        // On a Haas all five digits are the number of the program.
+        let refusal = inline(text, Dialect::Haas).unwrap_err();
+        assert_eq!(refusal.cause, "the file has no program O20003");
+        let both = inlined("M98 P20003\nM30\nO3\nX1.\nM99\nO20003\nX2.\nM99\n");
+        assert!(
+            both.starts_with("(M98 P20003)\n(O20003)\nX2.\n(M99)\nM30\n"),
+            "{both}"
         );
     }
 
@@ -399,6 +417,9 @@ mod tests {
             ("G0 X1.\nM99\n", "in the main program"),
             ("/M98 P2\nM30\nO2\nM99\n", "after `/`"),
             ("M98\nM30\n", "without P"),
+            ("M98 P2 L2.5\nM30\nO2\nM99\n", "L that is not a whole"),
+            ("M98 P2 L-1\nM30\nO2\nM99\n", "L that is not a whole"),
+            ("M97 P2 L0\nM30\nN2 M99\n", "L that is not a whole"),
             (
                 "M98 P20003\nM30\nO3\nM99\nO20003\nM99\n",
                 "2 times program 3",

@@ -30,7 +30,7 @@ pub struct Arguments {
     output: Option<PathBuf>,
     /// Replace the program by the corrected one, as slicers expect of a post-processing script
     #[arg(long, conflicts_with_all = ["output", "expand"])]
-    in_place: bool,
+    pub in_place: bool,
     /// The compensation
     #[arg(long, value_name = "FILE.trax")]
     pub compensation: PathBuf,

@@ -296,6 +296,67 @@ fn subprograms_in_the_file_are_corrected_where_they_are_called() {
         &["--dialect", "haas"],
         &["line 6", "no program O3", "append"],
     );
+    // What nothing calls stays after the end, but another main program does not.
+    let unused = "O7 (UNUSED)\nG1 X9999.\nN5 X0. M99\nN8 G0 X1.\nM99\n%\n";
+    let more = |last: &str| called.strip_suffix("%\n").unwrap().to_owned() + last;
+    let out = corrected(&folder, &more(unused), &["--check", "--dialect", "haas"]);
+    assert!(out.ends_with(unused), "{out}");
+    for last in [
+        "O7\nX1.\nM30\n%\n",
+        "O7\nX1.\nO8\nM99\n%\n",
+        "O7\nX1.\n%\n",
+        "O7\nX1.\n",
+    ] {
+        let parts = ["line 14", "O7", "another program"];
+        refuses(more(last), &["--dialect", "haas"], &parts);
+    }
+}
+
+#[test]
+fn a_feed_without_a_point_is_refused_where_another_is_needed() {
+    // 200 mm under G93 need several pieces, each with its own F.
+    let program = "%\nO1\nG21 G90 G17 G93\nG0 X0. Y0. Z60.\nG1 X200. F4\nM30\n%\n";
+    for dialect in ["fanuc", "haas"] {
+        let parts = ["line 5", "F4", "without a decimal point", "F100."];
+        refuses(program, &["--dialect", dialect], &parts);
+    }
+    let folder = Folder::new();
+    let options = ["--dialect", "haas", "--check"];
+    let out = corrected(&folder, &program.replace("F4", "F4."), &options);
+    assert!(words(&out, 'F').len() > 3, "{out}");
+    // Kept as it is where no other F is needed.
+    let out = corrected(&folder, &program.replace("G93", "G94"), &options);
+    assert_eq!(out.matches('F').count(), 1, "{out}");
+    assert!(out.contains("F4\n"), "{out}");
+    let setup = folder.file(
+        "calculator.toml",
+        format!("decimals = \"calculator\"\n{}", super::SETUP),
+    );
+    let (part, out) = (folder.file("p.nc", program), folder.at("out.nc"));
+    let compensation = blob("mill-21");
+    answer(
+        0,
+        &[
+            "gcode",
+            &part,
+            "-o",
+            &out,
+            "--dialect",
+            "fanuc",
+            "--setup",
+            &setup,
+            "--compensation",
+            &compensation,
+        ],
+    );
+}
+
+#[test]
+fn a_haas_smooths_by_p_and_e() {
+    let folder = Folder::new();
+    let program = "%\nO1\nG21 G90 G17 G94\nG187 P3 E0.02\nG0 X10. Y10. Z50.\nM30\n%\n";
+    let out = corrected(&folder, program, &["--dialect", "haas"]);
+    assert!(out.contains("\nG187 P3 E0.02\n"), "{out}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Programs of printers: E, commands that are not words, and the way slicers call the command.
 
-use crate::program::{Folder, answer, refused, trueaxis};
+use crate::program::{Folder, answer, plain, refused, trueaxis};
 use std::sync::OnceLock;
 
 /// A printer whose bridge bends: moves along X are divided. And skewed: what is straight stays so.
@@ -169,6 +169,8 @@ fn a_mode_of_e_that_firmwares_read_differently_is_asked_for_where_it_matters() {
     for (line, part) in [
         ("SKEW_PROFILE LOAD=mine", "corrected twice"),
         ("G5 X1 Y1 I1 J1 P1 Q1", "splines"),
+        ("G10 L2 P1 X50", "moves the coordinates"),
+        ("SET_GCODE_OFFSET Y=5", "moves the coordinates"),
         ("GCDE\u{1}", "binary G-code"),
         ("RESTORE_GCODE_STATE NAME=a\nG1 X5 E1", "G90 or G91"),
     ] {
@@ -224,4 +226,68 @@ fn a_mode_of_e_that_firmwares_read_differently_is_asked_for_where_it_matters() {
         &file,
     ]);
     assert_eq!(both.status.code(), Some(2));
+}
+
+#[test]
+fn homing_takes_back_what_g92_has_set() {
+    let begin = "G28\nG1 X200 Y10 Z1 F900\n";
+    let rest = "G28 X Y\nG1 X10 Y100\nG1 X30 Y100 E1\n";
+    let with = printed(&format!("G90\nM83\n{begin}G92 X0 Y-90\n{rest}"));
+    let without = printed(&format!("G90\nM83\n{begin}{rest}"));
+    let last = |lines: &[String]| lines[lines.len() - 2..].to_vec();
+    assert_eq!(last(&with), last(&without));
+    // An axis that is not homed keeps it: 0.13 mm per 100 mm of Y.
+    let kept = printed(&format!(
+        "G90\nM83\n{begin}G92 X0 Y-90\n{}",
+        rest.replace(" Y\n", "\n")
+    ));
+    let by = word(kept.last().unwrap(), 'X').unwrap() - word(with.last().unwrap(), 'X').unwrap();
+    assert!((by - 0.134).abs() < 0.01, "{kept:?}");
+}
+
+#[test]
+fn moves_whose_start_is_unknown_have_no_time_that_could_differ() {
+    let out =
+        printed("G90\nM83\nG1 X100 Y100 Z1 F900\nG29\nG1 X20 Y100 E1\nG1 Z0.3\nG1 X20 Y100\n");
+    assert!(
+        out.iter()
+            .any(|line| line.starts_with("G1 Z0.2984 X20.1344")),
+        "{out:?}"
+    );
+}
+
+#[test]
+fn a_spiral_lift_with_one_turn_is_a_full_circle() {
+    let out = printed(
+        "G90\nM83\nG17\nG28\nG1 X100 Y100 Z1 F900\nG3 Z1.4 I1.217 J0 P1 F60000\nG1 X100 Y100 Z1.4\n",
+    );
+    // 1.3 mrad of skew are 1.6 µm of its radius: several arcs, which are no full circles.
+    let lift: Vec<&String> = out.iter().filter(|line| line.starts_with("G3")).collect();
+    assert_eq!(lift.len(), 3, "{out:?}");
+    assert!(
+        lift.iter()
+            .all(|line| word(line, 'X').is_some() && word(line, 'P').is_none()),
+        "{lift:?}"
+    );
+}
+
+#[test]
+fn a_program_in_its_place_stays_as_it_is_if_the_check_fails() {
+    let folder = Folder::new();
+    let [_, _, blob] = printer(&folder);
+    // Arcs of 0.02 mm in words of 0.01 mm: the lengths of their chords, and so their times, are off.
+    let program =
+        "G90\nM83\nG28\nG1 X100 Y100 Z1 F900\nG1 X100.3 Y100 E1\nG2 X100.34 Y100 I.02 J0 F60\n";
+    let file = folder.file("part.gcode", program);
+    let words = ["gcode", "--in-place", "--dialect", "printer", "--decimals"];
+    let more = ["2", "--check", "--compensation", &blob, &file];
+    let names = folder.names();
+    let done = trueaxis(&[&words[..], &more].concat());
+    assert_eq!(done.status.code(), Some(1));
+    assert!(plain(&done.stdout).contains("check: does not hold"));
+    assert!(
+        plain(&done.stderr).contains("part.gcode: the check fails, and the program is unchanged")
+    );
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), program);
+    assert_eq!(folder.names(), names);
 }

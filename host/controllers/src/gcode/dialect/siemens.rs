@@ -7,6 +7,7 @@ use crate::gcode::modal::{FeedMode, Units};
 const G: &[(u16, Code)] = &[
     (410, Code::Cutter(true)),
     (420, Code::Cutter(true)),
+    (1530, Code::MachineCoordinates),
     // G70 and G71 are of lengths alone, G700 and G710 of feeds too.
     (700, Code::Units(Units::Inch)),
     (710, Code::Units(Units::Millimetre)),

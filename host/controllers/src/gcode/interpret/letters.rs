@@ -74,6 +74,11 @@ impl State {
         let by_motion = match self.motion_of(asked) {
             Some(Motion::Clockwise | Motion::Counterclockwise) if turns => match letter {
                 b'I' | b'J' | b'K' | b'R' => true,
+                // A full circle of a printer, as slicers lift by.
+                b'P' if table.printer => {
+                    let is_one = asked.word(b'P').is_some_and(|p| p.value == 1.0);
+                    is_one && asked.free & 0b11 == 0
+                }
                 // Turns, which Fanuc's arcs have not.
                 b'P' => table.arcs_have_turns,
                 _ => false,
@@ -117,7 +122,10 @@ fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
         Code::System(100) => letter == b'P',
         // G54 P is G54.1 P.
         Code::System(1) => table.further_systems && letter == b'P',
-        Code::Neutral(Group::Path) => b"PQ".contains(&letter),
+        // E: by how much a Haas may round corners.
+        Code::Neutral(Group::Path) => {
+            b"PQ".contains(&letter) || dialect == Dialect::Haas && letter == b'E'
+        }
         Code::Neutral(Group::Spindle) => letter == b'D',
         _ => false,
     }

@@ -42,6 +42,7 @@ impl State {
                 ));
             }
             self.feed = Some(word.value);
+            self.feed_has_point = word.point || word.value == 0.0;
         }
         if let Some(word) = asked.word(b'T') {
             self.next_tool = Some(whole(word)?);

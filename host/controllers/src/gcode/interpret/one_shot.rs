@@ -55,6 +55,12 @@ impl State {
             0 => asked.rules.axes,
             axes => axes & asked.rules.axes,
         };
+        if asked.rules.dialect.table().printer {
+            // Klipper and Marlin drop what G92 has set for an axis when they home it.
+            for axis in bits(moved) {
+                self.offsets.g92[axis] = 0.0;
+            }
+        }
         // Fanuc's G30 has a second, a third and a fourth point.
         let is_other = asked.word(b'P').is_some_and(|p| p.value != 2.0);
         let (to, lost) = match is_other {

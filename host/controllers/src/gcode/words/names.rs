@@ -90,7 +90,7 @@ impl Block {
         let span = start..end.max(start + 1);
         let turns = [("TRAORI", 428.9), ("TRAFOOF", 429.9)];
         let turns = turns.iter().find(|(turn, _)| *turn == name);
-        if name == "SUPA" || name == "G153" {
+        if name == "SUPA" {
             return self.add(pseudo(b'G', 53.0, start, start + length));
         }
         if let Some((_, value)) = turns {
@@ -245,6 +245,7 @@ fn arguments(line: &[u8], open: usize) -> Result<usize, Fault> {
 #[cfg(test)]
 mod tests {
     use crate::gcode::Dialect;
+    use crate::gcode::codes::Code;
     use crate::gcode::fault::Kind;
     use crate::gcode::words::Block;
     use proptest::prelude::*;
@@ -277,6 +278,11 @@ mod tests {
             words("G0 SUPA Z0 D0"),
             [('G', 0.0), ('G', 53.0), ('Z', 0.0), ('D', 0.0)]
         );
+        let [supa, own] = ["SUPA Z0", "G153 Z0"].map(|line| scan(line).unwrap());
+        for block in [supa, own] {
+            let code = block.words[0].code(Dialect::Siemens);
+            assert_eq!(code, Some(Code::MachineCoordinates));
+        }
         assert_eq!(words("T=\"12\""), [('T', 12.0)]);
         assert_eq!(words("S1=3000 M1=3"), [('S', 3000.0), ('M', 3.0)]);
         assert_eq!(words("MSG(\"a ) b\") TRAORI(1)"), [('M', 428.9)]);

@@ -68,6 +68,7 @@ impl Block {
             }
             ([b'G' | b'g'], Some((_, tenths))) => match tenths {
                 STORED => Command::Restores,
+                100 if has_axis(&line[start + 1..]) => return Err(shifts(start..line.len())),
                 tenths if STAY.contains(&tenths) => Command::Stays,
                 tenths if MOVE.contains(&tenths) => Command::Moves,
                 _ => return Ok(false),
@@ -76,12 +77,20 @@ impl Block {
             // Pops the modes in RepRapFirmware.
             ([b'M' | b'm'], Some((_, 1210))) => Command::Restores,
             ([b'M' | b'm'], Some((_, 5560 | 8520))) => return Err(corrects(start..line.len())),
+            ([b'M' | b'm'], Some((_, 2060))) if has_axis(&line[start + 1..]) => {
+                return Err(shifts(start..line.len()));
+            }
+            ([b'M' | b'm'], Some((_, 4280))) => return Err(shifts(start..line.len())),
             ([b'M' | b'm'], Some(_)) | ([b'T' | b't'], _) => Command::Stays,
             ([] | [_], _) => return Ok(false),
             (name, _) => match name.to_ascii_uppercase().as_slice() {
                 b"RESTORE_GCODE_STATE" => Command::Restores,
                 b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => {
                     return Err(corrects(start..line.len()));
+                }
+                b"SET_KINEMATIC_POSITION" => return Err(shifts(start..line.len())),
+                b"SET_GCODE_OFFSET" if offsets_xy(rest) => {
+                    return Err(shifts(start..line.len()));
                 }
                 _ => Command::Stays,
             },
@@ -125,6 +134,33 @@ fn clears(line: &[u8]) -> bool {
     has(b"CLEAR=1") || has(b"SAVE=") || has(b"REMOVE=")
 }
 
+/// True if letters of X, Y or Z follow, comments aside.
+fn has_axis(rest: &[u8]) -> bool {
+    let mut code = rest.iter().take_while(|b| !b";(".contains(b));
+    code.any(|b| b"XYZ".contains(&b.to_ascii_uppercase()))
+}
+
+/// True for an offset of Klipper's in X or Y that may be another than zero; Z has one for the first layer.
+fn offsets_xy(line: &[u8]) -> bool {
+    let line = String::from_utf8_lossy(line).to_ascii_uppercase();
+    let code = line.split([';', '#']).next().unwrap_or_default();
+    code.split_whitespace().any(|part| {
+        let Some((name, value)) = part.split_once('=') else {
+            return false;
+        };
+        matches!(name, "X" | "Y" | "X_ADJUST" | "Y_ADJUST") && value.parse() != Ok(0.0_f64)
+    })
+}
+
+/// Words would mean other places than those where the correction is looked up.
+fn shifts(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "the command moves the coordinates in the firmware, and that is not followed",
+        "take the line out, and slice the part where it is to be printed, or shift it with G92",
+    )
+}
+
 /// The firmware would correct what is corrected here.
 fn corrects(span: std::ops::Range<usize>) -> Fault {
     Fault::new(
@@ -166,6 +202,10 @@ mod tests {
             ("START_PRINT BED_TEMP=60", Command::Stays),
             ("G10", Command::Stays),
             ("SET_SKEW CLEAR=1", Command::Stays),
+            ("G10 P0 S205 R140 ; X", Command::Stays),
+            ("M206", Command::Stays),
+            ("SET_GCODE_OFFSET Z_ADJUST=.02 MOVE=1", Command::Stays),
+            ("SET_GCODE_OFFSET X=0 Y=0.0", Command::Stays),
             ("G29 P1", Command::Moves),
             ("G80", Command::Moves),
             ("RESTORE_GCODE_STATE NAME=a MOVE=1", Command::Restores),
@@ -176,7 +216,18 @@ mod tests {
         assert_eq!(read("; comment").command, None);
         assert_eq!(read("").command, None);
         let mut block = Block::default();
-        for line in ["SKEW_PROFILE LOAD=a", "M852 I.001", "GCDE\u{1}"] {
+        for line in [
+            "SKEW_PROFILE LOAD=a",
+            "M852 I.001",
+            "GCDE\u{1}",
+            "G10 L2 P1 X50",
+            "g10p1x0y-9",
+            "M206 X5",
+            "M428",
+            "SET_GCODE_OFFSET Y=1.5",
+            "set_gcode_offset x_adjust=0.1 z=0",
+            "SET_KINEMATIC_POSITION X=0",
+        ] {
             assert!(block.scan(line.as_bytes(), Dialect::Printer).is_err());
         }
     }

@@ -63,6 +63,7 @@ impl Corrector<'_> {
             text.push(b' ');
         }
         if let Some(feed) = self.feed_word(&wording) {
+            self.needs_feed_point(given.block)?;
             self.report.feeds += 1;
             text.push(b'F');
             number::write_feed(&mut text, feed, point);

@@ -36,6 +36,15 @@ impl Corrector<'_> {
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let wording = self.wording(given.block, change.piece, change.timing, change.wanted)?;
+        let feed_changes = match given.block.word(b'F') {
+            Some(word) => wording
+                .feed
+                .is_some_and(|feed| !same_feed(feed / self.nominal.feed_unit, word.value)),
+            None => self.feed_word(&wording).is_some(),
+        };
+        if feed_changes {
+            self.needs_feed_point(given.block)?;
+        }
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
         let said = self.change_words(given, change, &wording, &mut edits);
@@ -100,7 +109,10 @@ impl Corrector<'_> {
             }
             if word.letter == b'P' && wording.centre.is_some() {
                 said.turns = true;
-                if word.value.max(1.0) != f64::from(wording.turns) {
+                if rules.dialect.table().printer && words.written & 0b11 != 0 {
+                    // No full circle any more.
+                    edits.remove(given.line, word.span());
+                } else if word.value.max(1.0) != f64::from(wording.turns) {
                     match wording.turns {
                         1 => edits.remove(given.line, word.span()),
                         turns => edits.replace(word.number..word.end, |to| {

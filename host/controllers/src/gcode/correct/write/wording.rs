@@ -13,6 +13,7 @@ use crate::gcode::interpret::{bits, offset_in_doubt, word_of_wrapped};
 use crate::gcode::modal::{Distance, Motion, Units};
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
+use crate::gcode::setup::Decimals;
 use crate::gcode::state::Rules;
 use crate::gcode::words::{Block, Word};
 
@@ -98,6 +99,20 @@ impl Corrector<'_> {
         let before = self.written.feed;
         let holds = |feed: f64| before.is_some_and(|before| same_feed(feed, before));
         wording.feed.filter(|f| wording.inverse || !holds(*f))
+    }
+
+    /// A feed that is written has a point: the program's must have one too, because F100 and F100. count different units.
+    pub(super) fn needs_feed_point(&self, block: &Block) -> Result<(), Fault> {
+        let counts_alike = self.rules.setup.decimals == Some(Decimals::Calculator);
+        if !self.point() || counts_alike || self.nominal.feed_has_point {
+            return Ok(());
+        }
+        let span = block.word(b'F').map_or_else(|| span_of(block), Word::span);
+        Err(Fault::new(
+            span,
+            "an F without a decimal point holds, and this move needs another F: what F100 counts is a parameter of the controller",
+            "write F with a decimal point, like F100., or give the setup decimals = \"calculator\" if F100 is F100. there",
+        ))
     }
 
     /// How many of the decimals of a word stay.
