@@ -530,25 +530,18 @@ impl<'a> Calibration<'a> {
     /// Keeps a copy of the compensation in use, beside those of earlier trials in this folder: the first is `previous.trax`.
     fn keep_previous(&self, active: &Path) -> Result<(), BadInput> {
         let bytes = files::read_bytes(active)?;
-        let names = (1..).map(|number| match number {
-            1 => "previous.trax".to_owned(),
-            _ => format!("previous-{number}.trax"),
-        });
-        for name in names {
-            let path = self.file(&name);
-            if !path.exists() {
-                files::write(&path, &bytes)?;
-            } else if files::read_bytes(&path)? != bytes {
-                continue;
-            }
-            files::print(&format!(
-                "{} is now as in {}: it returns unless the new compensation is kept\n",
-                active.display(),
-                path.display()
-            ))?;
-            break;
+        let path = files::kept_at(&bytes, |number| match number {
+            1 => self.file("previous.trax"),
+            _ => self.file(&format!("previous-{number}.trax")),
+        })?;
+        if !path.exists() {
+            files::write(&path, &bytes)?;
         }
-        Ok(())
+        files::print(&format!(
+            "{} is now as in {}: it returns unless the new compensation is kept\n",
+            active.display(),
+            path.display()
+        ))
     }
 
     /// Probes with the compensation on; whether it is to be kept.
@@ -691,9 +684,11 @@ impl<'a> Calibration<'a> {
                 largest_um: apart.iter().copied().fold(0.0, f64::max) * 1e3,
             }
         };
-        let before = distances(&self.probings(&self.file("before.csv"))?);
+        let before = self.probings(&self.file("before.csv"))?;
+        let balls: Vec<usize> = before.rows.iter().map(|row| row.ball).collect();
+        let before = distances(&before);
         let after = distances(&self.probings(after)?);
-        let gain = Gain::of(&before, &after);
+        let gain = Gain::of(&balls, &before, &after);
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));
         let probing = identified.noise * 1e3 * 3.0_f64.sqrt();

@@ -147,7 +147,11 @@ impl MachineFiles {
 
 /// Reads and validates a machine description, and warns about unlikely values.
 pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
-    let text = Text::read(path)?;
+    machine_in(&Text::read(path)?)
+}
+
+/// The same of a text that may not be written yet.
+pub fn machine_in(text: &Text) -> Result<Machine, BadInput> {
     let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
     for doubt in Machine::doubts(&text.text) {
         eprintln!("warning: {}: {}", text.place(&doubt), doubt.message);
@@ -283,6 +287,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })
+}
+
+/// Where a copy of a file can be kept: the first of the names that is free or has these contents, by their number from 1.
+pub fn kept_at(bytes: &[u8], name: impl Fn(usize) -> PathBuf) -> Result<PathBuf, BadInput> {
+    let mut number = 1;
+    loop {
+        let path = name(number);
+        if path.symlink_metadata().is_err() || read_bytes(&path)? == bytes {
+            return Ok(path);
+        }
+        number += 1;
+    }
 }
 
 /// Makes a folder if it is missing.

@@ -83,17 +83,32 @@ fn stop_on_signals(session: &Session) -> Result<(), BadInput> {
     })?;
     let stopper = session.stopper();
     std::thread::spawn(move || {
-        let Some(signal) = signals.forever().next() else {
+        let mut signals = signals.forever();
+        let Some(signal) = signals.next() else {
             return;
         };
-        eprintln!(
-            "\nstopping: the machine stops; kinematics, compensation and enable return to what they were"
+        let end = move || std::process::exit(128 + signal);
+        std::thread::spawn(move || {
+            stopper.stop();
+            say("stopped: the machine stands; what was probed is in the log");
+            end()
+        });
+        say(
+            "\nstopping: the machine stops; kinematics, compensation and enable return to what they were",
         );
-        stopper.stop();
-        eprintln!("stopped: the machine stands; what was probed is in the log");
-        std::process::exit(128 + signal);
+        // Once more: the end of this program stops the machine, too.
+        if signals.next().is_some() {
+            end();
+        }
     });
     Ok(())
+}
+
+/// Says something on a terminal that may be gone.
+#[cfg(unix)]
+fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Takes the machine over, with kinematics in which each joint is an axis; false if the operator does not want them

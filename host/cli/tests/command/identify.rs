@@ -138,19 +138,18 @@ fn a_compensation_that_was_on_is_undone() {
 
 /// Probings of the Kolibri with the ball and the positions of A and C by which its compensation was validated.
 fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
+    validated_with(&example("kolibri/errors-10.toml"), folder, name, more)
+}
+
+fn validated_with(errors: &str, folder: &Folder, name: &str, more: &[&str]) -> String {
     let out = folder.at(name);
-    let files = [
-        "machine.toml",
-        "errors-10.toml",
-        "artefact.toml",
-        "validation.csv",
-    ];
-    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let files = ["machine.toml", "artefact.toml", "validation.csv"];
+    let [machine, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
     let arguments = [
         "simulate",
         "probings",
         &machine,
-        &errors,
+        errors,
         "--artefact",
         &artefact,
         "--strategy",
@@ -196,6 +195,37 @@ fn several_files_of_probings_are_identified_together_if_what_stayed_is_stated() 
             "{same}: {uncertainty} {of_alone}"
         );
     }
+}
+
+#[test]
+fn a_machine_that_changes_from_day_to_day_is_no_noise() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    // On the second day Y is longer by 100 µm/m. All files have one name, each in a folder of its own.
+    let errors = std::fs::read_to_string(example("kolibri/errors-10.toml")).unwrap();
+    let changed = folder.file("changed.toml", errors.replace("-0.607e-3", "-0.507e-3"));
+    let usual = example("kolibri/errors-10.toml");
+    let mut days = Vec::new();
+    for (day, errors) in [&usual, &changed, &usual].into_iter().enumerate() {
+        std::fs::create_dir(folder.at(&format!("day{day}"))).unwrap();
+        let name = format!("day{day}/probings.csv");
+        let seed = day.to_string();
+        let more = ["--noise", "1", "--seed", &seed];
+        days.push(validated_with(errors, &folder, &name, &more));
+    }
+    let identified = |same: &str| {
+        let words = ["identify", &machine, &days[0], &days[1], &days[2]];
+        let more = ["--model", "10", "--same", same, "--json"];
+        let output = trueaxis(&[&words[..], &more].concat());
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let misfit = identified("balls")["misfit_um"].as_f64().unwrap();
+    // Two thirds of 100 µm/m over some 100 mm are several µm.
+    assert!(misfit > 1.0, "{misfit}");
+    let balls = identified("stylus")["balls"].as_array().unwrap().len();
+    let one = trueaxis(&["identify", &machine, &days[0], "--model", "10", "--json"]);
+    let one: serde_json::Value = serde_json::from_slice(&one.stdout).unwrap();
+    assert_eq!(balls, 3 * one["balls"].as_array().unwrap().len());
 }
 
 #[test]

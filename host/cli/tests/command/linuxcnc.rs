@@ -1164,6 +1164,39 @@ fn what_linuxcnc_reads_is_read_and_its_versions_are_named() {
 }
 
 #[test]
+fn what_follows_a_number_is_a_comment_or_the_number_is_wrong() {
+    for (value, code) in [("6O", 1), ("60,5", 1), ("60 # slow", 0), ("60 ; slow", 0)] {
+        let line = format!("MAX_ACCELERATION = {value}");
+        let folder = plain_mill("XYZ", &[["MAX_ACCELERATION = 400", &line]]);
+        let (found, said) = set_up(&folder, &[]);
+        assert_eq!(found, Some(code), "{value}: {said}");
+        let expected = match code {
+            0 => "LinuxCNC 2.9 refuses the line".to_owned(),
+            _ => format!("MAX_ACCELERATION is `{value}`, no number"),
+        };
+        assert!(said.contains(&expected), "{said}");
+    }
+}
+
+#[test]
+fn joints_of_one_axis_are_as_fast_as_the_slowest() {
+    let folder = plain_mill("XYYZ", &[]);
+    let ini = std::fs::read_to_string(folder.at("mill.ini")).unwrap();
+    let (before, second) = ini.split_once("[JOINT_2]").unwrap();
+    let second = second
+        .replacen("MAX_VELOCITY = 50", "MAX_VELOCITY = 40", 1)
+        .replacen("MAX_ACCELERATION = 400", "MAX_ACCELERATION = 300", 1);
+    folder.file("mill.ini", format!("{before}[JOINT_2]{second}"));
+    let (code, said) = set_up(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let machine = std::fs::read_to_string(folder.at("to/machine.toml")).unwrap();
+    let of_y = machine.split_once("name = \"Y\"").unwrap().1;
+    let of_y = of_y.split("[[axis]]").next().unwrap();
+    assert!(of_y.contains("max_speed = 40.0"), "{machine}");
+    assert!(of_y.contains("max_acceleration = 300.0"), "{machine}");
+}
+
+#[test]
 fn a_file_from_before_2_8_is_converted_by_linuxcnc_itself() {
     let folder = plain_mill(
         "XYZ",

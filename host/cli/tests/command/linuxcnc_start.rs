@@ -1,7 +1,7 @@
 //! `trueaxis linuxcnc start`: from a configuration and a few readings to a checked compensation.
 
 use crate::program::{Folder, answer, plain, refused, trueaxis};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -353,4 +353,154 @@ fn a_travel_that_is_not_known_is_not_invented() {
         assert_eq!(folder.names(), before);
         assert_eq!(read(&folder, "mill.ini"), text);
     }
+}
+
+/// What the errors of a compensation are, by name.
+fn parameters(folder: &Folder) -> Vec<String> {
+    let errors = read(folder, "errors.toml");
+    let lines = errors.lines().filter(|line| line.starts_with('E'));
+    lines
+        .filter_map(|line| Some(line.split_once(" = ")?.0.to_owned()))
+        .collect()
+}
+
+#[test]
+fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
+    let backlash = "BACKLASH = 0.02\n";
+    let reading = ["--scale", "Y=2/100"];
+    let set_up = |folder: &Folder| {
+        let to = folder.path().display().to_string();
+        let ini = folder.at("mill.ini");
+        answer(0, &["linuxcnc", "setup", &ini, "-o", &to]);
+    };
+    // Files of `setup` stay, and the reading is added to what they have.
+    let folder = mill(backlash);
+    set_up(&folder);
+    let output = asked(
+        &folder,
+        &["mill.ini", "--scale", "Y=2/100", "--install"],
+        "n\ny\n",
+    );
+    let said = plain(&output.stdout) + &plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(parameters(&folder), ["EYY1", "EXXb"]);
+    assert!(read(&folder, "mill.ini").contains("\n# BACKLASH = 0.02\n"));
+    // Nothing is to be added: they are used as they are.
+    let folder = mill(backlash);
+    set_up(&folder);
+    let ini = folder.at("mill.ini");
+    answer(0, &["linuxcnc", "start", &ini, "--install", "--yes"]);
+    assert_eq!(parameters(&folder), ["EXXb"]);
+    // They do not have it, or another one.
+    for change in [None, Some("BACKLASH = 0.05")] {
+        let folder = mill(backlash);
+        set_up(&folder);
+        match change {
+            None => std::fs::remove_file(folder.at("errors.toml")).unwrap(),
+            Some(other) => {
+                let ini = read(&folder, "mill.ini");
+                folder.file("mill.ini", ini.replace("BACKLASH = 0.02", other));
+            }
+        }
+        let ini = folder.at("mill.ini");
+        let start = ["linuxcnc", "start", &ini, "--install", "--yes"];
+        let before = [folder.names().join(" "), read(&folder, "mill.ini")];
+        fails(
+            &[&start[..], &reading].concat(),
+            "it does not have what LinuxCNC compensates: BACKLASH = 0.0",
+        );
+        assert_eq!(
+            [folder.names().join(" "), read(&folder, "mill.ini")],
+            before
+        );
+        answer(0, &[&start[..], &reading, &["--overwrite"]].concat());
+        assert_eq!(parameters(&folder), ["EYY1", "EXXb"]);
+    }
+}
+
+#[test]
+fn later_readings_are_added_to_what_linuxcnc_compensated() {
+    let folder = mill("BACKLASH = 0.02\n");
+    let ini = folder.at("mill.ini");
+    let start = ["linuxcnc", "start", &ini, "--yes"];
+    answer(0, &[&start[..], &["--install"]].concat());
+    let with = |reading: &str| {
+        [&start[..], &["--overwrite", "--scale", reading]]
+            .concat()
+            .join(" ")
+    };
+    for (reading, parameter) in [("Y=2/100", "EYY1"), ("Z=2/100", "EZZ1")] {
+        answer(0, &with(reading).split(' ').collect::<Vec<_>>());
+        assert_eq!(parameters(&folder), [parameter, "EXXb"]);
+    }
+    let before = read(&folder, "errors.toml");
+    fails(
+        &with("X=2/100").split(' ').collect::<Vec<_>>(),
+        "errors.toml already has what LinuxCNC compensated along X",
+    );
+    assert_eq!(read(&folder, "errors.toml"), before);
+    // Without the component, and without BACKLASH, a new start would lose it.
+    let now = read(&folder, "mill.ini").replace("HALFILE = trueaxis.hal\n", "");
+    folder.file("mill.ini", now);
+    fails(
+        &with("Y=2/100").split(' ').collect::<Vec<_>>(),
+        "replacing it would lose that",
+    );
+    assert_eq!(read(&folder, "errors.toml"), before);
+}
+
+#[test]
+fn copies_of_earlier_runs_are_never_replaced() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let original = read(&folder, "mill.ini");
+    let start = [
+        "linuxcnc",
+        "start",
+        &ini,
+        "--yes",
+        "--install",
+        "--overwrite",
+    ];
+    for (k, reading) in ["X=1/100", "X=2/100", "X=3/100"].into_iter().enumerate() {
+        answer(0, &[&start[..], &["--scale", reading]].concat());
+        // The component is taken out by hand.
+        let now = read(&folder, "mill.ini").replace("HALFILE = trueaxis.hal\n", "");
+        folder.file("mill.ini", format!("# {k}\n{now}"));
+    }
+    assert_eq!(read(&folder, "mill.ini.before-trueaxis"), original);
+    assert!(read(&folder, "mill.ini.before-trueaxis-2").starts_with("# 0\n"));
+    assert!(read(&folder, "mill.ini.before-trueaxis-3").starts_with("# 1\n# 0\n"));
+    assert!(read(&folder, "errors.toml.before-trueaxis").contains("+1.0 µm"));
+    assert!(read(&folder, "errors.toml.before-trueaxis-2").contains("+2.0 µm"));
+    // `setup` says where.
+    let to = folder.at("to");
+    let said = answer(0, &["linuxcnc", "setup", &ini, "-o", &to, "--install"]);
+    assert!(said.contains("mill.ini.before-trueaxis-4"), "{said}");
+}
+
+#[test]
+fn nothing_is_written_while_it_asks() {
+    let folder = mill("BACKLASH = 0.02\n");
+    folder.file("errors.toml", "# mine\n");
+    let before = folder.names();
+    let mut running = Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+        .args(["linuxcnc", "start", "mill.ini", "--install"])
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut to = running.stdin.take().unwrap();
+    to.write_all(b"y\nXY\n").unwrap();
+    let (mut from, mut said) = (running.stdout.take().unwrap(), Vec::new());
+    while !String::from_utf8_lossy(&said).contains("Scale along Y") {
+        let mut byte = [0];
+        assert_eq!(from.read(&mut byte).unwrap(), 1, "{}", plain(&said));
+        said.extend(byte);
+    }
+    running.kill().unwrap();
+    running.wait().unwrap();
+    assert_eq!(folder.names(), before);
+    assert_eq!(read(&folder, "errors.toml"), "# mine\n");
 }

@@ -94,7 +94,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
 }
 
 /// Lines, joined where a backslash at the end continues them; the place is that of the first line.
-pub(super) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
+pub(crate) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
     let mut found: Vec<(String, Range<usize>)> = Vec::new();
     let mut goes_on = false;
     for (line, span) in lines(text) {

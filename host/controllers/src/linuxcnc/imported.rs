@@ -25,8 +25,10 @@ enum Corrections {
 pub struct Import {
     joint: Joint,
     corrections: Corrections,
-    /// The line in the INI file, for readers.
-    source: String,
+    /// The entry, as in the INI file.
+    entry: String,
+    /// Where it is, for readers.
+    place: String,
 }
 
 impl Import {
@@ -54,9 +56,40 @@ impl Import {
 
     /// The line in the INI file, for readers.
     #[must_use]
-    pub fn source(&self) -> &str {
-        &self.source
+    pub fn source(&self) -> String {
+        format!("{} in {}", self.entry, self.place)
     }
+
+    /// Whether an error file that was made for the same configuration has these corrections still.
+    #[must_use]
+    pub fn is_in(&self, errors: &str) -> bool {
+        let entry = format!(": {} in ", self.entry);
+        let is_named = |line: &str| line.starts_with("# Joint ") && line.contains(&entry);
+        errors.lines().any(is_named) && has_imported(errors, self.letter())
+    }
+}
+
+/// The head of an error file with what LinuxCNC compensated.
+const HEAD: &str = "# What LinuxCNC compensated, as errors of the machine";
+
+/// Whether an error file has what LinuxCNC compensated.
+#[must_use]
+pub fn is_imported(errors: &str) -> bool {
+    errors.starts_with(HEAD)
+}
+
+/// Whether such a file has errors along an axis that can have been imported.
+#[must_use]
+pub fn has_imported(errors: &str, letter: char) -> bool {
+    let [table, backlash] = [
+        format!("[tabulated.E{letter}{letter}]"),
+        format!("E{letter}{letter}b"),
+    ];
+    is_imported(errors)
+        && errors.lines().any(|line| {
+            let key = line.split('=').next().unwrap_or(line).trim();
+            key == table || key == backlash
+        })
 }
 
 /// Reads what the configuration compensates; `open` opens the files that it names.
@@ -106,11 +139,8 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
         found.push(Import {
             joint,
             corrections,
-            source: format!(
-                "{key} = {value} in {}, line {}",
-                place.source.name,
-                place.line()
-            ),
+            entry: format!("{key} = {value}"),
+            place: format!("{}, line {}", place.source.name, place.line()),
         });
     }
     Ok(found)
@@ -189,9 +219,9 @@ pub(super) fn errors(
         let Import {
             joint: Joint { number, letter },
             corrections,
-            source,
+            ..
         } = import;
-        let head = format!("\n# Joint {number}: {source}.");
+        let head = format!("\n# Joint {number}: {}.", import.source());
         if let Some(first) = done.iter().find(|first| first.joint.letter == *letter) {
             if first.corrections != *corrections {
                 tables += &format!(
@@ -241,7 +271,7 @@ pub(super) fn errors(
         }
     }
     let mut text = format!(
-        "# What LinuxCNC compensated, as errors of the machine: see the page on error files in the manual.\n\
+        "{HEAD}: see the page on error files in the manual.\n\
          machine = {}\n",
         toml::Value::from(name)
     );

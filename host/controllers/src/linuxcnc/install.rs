@@ -1,5 +1,7 @@
 //! The lines of an INI file that bring the component and its panel into a machine.
 
+use crate::formats::ini::joined;
+
 /// The panel, below `[DISPLAY]`: a tab of the screen.
 pub const PANEL: [&str; 2] = [
     "EMBED_TAB_NAME = Compensation",
@@ -12,33 +14,80 @@ pub const PANEL: [&str; 2] = [
 /// # Errors
 /// The name of a section that this file does not have (it may be in one that it includes).
 pub fn install(ini: &str, hal: &str, taken_out: &[usize]) -> Result<String, &'static str> {
-    let mut kept = String::new();
-    for (k, line) in ini.split_inclusive('\n').enumerate() {
-        if taken_out.contains(&(k + 1)) {
-            kept += "# ";
+    let mut text = String::new();
+    for line in lines(ini) {
+        let is_taken_out = taken_out.contains(&line.number);
+        for part in line.text.split_inclusive('\n') {
+            if is_taken_out {
+                text += "# ";
+            }
+            text += part;
         }
-        kept += line;
     }
-    let ini = &kept;
     let line = format!("HALFILE = {hal}");
-    let with_hal = match lines(ini).any(|l| is_entry(l, "HALFILE", hal)) {
-        true => ini.to_owned(),
-        false => insert(ini, "HAL", "HALFILE", &[&line])?,
-    };
-    match with_hal.contains("trueaxis-panel") {
-        true => Ok(with_hal),
-        false => insert(&with_hal, "DISPLAY", "DISPLAY", &PANEL),
+    if !has(&text, "HAL", "HALFILE", |value| value == hal) {
+        text = insert(&text, "HAL", "HALFILE", &[&line])?;
+    }
+    let is_panel = |value: &str| value.contains("trueaxis-panel");
+    if !has(&text, "DISPLAY", "EMBED_TAB_COMMAND", is_panel) {
+        text = insert(&text, "DISPLAY", "DISPLAY", &PANEL)?;
+    }
+    Ok(text)
+}
+
+/// A line of an INI file with those that continue it.
+struct Line<'i> {
+    /// That of its first line, from 1.
+    number: usize,
+    /// With the ends of its lines.
+    text: &'i str,
+    /// As LinuxCNC reads it.
+    joined: String,
+}
+
+impl Line<'_> {
+    /// The section that begins here.
+    fn section(&self) -> Option<&str> {
+        self.joined.strip_prefix('[')?.split(']').next()
+    }
+
+    fn entry(&self) -> Option<(&str, &str)> {
+        let (key, value) = self.joined.split_once('=')?;
+        let is_comment = key.starts_with(['#', ';']);
+        (!is_comment).then(|| (key.trim(), value.trim()))
     }
 }
 
-fn lines(ini: &str) -> impl Iterator<Item = &str> {
-    ini.lines().map(str::trim)
+fn lines(ini: &str) -> Vec<Line<'_>> {
+    let joined = joined(ini);
+    let starts = joined.iter().map(|(_, span)| span.start);
+    let ends = starts.skip(1).chain([ini.len()]);
+    let mut number = 1;
+    let lines = joined.iter().zip(ends).map(|((line, span), end)| {
+        let text = &ini[span.start..end];
+        let line = Line {
+            number,
+            text,
+            joined: line.trim_start_matches('\u{feff}').trim().to_owned(),
+        };
+        number += text.matches('\n').count();
+        line
+    });
+    lines.collect()
 }
 
-/// Whether a line is this entry.
-fn is_entry(line: &str, key: &str, value: &str) -> bool {
-    let entry = line.split_once('=');
-    entry.is_some_and(|(k, v)| k.trim() == key && v.trim() == value)
+/// Whether a section has an entry with such a value.
+fn has(ini: &str, section: &str, key: &str, is_wanted: impl Fn(&str) -> bool) -> bool {
+    let mut within = false;
+    lines(ini).iter().any(|line| {
+        within = line
+            .section()
+            .map_or(within, |found| found.trim() == section);
+        within
+            && line
+                .entry()
+                .is_some_and(|(k, value)| k == key && is_wanted(value))
+    })
 }
 
 /// Adds lines to a section, after its last entry with this key, or after its name.
@@ -48,25 +97,30 @@ fn insert(
     key: &str,
     added: &[&str],
 ) -> Result<String, &'static str> {
+    let lines = lines(ini);
     let mut within = false;
     let mut after = None;
-    for (number, line) in lines(ini).enumerate() {
-        if line.starts_with('[') {
-            within = line.strip_prefix('[').and_then(|l| l.split(']').next()) == Some(section);
+    for (k, line) in lines.iter().enumerate() {
+        if let Some(found) = line.section() {
+            within = found.trim() == section;
             if within && after.is_none() {
-                after = Some(number);
+                after = Some(k);
             }
-        } else if within && line.split_once('=').is_some_and(|(k, _)| k.trim() == key) {
-            after = Some(number);
+        } else if within && line.entry().is_some_and(|(k, _)| k == key) {
+            after = Some(k);
         }
     }
     let after = after.ok_or(section)?;
     let end = if ini.contains("\r\n") { "\r\n" } else { "\n" };
     let mut text = String::new();
-    for (number, line) in ini.split_inclusive('\n').enumerate() {
-        text += line;
-        if number == after {
-            if !line.ends_with('\n') {
+    for (k, line) in lines.iter().enumerate() {
+        text += line.text;
+        if k == after {
+            if !line.text.ends_with('\n') {
+                text += end;
+            }
+            // A backslash at the end of the file continues nothing.
+            if line.text.trim_end_matches(['\r', '\n']).ends_with('\\') {
                 text += end;
             }
             for line in added {
@@ -118,6 +172,34 @@ mod tests {
     fn lines_that_are_taken_out_become_comments() {
         let text = install(INI, "trueaxis.hal", &[3]).unwrap();
         assert!(text.contains("\n# CYCLE_TIME = 0.1\n[HAL]\n"), "{text}");
+    }
+
+    #[test]
+    fn continued_lines_stay_whole() {
+        let ini = INI.replace("HALFILE = b.hal", "HALFILE = \\\nb.hal");
+        let ini = ini.replace("CYCLE_TIME = 0.1", "CYCLE_TIME = \\\n0.1");
+        let text = install(&ini, "trueaxis.hal", &[3]).unwrap();
+        for part in [
+            "HALFILE = \\\nb.hal\nHALFILE = trueaxis.hal\n",
+            "# CYCLE_TIME = \\\n# 0.1\n[HAL]",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        // Lines are counted as in an editor.
+        let text = install(&ini, "trueaxis.hal", &[9]).unwrap();
+        assert!(text.contains("# POSTGUI_HALFILE = c.hal"), "{text}");
+    }
+
+    #[test]
+    fn comments_and_other_sections_are_no_panel() {
+        let [_, command] = PANEL;
+        for before in [format!("# {command}\n[HAL]"), format!("[HAL]\n{command}")] {
+            let ini = INI.replacen("[HAL]", &before, 1);
+            let text = install(&ini, "trueaxis.hal", &[]).unwrap();
+            let panels = text.lines().filter(|line| *line == command).count();
+            let already = ini.lines().filter(|line| *line == command).count();
+            assert_eq!(panels, already + 1, "{text}");
+        }
     }
 
     /// No line is longer than LinuxCNC reads (LINELEN of its inifile.hh).

@@ -318,20 +318,21 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
             "a positive command moves the carriage the negative way",
         );
     }
-    if let Some(speed) = configuration
-        .number(number, "MAX_VELOCITY")
-        .filter(|v| *v > 0.0)
-    {
+    // Joints of one axis move together, as the slowest of them can.
+    let joints = configuration.axes();
+    let positive = |key| {
+        let joints = joints.iter().filter(|joint| joint.letter == letter);
+        let values = joints.filter_map(|joint| configuration.number(joint.number, key));
+        let least = values.filter(|value| *value > 0.0).reduce(f64::min);
+        least.map(|value| value * unit)
+    };
+    if let Some(speed) = positive("MAX_VELOCITY") {
         line(
             "max_speed",
-            format!("{:?}", rounded(speed * unit)),
+            format!("{:?}", rounded(speed)),
             &format!("{unit_name}/s"),
         );
     }
-    let positive = |key| {
-        let value = configuration.number(number, key).filter(|v| *v > 0.0);
-        value.map(|v| v * unit)
-    };
     if let Some(acceleration) = positive("MAX_ACCELERATION") {
         let unit = format!("{unit_name}/s²");
         line(

@@ -103,7 +103,8 @@ pub fn held_out(
     })
 }
 
-/// Identifies without the rows of each run or thermal cycle. `None` if there are too few, or one is needed.
+/// Identifies without the rows of each run or thermal cycle. `None` if there are too few, one is needed, or none has balls of
+/// the others.
 fn together(
     machine: &Machine,
     probings: &Probings,
@@ -114,7 +115,7 @@ fn together(
     options: Options,
 ) -> Option<Together> {
     let all = runs(probings, observations)?;
-    let mut squares = 0.0;
+    let (mut squares, mut rows) = (0.0, 0);
     for own in &all {
         let others = subset(probings, |i| !own.contains(&i));
         let problem = Problem::new(machine, &others, artefact, parameters, base).with(observations);
@@ -133,10 +134,11 @@ fn together(
             .iter()
             .map(|off| (off - zero).norm_squared())
             .sum::<f64>();
+        rows += off.len();
     }
-    Some(Together {
+    (rows > 0).then(|| Together {
         count: all.len(),
-        rms: (squares / probings.rows.len() as f64).sqrt(),
+        rms: (squares / rows as f64).sqrt(),
     })
 }
 

@@ -106,7 +106,8 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
     let key = |row: &Probing| {
         let positions = (0..problem.machine.axes.len()).filter(rotary);
         let positions = positions.map(|i| row.position[i]);
-        let known = [row.ball as f64, row.spindle].into_iter();
+        // What a machine does differs from run to run: that is no noise.
+        let known = [row.ball as f64, row.spindle, row.run.unwrap_or(0.0)].into_iter();
         known
             .chain(positions)
             .chain(row.direction)

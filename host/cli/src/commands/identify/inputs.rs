@@ -98,21 +98,27 @@ impl Inputs {
     }
 }
 
-/// The rows of all files. Balls of a further file have its name, if they are its own, and its rows are a run, if none of the
-/// files has runs.
+/// The rows of all files, each of which is a run, or has runs of its own. Balls of a further file have its name, if they are
+/// its own.
 fn joined(files: Vec<(&PathBuf, Probings)>, same: Option<Same>) -> Probings {
-    let has_runs = |(_, file): &(&PathBuf, Probings)| file.rows.iter().any(|row| row.run.is_some());
-    let is_run = files.len() > 1 && !files.iter().any(has_runs);
+    let is_alone = files.len() == 1;
+    let stem = |path: &PathBuf| path.file_stem().unwrap_or_default().to_owned();
+    let stems: Vec<_> = files.iter().map(|(path, _)| stem(path)).collect();
     let mut all = Probings::default();
+    // The largest number of a run so far.
+    let mut runs = 0.0_f64;
     for (number, (path, file)) in files.into_iter().enumerate() {
         let is_own = number > 0 && same != Some(Same::Balls);
+        // Files in different folders may have one name.
+        let of_file = match stems.iter().filter(|one| **one == stem(path)).count() {
+            1 => stem(path).to_string_lossy().into_owned(),
+            _ => format!("file {}, {}", number + 1, path.display()),
+        };
         let name = |ball: &String| match is_own {
-            true => format!(
-                "{ball} of {}",
-                path.file_stem().unwrap_or_default().to_string_lossy()
-            ),
+            true => format!("{ball} of {of_file}"),
             false => ball.clone(),
         };
+        let before = runs;
         let names: Vec<String> = file.balls.iter().map(name).collect();
         for mut row in file.rows {
             let name = &names[row.ball];
@@ -121,8 +127,10 @@ fn joined(files: Vec<(&PathBuf, Probings)>, same: Option<Same>) -> Probings {
             if known.is_none() {
                 all.balls.push(name.clone());
             }
-            if is_run {
-                row.run = Some(number as f64 + 1.0);
+            if !is_alone {
+                let run = before + row.run.unwrap_or(1.0);
+                runs = runs.max(run);
+                row.run = Some(run);
             }
             all.rows.push(row);
         }

@@ -89,27 +89,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "remove HALFILE = trueaxis.hal from the INI file first: this command connects to the configuration as it is without it",
         ));
     }
-    let named = configuration
-        .ini
-        .get("EMC", "MACHINE")
-        .map(|e| e.value.clone());
-    let name = arguments
-        .name
-        .clone()
-        .or(named)
-        .filter(|name| !name.is_empty());
-    let name = name.unwrap_or_else(|| "machine".to_owned());
-    let end = (0..=64).rev().find(|end| name.is_char_boundary(*end));
-    let name = name.get(..end.unwrap_or(0)).unwrap_or(&name);
+    let name = name(&configuration, arguments.name.as_deref());
     let findings = beforehand(&configuration);
     if findings.iter().any(|f| f.severity == Severity::Refused) {
         let letters = configuration.module.letters.clone();
         return arguments.refused(letters, findings);
     }
     let imports = configuration::imported(ini, &configuration)?;
-    let table = arguments.table(&configuration)?;
+    let table = match &arguments.table {
+        Some(table) => Some(on_table(&configuration, table)?),
+        None => None,
+    };
     let known = Known {
-        name,
+        name: &name,
         blob: &arguments.file,
         table: table.as_deref(),
         enabled: arguments.enable_when_homed,
@@ -158,8 +150,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let Some(changed) = &changed {
         changed.write(ini)?;
     }
+    let copy = changed.map(|changed| changed.copy);
     if arguments.json {
-        files.extend(changed.map(|changed| changed.copy));
+        files.extend(copy);
         return files::print_json(&Answer {
             files,
             joints: letters,
@@ -168,7 +161,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         })
         .map(|()| Outcome::Done);
     }
-    let mut shown = text(arguments, &letters, &files, to_check, &findings);
+    let mut shown = text(
+        arguments,
+        &letters,
+        &files,
+        copy.as_deref(),
+        to_check,
+        &findings,
+    );
     if let (Some(unknown), None) = (unknown_pivot(&configuration), arguments.pivot) {
         shown += &format!("{unknown}. Measure it, and give --pivot\n");
     }
@@ -194,26 +194,32 @@ impl Arguments {
         }
         Ok(Outcome::CheckFailed)
     }
+}
 
-    /// Letters of --table, in capitals.
-    fn table(&self, configuration: &Configuration) -> Result<Option<String>, BadInput> {
-        let Some(table) = &self.table else {
-            return Ok(None);
-        };
-        let table = table.to_uppercase();
-        let axes = configuration.axes();
-        let linear = axes.iter().filter(|joint| !joint.is_rotary());
-        let linear: Vec<char> = linear.map(|joint| joint.letter).collect();
-        match table.chars().find(|letter| !linear.contains(letter)) {
-            None => Ok(Some(table)),
-            Some(other) => Err(BadInput::new(
-                format!("--table: the machine has no linear axis {other}"),
-                format!(
-                    "give some of {}, without spaces",
-                    linear.iter().collect::<String>()
-                ),
-            )),
-        }
+/// Name of the machine: what is given, else what the INI file says.
+pub fn name(configuration: &Configuration, given: Option<&str>) -> String {
+    let named = configuration.ini.get("EMC", "MACHINE");
+    let name = given.or(named.map(|entry| entry.value.as_str()));
+    let name = name.filter(|name| !name.is_empty()).unwrap_or("machine");
+    let end = (0..=64).rev().find(|end| name.is_char_boundary(*end));
+    name.get(..end.unwrap_or(0)).unwrap_or(name).to_owned()
+}
+
+/// Letters of --table, in capitals.
+pub fn on_table(configuration: &Configuration, table: &str) -> Result<String, BadInput> {
+    let table = table.to_uppercase();
+    let axes = configuration.axes();
+    let linear = axes.iter().filter(|joint| !joint.is_rotary());
+    let linear: Vec<char> = linear.map(|joint| joint.letter).collect();
+    match table.chars().find(|letter| !linear.contains(letter)) {
+        None => Ok(table),
+        Some(other) => Err(BadInput::new(
+            format!("--table: the machine has no linear axis {other}"),
+            format!(
+                "give some of {}, without spaces",
+                linear.iter().collect::<String>()
+            ),
+        )),
     }
 }
 
@@ -263,12 +269,22 @@ pub fn with_lines_without(
             "leave --install out, and write the lines that the head of trueaxis.hal shows into the file that has it",
         )
     })?;
-    let mut copy = ini.as_os_str().to_owned();
-    copy.push(".before-trueaxis");
     Ok(Changed {
+        copy: kept_at(ini, &before)?,
         before,
-        copy: copy.into(),
         text,
+    })
+}
+
+/// Where the contents of a file stay when it is replaced; an older copy is never replaced itself.
+pub fn kept_at(file: &Path, contents: &str) -> Result<PathBuf, BadInput> {
+    files::kept_at(contents.as_bytes(), |number| {
+        let mut copy = file.as_os_str().to_owned();
+        copy.push(".before-trueaxis");
+        if number > 1 {
+            copy.push(format!("-{number}"));
+        }
+        copy.into()
     })
 }
 
@@ -286,6 +302,7 @@ fn text(
     arguments: &Arguments,
     letters: &str,
     files: &[PathBuf],
+    copy: Option<&Path>,
     to_check: usize,
     findings: &[Finding],
 ) -> String {
@@ -314,11 +331,9 @@ fn text(
         "next: trueaxis compile {machine} {errors} -o {}\n",
         arguments.file
     );
-    if arguments.install {
-        return text
-            + &format!(
-                "{ini}: with component and panel; what it was is in {ini}.before-trueaxis\n"
-            );
+    if let Some(copy) = copy {
+        let copy = copy.display();
+        return text + &format!("{ini}: with component and panel; what it was is in {copy}\n");
     }
     text += &format!(
         "then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n\

@@ -2,7 +2,7 @@
 
 use super::check;
 use super::configuration;
-use super::setup::{Changed, with_lines_without};
+use super::setup::{Changed, kept_at, name, on_table, with_lines_without};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
@@ -14,7 +14,8 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use trueaxis_controllers::linuxcnc::{
-    Configuration, Finding, Import, Severity, beforehand, unknown_pivot,
+    Configuration, Finding, Import, Known, Setup, Severity, beforehand, has_imported, is_imported,
+    setup, unknown_pivot,
 };
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::Parameter;
@@ -79,13 +80,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => arguments.ask_ini()?,
     };
     let configuration = configuration::read_running(&ini, arguments.running)?;
-    // Before anything is written.
     let is_installed = configuration.hal.load("trueaxis").is_some();
-    if !is_installed {
-        let findings = beforehand(&configuration);
-        if is_refused(&findings) {
-            return refused(&ini, &findings);
-        }
+    let findings = match is_installed {
+        true => Vec::new(),
+        false => beforehand(&configuration),
+    };
+    if is_refused(&findings) {
+        return refused(&ini, &findings);
     }
     let joints = configuration.axes();
     let letters: Vec<char> = joints.iter().map(|joint| joint.letter).collect();
@@ -97,33 +98,34 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for single in &given {
         free(&imports, &letters, single)?;
     }
-    let kept = Kept::read(&ini)?;
-    let done = arguments.steps(&ini, &configuration, &imports);
-    if !matches!(done, Ok(Outcome::Done)) {
-        kept.restore()?;
-    }
-    done
+    let found = Found {
+        ini: &ini,
+        configuration: &configuration,
+        imports: &imports,
+        findings: &findings,
+    };
+    arguments.steps(&found)
 }
 
-/// The files that `start` writes beside the INI file, as they were before.
+/// What the configuration says, before anything is written.
+struct Found<'f> {
+    ini: &'f Path,
+    configuration: &'f Configuration,
+    imports: &'f [Import],
+    findings: &'f [Finding],
+}
+
+/// Files that `start` may write, as they were before.
 struct Kept(Vec<(PathBuf, Option<Vec<u8>>)>);
 
 impl Kept {
-    fn read(ini: &Path) -> Result<Self, BadInput> {
-        let names = [
-            "machine.toml",
-            "errors.toml",
-            "errors.toml.before-trueaxis",
-            "trueaxis.hal",
-            "machine.trax",
-        ];
-        let files = names.map(|name| ini.with_file_name(name));
+    fn read<'p>(files: impl IntoIterator<Item = &'p Path>) -> Result<Self, BadInput> {
         let read = files.into_iter().map(|file| {
             let bytes = match file.exists() {
-                true => Some(files::read_bytes(&file)?),
+                true => Some(files::read_bytes(file)?),
                 false => None,
             };
-            Ok((file, bytes))
+            Ok((file.to_owned(), bytes))
         });
         Ok(Self(read.collect::<Result<_, BadInput>>()?))
     }
@@ -161,11 +163,18 @@ fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
     Ok(Outcome::CheckFailed)
 }
 
+/// The axis along which a reading is taken.
+fn along(single: &Single) -> Option<usize> {
+    match *single {
+        Single::Scale { axis, .. } | Single::Reversal { axis, .. } => Some(axis),
+        Single::Square { .. } => None,
+    }
+}
+
 /// Refuses a reading along an axis that LinuxCNC compensates itself: what it shows depends on that.
 fn free(imports: &[Import], letters: &[char], single: &Single) -> Result<(), BadInput> {
-    let axis = match *single {
-        Single::Scale { axis, .. } | Single::Reversal { axis, .. } => axis,
-        Single::Square { .. } => return Ok(()),
+    let Some(axis) = along(single) else {
+        return Ok(());
     };
     match imports
         .iter()
@@ -251,23 +260,39 @@ fn answered(question: &str) -> Result<String, BadInput> {
 }
 
 impl Arguments {
-    /// Everything after the first look at the configuration. The INI file is written last.
-    fn steps(
-        &self,
-        ini: &Path,
-        configuration: &Configuration,
-        imports: &[Import],
-    ) -> Result<Outcome, BadInput> {
-        let [machine, errors, blob] =
-            ["machine.toml", "errors.toml", "machine.trax"].map(|name| ini.with_file_name(name));
-        let is_new = self.set_up(ini, configuration, &machine, &errors)?;
-        let described = files::read_machine(&machine)?;
-        let installs = match configuration.hal.load("trueaxis") {
+    /// Everything after the first look at the configuration: asks, then writes, the INI file last.
+    fn steps(&self, found: &Found<'_>) -> Result<Outcome, BadInput> {
+        let Found { ini, imports, .. } = *found;
+        let files = [
+            "trueaxis.hal",
+            "machine.toml",
+            "errors.toml",
+            "machine.trax",
+        ];
+        let [hal, machine, errors, blob] = files.map(|name| ini.with_file_name(name));
+        let made = match self.replaces(found, [&hal, &machine, &errors])? {
+            true => Some(self.made(found)?),
+            false => None,
+        };
+        let text = match &made {
+            Some(made) => Text {
+                name: machine.display().to_string(),
+                text: made.machine.clone(),
+            },
+            None => Text::read(&machine)?,
+        };
+        let described = files::machine_in(&text)?;
+        let old = match errors.exists() {
+            true => Some(Text::read(&errors)?),
+            false => None,
+        };
+        let base = base(found, made.as_ref(), old.as_ref(), &errors)?;
+        let installs = match found.configuration.hal.load("trueaxis") {
             Some(_) => None,
             None => {
-                let taken_out = imports.iter().flat_map(|i| i.lines(configuration));
-                let taken_out: Vec<usize> = taken_out.collect();
-                let hal = ini.with_file_name("trueaxis.hal");
+                // All of them are in `base`.
+                let lines = imports.iter().flat_map(|i| i.lines(found.configuration));
+                let taken_out: Vec<usize> = lines.collect();
                 Some(with_lines_without(ini, &hal, &taken_out)?)
             }
         };
@@ -280,34 +305,86 @@ impl Arguments {
                 changed.copy.display()
             ))?,
         };
-        let singles = self.singles(&described, imports)?;
-        if singles.is_empty() && imports.is_empty() {
-            if let Some(changed) = installs.filter(|_| writes) {
+        let installs_now = installs.as_ref().filter(|_| writes);
+        let singles = self.singles(&described, imports, base.as_deref())?;
+        let has_errors = !(singles.is_empty() && imports.is_empty());
+        let (mut balls, mut text) = (self.balls.clone(), None);
+        if has_errors {
+            let new = error_file(&described, &singles, base)?;
+            let replaces = |old: &Text| old.text != new || blob.exists();
+            if made.is_none()
+                && old.as_ref().is_some_and(replaces)
+                && !self.overwrite
+                && !self.agrees(&format!("{} exists. Replace it?", errors.display()))?
+            {
+                return Err(BadInput::new(
+                    format!(
+                        "{} exists: it was not replaced, and nothing was compiled",
+                        errors.display()
+                    ),
+                    "give --overwrite, or compile what it says with `trueaxis compile`",
+                ));
+            }
+            text = Some(new);
+        } else if balls.is_none() {
+            let answer =
+                self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?;
+            balls = Some(answer).filter(|a| !a.is_empty()).map(PathBuf::from);
+        }
+        // Nothing is asked from here on.
+        let mut written: Vec<(PathBuf, &str)> = Vec::new();
+        if let (Some(text), Some(old)) = (&text, &old)
+            && old.text != *text
+        {
+            written.push((kept_at(&errors, &old.text)?, &old.text));
+        }
+        if let Some(made) = &made {
+            written.push((hal, &made.hal));
+            written.push((machine.clone(), &made.machine));
+        }
+        if let Some(text) = &text {
+            written.push((errors.clone(), text));
+        }
+        let changed = installs_now.iter().flat_map(|c| [ini, &c.copy]);
+        let all = written.iter().map(|(file, _)| file.as_path());
+        let kept = Kept::read(all.chain([blob.as_path()]).chain(changed))?;
+        let write = || {
+            for (file, text) in &written {
+                files::prepare(file, &[ini])?;
+                files::write(file, text.as_bytes())?;
+            }
+            if has_errors {
+                return self.compiled(
+                    ini,
+                    [&machine, &errors, &blob],
+                    &singles,
+                    installs.as_ref(),
+                    writes,
+                );
+            }
+            if let Some(changed) = installs_now {
                 changed.write(ini)?;
             }
-            return self.without(ini, &machine, &errors, &blob);
-        }
-        let imported = match is_new && errors.exists() {
-            true => Some(Text::read(&errors)?),
-            false => None,
+            without(ini, [&machine, &errors, &blob], balls.as_deref())
         };
-        if imported.is_none()
-            && errors.exists()
-            && !self.overwrite
-            && !self.agrees(&format!("{} exists. Replace it?", errors.display()))?
-        {
-            return Err(BadInput::new(
-                format!(
-                    "{} exists: it was not replaced, and nothing was compiled",
-                    errors.display()
-                ),
-                "give --overwrite, or compile what it says with `trueaxis compile`",
-            ));
+        let done = write();
+        if !matches!(done, Ok(Outcome::Done)) {
+            kept.restore()?;
         }
-        let text = error_file(&described, &singles, imported)?;
-        files::write(&errors, text.as_bytes())?;
+        done
+    }
+
+    /// Compiles and checks what has been written, then writes the INI file.
+    fn compiled(
+        &self,
+        ini: &Path,
+        [machine, errors, blob]: [&Path; 3],
+        singles: &[Single],
+        installs: Option<&Changed>,
+        writes: bool,
+    ) -> Result<Outcome, BadInput> {
         let [of_machine, of_errors, of_blob] =
-            [&machine, &errors, &blob].map(|path| path.display().to_string());
+            [machine, errors, blob].map(|path| path.display().to_string());
         let words = ["compile", &of_machine, &of_errors, "-o", &of_blob];
         let Ok(answer) = silently(&[&words[..], &["--json"]].concat())? else {
             // In words, why.
@@ -317,7 +394,7 @@ impl Arguments {
             return Ok(Outcome::CheckFailed);
         };
         // What LinuxCNC would read.
-        let future = match &installs {
+        let future = match installs {
             Some(Changed { text, .. }) => Text {
                 name: ini.display().to_string(),
                 text: text.clone(),
@@ -325,7 +402,7 @@ impl Arguments {
             None => Text::read(ini)?,
         };
         let future = configuration::read_future(future, ini, self.running)?;
-        let findings = check::findings(ini, &future, &blob, Some(&machine))?;
+        let findings = check::findings(ini, &future, blob, Some(machine))?;
         if is_refused(&findings) {
             return refused(ini, &findings);
         }
@@ -345,7 +422,7 @@ impl Arguments {
             lines += &format!("{finding}\n");
         }
         let shown = quoted(ini.display());
-        match &installs {
+        match installs {
             Some(changed) if writes => {
                 changed.write(ini)?;
                 lines += &format!(
@@ -412,94 +489,64 @@ impl Arguments {
         }
     }
 
-    /// HAL lines and a first machine file, unless they are there; whether they are new.
-    fn set_up(
-        &self,
-        ini: &Path,
-        configuration: &Configuration,
-        machine: &Path,
-        errors: &Path,
-    ) -> Result<bool, BadInput> {
-        let folder = configuration::folder(ini);
-        let hal = ini.with_file_name("trueaxis.hal");
-        if configuration.hal.load("trueaxis").is_some() {
+    /// Whether HAL lines and a first machine file are to be written, because they are missing or may be replaced.
+    fn replaces(&self, found: &Found<'_>, files: [&Path; 3]) -> Result<bool, BadInput> {
+        if found.configuration.hal.load("trueaxis").is_some() {
             return Ok(false);
         }
-        let there: Vec<&Path> = [hal.as_path(), machine, errors]
-            .into_iter()
-            .filter(|path| path.exists())
-            .collect();
-        if let [first, ..] = there[..]
-            && !self.overwrite
-            && !self.agrees(&format!(
-                "{} exists. Replace it, and what belongs to it?",
-                first.display()
-            ))?
-        {
-            return match (hal.exists(), machine.exists()) {
-                (true, true) => Ok(false),
-                _ => Err(BadInput::new(
-                    format!("{} exists: nothing was written", first.display()),
-                    "move it away, or give --overwrite",
-                )),
-            };
+        let Some(first) = files.iter().find(|path| path.exists()) else {
+            return Ok(true);
+        };
+        let question = format!(
+            "{} exists. Replace it, and what belongs to it?",
+            first.display()
+        );
+        if self.overwrite || self.agrees(&question)? {
+            return Ok(true);
         }
-        let mut words = vec![
-            "linuxcnc".to_owned(),
-            "setup".to_owned(),
-            ini.display().to_string(),
-        ];
-        words.extend(["-o".to_owned(), folder.display().to_string()]);
+        match files[0].exists() && files[1].exists() {
+            true => Ok(false),
+            false => Err(BadInput::new(
+                format!("{} exists: nothing was written", first.display()),
+                "move it away, or give --overwrite",
+            )),
+        }
+    }
+
+    /// HAL lines, a first machine file, and what LinuxCNC compensates.
+    fn made(&self, found: &Found<'_>) -> Result<Setup, BadInput> {
+        let configuration = found.configuration;
         let table = match &self.table {
             Some(table) => table.clone(),
             None => {
                 self.ask("Which linear axes move the table (the others move the spindle)? [XY]")?
             }
         };
-        if !table.is_empty() {
-            words.extend(["--table".to_owned(), table]);
-        }
-        if self.enable_when_homed {
-            words.push("--enable-when-homed".to_owned());
-        }
-        if let Some(unknown) = unknown_pivot(configuration) {
-            let pivot = match self.pivot {
-                Some(pivot) => pivot,
-                None => {
+        let table = match table.is_empty() {
+            true => None,
+            false => Some(on_table(configuration, &table)?),
+        };
+        let pivot =
+            match (unknown_pivot(configuration), self.pivot) {
+                (None, _) => None,
+                (_, Some(pivot)) => Some(pivot),
+                (Some(unknown), None) => {
                     let question =
                         format!("{unknown}.\nFrom the pivot to the nose of the spindle, mm:");
-                    positive(&self.ask(&question)?)
-                        .map_err(|_| BadInput::new(unknown, "measure it, and give --pivot in mm"))?
+                    let pivot = positive(&self.ask(&question)?);
+                    Some(pivot.map_err(|_| {
+                        BadInput::new(unknown, "measure it, and give --pivot in mm")
+                    })?)
                 }
             };
-            words.extend(["--pivot".to_owned(), pivot.to_string()]);
-        }
-        if self.running {
-            words.push("--running".to_owned());
-        }
-        if !there.is_empty() {
-            words.push("--overwrite".to_owned());
-        }
-        if errors.exists() {
-            // What `setup` imports from the INI file must not be taken for what an earlier run has written.
-            let kept = errors.with_extension("toml.before-trueaxis");
-            std::fs::rename(errors, &kept).map_err(|error| {
-                BadInput::new(
-                    format!("{} cannot be moved: {error}", errors.display()),
-                    "move it away, then start again",
-                )
-            })?;
-        }
-        match silently(&words.iter().map(String::as_str).collect::<Vec<_>>())? {
-            Ok(_) => Ok(true),
-            Err(said) => {
-                files::print(&said)?;
-                Err(BadInput::new(
-                    "the configuration is refused",
-                    "change what is refused, and start again",
-                ))
-            }
-        }
+        let known = Known {
+            name: &name(configuration, None),
+            blob: "machine.trax",
+            table: table.as_deref(),
+            enabled: self.enable_when_homed,
+            pivot,
+        };
+        Ok(setup(configuration, known, found.imports, found.findings))
     }
 
     /// What has been measured, from options; axes count as their letters do.
@@ -511,9 +558,19 @@ impl Arguments {
     }
 
     /// What has been measured, from options or by asking.
-    fn singles(&self, machine: &Machine, imports: &[Import]) -> Result<Vec<Single>, BadInput> {
+    fn singles(
+        &self,
+        machine: &Machine,
+        imports: &[Import],
+        base: Option<&str>,
+    ) -> Result<Vec<Single>, BadInput> {
         let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
+        let free = |single: &Single| {
+            free(imports, &letters, single)?;
+            free_beside(base, &letters, single)
+        };
         let mut found = self.given(&letters)?;
+        found.iter().try_for_each(free)?;
         if self.yes || !found.is_empty() {
             return Ok(found);
         }
@@ -536,7 +593,7 @@ impl Arguments {
                 }
                 let read = |answer: &str| {
                     let single = read(answer)?;
-                    free(imports, &letters, &single).map(|()| single)
+                    free(&single).map(|()| single)
                 };
                 match read(&answer) {
                     Ok(single) => {
@@ -571,36 +628,87 @@ impl Arguments {
         }
         Ok(found)
     }
+}
 
-    /// Nothing has been measured with simple instruments.
-    fn without(
-        &self,
-        ini: &Path,
-        machine: &Path,
-        errors: &Path,
-        blob: &Path,
-    ) -> Result<Outcome, BadInput> {
-        let (ini, machine) = (quoted(ini.display()), machine.display().to_string());
-        let balls = match &self.balls {
-            Some(balls) => Some(balls.clone()),
-            None => Some(
-                self.ask("Balls on the table that can be probed: artefact file (artefact.toml):")?,
-            )
-            .filter(|answer| !answer.is_empty())
-            .map(PathBuf::from),
-        };
-        let next = match (&balls, errors.exists()) {
-            (Some(balls), _) => format!("start LinuxCNC, then {}", calibrate(&machine, balls)),
-            (None, true) => format!(
-                "trueaxis compile {} {} -o {}",
-                quoted(&machine),
-                quoted(errors.display()),
-                quoted(blob.display())
+/// Nothing has been measured with simple instruments.
+fn without(
+    ini: &Path,
+    [machine, errors, blob]: [&Path; 3],
+    balls: Option<&Path>,
+) -> Result<Outcome, BadInput> {
+    let (ini, machine) = (quoted(ini.display()), machine.display().to_string());
+    let next = match (balls, errors.exists()) {
+        (Some(balls), _) => format!("start LinuxCNC, then {}", calibrate(&machine, balls)),
+        (None, true) => format!(
+            "trueaxis compile {} {} -o {}",
+            quoted(&machine),
+            quoted(errors.display()),
+            quoted(blob.display())
+        ),
+        (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
+    };
+    files::print(&format!("next: {next}\n"))?;
+    Ok(Outcome::Done)
+}
+
+/// The error file to which readings are added: it has all that LinuxCNC compensates, or did before the component came.
+fn base(
+    found: &Found<'_>,
+    made: Option<&Setup>,
+    old: Option<&Text>,
+    errors: &Path,
+) -> Result<Option<String>, BadInput> {
+    let refused = |what: &str, remedy: &str| {
+        Err(BadInput::new(
+            format!("{}: {what}", errors.display()),
+            remedy.to_owned(),
+        ))
+    };
+    let old = old.map(|old| old.text.replace("\r\n", "\n"));
+    let old = old.filter(|text| is_imported(text));
+    match (made, old) {
+        (Some(made), _) if !found.imports.is_empty() => Ok(made.errors.clone()),
+        (Some(_), Some(_)) => refused(
+            "it has what LinuxCNC compensated, the INI file has not: replacing it would lose that",
+            "put COMP_FILE and BACKLASH back into the INI file, as in its copy .before-trueaxis; or, if they were wrong, move errors.toml away",
+        ),
+        (Some(_), None) => Ok(None),
+        (None, old) => {
+            let text = old.as_deref().unwrap_or_default();
+            let missing = |import: &&Import| {
+                !import.lines(found.configuration).is_empty() && !import.is_in(text)
+            };
+            if let Some(import) = found.imports.iter().find(missing) {
+                return refused(
+                    &format!(
+                        "it does not have what LinuxCNC compensates: {}",
+                        import.source()
+                    ),
+                    "give --overwrite: machine.toml, trueaxis.hal and errors.toml are made again from the INI file",
+                );
+            }
+            let is_reading = |line: &str| {
+                line.split_once("  # ")
+                    .is_some_and(|(_, remark)| WORDS.iter().any(|words| remark.starts_with(words)))
+            };
+            Ok(old.map(|text| {
+                let lines = text.split_inclusive('\n');
+                lines.filter(|line| !is_reading(line)).collect()
+            }))
+        }
+    }
+}
+
+/// Refuses a reading along an axis whose errors are in the file already: it was taken with or without them.
+fn free_beside(base: Option<&str>, letters: &[char], single: &Single) -> Result<(), BadInput> {
+    match (along(single).map(|axis| letters[axis]), base) {
+        (Some(letter), Some(base)) if has_imported(base, letter) => Err(BadInput::new(
+            format!(
+                "a reading along {letter}: errors.toml already has what LinuxCNC compensated along {letter}"
             ),
-            (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
-        };
-        files::print(&format!("next: {next}\n"))?;
-        Ok(Outcome::Done)
+            "take that out of errors.toml, measure again without compensation, and start again",
+        )),
+        _ => Ok(()),
     }
 }
 
@@ -608,7 +716,7 @@ impl Arguments {
 fn error_file(
     machine: &Machine,
     singles: &[Single],
-    imported: Option<Text>,
+    imported: Option<String>,
 ) -> Result<String, BadInput> {
     let mut lines = String::new();
     let mut found: Vec<Parameter> = Vec::new();
@@ -632,14 +740,15 @@ fn error_file(
         found.push(parameter);
     }
     Ok(match imported {
+        Some(text) if singles.is_empty() => text,
         None => format!(
             "# As measured: `trueaxis explain` says what the instruments must have shown.\nmachine = {}\n\n[parameters]\n{lines}",
             toml::Value::from(machine.name.as_str())
         ),
-        Some(Text { text, .. }) if text.contains("[parameters]\n") => {
+        Some(text) if text.contains("[parameters]\n") => {
             text.replacen("[parameters]\n", &format!("[parameters]\n{lines}"), 1)
         }
-        Some(Text { text, .. }) => {
+        Some(text) => {
             let at = text
                 .find("\n#")
                 .filter(|at| text[..*at].contains("machine ="));
@@ -649,19 +758,24 @@ fn error_file(
     })
 }
 
+/// How the remarks of readings begin.
+const WORDS: [&str; 3] = ["scale along ", "dial along ", "square of "];
+
 fn words(machine: &Machine, single: &Single) -> String {
     let letter = |axis: usize| machine.axes[axis].letter;
     let um = |slope: f64| slope * 1e5;
     match *single {
         Single::Scale { axis, slope } => {
             format!(
-                "scale along {}: {:+.1} µm at +100 mm",
+                "{}{}: {:+.1} µm at +100 mm",
+                WORDS[0],
                 letter(axis),
                 um(slope)
             )
         }
         Single::Reversal { axis, difference } => format!(
-            "dial along {}: {:+.1} µm after positive less after negative travel",
+            "{}{}: {:+.1} µm after positive less after negative travel",
+            WORDS[1],
             letter(axis),
             difference * 1e3
         ),
@@ -670,7 +784,8 @@ fn words(machine: &Machine, single: &Single) -> String {
             moved,
             slope,
         } => format!(
-            "square of {} and {}: {:+.1} µm per 100 mm",
+            "{}{} and {}: {:+.1} µm per 100 mm",
+            WORDS[2],
             letter(aligned),
             letter(moved),
             um(slope)

@@ -128,6 +128,11 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
         } = entry;
         match entry.number() {
             Some((_, "")) => {}
+            Some((_, after)) if !after.starts_with(['#', ';']) => found.refuse(
+                place,
+                format!("[{section}]{key} is `{value}`, no number: `{after}` is left over"),
+                format!("{key} = a number"),
+            ),
             Some((number, after)) => found.warn(
                 place,
                 format!("[{section}]{key} is read as {number}, as LinuxCNC 2.10 does, which ignores `{after}`; LinuxCNC 2.9 refuses the line"),

@@ -284,7 +284,14 @@ impl Checked<'_> {
         let Some(axis) = machine.index(joint.letter).map(|i| &machine.axes[i]) else {
             return;
         };
-        if speed > axis.max_speed * (1.0 + 1e-9)
+        // Joints of one axis move together, as the slowest of them can.
+        let beside = configuration.axes().into_iter();
+        let slower = beside
+            .filter(|other| other.letter == joint.letter)
+            .filter_map(|other| configuration.number(other.number, "MAX_VELOCITY"))
+            .any(|other| other > 0.0 && other * configuration.unit(joint) < speed);
+        if !slower
+            && speed > axis.max_speed * (1.0 + 1e-9)
             && let Some(entry) = configuration.of_joint(joint.number, "MAX_VELOCITY")
         {
             self.warn(
