@@ -84,7 +84,7 @@ pub struct Arguments {
     /// The probe, qualified: where its tip is, with uncertainties (probe.toml)
     #[arg(long, value_name = "PROBE.toml")]
     probe: Option<PathBuf>,
-    /// Where to write the parameters (errors.toml)
+    /// Where to write the parameters (errors.toml); their covariances go to ERRORS.covariance.csv beside it
     #[arg(short, long, value_name = "ERRORS.toml")]
     output: Option<PathBuf>,
     /// Reduce the weight of rows that fit badly

@@ -18,7 +18,8 @@ use trueaxis_model::positions::Input;
 ///
 /// To check the machine description, compare with the display of a controller with tool centre point control on
 /// (G43.4, TRAORI, the world coordinates of LinuxCNC): move one axis after the other and see whether the tip moves
-/// the same way. With an error file, also shows where the tool of the uncompensated machine really is.
+/// the same way. The direction points from the tip to the spindle. With an error file, also shows where the tool of the
+/// uncompensated machine really is.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis pose machine.toml --at X=100,A=30\n  trueaxis pose machine.toml errors.toml --positions path.csv -o poses.csv\n\n\
