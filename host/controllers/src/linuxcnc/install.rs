@@ -186,7 +186,7 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         // Lines are counted as in an editor.
-        let text = install(&ini, "trueaxis.hal", &[9]).unwrap();
+        let text = install(&ini, "trueaxis.hal", &[10]).unwrap();
         assert!(text.contains("# POSTGUI_HALFILE = c.hal"), "{text}");
     }
 
