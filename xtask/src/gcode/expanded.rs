@@ -21,7 +21,7 @@ const HOME: [f64; 4] = [1.5, 2.25, 30.0, 5.0];
 const LENGTHS: [f64; 2] = [51.234_567, 76.2];
 
 /// Our own programs. `{mm}` is G21 or G20 of the machine's unit.
-const OWN: [(&str, &str); 8] = [
+const OWN: [(&str, &str); 9] = [
     (
         "loops",
         "{mm} G90 G17\nG53 G0 X1 Y2 Z3 A4\n#1=0\no100 sub\n#4=[#1*2]\nG1 X[#1] Y[SIN[#2]*20] Z[-#1/10] F[300+#3]\no100 endsub\n\
@@ -39,6 +39,10 @@ const OWN: [(&str, &str); 8] = [
         "{mm} G90 F100\nG53 G0 X1 Y2 Z3 A4\n#9=2.5\nG54 G0 X[#9] Y1 Z1\nG55 G1 X[#9*3] Y[#9]\nY[#9*4]\nG2 X[#9*4] Y[#9*5] R[#9*2]\nG56 G1 X0\nG1 A[#9*10]\n\
          G10 L2 P3 X[#9] Y3.00004 Z-1 R[#9*8]\nG1 X[#9] Y7\nG3 X[#9+4] Y7 I2 J0\nG10 L20 P1 X[#9] Y1\nG54 G1 X0 Y0 Z0\nG55\nG1 Z[#9]\nG53 G0 Z[#9]\n\
          G10 L2 P2 X5 R0\nG0 X1\nG59.3 G0 X1 Y1 Z1\nG54\nM30\n",
+    ),
+    (
+        "F beside another unit",
+        "{mm} G90 F100\nG53 G0 X1 Y2 Z3 A4\n#9=2.5\nG20 F[#9] G1 X[#9]\nY1\nG21 F[#9*40] G1 X3\nG20\nF[#9] G1 X2\nM2\n",
     ),
     (
         "G92, G52",
@@ -164,8 +168,10 @@ fn own(work: &Path) -> Result<(), String> {
         let [setup, var, tools] = given(work, inch)?;
         for (name, text) in OWN {
             let unit = if inch { "G20" } else { "G21" };
-            // What the stand-alone interpreter begins with is G21.
-            let text = text.replace("{mm}", unit).replace("G30.1\n", "");
+            // The stand-alone interpreter begins with G21, in which an F in the same line would count; a machine in inches
+            // begins with G20.
+            let unit_line = format!("{unit}\n");
+            let text = text.replace("{mm}", &unit_line).replace("G30.1\n", "");
             let program = work.join("own.ngc");
             files::write(&program, text)?;
             let ours = flat(&program, work, &[format!("--setup={}", setup.display())])?;

@@ -317,6 +317,10 @@ impl<'s> Flat<'s> {
                     _ => return unexpected(),
                 };
                 if units != self.units {
+                    // F counts in the unit that held when it was given, though a line may have both.
+                    let feed = self.feed.take().and_then(|feed| feed.parse::<f64>().ok());
+                    let feed = feed.map(|feed| feed * self.units.mm() / units.mm());
+                    self.feed = feed.map(|feed| feed.to_string());
                     self.units = units;
                     self.changed = true;
                     self.expanded.inches |= units == Units::Inch;
