@@ -45,8 +45,8 @@ pub fn budget(budget: &Budget, at_tip: bool) -> Option<Picture> {
         false => ("of the tool's direction", "µrad"),
     };
     let bars = Bars {
-        title: format!("Error {what} that each parameter makes by itself, in {unit}"),
-        label: format!("error {what} by itself ({unit})"),
+        title: format!("Error {what} caused by each parameter alone, in {unit}"),
+        label: format!("error {what} alone ({unit})"),
         legend: ["mean over the travel", "maximum", "uncertainty (95 %)"].map(str::to_owned),
         ink: Ink::Accent,
         bars,
@@ -153,7 +153,7 @@ pub fn circle(test: &CircularTest) -> Picture {
     let letter = |k: usize| test.plane.chars().nth(k).unwrap_or(' ').to_string();
     Polar {
         title: format!(
-            "Circular test {}, radius {} mm: radial deviations in µm around the circle",
+            "Circular test in {}, simulated, radius {} mm: radial deviation in µm",
             test.plane, test.radius_mm
         ),
         axes: [letter(0), letter(1)],
