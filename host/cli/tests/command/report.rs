@@ -53,7 +53,11 @@ fn the_page_is_one_small_file_without_addresses_and_the_same_every_time() {
     assert!(said.contains(headline) && said.contains(cause), "{said}");
     assert!(text(&first).contains(&format!("<p>{headline}")));
     let short = "<p class=\"verdict\">Tip error 100 → at most ";
-    assert!(text(&first).contains(short), "{}", text(&first).split("<h2").next().unwrap());
+    assert!(
+        text(&first).contains(short),
+        "{}",
+        text(&first).split("<h2").next().unwrap()
+    );
     // Autoescaping writes the apostrophe as a character reference.
     assert!(text(&first).contains(&cause.replace('\'', "&#x27;")));
     for heading in [
@@ -222,7 +226,9 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     assert!(report.remarks.is_empty(), "{:?}", report.remarks);
     assert!(
         report.headline.starts_with("Tip error ")
-            && report.headline.ends_with(" µm, if the errors are as entered"),
+            && report
+                .headline
+                .ends_with(" µm, if the errors are as entered"),
         "{}",
         report.headline
     );
