@@ -203,11 +203,11 @@ pub fn figure(value: f64) -> String {
     }
 }
 
-/// Like [`figure`], in µm or µrad for a shop: what is finer than 0.01 is "below 0.01".
+/// Like [`coarse`], in µm or µrad for a shop: what is finer than 0.01 is "below 0.01".
 #[must_use]
 pub fn sensible(value: f64) -> String {
     match value.abs() {
-        size if size >= 0.009_95 => figure(value),
+        size if size >= 0.009_95 => coarse(value),
         size if size < 5e-5 => "0".to_owned(),
         _ => "below 0.01".to_owned(),
     }

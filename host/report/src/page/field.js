@@ -25,7 +25,7 @@ const Field = (() => {
     const size = Math.abs(v);
     if (size < 5e-5) return "0";
     if (size < 0.00995) return "below 0.01";
-    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : size >= 0.0995 ? 3 : 4;
+    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2;
     return v.toFixed(digits).replace("-", "−");
   }
 
