@@ -12,6 +12,7 @@ pub mod certificate;
 mod compare;
 mod document;
 mod figures;
+mod headline;
 mod identification;
 pub mod model;
 mod motions;
@@ -48,7 +49,7 @@ use trueaxis_tables::schemes::{self, SchemeError};
 use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{DrawError, Runtime};
 pub use volumetric::{Known, Volumetric};
-pub use words::{figure, unit};
+pub use words::{figure, parameter_in_words, unit};
 pub use worst::{ErrorAt, Worst};
 
 /// Version of the JSON format; increased when the meaning of a name changes.
@@ -74,6 +75,9 @@ pub struct Compensation<'a> {
 pub struct Report {
     /// [`FORMAT`].
     pub format: u32,
+    /// The error before and with the tables, and what that rests on.
+    #[serde(default)]
+    pub headline: String,
     /// The summary, one sentence each.
     pub verdict: Vec<String>,
     /// Metadata.
@@ -169,6 +173,7 @@ pub fn report(
     beyond.extend(reach::never_probed(&axes));
     let mut report = Report {
         format: FORMAT,
+        headline: headline::headline(&volumetric, errors),
         verdict: Vec::new(),
         document,
         remarks,

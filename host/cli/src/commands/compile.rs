@@ -5,6 +5,7 @@ mod made;
 
 use super::Outcome;
 use super::bad_input::BadInput;
+use super::date;
 use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
@@ -84,7 +85,7 @@ pub struct Arguments {
     /// Also write a page with the errors and the effect of the tables, as `trueaxis report` does
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Date to print on the page, in any format (default: none)
+    /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     #[command(flatten)]
@@ -228,7 +229,7 @@ impl Arguments {
             .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
         let tables = &wanted.options.tables;
         let mut document = Document {
-            date: self.date.clone(),
+            date: Some(date::given_or_today(self.date.as_deref())?),
             reference_position: self.zero_at.clone(),
             policy: stored(tables.policy).to_string(),
             tolerance_um: made.best.tolerance,

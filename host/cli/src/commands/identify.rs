@@ -11,6 +11,7 @@ mod thermal;
 
 use super::Outcome;
 use super::bad_input::BadInput;
+use super::date;
 use super::files;
 use super::verdict;
 use clap::Args;
@@ -108,7 +109,7 @@ pub struct Arguments {
     /// Also write a page with the errors and how they were found, as `trueaxis report` does
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Date to print on the page, in any format (default: none)
+    /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     /// Print JSON
@@ -562,7 +563,7 @@ impl Arguments {
         let observed = self.measured().map(|path| ("measurements", Some(path)));
         let inputs = inputs.into_iter().chain(observed);
         let mut document = Document {
-            date: self.date.clone(),
+            date: Some(date::given_or_today(self.date.as_deref())?),
             ..Document::of(machine)
         };
         for (role, path) in inputs {

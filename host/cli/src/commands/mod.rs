@@ -9,6 +9,7 @@ mod compile;
 mod completions;
 mod control;
 mod correct;
+mod date;
 mod error_source;
 mod eval;
 mod explain;
@@ -30,6 +31,8 @@ mod iso230_3;
 mod iso230_7;
 mod linuxcnc;
 mod measured;
+#[cfg(target_family = "wasm")]
+mod model;
 mod monitor;
 mod monte_carlo;
 mod number;
