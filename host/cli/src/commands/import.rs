@@ -3,6 +3,7 @@
 mod cec;
 mod height_map;
 mod isg;
+mod points;
 mod twist;
 
 use super::Outcome;
@@ -28,6 +29,7 @@ enum What {
         after_help = "Example:\n  trueaxis import klipper printer.cfg --machine machine.toml -o bed.csv"
     )]
     Klipper(height_map::OfProfile),
+    Points(points::Arguments),
     KlipperTwist(twist::Arguments),
     /// Read a height map of RepRapFirmware (heightmap.csv) as observations
     ///
@@ -45,6 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Cec(arguments) => cec::run(arguments),
         What::Isg(arguments) => isg::run(arguments),
         What::Klipper(arguments) => height_map::klipper(arguments),
+        What::Points(arguments) => points::run(arguments),
         What::KlipperTwist(arguments) => twist::run(arguments),
         What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
     }
