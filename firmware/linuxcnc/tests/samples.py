@@ -2,8 +2,8 @@
 """Runs `trueaxis linuxcnc start` on every sample configuration of LinuxCNC, and LinuxCNC with each that it accepts.
 
 samples.py TRUEAXIS MODULES WORK all|few [PART]: the command, the folder of real-time modules with the component, a folder
-for copies; all configurations or the first one of each folder; only those whose path contains PART. Prints one line per configuration: started, refused with the first
-reason, or without hardware (LinuxCNC does not start without the component either). Exits with 1 if LinuxCNC starts
+for copies; all configurations or the first one of each folder; only those whose path contains PART. Prints one line per
+configuration: started, refused with the first reason, or without hardware (LinuxCNC does not start without the component either). Exits with 1 if LinuxCNC starts
 without the component, and not with it.
 """
 

@@ -29,7 +29,6 @@ enum What {
         after_help = "Example:\n  trueaxis import klipper printer.cfg --machine machine.toml -o bed.csv"
     )]
     Klipper(height_map::OfProfile),
-    Points(points::Arguments),
     KlipperTwist(twist::Arguments),
     /// Read a height map of RepRapFirmware (heightmap.csv) as observations
     ///
@@ -40,6 +39,7 @@ enum What {
         after_help = "Example:\n  trueaxis import reprapfirmware heightmap.csv --machine machine.toml -o bed.csv"
     )]
     RepRapFirmware(height_map::Arguments),
+    Points(points::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -47,8 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Cec(arguments) => cec::run(arguments),
         What::Isg(arguments) => isg::run(arguments),
         What::Klipper(arguments) => height_map::klipper(arguments),
-        What::Points(arguments) => points::run(arguments),
         What::KlipperTwist(arguments) => twist::run(arguments),
         What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
+        What::Points(arguments) => points::run(arguments),
     }
 }
