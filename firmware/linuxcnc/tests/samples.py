@@ -24,9 +24,13 @@ LONGEST = 90
 WORKERS = 2 * (os.cpu_count() or 1)
 # In place of the screen: LinuxCNC runs it when HAL is complete, and ends after it.
 DISPLAY = "#!/bin/sh\nhalcmd show pin trueaxis.enable >/tmp/started 2>&1\n"
+# In place of the window that shows LinuxCNC's log if it fails.
+ERRORS = "/usr/lib/tcltk/linuxcnc/show_errors.tcl"
+LOGS = "file copy -force [lindex $argv 0] /tmp/debug\nfile copy -force [lindex $argv 1] /tmp/print\nexit\n"
 # LinuxCNC under a screen that nobody sees, for programs like hal_manualtoolchange.
 INSIDE = (
-    'mount --bind "$1" ' + MODULES + ' && mount --bind "$2" /tmp && cd "$3" || exit 1\n'
+    'mount --bind "$1" ' + MODULES + ' && mount --bind "$2/logs.tcl" ' + ERRORS + " || exit 1\n"
+    'mount --bind "$2" /tmp && cd "$3" || exit 1\n'
     "Xvfb :9 -screen 0 1024x768x24 -nolisten tcp >/dev/null 2>&1 &\n"
     "export DISPLAY=:9 HOME=/tmp RTAPI_UID=65534 RTAPI_FIFO_PATH=/tmp/.fifo\n"
     "for i in $(seq 50); do [ -S /tmp/.X11-unix/X9 ] && break; sleep 0.1; done\n"
@@ -56,11 +60,15 @@ def runs(folder, modules, ini):
     display = folder / "display"
     display.write_text(DISPLAY)
     display.chmod(0o755)
+    (folder / "logs.tcl").write_text(LOGS)
     for file in [ini, *ini.parent.rglob("*.inc")]:
         text = file.read_text(errors="surrogateescape")
         text = re.sub(r"(?m)^(\s*DISPLAY\s*=).*", r"\1 /tmp/display", text)
         text = re.sub(r"(?m)^\s*(POSTGUI_HAL\w*|APP|INTRO_GRAPHIC)\s*=.*", "", text)
         file.write_text(text, errors="surrogateescape")
+    # Left by the screen of the run before.
+    (folder / ".X9-lock").unlink(missing_ok=True)
+    shutil.rmtree(folder / ".X11-unix", ignore_errors=True)
     started = folder / "started"
     started.unlink(missing_ok=True)
     inside = Path("/tmp") / ini.relative_to(folder)
@@ -69,7 +77,7 @@ def runs(folder, modules, ini):
     command += [str(inside.parent), inside.name]
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     said = done.stdout.decode(errors="replace")
-    for name in ("linuxcnc_print.txt", "linuxcnc_debug.txt"):
+    for name in ("print", "debug"):
         file = folder / name
         if file.exists():
             said += file.read_text(errors="replace")

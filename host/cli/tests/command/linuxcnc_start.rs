@@ -118,7 +118,7 @@ fn a_scale_and_a_square_become_a_checked_compensation() {
     let said = plain(&done.stderr);
     assert_eq!(done.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("errors.toml exists") && said.contains("--overwrite"),
+        said.contains("machine.trax exists") && said.contains("--overwrite"),
         "{said}"
     );
     assert_eq!(
@@ -530,7 +530,10 @@ fn what_install_wrote_is_taken_out_again() {
     // And it can be brought in again.
     answer(0, &[&start[..], &["--overwrite"]].concat());
     assert_eq!(read(&folder, "mill.ini"), format!("{installed}[OWN]\n"));
-    refused(&[&remove[..], &["--install"]].concat(), &["--remove"]);
+    fails(
+        &[&remove[..], &["--install"]].concat(),
+        "'--remove' cannot be used with '--install'",
+    );
 }
 
 #[test]

@@ -74,34 +74,43 @@ pub fn draft(runtime: &Runtime<'_>, notes: Notes) -> Draft {
 /// Seed of the positions at which bounds are computed.
 const SEED: u64 = 1;
 
-/// `base` with another grid, whose bounds are added to those of the axes that it corrects; and the bounds of the grid alone.
+/// A compensation with a grid: that alone, or `base` with it, and then its bounds are added to those of the axes that it
+/// corrects. Also returns the bounds of the grid alone.
 ///
 /// # Errors
 /// [`CompileError`]: the grid cannot be written, or corrections can move faster than the machine file allows.
 pub fn with_grid(
     machine: &Machine,
-    mut base: Draft,
+    base: Option<Draft>,
     grid: DraftGrid,
     progress: &dyn Progress,
 ) -> Result<(AlignedBlob, Vec<AxisBounds>), CompileError> {
-    let alone = Draft {
+    let mut alone = Draft {
         grids: vec![grid.clone()],
         ..nothing(machine)
     };
     let blob = alone.encode()?;
     let bounds = bounds_of(machine, &Runtime::load(&blob)?, SEED, progress)?;
-    for output in &grid.outputs {
-        let (axis, bound) = (
-            &mut base.axes[usize::from(*output)],
-            &bounds[usize::from(*output)],
-        );
-        axis.value_bound += bound.value_bound;
-        axis.rate_bound += bound.rate_bound;
-        axis.ramp_rate += bound.ramp_rate;
-        axis.reversal_rate = axis.reversal_rate.max(axis.rate_bound);
-    }
-    base.grids.push(grid);
-    let blob = base.encode()?;
+    let both = match base {
+        None => {
+            for (axis, bound) in alone.axes.iter_mut().zip(&bounds) {
+                bound.set(axis);
+            }
+            alone
+        }
+        Some(mut base) => {
+            for output in grid.outputs.iter().map(|output| usize::from(*output)) {
+                let (axis, bound) = (&mut base.axes[output], &bounds[output]);
+                axis.value_bound += bound.value_bound;
+                axis.rate_bound += bound.rate_bound;
+                axis.ramp_rate += bound.ramp_rate;
+                axis.reversal_rate = axis.reversal_rate.max(axis.rate_bound);
+            }
+            base.grids.push(grid);
+            base
+        }
+    };
+    let blob = both.encode()?;
     limits::check(machine, &Runtime::load(&blob)?)?;
     Ok((blob, bounds))
 }

@@ -221,9 +221,9 @@ impl Arguments {
     }
 
     /// What the map is added to.
-    fn base(&self, machine: &Machine, added: &DraftGrid) -> Result<Draft, BadInput> {
+    fn base(&self, machine: &Machine, added: &DraftGrid) -> Result<Option<Draft>, BadInput> {
         let Some(path) = &self.add_to else {
-            return Ok(nothing(machine));
+            return Ok(None);
         };
         let blob = files::read_blob(path)?;
         let runtime = Runtime::load(&blob).map_err(|error| BadInput::in_blob(error, path))?;
@@ -255,6 +255,6 @@ impl Arguments {
                 "give the compensation without map: the new one replaces the old one",
             ));
         }
-        Ok(base)
+        Ok(Some(base))
     }
 }
