@@ -6,6 +6,7 @@
 
 mod best;
 mod bounds;
+pub mod extended;
 mod limits;
 mod proof;
 mod room;

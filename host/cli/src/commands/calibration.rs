@@ -442,18 +442,7 @@ impl<'a> Calibration<'a> {
                 by.x, by.y, by.z
             )));
         }
-        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
-        let lacking = problem.missing().map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("probings.csv")),
-                error.remedy(),
-            )
-        })?;
-        missing.extend(
-            lacking
-                .into_iter()
-                .filter(|p| !errors.unseen.contains_key(p)),
-        );
+        let missing = self.missing(&problem, &errors)?;
         if missing.is_empty() {
             return Ok(None);
         }
@@ -466,8 +455,33 @@ impl<'a> Calibration<'a> {
             return Ok(None);
         }
         Ok(Some(format!(
-            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing"
+            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing; backlash of linear axes needs an indicator"
         )))
+    }
+
+    /// Errors that the machine may have and that were not measured. Balls are touched from both sides, which hides the
+    /// backlash of linear axes.
+    fn missing(
+        &self,
+        problem: &Problem<'_>,
+        errors: &ErrorModel,
+    ) -> Result<Vec<Parameter>, BadInput> {
+        let lacking = problem.missing().map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", self.text("probings.csv")),
+                error.remedy(),
+            )
+        })?;
+        let linear = self.machine.axes.iter().map(|axis| axis.letter);
+        let linear = linear.filter(|letter| !letter.is_rotary());
+        let backlash = linear.filter_map(|l| Parameter::parse(&format!("E{l}{l}b")));
+        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
+        for parameter in lacking.into_iter().chain(backlash) {
+            if !missing.contains(&parameter) && !errors.parameters.contains_key(&parameter) {
+                missing.push(parameter);
+            }
+        }
+        Ok(missing)
     }
 
     fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
@@ -701,7 +715,9 @@ impl<'a> Calibration<'a> {
             probing_um: probing,
             band_um: band,
             expected_um: expected,
-            unseen: errors.unseen.keys().map(Parameter::to_string).collect(),
+            unseen: (self.missing(&problem, &errors)?.iter())
+                .map(Parameter::to_string)
+                .collect(),
             is_kept: is_better && after.rms_um <= expected,
         };
         Ok((validation, gain))

@@ -29,6 +29,7 @@ mod mistakes;
 mod observations;
 mod outside;
 mod plan;
+mod points;
 mod pose;
 mod program;
 mod qualify;

@@ -3,7 +3,7 @@
 //! A scheme is a folder or a file here, a variant of [`Scheme`] with its name, and a line in [`find`]. It takes the
 //! common [`Options`] and returns a [`SchemeResult`] or a [`SchemeError`].
 
-mod blank;
+pub(crate) mod blank;
 pub mod exact;
 pub mod fik;
 pub mod grid3d;
