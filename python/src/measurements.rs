@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::{observations, probings};
-use trueaxis_measure::identify::ModelError;
+use trueaxis_measure::identify::{Model, ModelError};
 use trueaxis_measure::simulate::{self, Disturbances};
 use trueaxis_measure::study::{Identification, Refusal, Request, Study};
 use trueaxis_model::errors::ErrorModel;
@@ -113,7 +113,7 @@ pub fn simulated(
         seed,
         ..Disturbances::default()
     };
-    let found = py.detach(|| -> Result<Found, Refusal> {
+    let found = py.detach(|| {
         let kinematics = Kinematics::new(&machine.0, model);
         simulate::probings(&kinematics, &artefact, &strategy, &disturbances)
     });
@@ -247,8 +247,9 @@ pub fn identified(
         runs: &[],
         base: &ErrorModel::perfect(&machine.0),
     };
-    let model = model.parse();
-    let model = model.map_err(|error: ModelError| raise(error.reason, error.remedy))?;
+    let model: Model = model
+        .parse()
+        .map_err(|error: ModelError| raise(error.reason, error.remedy))?;
     let found = py.detach(|| -> Result<Found, Refusal> {
         let request = Request {
             robust,
