@@ -13,7 +13,6 @@ mod compare;
 mod document;
 mod figures;
 mod headline;
-mod identification;
 pub mod model;
 mod motions;
 mod observed;
@@ -31,15 +30,14 @@ use budget::Depth;
 pub use budget::{Budget, Share};
 pub use compare::{Change, Changes, Figure, changes};
 pub use document::{Document, File};
-pub use identification::{Identification, Probed};
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
-pub use observed::{Drift, Noise, Observed, Part, Setup, Temperatures, Term};
 pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 use trueaxis_measure::formats::validation::Validation;
+pub use trueaxis_measure::study::Identification;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::Machine;
@@ -166,6 +164,12 @@ pub fn report(
             ));
         }
         is_this
+    });
+    // A page does not show these, and they are most of an identification.
+    let identification = identification.map(|mut found| {
+        found.covariance.clear();
+        (found.observed.iter_mut()).for_each(|observed| observed.rows.clear());
+        found
     });
     let probed = identification.as_ref().map(|found| &found.probed[..]);
     let axes = motions::motions(&subject, probed.unwrap_or_default());

@@ -91,7 +91,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             uses => report.tables.iter().flat_map(|t| &t.axes)
                 .map(|a| svg(figures::along(a, &report.axes)))
                 .collect::<Vec<_>>(),
-            checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
+            checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::Check::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
             observed => observed(identification, MOST_SETUPS),

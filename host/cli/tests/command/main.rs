@@ -18,6 +18,7 @@ mod hints;
 mod identify;
 mod iso230_3;
 mod iso230_7;
+mod json_keys;
 mod large_files;
 mod linuxcnc;
 mod linuxcnc_probe;
