@@ -128,7 +128,11 @@ def tried(trueaxis, modules, folder, ini):
     if code:
         changed = ini.read_bytes() != original or "trueaxis.hal" in os.listdir(ini.parent)
         return ("FAILED" if changed or code not in (1, 2) else "refused"), reason(said)
-    is_up, said, pins = runs(folder, modules, ini)
+    # On a busy computer a program that HAL waits for may come up too late: once more then.
+    for _ in range(2):
+        is_up, said, pins = runs(folder, modules, ini)
+        if is_up:
+            break
     if is_up:
         return ("started", "") if "trueaxis.enable" in pins else ("FAILED", "without the component: " + pins)
     ini.write_bytes(original)
