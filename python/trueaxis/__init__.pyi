@@ -65,6 +65,9 @@ class Compensation:
         """Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K)."""
     @property
     def policy(self) -> str: ...
+    @property
+    def warnings(self) -> list[str]:
+        """What ``trueaxis compile`` warns of; empty for a compensation that was read."""
     def evaluate(self, positions: Positions, *, motion: bool = True) -> npt.NDArray[np.float32]:
         """Corrections (mm, deg) before the guard rails, one row per position, as the controller computes them.
 

@@ -22,7 +22,7 @@ use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::formats::temperatures;
 use crate::identify::{
-    self, Chosen, Identified, Model, NotKnown, Options, Problem, Suspicion, Warmed, automatic,
+    Chosen, Identified, Model, NotKnown, Options, Problem, Suspicion, Warmed, automatic,
     compensability, drifting, held_out, honesty, identify, lacking, misplaced, published, snoop,
     stated, thermal, unseen_senses, without,
 };
@@ -331,20 +331,4 @@ impl<'r, 'a> Rows<'r, 'a> {
             kept,
         })
     }
-}
-
-/// Pairs of parameters whose correlation is above this are listed.
-const CORRELATED: f64 = 0.9;
-
-/// The pairs of identified parameters that are hard to tell apart, by index, with their correlation.
-fn correlated(identified: &identify::Identified) -> Vec<(usize, usize, f64)> {
-    let covariance = &identified.covariance;
-    let count = identified.parameters.len();
-    let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    let of = |(i, j): (usize, usize)| {
-        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
-    };
-    all.map(|(i, j)| (i, j, of((i, j))))
-        .filter(|(_, _, r)| r.abs() > CORRELATED)
-        .collect()
 }

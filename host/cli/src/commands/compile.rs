@@ -1,7 +1,6 @@
 //! `trueaxis compile`
 
 mod answer;
-mod made;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -18,13 +17,13 @@ use super::target;
 use super::verdict;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
-use made::{Made, Wanted, Whole};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, Compensation, Document, Model};
 use trueaxis_tables::compile::{self, CompileError};
+use trueaxis_tables::made::{Made, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
@@ -93,6 +92,12 @@ pub struct Arguments {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// A compensation to make, and the file that it is for.
+struct Wanted {
+    output: PathBuf,
+    options: compile::Options,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -294,13 +299,7 @@ impl Arguments {
             },
             Made::Proven(made) => Answer {
                 meets_tolerance: made.best.proof.meets(tolerance),
-                proven: Some(Proven::new(
-                    &made.best.built,
-                    &made.best.proof,
-                    made.uncertainty.as_ref(),
-                    tolerance,
-                    &made.reversals,
-                )),
+                proven: Some(Proven::new(made)),
                 missed: &made.missed,
                 refusals: &made.refusals,
                 full: made.best.full.as_ref(),

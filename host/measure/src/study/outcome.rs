@@ -1,6 +1,5 @@
 //! What an identification found, and how far it can be trusted.
 
-use super::identification::Identification;
 use crate::direct::{DirectResult, Measurement};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
@@ -10,12 +9,11 @@ use crate::identify::{
     Stated, Suspicion, Warmed, contradicted, error_file,
 };
 use crate::plan::Remedy;
-use serde::{Serialize, Serializer};
 use trueaxis_model::errors::{ErrorModel, Parameter, covariance};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-/// All results. Serialised, it is an [`Identification`].
+/// All results. Serialised, they are an [`Identification`](super::Identification).
 #[derive(Clone, Debug)]
 pub struct Outcome<'a> {
     /// The nominal machine.
@@ -60,6 +58,8 @@ pub struct Outcome<'a> {
     pub unseen_senses: Option<String>,
 }
 
+/// Pairs of parameters whose correlation is above this are listed.
+const CORRELATED: f64 = 0.9;
 /// A result is doubtful if a larger part of the rows is suspicious.
 const SUSPECTED: f64 = 0.1;
 /// A motion explains rows that fit badly if this part of the squared residuals goes with it.
@@ -95,7 +95,15 @@ impl Outcome<'_> {
     /// Pairs of parameters (by index) whose correlation is above 0.9.
     #[must_use]
     pub fn correlated(&self) -> Vec<(usize, usize, f64)> {
-        super::correlated(&self.identified)
+        let covariance = &self.identified.covariance;
+        let count = self.identified.parameters.len();
+        let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+        let of = |i: usize, j: usize| {
+            covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
+        };
+        all.map(|(i, j)| (i, j, of(i, j)))
+            .filter(|(_, _, r)| r.abs() > CORRELATED)
+            .collect()
     }
 
     /// The error file, which refers to a file of covariances by its name.
@@ -124,11 +132,5 @@ impl Outcome<'_> {
     pub fn errors(&self) -> Result<ErrorModel, FileError> {
         let read = |_: &str| Ok(self.covariances());
         ErrorModel::with_files(&self.error_file("covariance.csv"), self.machine, &read)
-    }
-}
-
-impl Serialize for Outcome<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Identification::of(self).serialize(serializer)
     }
 }

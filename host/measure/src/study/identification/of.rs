@@ -13,6 +13,7 @@ use crate::identify::{
 use crate::plan::added;
 use crate::study::Outcome;
 use nalgebra::Vector3;
+use serde::{Serialize, Serializer};
 use trueaxis_model::errors::Parameter;
 
 /// Coverage factor of expanded uncertainties: 95 %.
@@ -390,5 +391,11 @@ impl From<&Compensability> for Change {
             is_small_before: one.is_small(),
             effect_um: one.effect.map(|effect| effect * 1e3),
         }
+    }
+}
+
+impl Serialize for Outcome<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Identification::of(self).serialize(serializer)
     }
 }

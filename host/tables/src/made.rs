@@ -1,0 +1,106 @@
+//! One compensation, made for the tolerance that was asked for or the finest one that fits, proven, and judged: what
+//! may be written, and what is to be said of it.
+
+use crate::compile::{
+    Best, CompileError, Options, Progress, Refusal, Warning, best, over_bounds, worse,
+};
+use crate::reversal::{Reversal, reversals};
+use crate::target::Shortage;
+use crate::uncertainty::{OverTravel, over_travel};
+use crate::validate::Runtime;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+
+/// What was made.
+pub enum Made {
+    /// The target lacks the capacity.
+    NoRoom(Vec<Shortage>),
+    /// It fits and has been proven.
+    Proven(Box<Whole>),
+}
+
+/// A compensation and everything known about it.
+pub struct Whole {
+    /// The bytes, and the tolerance that they are judged by.
+    pub best: Best,
+    /// The 95 % band of the error that uncertain parameters leave.
+    pub uncertainty: Option<OverTravel>,
+    /// What happens where axes reverse.
+    pub reversals: Vec<Reversal>,
+    /// What to look at although it may be written.
+    pub warnings: Vec<Warning>,
+    /// Reasons not to write it.
+    pub refusals: Vec<Refusal>,
+    /// Limits missed by a scheme that guarantees none.
+    pub missed: Vec<Refusal>,
+}
+
+impl Made {
+    /// For the given tolerance (µm), or else for the one that [`best`] finds.
+    ///
+    /// # Errors
+    /// [`CompileError`] if there are no such tables.
+    pub fn new(
+        machine: &Machine,
+        errors: &ErrorModel,
+        options: &Options,
+        asked: Option<f64>,
+        bar: &dyn Progress,
+    ) -> Result<Self, CompileError> {
+        // The bytes are proven before writing; writing reads them back and compares.
+        let best = match best(machine, errors, options, asked, bar) {
+            Ok(best) => best,
+            Err(CompileError::NoRoom { shortages, .. }) => return Ok(Self::NoRoom(shortages)),
+            Err(error) => return Err(error),
+        };
+        let runtime = Runtime::load(&best.built.blob)?;
+        let uncertainty = over_travel(&runtime.kinematics(machine, errors), options.seed)?;
+        let reversals = reversals(&runtime);
+        drop(runtime);
+        let refusals = best.proof.refusals(best.tolerance);
+        let (refusals, missed) = match options.scheme.keeps_tolerance() {
+            true => (refusals, Vec::new()),
+            false => (Vec::new(), refusals),
+        };
+        let mut warnings = best.built.warnings.clone();
+        warnings.extend(over_bounds(&best.built.bounds, &best.proof.travel.largest));
+        warnings.extend(worse(&best.proof, best.tolerance));
+        Ok(Self::Proven(Box::new(Whole {
+            warnings,
+            best,
+            uncertainty,
+            reversals,
+            refusals,
+            missed,
+        })))
+    }
+
+    /// The tolerance (µm) that it was judged by; `None` if it does not fit.
+    #[must_use]
+    pub fn tolerance(&self) -> Option<f64> {
+        match self {
+            Self::NoRoom(_) => None,
+            Self::Proven(made) => Some(made.best.tolerance),
+        }
+    }
+
+    /// True if there is nothing to refuse.
+    #[must_use]
+    pub fn is_right(&self) -> bool {
+        match self {
+            Self::NoRoom(_) => false,
+            Self::Proven(made) => made.refusals.is_empty(),
+        }
+    }
+
+    /// True if it may be written; `best_effort` waives the refusals that allow it.
+    #[must_use]
+    pub fn may_be_written(&self, best_effort: bool) -> bool {
+        match self {
+            Self::NoRoom(_) => false,
+            Self::Proven(made) => {
+                (made.refusals.iter()).all(|refusal| best_effort && refusal.yields_to_best_effort())
+            }
+        }
+    }
+}
