@@ -321,13 +321,18 @@ async function firstView(browser, kind) {
   await new Promise((resolve) => setTimeout(resolve, 800));
   const link = await tab.evaluate(() => location.href);
   await tab.reload();
-  for (const place of [tab, await browser.newPage()]) {
-    if (place !== tab) await place.goto(link);
+  const isThere = async (place) => {
     await settled(place);
-    const [value, on] = [await place.$eval("#squareness-number", (e) => e.value), await place.$eval("#tables", (e) => e.getAttribute("aria-checked"))];
+    const value = await place.$eval("#squareness-number", (e) => e.value);
+    const on = await place.$eval("#tables", (e) => e.getAttribute("aria-checked"));
     if (value !== "82.5" || on !== "true") fault(`after a reload: ${value} arcsec, tables ${on}`);
-    if (place !== tab) await place.close();
-  }
+  };
+  await isThere(tab);
+  // A page that is not in front is not drawn.
+  const other = await browser.newPage();
+  await other.goto(link);
+  await isThere(other);
+  await other.close();
   await tab.bringToFront();
   // Another machine, and back.
   await tab.click('#cards button[data-of="mill-21"]');
