@@ -48,7 +48,7 @@ async function open(browser, name, width = 1400, before = () => {}) {
   tab.on("request", (request) => {
     const url = request.url();
     // Firefox reports its own font and icon.
-    if (url !== `file://${page}` && !/^(blob|data):/.test(url)) fault(`asks for ${url}`);
+    if (url.split("#")[0] !== `file://${page}` && !/^(blob|data):/.test(url)) fault(`asks for ${url}`);
   });
   await tab.evaluateOnNewDocument(before);
   await tab.goto(`file://${page}`);
@@ -383,7 +383,9 @@ async function builds(browser, kind) {
   const { status, stderr } = native(where, ["compile", "machine.toml", "errors.toml", "-o", "machine.trax"]);
   if (status !== 0) fault(`the built machine: ${stderr}`);
   else await same(tab, fault, "the built machine", "machine.trax", readFileSync(join(where, "machine.trax")));
-  // With its tables on, the drawn machine lies on the one without errors: every dashed outline is a drawn face.
+  // With its tables on, the drawn machine lies on the one without errors: every dashed outline is a drawn face. An angle about the
+  // tool would stay.
+  await slide(tab, "#squareness", 0);
   await settled(tab);
   const apart = () =>
     tab.evaluate(() => {
