@@ -309,7 +309,7 @@ async function firstView(browser, kind) {
   if (!/^A perfect circle/.test(await text(tab, "#sentence"))) fault("without errors it does not say so");
   await slide(tab, "#squareness", 400);
   await settled(tab);
-  await tab.click("#tables");
+  await tab.click("#tables-switch");
   await tab.waitForFunction(() => /^Round to/.test(document.querySelector("#sentence").textContent));
   await tab.waitForFunction(() => window.trueaxisPage.stage.acts === 1);
   if (!(await tab.$("#stage-circle .ghost"))) fault("the error that was there is not seen any more");
@@ -324,7 +324,7 @@ async function firstView(browser, kind) {
   const isThere = async (place) => {
     await settled(place);
     const value = await place.$eval("#squareness-number", (e) => e.value);
-    const on = await place.$eval("#tables", (e) => e.getAttribute("aria-checked"));
+    const on = await place.$eval("#tables-switch", (e) => e.getAttribute("aria-checked"));
     if (value !== "82.5" || on !== "true") fault(`after a reload: ${value} arcsec, tables ${on}`);
   };
   await isThere(tab);
@@ -397,7 +397,7 @@ async function builds(browser, kind) {
     });
   await tab.$eval("#pause", (button) => button.click());
   const off = await apart();
-  await tab.$eval("#tables", (button) => button.click());
+  await tab.$eval("#tables-switch", (button) => button.click());
   await tab.waitForFunction(() => window.trueaxisPage.stage.acts === 1);
   const on = await apart();
   if (!(off > 5) || !(on < 0.2 * off)) fault(`drawn with tables off ${off} px from the ideal machine, on ${on} px`);
