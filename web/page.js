@@ -667,8 +667,8 @@
       );
     announce(words.strong + words.rest);
     const can = Boolean(stage.machine?.model.tables);
-    $("tables").disabled = !can;
-    $("tables").setAttribute("aria-checked", String(stage.wanted === 1));
+    $("tables-switch").disabled = !can;
+    $("tables-switch").setAttribute("aria-checked", String(stage.wanted === 1));
     $("tables-word").textContent = stage.wanted ? "on" : "off";
     const isBroken = !problemStays && Boolean($("problem").firstChild);
     $("tables-note").textContent = isBroken
@@ -1118,7 +1118,7 @@
       check();
       keep();
     });
-  $("tables").addEventListener("click", () => {
+  $("tables-switch").addEventListener("click", () => {
     isOn = !stage.wanted;
     stage.act(isOn);
     tell();

@@ -5,8 +5,8 @@ const Stage = (() => {
   const { sub, dot, unit } = Scene;
   const { element } = Sliders;
 
-  /** Points of a circle. */
-  const POINTS = 144;
+  /** Points of a circle; half a point beside the axes, the diagonals are among them, where an ellipse of an angle is longest. */
+  const POINTS = 148;
   /** Seconds of one turn, and in which tables come and go. */
   const [TURN, FADE] = [7, 0.5];
   /** Radius of the drawn circle, and how far from it the largest error is drawn (parts of it). */
