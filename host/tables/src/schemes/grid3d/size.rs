@@ -11,18 +11,21 @@ use trueaxis_model::parallel;
 /// Number of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;
 
-/// The smallest number of nodes of an axis.
-const LEAST: usize = 2;
+/// The smallest number of nodes of an axis. Three if one has no ends: its last node is its first.
+fn least(kinematics: &Kinematics<'_>, axes: [usize; 3]) -> usize {
+    let machine = kinematics.machine;
+    2 + usize::from(axes.iter().any(|i| machine.axes[*i].modulo))
+}
 
 /// The inputs of the choice.
 pub struct Sizing<'a> {
     kinematics: &'a Kinematics<'a>,
     axes: [usize; 3],
-    /// Position of the rotary axes (mm, rad).
+    /// Position of the other axes (mm, rad).
     at: PerAxis,
     zone: Zone,
     wanted: &'a Wanted,
-    /// Random commands (mm, rad) in the zone, with the rotary axes at `at`.
+    /// Random commands (mm, rad) in the zone, with the other axes at `at`.
     commands: Vec<PerAxis>,
 }
 
@@ -40,7 +43,7 @@ impl<'a> Sizing<'a> {
             for (axis, [low, high]) in axes.into_iter().zip(zone) {
                 let [from, to] = kinematics.machine.axes[axis].travel;
                 let part = (f64::from(command.axes[axis]) - from) / (to - from);
-                q[axis] = low + (high - low) * part;
+                q[axis] = kinematics.machine.axes[axis].to_kinematic(low + (high - low) * part);
             }
             q
         });
@@ -62,7 +65,7 @@ impl<'a> Sizing<'a> {
         let most = self.wanted.most;
         let mut sizes = match self.wanted.per_axis {
             true => self.along_each()?,
-            false => [LEAST; 3],
+            false => [least(self.kinematics, self.axes); 3],
         };
         let mut mesh = self.mesh(sizes)?;
         let mut left = self.left(&mesh);
@@ -126,7 +129,7 @@ impl<'a> Sizing<'a> {
     /// For each axis, the smallest number of nodes to which one more adds less than the threshold, if corrections
     /// were exact along the others; the largest permitted number if there is none.
     fn along_each(&self) -> Result<[usize; 3], NotConverged> {
-        let mut sizes = [LEAST; 3];
+        let mut sizes = [least(self.kinematics, self.axes); 3];
         for (k, size) in sizes.iter_mut().enumerate() {
             let mut left = self.left_along(k, *size)?;
             while *size < self.wanted.most {
@@ -144,7 +147,8 @@ impl<'a> Sizing<'a> {
     /// Eq. 12 if corrections are interpolated along one axis only, between `nodes` nodes.
     fn left_along(&self, k: usize, nodes: usize) -> Result<[f64; 3], NotConverged> {
         let (kinematics, axis) = (self.kinematics, self.axes[k]);
-        let nodes = evenly(self.zone[k], nodes);
+        let of_axis = &kinematics.machine.axes[axis];
+        let nodes = evenly(self.zone[k].map(|q| of_axis.to_kinematic(q)), nodes);
         let of = |q: &PerAxis| {
             let (first, ratio) = before(&nodes, q[axis]);
             let mut dq = PerAxis::default();
