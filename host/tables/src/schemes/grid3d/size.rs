@@ -11,11 +11,11 @@ use trueaxis_model::parallel;
 /// Number of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;
 
-/// The smallest number of nodes of an axis. Three if one has no ends: its last node is its first.
-fn least(kinematics: &Kinematics<'_>, axes: [usize; 3]) -> usize {
-    let machine = kinematics.machine;
-    2 + usize::from(axes.iter().any(|i| machine.axes[*i].modulo))
-}
+/// The smallest number of nodes of a linear axis.
+const LEAST: usize = 2;
+/// The largest distance (deg) between nodes of a rotary axis. With half a turn or more, nodes may all lie at the zeros of a
+/// sine, and one more changes nothing.
+const APART: f64 = 45.0;
 
 /// The inputs of the choice.
 pub struct Sizing<'a> {
@@ -65,7 +65,7 @@ impl<'a> Sizing<'a> {
         let most = self.wanted.most;
         let mut sizes = match self.wanted.per_axis {
             true => self.along_each()?,
-            false => [least(self.kinematics, self.axes); 3],
+            false => self.least(),
         };
         let mut mesh = self.mesh(sizes)?;
         let mut left = self.left(&mesh);
@@ -84,13 +84,12 @@ impl<'a> Sizing<'a> {
                     change_um: 1e3 * change,
                 });
             }
-            if self.wanted.per_axis {
-                sizes = sizes.map(|n| (n + 1).min(most));
+            sizes = sizes.map(|n| (n + 1).min(most));
+            if sizes == finer.sizes() {
+                (mesh, left) = (finer, left_by_finer);
+            } else {
                 mesh = self.mesh(sizes)?;
                 left = self.left(&mesh);
-            } else {
-                sizes = finer.sizes();
-                (mesh, left) = (finer, left_by_finer);
             }
         }
     }
@@ -99,6 +98,20 @@ impl<'a> Sizing<'a> {
     pub fn left_by(&self, nodes: usize) -> Result<f64, NotConverged> {
         let [x, y, z] = self.left(&self.mesh([nodes; 3])?);
         Ok((x * x + y * y + z * z).sqrt())
+    }
+
+    /// The smallest number of nodes along each axis.
+    fn least(&self) -> [usize; 3] {
+        std::array::from_fn(|k| {
+            let [low, high] = self.zone[k];
+            match self.kinematics.machine.axes[self.axes[k]]
+                .letter
+                .is_rotary()
+            {
+                true => (((high - low) / APART).ceil() as usize + 1).min(self.wanted.most),
+                false => LEAST,
+            }
+        })
     }
 
     fn mesh(&self, sizes: [usize; 3]) -> Result<Mesh<'a>, NotConverged> {
@@ -129,7 +142,7 @@ impl<'a> Sizing<'a> {
     /// For each axis, the smallest number of nodes to which one more adds less than the threshold, if corrections
     /// were exact along the others; the largest permitted number if there is none.
     fn along_each(&self) -> Result<[usize; 3], NotConverged> {
-        let mut sizes = [least(self.kinematics, self.axes); 3];
+        let mut sizes = self.least();
         for (k, size) in sizes.iter_mut().enumerate() {
             let mut left = self.left_along(k, *size)?;
             while *size < self.wanted.most {
