@@ -116,7 +116,7 @@ const ROWS: [(&str, &str, &str, &str, f64); 23] = [
         "mean error: before",
         "raw",
         "mean error: before",
-        2.5,
+        1.5,
     ),
     (
         CHAPTER_7,
