@@ -229,9 +229,19 @@ def chapter_7(found):
     machine = Machine(HURON / "machine.toml")
     errors = parameters(HURON / "errors-13.toml")
     random = np.random.default_rng(2)
+    # Levers (mm) of Table 7-2: the effect (µm) of a parameter by its value.
+    printed = {"EXX1": 3.0, "EYY1": 1.8, "EZZ1": 11.3, "EA0Z": 17.2}
+    x, y, height, above = (1e-3 * printed[n] / abs(errors[n]) for n in printed)
+    part = 2 * x / 650 + 2 * y / 700
+    half = {"X": 2 * x, "Y": 2 * y, "Z": part * 225}
+    machine.tip[1] = height - above
     q = {axis["name"]: random.uniform(*axis["range"], 20000) for axis in machine.axes}
+    for name, middle in (("X", 0), ("Y", 0), ("Z", height)):
+        q[name] = middle + random.uniform(-half[name], half[name], 20000)
     found["mean error: before"] = lengths(machine.error(q, errors)).mean()
-    for name in ("EZZ1", "EA0Z"):
+    later = parameters(HURON / "errors-13-after.toml")
+    found["mean error: after"] = lengths(machine.error(q, later)).mean()
+    for name in ("EZZ1", "EA0Z", "EB0A"):
         found[f"mean error by {name}, before"] = lengths(machine.error(q, {name: errors[name]})).mean()
 
 

@@ -214,7 +214,7 @@ def main(machine_file, errors_file, observations_file):
         actual = machine.spindle_in_workpiece(q, signs, True)
         point, planned = moved(actual, tip), moved(nominal, tip)
         first.setdefault(name, planned)
-        default = first[name] if kind == "displacement" else [0.0] * 3
+        default = first[name] if kind in ("displacement", "surface") else [0.0] * 3
         place = entry.get("place_mm", default)
         turn = turn_of(frame({"orientation_deg": entry.get("orientation_deg", [0.0] * 3)}))
         away = less(point, place)
@@ -236,6 +236,14 @@ def main(machine_file, errors_file, observations_file):
             from_zero = product(excess, transposed(turn))
             reads = [dot(direction(machine, q, row["reads"]), twist(from_zero))]
             read, scale = [float(row["angle_urad"]) * 1e-6], 1e6
+        elif kind == "surface":
+            normal = unit([float(row["normal_" + c]) for c in "xyz"])
+            in_part, meant = (
+                [dot(column, less(p, place if k == 0 else first[name])) for column in transposed(turn)]
+                for k, p in enumerate((point, planned))
+            )
+            reads = [dot(normal, less(in_part, meant))]
+            read, scale = [float(row["deviation_um"]) * 1e-3], 1e3
         residuals = [(a - b) * scale for a, b in zip(read, reads)]
         print(line, kind, *(f"{value:.9e}" for value in residuals))
 

@@ -27,14 +27,20 @@ impl<'a> Strategy<'a> {
         }
     }
 
-    /// Adds a row: positions (mm, deg), direction of the reading, standard uncertainty (µm, µrad).
+    /// Adds a row: positions (mm, deg), direction of the reading (of a surface its normal: `0 0 1`), standard uncertainty
+    /// (µm, µrad).
     pub fn add(&mut self, kind: &str, setup: &str, position: &[f64], reads: &str, sigma: f64) {
         let position: Vec<String> = position.iter().map(|q| format!("{q:.6}")).collect();
         let readings = match kind {
-            "length" => "0,,,,,",
-            "point" => ",0,0,0,,",
-            "displacement" => ",,,,0,",
-            _ => ",,,,,0",
+            "length" => "0,,,,,,",
+            "point" => ",0,0,0,,,",
+            "displacement" => ",,,,0,,",
+            "angle" => ",,,,,0,",
+            _ => ",,,,,,0",
+        };
+        let reads = match kind {
+            "surface" => format!(",{}", reads.replace(' ', ",")),
+            _ => format!("{reads},,,"),
         };
         let sigmas = match kind {
             "angle" => format!(",{sigma}"),
@@ -63,7 +69,7 @@ impl<'a> Strategy<'a> {
         let axes = self.machine.axes.iter().map(|a| a.letter.to_string());
         let axes = axes.collect::<Vec<_>>().join(",");
         let mut text = format!(
-            "{}kind,setup,{axes},reads,length_mm,x_mm,y_mm,z_mm,displacement_um,angle_urad,sigma_um,sigma_urad,time_s\n",
+            "{}kind,setup,{axes},reads,normal_x,normal_y,normal_z,length_mm,x_mm,y_mm,z_mm,displacement_um,angle_urad,deviation_um,sigma_um,sigma_urad,time_s\n",
             self.heading
         );
         for row in &self.rows {
@@ -119,6 +125,19 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
     if has("angle") {
         line("angle", "level", 'Y', "tool +Y to +Z", 0.5);
         line("angle", "calibrator", 'C', "tool +C", 2.0);
+    }
+    if has("surface") {
+        let normals = ["1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0.6 0 0.8"];
+        for k in 0..60 {
+            let position = strategy.anywhere(0.9, random);
+            strategy.add(
+                "surface",
+                "part",
+                &position,
+                normals[k % normals.len()],
+                1.0,
+            );
+        }
     }
     strategy
 }

@@ -1,10 +1,12 @@
 //! Compares schemes on one machine.
 
 pub mod probed;
+mod single;
 
 use crate::identify::{Compensated, IdentifyError};
 use crate::simulate::SimulateError;
 use probed::Strategy;
+pub use single::{Single, Taken, single};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{self, CompileError, Compiled, Progress, Size};

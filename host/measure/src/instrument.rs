@@ -1,6 +1,7 @@
 //! Instruments: what each reads of the tool, and how that depends on its set-up.
 //!
-//! An instrument stands on the workpiece and observes a point of the tool or the tool's orientation. Each kind is one
+//! An instrument stands on the workpiece and observes a point of the tool or the tool's orientation; a part that was cut
+//! shows where the tool was. Each kind is one
 //! file with its reading from exact poses, and one line of [`Kind::instrument`]. All readings are in mm; angles are
 //! read over [`LEVER`], so that 1 µrad counts as 1 µm.
 
@@ -8,6 +9,7 @@ mod angle;
 mod displacement;
 mod length;
 mod point;
+mod surface;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 use std::fmt;
@@ -31,6 +33,8 @@ pub enum Kind {
     Displacement,
     /// Deviation of the tool's orientation from its command about one axis: angle interferometer, level, calibrator.
     Angle,
+    /// Deviation of a surface of a part along its normal: a part that the machine has cut, on a measuring machine.
+    Surface,
 }
 
 /// How an instrument is set up. Each kind uses some of it.
@@ -40,7 +44,7 @@ pub struct Setting {
     pub place: Vector3<f64>,
     /// Its orientation: a rotation matrix.
     pub turn: Matrix3<f64>,
-    /// Length (mm) that its readings lack.
+    /// Length (mm) that its readings lack; of a part, by how much the radius of its tool is too large.
     pub length: f64,
 }
 
@@ -63,6 +67,8 @@ pub enum Part {
     Turn(usize),
     /// Its length (mm).
     Length,
+    /// The radius of the tool that cut a part, in excess of the program's (mm).
+    Radius,
 }
 
 impl fmt::Display for Part {
@@ -72,6 +78,7 @@ impl fmt::Display for Part {
             Self::Place(i) => write!(f, "place in {}", coordinate(i)),
             Self::Turn(i) => write!(f, "rotation about {}", coordinate(i)),
             Self::Length => write!(f, "dead length"),
+            Self::Radius => write!(f, "radius of the tool"),
         }
     }
 }
@@ -86,7 +93,7 @@ impl Setting {
                 let turn = Rotation3::from_scaled_axis(Vector3::ith(k, change));
                 self.turn = turn.matrix() * self.turn;
             }
-            Part::Length => self.length += change,
+            Part::Length | Part::Radius => self.length += change,
         }
         self
     }
@@ -102,6 +109,8 @@ pub struct Commanded {
     /// Orthonormal directions of the linear axes (workpiece frame): the frame in which a direction of reading turns.
     pub ways: Matrix3<f64>,
     /// Direction along or about which a growing reading means that the tool has gone too far (workpiece frame).
+    ///
+    /// Of a [`Kind::Surface`] this is its normal, and both are in the coordinates of the part.
     pub along: Vector3<f64>,
     nominal: Matrix3<f64>,
 }
@@ -218,7 +227,7 @@ impl Given {
     #[must_use]
     pub fn sigma(&self, part: Part) -> Option<f64> {
         match part {
-            Part::Place(_) => None,
+            Part::Place(_) | Part::Radius => None,
             Part::Turn(_) => self.turn_sigma,
             Part::Length => self.length_sigma,
         }
@@ -267,7 +276,13 @@ pub trait Instrument: Sync {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 4] = [Self::Length, Self::Point, Self::Displacement, Self::Angle];
+    pub const ALL: [Self; 5] = [
+        Self::Length,
+        Self::Point,
+        Self::Displacement,
+        Self::Angle,
+        Self::Surface,
+    ];
 
     /// Its reading.
     #[must_use]
@@ -277,6 +292,7 @@ impl Kind {
             Self::Point => &point::Point,
             Self::Displacement => &displacement::Displacement,
             Self::Angle => &angle::Angle,
+            Self::Surface => &surface::Surface,
         }
     }
 
@@ -288,6 +304,7 @@ impl Kind {
             Self::Point => "point",
             Self::Displacement => "displacement",
             Self::Angle => "angle",
+            Self::Surface => "surface",
         }
     }
 
@@ -299,6 +316,7 @@ impl Kind {
             Self::Point => "a point",
             Self::Displacement => "a displacement",
             Self::Angle => "an angle",
+            Self::Surface => "a surface",
         }
     }
 
@@ -310,6 +328,7 @@ impl Kind {
             Self::Point => (&["x_mm", "y_mm", "z_mm"], 1.0),
             Self::Displacement => (&["displacement_um"], 1e-3),
             Self::Angle => (&["angle_urad"], 1e-6 * LEVER),
+            Self::Surface => (&["deviation_um"], 1e-3),
         }
     }
 

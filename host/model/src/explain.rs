@@ -7,6 +7,7 @@
 mod bench;
 mod choose;
 mod instrument;
+mod minimal;
 mod nothing;
 mod sentence;
 mod single_entry;
@@ -15,6 +16,7 @@ use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
 pub use bench::{Bench, Deviation, State};
 pub use instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
+pub use minimal::MinimalParameters;
 pub use sentence::number;
 pub use single_entry::{Alone, EntryKind, Nature};
 

@@ -165,6 +165,18 @@ impl Example {
         self
     }
 
+    /// The same with the travel of a linear axis, and the tool (mm).
+    pub fn with_zone(mut self, zone: &[(char, [f64; 2])], tool: f64) -> Self {
+        for (letter, travel) in zone {
+            if let Some(index) = self.machine.index(*letter) {
+                self.machine.axes[index].travel = *travel;
+            }
+        }
+        let along = self.machine.tool_axis;
+        self.machine.tip[along] = tool;
+        self
+    }
+
     /// The same with every axis limited to the probed range (sections 5.9.2 and 6.8).
     pub fn within_probed(mut self, probed: &Probings) -> Self {
         for (index, axis) in self.machine.axes.iter_mut().enumerate() {

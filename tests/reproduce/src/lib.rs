@@ -2,8 +2,8 @@
 //!
 //! Parameters, strategies and machines are those published in the document, as contained in the files of `examples/`.
 //! What it does not publish (ball positions, tool lengths, some travels) is assumed in these files. Nothing is fitted
-//! to the document's results but the places of its ball and of its
-//! ball-bar, which the chapters say.
+//! to the document's results but the places of its ball and of its ball-bar, and the zone of the Huron, which the chapters
+//! say.
 
 mod ball;
 mod ballbar;

@@ -1,6 +1,6 @@
 //! The page in `docs/evidence`.
 
-use super::{Chapter, Figure, Fixed, Reproduced, Table};
+use super::{Chapter, Figure, Fixed, Reproduced};
 use std::fmt::Write;
 
 const HEAD: &str = "# The document's figures, recomputed
@@ -20,8 +20,9 @@ another place of ball and stylus would explain). Misprints: [The source document
 #[must_use]
 pub fn page(reproduced: &Reproduced) -> String {
     let mut text = HEAD.to_owned();
-    for chapter in &reproduced.chapters {
-        write_chapter(&mut text, chapter);
+    let chapters = &reproduced.chapters;
+    for parts in chapters.chunk_by(|a, b| title(a).0 == title(b).0) {
+        write_chapter(&mut text, parts);
     }
     if !reproduced.not_reproduced.is_empty() {
         text += "\n## What cannot be recomputed\n\n| what | what would be needed |\n|---|---|\n";
@@ -32,26 +33,46 @@ pub fn page(reproduced: &Reproduced) -> String {
     text
 }
 
-fn write_chapter(text: &mut String, chapter: &Chapter) {
-    let _ = write!(text, "\n## {}\n\n", chapter.title);
-    wrap(text, "", chapter.how);
-    if !chapter.compared.is_empty() {
-        write_compared(text, chapter);
+/// The chapter and its part.
+fn title(chapter: &Chapter) -> (&str, &str) {
+    chapter
+        .title
+        .split_once(": ")
+        .unwrap_or((chapter.title, ""))
+}
+
+/// One table for all parts of a chapter, with every reason once.
+fn write_chapter(text: &mut String, parts: &[Chapter]) {
+    match parts {
+        [only] => {
+            let _ = write!(text, "\n## {}\n\n", only.title);
+            wrap(text, "", only.how);
+        }
+        _ => {
+            let _ = write!(text, "\n## {}\n\n", title(&parts[0]).0);
+            for part in parts {
+                wrap(text, "- ", &format!("**{}**: {}", title(part).1, part.how));
+            }
+        }
     }
-    for picture in &chapter.pictures {
+    write_compared(text, parts);
+    for picture in parts.iter().flat_map(|part| &part.pictures) {
         let _ = write!(
             text,
             "\n![{}](pictures/{}.svg)\n",
             picture.title, picture.name
         );
     }
-    for table in &chapter.tables {
-        write_table(text, table);
+    let mut fixed: Vec<&Fixed> = Vec::new();
+    for one in parts.iter().flat_map(|part| &part.fixed) {
+        if !fixed.contains(&one) {
+            fixed.push(one);
+        }
     }
-    write_statements(text, "Fixed from outside", &chapter.fixed);
+    write_statements(text, "Fixed from outside", &fixed);
 }
 
-fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
+fn write_statements(text: &mut String, head: &str, statements: &[&Fixed]) {
     if statements.is_empty() {
         return;
     }
@@ -63,56 +84,49 @@ fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
     }
 }
 
-fn write_compared(text: &mut String, chapter: &Chapter) {
+fn write_compared(text: &mut String, parts: &[Chapter]) {
     let mut reasons: Vec<&str> = Vec::new();
     text.push_str(
         "\n| figure | quantity | where | | document | ours | exact, orientation | exact, direction | why |\n\
         |---|---|---|---|--:|--:|--:|--:|--:|\n",
     );
-    for one in &chapter.compared {
-        let why = one.why.map_or(String::new(), |why| {
-            let known = reasons.iter().position(|reason| *reason == why);
-            let number = known.unwrap_or_else(|| {
-                reasons.push(why);
-                reasons.len() - 1
+    for part in parts {
+        if parts.len() > 1 {
+            let _ = writeln!(text, "| **{}** | | | | | | | | |", title(part).1);
+        }
+        for one in &part.compared {
+            let why = one.why.map_or(String::new(), |why| {
+                let known = reasons.iter().position(|reason| *reason == why);
+                let number = known.unwrap_or_else(|| {
+                    reasons.push(why);
+                    reasons.len() - 1
+                });
+                (number + 1).to_string()
             });
-            (number + 1).to_string()
-        });
-        let figures = [
-            &one.document,
-            &one.ours,
-            &one.exact_orientation,
-            &one.exact_direction,
-        ];
-        let figures = figures.map(Figure::text).join(" | ");
-        let quantity = one.quantity.word();
-        let source = match one.source {
-            "" => chapter.source,
-            source => source,
-        };
-        let _ = writeln!(
-            text,
-            "| {} | {quantity} | {source} | {} | {figures} | {why} |",
-            one.what, one.unit
-        );
+            let figures = [
+                &one.document,
+                &one.ours,
+                &one.exact_orientation,
+                &one.exact_direction,
+            ];
+            let figures = figures.map(Figure::text).join(" | ");
+            let quantity = one.quantity.word();
+            let source = match one.source {
+                "" => part.source,
+                source => source,
+            };
+            let _ = writeln!(
+                text,
+                "| {} | {quantity} | {source} | {} | {figures} | {why} |",
+                one.what, one.unit
+            );
+        }
     }
     if !reasons.is_empty() {
         text.push_str("\nWhy:\n\n");
         for (number, reason) in reasons.iter().enumerate() {
             wrap(text, &format!("{}. ", number + 1), &format!("{reason}."));
         }
-    }
-}
-
-fn write_table(text: &mut String, table: &Table) {
-    let _ = write!(text, "\n**{}**\n\n| {} |", table.title, table.of);
-    for column in &table.columns {
-        let _ = write!(text, " {column} |");
-    }
-    let _ = writeln!(text, "\n|---|{}", "--:|".repeat(table.columns.len()));
-    for (name, figures) in &table.rows {
-        let figures: Vec<String> = figures.iter().map(Figure::text).collect();
-        let _ = writeln!(text, "| {name} | {} |", figures.join(" | "));
     }
 }
 

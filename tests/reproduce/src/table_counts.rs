@@ -39,6 +39,9 @@ const EFFECTS: [(&str, [f64; 2]); 13] = [
     ("EY0C", [1.0, 3.9]),
 ];
 
+/// Parameters whose effects show the zone.
+const FITTED: [&str; 4] = ["EXX1", "EYY1", "EZZ1", "EA0Z"];
+
 /// Mean movement of the tip due to errors at commands (µm), with or without tables.
 fn mean(
     example: &Example,
@@ -83,19 +86,67 @@ fn drawn(example: &Example, known: &ErrorModel, seed: u64) -> ErrorModel {
     machine
 }
 
-const PLACES: &str = "2000 random positions of the travel of this file, where the document has 10 of its own: its levers are \
-    the effects by the parameters, 377 mm for EZZ1, 162 for EA0Z, 116 for EXX1 and 126 for EYY1. So it probed with Z \
-    near 377 mm in the frame of Eq. 59 and a tool of about 214 mm";
+/// Travels (mm) of the tables in Figure 7.3.
+const TRAVELS: [(char, f64); 3] = [('X', 650.0), ('Y', 700.0), ('Z', 450.0)];
+
+/// Where the Huron was probed, inferred from the effects before compensation of four parameters of Table 7-2 and the
+/// travels of Figure 7.3.
+struct Zone {
+    /// Middle of Z in the frame of Eq. 59 (mm).
+    height: f64,
+    /// Half of the range of X, Y and Z (mm).
+    halves: [f64; 3],
+    /// Part of the travels that these are.
+    part: f64,
+    /// Length of the tool (mm).
+    tool: f64,
+}
+
+impl Zone {
+    fn inferred(errors: &ErrorModel) -> Self {
+        // The mean lever is the effect of a parameter over its value.
+        let lever = |name: &str| {
+            let printed = EFFECTS.iter().find(|(n, _)| *n == name);
+            let value = Parameter::parse(name).and_then(|p| errors.parameters.get(&p));
+            let of = |(_, [before, _]): &(&str, [f64; 2])| 1e-3 * before;
+            printed.map_or(f64::NAN, of) / value.copied().unwrap_or(f64::NAN).abs()
+        };
+        let [x, y, height, above] = FITTED.map(lever);
+        // Positions scatter evenly around the middle of X and Y: the mean distance from there is half of the largest.
+        let [x, y] = [2.0 * x, 2.0 * y];
+        let [of_x, of_y, of_z] = TRAVELS.map(|(_, travel)| travel);
+        let part = x / of_x + y / of_y;
+        Self {
+            height,
+            halves: [x, y, 0.5 * part * of_z],
+            part,
+            // EA0Z has the lever Z − t, which is positive everywhere.
+            tool: height - above,
+        }
+    }
+
+    fn of(&self, example: Example) -> Example {
+        let [x, y, z] = self.halves;
+        let zone = [
+            ('X', [-x, x]),
+            ('Y', [-y, y]),
+            ('Z', [self.height - z, self.height + z]),
+        ];
+        example.with_zone(&zone, self.tool)
+    }
+}
+
+const INFERRED: &str = "from these four the zone was inferred: X, Y and Z − t are evenly spread, X and Y around the rotary     axes. X and Y reach over the same part of the travels of Figure 7.3, which Z was given, too";
+const PREDICTED: &str = "2000 random positions of the zone, where the document has 10";
 const OFFSETS: &str = "the same for every place: an offset of the spindle or of an axis moves the tip by as much as it is";
-const SAME: &str =
-    "the parameters of Table 7-2 with the document's tables on, beside those before, in our model";
-const DRAWN: &str = "the closed form itself leaves 0.01 µm. What the document left is the machine: with parameters that \
-    differ from those that the tables were made of by the uncertainty that Table 7-2 states (U, taken as two standard \
-    uncertainties, as everywhere here) so much would be left, in the mean of 200 machines; its own differed by more (EX0S is -11.0 µm after and -2.1 before, where 4.9 are \
-    stated)";
+const AFTER: &str =
+    "predicted by the parameters of Table 7-2 with the document's tables on, in the same zone";
+const DRAWN: &str = "the closed form itself leaves 0.01 µm: what the document left is the machine, whose parameters had     changed. By half of the U that Table 7-2 states for them alone so much would be left, in the mean of 200 machines (EX0S     is -11.0 µm after and -2.1 before, where 4.9 are stated)";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let example = huron()?;
+    let known = huron()?.errors(Parameters::Huron13)?;
+    let zone = Zone::inferred(&known);
+    let example = zone.of(huron()?);
     let machine = &example.machine;
     let before = example.errors(Parameters::Huron13)?;
     let after = example.errors(Parameters::Huron13After)?;
@@ -133,6 +184,31 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             .beside([0, 1].map(|i| Figure::count(exact[i].size.tables)))
             .because("tables of `exact` serve several axes, where the document's controller has one output for each"),
     );
+    let mm = |value: f64| Figure::new(value, 0);
+    let [x, y, z] = zone.halves;
+    let words = format!("±{x:.0}, ±{y:.0}, {:.0} ± {z:.0}", zone.height);
+    compared.extend([
+        Compared::plain(
+            "zone of the probings: X, Y, Z",
+            Figure::Nothing,
+            Figure::Words(words),
+        )
+        .from("-")
+        .in_unit("mm")
+        .because(INFERRED),
+        Compared::plain(
+            "… part of the travels",
+            Figure::Nothing,
+            mm(100.0 * zone.part),
+        )
+        .from("Figure 7.3")
+        .in_unit("%")
+        .because(INFERRED),
+        Compared::plain("… tool", Figure::Nothing, mm(zone.tool))
+            .from("-")
+            .in_unit("mm")
+            .because(INFERRED),
+    ]);
     let um = |value: f64| Figure::new(value, 1);
     let mut bars = Vec::new();
     for (name, printed) in EFFECTS {
@@ -149,7 +225,12 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
                 Compared::plain(what, um(printed[k]), um(found[k]))
                     .of(Quantity::Raw)
                     .in_unit("µm")
-                    .because(if is_offset { OFFSETS } else { PLACES }),
+                    .because(match (is_offset, k) {
+                        (true, _) => OFFSETS,
+                        (_, 0) if FITTED.contains(&name) => INFERRED,
+                        (_, 0) => PREDICTED,
+                        _ => AFTER,
+                    }),
             );
         }
     }
@@ -185,7 +266,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         Compared::plain("mean error: before", um(44.0), um(of[0]))
             .of(Quantity::Raw)
             .in_unit("µm")
-            .because(PLACES),
+            .because(PREDICTED),
         Compared::plain(
             "… after, by the parameters of Table 7-2",
             um(9.1),
@@ -193,10 +274,10 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         )
         .of(Quantity::Raw)
         .in_unit("µm")
-        .because(SAME),
+        .because(AFTER),
         Compared::plain("… compensated", Figure::new(79.0, 1), percent(of[1]))
             .in_unit("%")
-            .because(SAME),
+            .because(AFTER),
         Compared::plain(
             "… after, parameters as uncertain as stated",
             um(9.1),
@@ -242,7 +323,8 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         title: "Chapter 7: tables of the closed form",
         source: "Table 7-2",
         how: "The Huron with the 13 errors of Table 7-2, before and after the document's tables. The closed form is \
-            `fik`, with 101 points.",
+            `fik`, with 101 points. Positions, travels and tool are not published: they are inferred from four rows of \
+            Table 7-2, and the others are predicted.",
         compared,
         tables: Vec::new(),
         fixed,
@@ -286,7 +368,7 @@ fn picture(found: &[(&str, [f64; 2])]) -> Picture {
         name: "reproduced-7-6",
         drawn: Drawn::Bars(Bars {
             title: title.clone(),
-            label: "mean over the travel (µm)".to_owned(),
+            label: "mean over the zone (µm)".to_owned(),
             legend: ["after", "before", ""].map(str::to_owned),
             ink: Ink::Accent,
             bars: bars.collect(),

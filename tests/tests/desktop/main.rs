@@ -18,6 +18,7 @@ mod linearised;
 mod linuxcnc;
 mod measured_examples;
 mod measurement;
+mod minimal;
 mod observations;
 mod outside;
 mod plan;

@@ -22,7 +22,7 @@ use trueaxis_tests::{Fixed, usual_or_all};
 /// Where the instruments really are, which identification is not told.
 const SETUPS: &str = "# [setup.bar]\n# place_mm = [21.0, -14.0, 9.0]\n# dead_length_mm = 30.0\n# tool_mm = [0.03, -0.02, -74.5]\n\
 # [setup.tracker]\n# place_mm = [-400.0, 250.0, 120.0]\n# orientation_deg = [12.0, -31.0, 77.0]\n# tool_mm = [0.1, 0.2, -70.0]\n";
-const ALL: [&str; 4] = ["length", "point", "displacement", "angle"];
+const ALL: [&str; 5] = ["length", "point", "displacement", "angle", "surface"];
 
 /// The Kolibri with ten errors, and a scale of X that probings alone cannot tell.
 fn kolibri() -> (Case, Vec<Parameter>) {
@@ -50,7 +50,8 @@ fn found(
 fn without_noise_the_truth_is_found_from_any_kinds_together() {
     let (case, parameters) = kolibri();
     let probed = case.measured(&Disturbances::default());
-    let sets: [&[&str]; 6] = [
+    let sets: [&[&str]; 7] = [
+        &["surface"],
         &["length"],
         &["point"],
         &["displacement"],
@@ -495,11 +496,12 @@ fn anything(machine: &Machine, random: &mut Fixed) -> String {
         "# [setup.bar]\n# place_mm = [40.0, -70.0, 30.0]\n# dead_length_mm = 12.5\n# tool = \"ball\"\n# tool_mm = [1.0, 2.0, -90.0]\n\
 # [setup.rtest]\n# place_mm = [-55.0, 66.0, 77.0]\n# orientation_deg = [20.0, 130.0, -75.0]\n# tool = \"ball\"\n\
 # [setup.dial]\n# place_mm = [10.0, 20.0, 30.0]\n# orientation_deg = [0.2, -0.3, 0.1]\n\
-# [setup.level]\n# orientation_deg = [0.02, -0.01, 0.03]\n",
+# [setup.level]\n# orientation_deg = [0.02, -0.01, 0.03]\n\
+# [setup.part]\n# place_mm = [-5.0, 6.0, 7.0]\n# orientation_deg = [3.0, -100.0, 20.0]\n",
     );
     let _ = writeln!(
         text,
-        "kind,setup,{},{},S,reads,length_mm,x_mm,y_mm,z_mm,displacement_um,angle_urad",
+        "kind,setup,{},{},S,reads,normal_x,normal_y,normal_z,length_mm,x_mm,y_mm,z_mm,displacement_um,angle_urad,deviation_um",
         letters.join(","),
         directions.join(",")
     );
@@ -510,28 +512,39 @@ fn anything(machine: &Machine, random: &mut Fixed) -> String {
         "workpiece +Y to +Z",
         "tool +X to -Y",
     ];
-    for row in 0..40 {
-        let (kind, setup, reads, cells) = match row % 8 {
-            0 | 1 => ("length", "bar", String::new(), "0,,,,,"),
-            2 | 3 => ("point", "rtest", String::new(), ",0,0,0,,"),
+    for row in 0..45 {
+        let (kind, setup, reads, cells) = match row % 9 {
+            8 => (
+                "surface",
+                "part",
+                [",0.6,0,-0.8", ",0,1,0"][row / 9 % 2].to_owned(),
+                ",,,,,,0",
+            ),
+            0 | 1 => ("length", "bar", String::new(), "0,,,,,,"),
+            2 | 3 => ("point", "rtest", String::new(), ",0,0,0,,,"),
             4 => (
                 "displacement",
                 "laser",
-                reads[row / 8 % 3].to_owned(),
-                ",,,,0,",
+                reads[row / 9 % 3].to_owned(),
+                ",,,,0,,",
             ),
             5 => (
                 "angle",
                 "level",
-                format!("tool -{}", rotary[row / 8 % 2]),
-                ",,,,,0",
+                format!("tool -{}", rotary[row / 9 % 2]),
+                ",,,,,0,",
             ),
-            6 => ("angle", "zero", reads[3 + row / 8 % 2].to_owned(), ",,,,,0"),
+            6 => (
+                "angle",
+                "zero",
+                reads[3 + row / 9 % 2].to_owned(),
+                ",,,,,0,",
+            ),
             _ => (
                 "displacement",
                 "dial",
-                reads[row / 8 % 3].to_owned(),
-                ",,,,0,",
+                reads[row / 9 % 3].to_owned(),
+                ",,,,0,,",
             ),
         };
         let positions: Vec<String> = (machine.axes.iter())
@@ -540,6 +553,10 @@ fn anything(machine: &Machine, random: &mut Fixed) -> String {
         let signs: Vec<&str> = (machine.axes.iter())
             .map(|_| ["1", "-1", "0"][random.within(0.0, 2.999) as usize])
             .collect();
+        let reads = match kind {
+            "surface" => reads,
+            _ => format!("{reads},,,"),
+        };
         let spindle = random.within(0.0, 360.0);
         let _ = writeln!(
             text,

@@ -6,7 +6,9 @@ use super::files::{self, MachineFiles};
 use clap::Args;
 use serde::Serialize;
 use trueaxis_model::errors::Parameter;
-use trueaxis_model::explain::{EntryKind, Explained, Instrument, Sense, State, explain};
+use trueaxis_model::explain::{
+    EntryKind, Explained, Instrument, MinimalParameters, Sense, State, explain,
+};
 use trueaxis_model::machine::Machine;
 
 /// Explain each error parameter: what an instrument would show on this machine
@@ -15,7 +17,7 @@ use trueaxis_model::machine::Machine;
 /// model of the uncompensated machine on which only this error exists. Compare the sign with that of your
 /// measurement: a reading is positive if the tool goes too far, relative to the workpiece, in the direction of a
 /// positive command. If a parameter changes nothing on an aligned part, the sentence says so and names the parameter
-/// that you may have meant.
+/// that you may have meant. The last line counts the independent constants of the machine.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis explain examples/mill-21/machine.toml errors.toml\n\n\
@@ -36,6 +38,9 @@ struct Answer<'a> {
     machine: &'a str,
     axes: Vec<char>,
     explained: Vec<One>,
+    /// N = 4R + 2P + 6, and the location errors among them.
+    independent_constants: usize,
+    location_errors: usize,
 }
 
 /// One parameter, table or thermal change.
@@ -71,16 +76,19 @@ struct Shown {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     let explained = explain(&machine, &errors);
+    let minimal = MinimalParameters::of(&machine);
     if arguments.json {
         files::print_json(&Answer {
             machine: &machine.name,
             axes: machine.axes.iter().map(|a| a.letter.char()).collect(),
             explained: explained.iter().map(|e| One::new(&machine, e)).collect(),
+            independent_constants: minimal.all(),
+            location_errors: minimal.locations(),
         })?;
         return Ok(Outcome::Done);
     }
     let lines: String = explained.iter().map(|e| e.sentence() + "\n").collect();
-    files::print(&lines)?;
+    files::print(&format!("{lines}{minimal}\n"))?;
     Ok(Outcome::Done)
 }
 

@@ -49,7 +49,10 @@ pub struct OwnArguments {
     /// grid3d: place nodes over the travel (the default) or only over the calibrated range
     #[arg(long, value_enum, value_name = "WHERE")]
     zone: Option<Zone>,
-    /// grid3d: position of the rotary axes for which the grid is made (default: 0); axes left out are at 0. Repeat
+    /// grid3d: the three axes of the grid, linear or rotary (default: the linear axes)
+    #[arg(long, value_name = "X,Y,C")]
+    inputs: Option<String>,
+    /// grid3d: position of the other axes for which the grid is made (default: 0); axes left out are at 0. Repeat
     /// for several positions; each gets its own file, FILE-A0-C90.trax
     #[arg(long, value_name = "A=0,C=0")]
     rotary: Vec<String>,
@@ -59,6 +62,35 @@ pub struct OwnArguments {
     /// fik: errors whose weights can be set on the controller, for example EZ0S,EXX1 (default: none)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     adjust: Option<Vec<Parameter>>,
+}
+
+/// The three axes of `--inputs`.
+fn inputs(text: &str, machine: &Machine) -> Result<[usize; 3], BadInput> {
+    let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
+    let bad = |cause: String| {
+        let remedy = format!(
+            "name three different axes of {}, for example X,Y,{}",
+            letters.join(", "),
+            letters
+                .iter()
+                .find(|l| !"XY".contains(*l))
+                .map_or("Z", |l| l)
+        );
+        Err(BadInput::new(format!("--inputs {text}: {cause}"), remedy))
+    };
+    let mut found = Vec::new();
+    for name in text.split(',').map(|name| name.trim().to_ascii_uppercase()) {
+        match letters.iter().position(|letter| *letter == name) {
+            None => return bad(format!("the machine has no axis `{name}`")),
+            Some(axis) if found.contains(&axis) => return bad(format!("{name} is named twice")),
+            Some(axis) => found.push(axis),
+        }
+    }
+    let count = found.len();
+    match <[usize; 3]>::try_from(found) {
+        Ok(found) => Ok(found),
+        Err(_) => bad(format!("a grid has three axes, not {count}")),
+    }
 }
 
 fn parameter(name: &str) -> Result<Parameter, String> {
@@ -129,12 +161,13 @@ impl SchemeArguments {
 impl OwnArguments {
     /// The given options, each with the schemes that have it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
-        let all: [(_, &[_], _); 10] = [
+        let all: [(_, &[_], _); 11] = [
             ("--threshold", &["grid3d"], self.threshold.is_some()),
             ("--rms", &["grid3d"], self.rms.is_some()),
             ("--per-axis", &["grid3d"], self.per_axis),
             ("--max-nodes", &["grid3d"], self.max_nodes.is_some()),
             ("--zone", &["grid3d"], self.zone.is_some()),
+            ("--inputs", &["grid3d"], self.inputs.is_some()),
             ("--rotary", &["grid3d"], !self.rotary.is_empty()),
             ("--minimize", &["exact"], self.minimize.is_some()),
             ("--objective", &["poly25"], self.objective.is_some()),
@@ -160,6 +193,8 @@ impl OwnArguments {
                 wanted.per_axis = self.per_axis;
                 wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
                 wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
+                let inputs = self.inputs.as_deref().map(|text| inputs(text, machine));
+                wanted.inputs = inputs.transpose()?;
                 let wanted = wanted.clone();
                 let at = |text: &String| {
                     let rotary = position_argument::within_travel("--rotary", text, machine)?;

@@ -1,6 +1,7 @@
 //! `trueaxis schemes`
 
 mod answer;
+mod single;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -12,7 +13,7 @@ use super::random::Random;
 use super::scheme::OwnArguments;
 use super::{position_argument, target};
 use clap::Args;
-use trueaxis_measure::compare::compare;
+use trueaxis_measure::compare;
 use trueaxis_tables::compile::Options;
 use trueaxis_tables::schemes::{self, Scheme};
 
@@ -22,6 +23,8 @@ use trueaxis_tables::schemes::{self, Scheme};
 /// direction of the volumetric error over the whole travel, and the difference from the kinematic correction. Then
 /// prints how much of each error parameter is removed (Eq. 38), identified from simulated probings with the
 /// compensation on. Schemes that do not support the machine are listed with the reason. Writes no files.
+///
+/// With --single: the tables that `exact` and `fik` take for each error parameter by itself (section 9.2).
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis schemes examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml --policy orientation"
@@ -46,6 +49,9 @@ pub struct Arguments {
     /// The controller that will run it, as in compile
     #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
     target: String,
+    /// Print how many tables and terms each error parameter takes by itself, with exact and with fik
+    #[arg(long)]
+    single: bool,
     #[command(flatten)]
     random: Random,
     /// Print JSON
@@ -56,7 +62,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = target::read(&arguments.target)?;
     let (machine, errors) = arguments.files.read()?;
-    let every = Scheme::every();
+    let every = match arguments.single {
+        false => Scheme::every(),
+        true => single::schemes(),
+    };
     let schemes: Result<Vec<Vec<Scheme>>, BadInput> = every
         .iter()
         .map(|scheme| arguments.own.with(scheme, &machine))
@@ -79,7 +88,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ..Options::default()
     };
     let bar = Bar::new();
-    let compared = compare(&machine, &errors, &schemes, &options, &bar);
+    if arguments.single {
+        let found = compare::single(&machine, &errors, &schemes, &options, &bar);
+        drop(bar);
+        let answer = single::Answer::new(&machine, &schemes, &found, &options, zero_at);
+        match arguments.json {
+            true => files::print_json(&answer)?,
+            false => files::print(&answer.screen())?,
+        }
+        return Ok(Outcome::Done);
+    }
+    let compared = compare::compare(&machine, &errors, &schemes, &options, &bar);
     drop(bar);
     let answer = answer::Answer::new(&machine, &compared, &options, zero_at);
     if arguments.json {

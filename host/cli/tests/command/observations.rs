@@ -385,3 +385,55 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
         assert!(!said.contains("drift over"), "{said}");
     }
 }
+
+#[test]
+fn a_part_that_the_machine_has_cut_shows_its_errors() {
+    let folder = Folder::new();
+    let files = ["machine.toml", "errors-10.toml", "part.csv"];
+    let [machine, errors, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let (measured, found) = (folder.at("measured.csv"), folder.at("errors.toml"));
+    let simulate = ["simulate", "observations", &machine, &errors, "--strategy"];
+    answer(0, &[&simulate[..], &[&strategy, "-o", &measured]].concat());
+    let identify = [
+        "identify", &machine, &measured, "--model", "10", "-o", &found,
+    ];
+    let said = plain(answer(0, &identify).as_bytes());
+    assert!(said.contains("surfaces"), "{said}");
+    let json: serde_json::Value =
+        serde_json::from_str(&answer(0, &[&identify[..], &["--json"]].concat())).unwrap();
+    let parameters = json["parameters"].as_array().unwrap();
+    let truth = std::fs::read_to_string(&errors).unwrap();
+    let mut compared = 0;
+    for line in truth.lines() {
+        let Some((name, value)) = line.split_once(" = ") else {
+            continue;
+        };
+        let Some(one) = parameters.iter().find(|one| one["parameter"] == name) else {
+            continue;
+        };
+        let value: f64 = value.parse().unwrap();
+        let off = one["value"].as_f64().unwrap() - value;
+        let uncertainty = one["standard_uncertainty"].as_f64().unwrap();
+        // Ten values with one seed: chance exceeds this once in 1500 times.
+        assert!(off.abs() < 4.0 * uncertainty, "{name}: {off} {uncertainty}");
+        compared += 1;
+    }
+    assert_eq!(compared, 10, "{said}");
+    let text = std::fs::read_to_string(&measured).unwrap();
+    let longer = text.replacen("0,0,1,", "0,0,2,", 1);
+    let nameless = text.replacen("normal_x", "time_s", 1);
+    for (wrong, parts) in [
+        (longer, ["the normal has the length 2.000", "of length 1"]),
+        (
+            nameless,
+            [
+                "needs the columns normal_x, normal_y and normal_z",
+                "coordinates of the part",
+            ],
+        ),
+    ] {
+        assert_ne!(wrong, text);
+        let wrong = folder.file("wrong.csv", wrong);
+        refused(&["identify", &machine, &wrong, "-o", &found], &parts);
+    }
+}

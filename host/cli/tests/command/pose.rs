@@ -304,6 +304,7 @@ fn explain_tells_tables_reversal_and_temperatures_apart() {
         text,
         "the table EYY, Y carries the tool: a laser along Y reads +9.0 µm at +500 mm\n\
          the table EYY, between its two directions, Y carries the tool: a dial or laser along Y reads −2.0 µm after positive less after negative travel of Y, at 0 mm\n\
-         EXX1 +11.5e-6 per K of bed, X carries the tool: 1 K warmer, a laser along X reads +1.2 µm at +100 mm\n"
+         EXX1 +11.5e-6 per K of bed, X carries the tool: 1 K warmer, a laser along X reads +1.2 µm at +100 mm\n\
+         0 rotary and 3 linear axes have N = 4R + 2P + 6 = 12 independent constants: 3 location errors; the others set up workpiece and tool\n"
     );
 }

@@ -267,3 +267,104 @@ fn schemes_that_cannot_do_a_machine_are_listed_with_the_reason() {
     let reason = "compensability is not known: the error file has no parameters";
     assert_eq!(text.matches(reason).count(), 1, "{text}");
 }
+
+#[test]
+fn each_error_by_itself_takes_the_tables_that_its_closed_form_has() {
+    let (machine, errors) = (
+        example("huron-k2x8/machine.toml"),
+        example("huron-k2x8/errors-13.toml"),
+    );
+    let arguments = [
+        "schemes",
+        &machine,
+        &errors,
+        "--single",
+        "--policy",
+        "orientation",
+        "--random",
+        "300",
+    ];
+    let found = json(&answer(0, &[&arguments[..], &["--json"]].concat()));
+    let single = found["single"].as_array().unwrap();
+    assert_eq!(single.len(), 13);
+    for one in single {
+        for scheme in ["exact", "fik"] {
+            let takes = &one["schemes"][scheme];
+            let left = takes["largest_after_um"].as_f64().unwrap();
+            // The tolerance at the tip; fik has second order and the bends between its points besides.
+            assert!(left < if scheme == "exact" { 0.1 } else { 0.5 }, "{one}");
+            assert!(takes["tables"].as_u64().unwrap() <= 14, "{one}");
+        }
+        // An offset of the spindle along Z, as it is.
+        if one["parameter"] == "EZ0S" {
+            let before = one["before_um"].as_f64().unwrap();
+            assert!((before - 55.6).abs() < 0.05, "{one}");
+        }
+    }
+    let scale = single
+        .iter()
+        .find(|one| one["parameter"] == "EXX1")
+        .unwrap();
+    // X times a constant.
+    assert_eq!(scale["schemes"]["exact"]["tables"], 1, "{scale}");
+    assert_eq!(scale["schemes"]["exact"]["terms"], 1, "{scale}");
+    let text = answer(0, &arguments);
+    assert!(text.contains("each error by itself"), "{text}");
+    assert_eq!(
+        text.lines().filter(|l| l.starts_with('E')).count(),
+        13,
+        "{text}"
+    );
+    // A machine that fik does not know.
+    let text = answer(
+        0,
+        &[
+            "schemes",
+            &example("router/machine.toml"),
+            &example("router/errors-10.toml"),
+            "--single",
+            "--random",
+            "100",
+        ],
+    );
+    assert!(
+        text.contains("fik: fik needs two or three rotary axes"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_grid_may_be_over_any_three_axes() {
+    let folder = Folder::new();
+    let grid = [
+        "--scheme",
+        "grid3d",
+        "--policy",
+        "position",
+        "--inputs",
+        "x,Y,C",
+        "--rotary",
+        "A=20,Z=150",
+        "--json",
+    ];
+    let (shown, _) = compile(&folder, 0, &grid);
+    let held = json(&shown);
+    let axes: Vec<&str> = (held["held"]["axes"].as_array().unwrap().iter())
+        .map(|axis| axis[0].as_str().unwrap())
+        .collect();
+    assert_eq!(axes, ["A", "Z"], "{held}");
+    for (given, part) in [
+        ("X,Y", "a grid has three axes, not 2"),
+        ("X,Y,B", "the machine has no axis `B`"),
+        ("X,C,X", "X is named twice"),
+    ] {
+        let more = ["--scheme", "grid3d", "--inputs", given];
+        let (_, said) = compile(&folder, 2, &more);
+        assert!(said.contains(part), "{said}");
+    }
+    let (_, said) = compile(&folder, 2, &["--inputs", "X,Y,C"]);
+    assert!(
+        said.contains("--inputs is given, but --scheme exact"),
+        "{said}"
+    );
+}

@@ -1,8 +1,10 @@
-//! Observations as CSV: lengths, points, displacements and angles that instruments read, a line for each.
+//! Observations as CSV: lengths, points, displacements and angles that instruments read, and deviations of the surfaces of
+//! a part, a line for each.
 //!
 //! The header names the columns, in any order: `kind`, `setup` (optional: the name of the file), one column per axis
 //! (mm, degrees), the reading of each kind that occurs (`length_mm`; `x_mm`, `y_mm`, `z_mm`; `displacement_um`;
-//! `angle_urad`), `reads` for the direction of a displacement or an angle, and optionally `sigma_um` or `sigma_urad`
+//! `angle_urad`; `deviation_um`), `reads` for the direction of a displacement or an angle, `normal_x`, `normal_y`, `normal_z`
+//! for that of a surface (coordinates of the part), and optionally `sigma_um` or `sigma_urad`
 //! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C`, `A_dir` …, and columns of
 //! [`temperatures`]: `NAME_C` and `cycle`. A cell that does not
 //! belong to the kind of its line is empty. Lines at the top that begin with `#` say in TOML what is known about the
@@ -94,6 +96,8 @@ pub struct Observation {
     pub spindle: f64,
     /// Direction of a displacement or an angle, and its sign.
     pub reads: Option<(Sense, f64)>,
+    /// Outward normal of a surface, of length 1 (coordinates of the part).
+    pub normal: Option<Vector3<f64>>,
     /// The reading (mm; angles over [`LEVER`](crate::instrument::LEVER)); a scalar is the first component.
     pub value: Vector3<f64>,
     /// Its standard uncertainty, of each coordinate (in the same unit).
@@ -156,6 +160,8 @@ enum Column {
     Direction(usize),
     Spindle,
     Reads,
+    /// A component of the normal of a surface.
+    Normal(usize),
     /// A component of the reading of a kind.
     Value(Kind, usize),
     Sigma,
@@ -168,11 +174,14 @@ enum Column {
 }
 
 /// Names of the columns that are neither axes nor readings.
-const NAMES: [(&str, Column); 9] = [
+const NAMES: [(&str, Column); 12] = [
     ("kind", Column::Kind),
     ("setup", Column::Setup),
     ("S", Column::Spindle),
     ("reads", Column::Reads),
+    ("normal_x", Column::Normal(0)),
+    ("normal_y", Column::Normal(1)),
+    ("normal_z", Column::Normal(2)),
     ("sigma_um", Column::Sigma),
     ("sigma_urad", Column::SigmaOfAngle),
     ("time_s", Column::Time),
@@ -186,6 +195,10 @@ const SIGMAS: RangeInclusive<f64> = 1e-6..=1e6;
 const LARGEST: f64 = 1e6;
 const LARGEST_DEVIATION: f64 = 100.0;
 const VALUES: &str = "write one value per column of the header, with a decimal point; leave cells empty that do not belong to the kind of the line";
+const NORMALS: &str =
+    "write the outward normal of the surface in the coordinates of the part, of length 1: 0, 0, 1";
+/// How far the length of a normal may be from 1: measuring machines print three or more decimals.
+const ROUNDED: f64 = 5e-3;
 const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: tool +X, tool +C, tool +Y to +Z";
 
 impl Column {
@@ -246,7 +259,7 @@ fn opened(
     let (heading, start) = Heading::read(text)?;
     let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
     let layout = format!(
-        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
+        "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads); deviation_um (with normal_x,normal_y,normal_z), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
         letters.collect::<Vec<_>>().join(",")
     );
     let table = Table::open(text, start, layout, VALUES)?;
@@ -294,6 +307,7 @@ fn opened(
             let is_foreign = match column {
                 Column::Value(kind, _) => *kind != of,
                 Column::Reads => !of.has_direction(),
+                Column::Normal(_) => of != Kind::Surface,
                 Column::Sigma => of.sigma() != "sigma_um",
                 Column::SigmaOfAngle => of.sigma() != "sigma_urad",
                 _ => false,
@@ -323,6 +337,18 @@ fn opened(
                 DIRECTIONS,
             ));
         }
+        let has_normal = (0..3).all(|k| place(Column::Normal(k)).is_some());
+        if of == Kind::Surface && !has_normal {
+            return Err(FileError::at(
+                header.span.clone(),
+                format!(
+                    "{} needs the columns normal_x, normal_y and normal_z",
+                    of.one()
+                ),
+                "the header",
+                NORMALS,
+            ));
+        }
         let observation = observation(&row, &columns, machine, (of, number), has_readings)?;
         all.rows.push(observation);
     }
@@ -343,6 +369,7 @@ fn observation(
         direction: [0.0; MAX_AXES],
         spindle: 0.0,
         reads: None,
+        normal: None,
         value: Vector3::zeros(),
         sigma: None,
         time: None,
@@ -398,7 +425,7 @@ fn observation(
             Column::Value(of, i) if of == kind => {
                 let value = row.number(k)? * unit;
                 let most = match kind {
-                    Kind::Displacement | Kind::Angle => LARGEST_DEVIATION,
+                    Kind::Displacement | Kind::Angle | Kind::Surface => LARGEST_DEVIATION,
                     Kind::Length | Kind::Point => LARGEST,
                 };
                 if value.abs() > most {
@@ -426,8 +453,24 @@ fn observation(
                 }
                 one.sigma = Some(value * 1e-3);
             }
-            Column::Reads | Column::Value(..) | Column::Sigma | Column::SigmaOfAngle => {}
+            Column::Normal(i) if kind == Kind::Surface => {
+                one.normal.get_or_insert_default()[i] = row.number(k)?;
+            }
+            Column::Reads
+            | Column::Normal(_)
+            | Column::Value(..)
+            | Column::Sigma
+            | Column::SigmaOfAngle => {}
         }
+    }
+    if let Some(normal) = &mut one.normal {
+        let length = normal.norm();
+        if (length - 1.0).abs() >= ROUNDED {
+            let first = columns.iter().position(|c| *c == Column::Normal(0));
+            let message = format!("the normal has the length {length:.3}");
+            return Err(row.error(first.unwrap_or(0), message, "here", NORMALS));
+        }
+        *normal /= length;
     }
     Ok(one)
 }
@@ -516,6 +559,10 @@ impl Observations {
             let q = machine.to_kinematic(&row.position);
             let mut one = Commanded::at(machine, &q, &tip, row.reads);
             one.travel = one.point - *first[row.setup].get_or_insert(one.point);
+            if let Some(normal) = row.normal {
+                one.along = normal;
+                one.travel = setup.given.setting().turn.tr_mul(&one.travel);
+            }
             one
         });
         each.collect()
@@ -553,6 +600,7 @@ pub fn write(all: &Observations, machine: &Machine) -> String {
     let directed: Vec<usize> = (0..machine.axes.len()).filter(directions).collect();
     let has = |of: fn(&Observation) -> bool| all.rows.iter().any(of);
     let (has_s, has_reads) = (has(|r| r.spindle != 0.0), has(|r| r.reads.is_some()));
+    let has_normal = has(|r| r.normal.is_some());
     let (has_t, has_c) = (has(|r| r.time.is_some()), has(|r| r.temperature.is_some()));
     let sigmas: Vec<&str> = ["sigma_um", "sigma_urad"]
         .into_iter()
@@ -567,6 +615,13 @@ pub fn write(all: &Observations, machine: &Machine) -> String {
     );
     header.extend(has_s.then(|| "S".to_owned()));
     header.extend(has_reads.then(|| "reads".to_owned()));
+    let normals = ["normal_x", "normal_y", "normal_z"];
+    header.extend(
+        normals
+            .map(str::to_owned)
+            .into_iter()
+            .filter(|_| has_normal),
+    );
     for kind in &kinds {
         header.extend(kind.columns().0.iter().map(|name| (*name).to_owned()));
     }
@@ -582,6 +637,8 @@ pub fn write(all: &Observations, machine: &Machine) -> String {
         cells.extend(directed.iter().map(|i| row.direction[*i].to_string()));
         cells.extend(has_s.then(|| row.spindle.to_string()));
         cells.extend(has_reads.then(|| row.reads.map_or(String::new(), |r| words(r, machine))));
+        let normal = |k: usize| row.normal.map_or(String::new(), |n| rounded(n[k], 9));
+        cells.extend((0..3).filter(|_| has_normal).map(normal));
         for kind in &kinds {
             let (names, unit) = kind.columns();
             let digits = if unit == 1.0 { 9 } else { 6 };

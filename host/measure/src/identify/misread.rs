@@ -102,7 +102,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
         Kind::Length => &LENGTHS,
         Kind::Point => &POINTS,
         Kind::Displacement => &POSITIONS,
-        Kind::Angle => &[],
+        Kind::Angle | Kind::Surface => &[],
     };
     // Where the tool hardly moves along the direction, positions are no larger than deviations.
     if kind == Kind::Displacement && own.travel() < DEVIATIONS {

@@ -46,6 +46,7 @@ impl Source {
             Self::Observations(Kind::Point) => "points",
             Self::Observations(Kind::Displacement) => "displacements",
             Self::Observations(Kind::Angle) => "angles",
+            Self::Observations(Kind::Surface) => "surfaces",
         }
     }
 

@@ -290,7 +290,7 @@ impl Observed {
                         Rotation3::from_matrix_unchecked(found.turn * first.turn.transpose())
                             .scaled_axis()[k]
                     }
-                    Part::Length => found.length,
+                    Part::Length | Part::Radius => found.length,
                 };
                 (Unknown::Setup(number, *part), part.to_string(), value)
             });

@@ -50,6 +50,7 @@ pub fn repeated(observations: &Observations, identified: &Identified) -> Vec<Rep
                 row.direction,
                 row.spindle,
                 row.reads,
+                row.normal,
                 row.time,
             );
             places

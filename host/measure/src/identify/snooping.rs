@@ -63,7 +63,7 @@ impl Misread {
     /// the model lacks.
     fn of(kind: Kind, factor: f64, uncertainty: f64) -> Option<Self> {
         let all: &[Self] = match kind {
-            Kind::Displacement => &DISPLACEMENTS,
+            Kind::Displacement | Kind::Surface => &DISPLACEMENTS,
             Kind::Angle => &ANGLES,
             Kind::Length => &DISPLACEMENTS[..1],
             Kind::Point => &[],

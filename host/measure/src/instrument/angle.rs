@@ -34,7 +34,7 @@ impl Instrument for Angle {
     fn by_part(&self, commanded: &Commanded, _: &Setting, _: &Seen, part: Part) -> Vector3<f64> {
         let value = match part {
             Part::Turn(k) => -LEVER * commanded.along[k],
-            Part::Place(_) | Part::Length => 0.0,
+            Part::Place(_) | Part::Length | Part::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }

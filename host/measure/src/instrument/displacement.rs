@@ -50,7 +50,7 @@ impl Instrument for Displacement {
                 let change = axis.cross(&direction(commanded, setting));
                 change.dot(&(seen.point - setting.place))
             }
-            Part::Length => 0.0,
+            Part::Length | Part::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }

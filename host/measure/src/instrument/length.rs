@@ -37,7 +37,7 @@ impl Instrument for Length {
         let value = match part {
             Part::Place(k) => -outwards(setting, seen)[k],
             Part::Length => -1.0,
-            Part::Turn(_) => 0.0,
+            Part::Turn(_) | Part::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }

@@ -33,7 +33,7 @@ impl Instrument for Point {
         let change = match part {
             Part::Place(k) => Vector3::ith(k, 1.0),
             Part::Turn(k) => Vector3::ith(k, 1.0).cross(&(seen.point - setting.place)),
-            Part::Length => Vector3::zeros(),
+            Part::Length | Part::Radius => Vector3::zeros(),
         };
         -setting.turn.tr_mul(&change)
     }

@@ -23,7 +23,7 @@ pub struct OfObservations {
 }
 
 /// The same observations with the readings on a machine with known errors. Set-ups and tool points are as stated;
-/// what is not stated is zero, and a displacement is zero at the first row.
+/// what is not stated is zero, and a displacement is zero at the first row, as is a part in its nominal place.
 #[must_use]
 pub fn observations(
     kinematics: &Kinematics<'_>,
@@ -44,7 +44,9 @@ pub fn observations(
                 })
                 .collect();
             match setup.kind {
-                Kind::Displacement => setup.kind.instrument().start(&setup.given, &samples),
+                Kind::Displacement | Kind::Surface => {
+                    setup.kind.instrument().start(&setup.given, &samples)
+                }
                 _ => setup.given.setting(),
             }
         })

@@ -63,7 +63,7 @@ pub enum SchemeError {
     },
     /// The correction of this machine is not a sum of products of functions of one axis each.
     #[error(
-        "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
+        "fik knows no closed form for this machine: a rotary axis lies between its linear axes, or it has three rotary axes and --policy direction"
     )]
     NoClosedForm,
     /// More adjustable weights than a blob can hold.
@@ -152,7 +152,9 @@ impl SchemeError {
             Self::Threshold { .. } => {
                 "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
-            Self::NoClosedForm => "use --scheme exact, which takes any machine",
+            Self::NoClosedForm => {
+                "use --scheme exact, which takes any machine; with three rotary axes also --policy orientation"
+            }
             Self::TooManyWeights { .. } => "name fewer errors with --adjust",
             Self::NoSuchError { .. } => "give names as in the error file, such as EB0A or EXX1",
             Self::MoreThanTarget { .. } => "ask for fewer, or give another --target",

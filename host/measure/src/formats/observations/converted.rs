@@ -146,6 +146,7 @@ fn row(position: PerAxis, direction: PerAxis, value: f64, line: usize) -> Observ
         direction,
         spindle: 0.0,
         reads: None,
+        normal: None,
         value: Vector3::new(value, 0.0, 0.0),
         sigma: None,
         time: None,

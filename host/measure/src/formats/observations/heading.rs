@@ -74,7 +74,7 @@ impl Heading {
             place: entry.and_then(|e| e.tool_mm.as_ref()).map(vector),
             known: match (sigma, kind) {
                 (Some(sigma), _) => Known::Within(*sigma.get_ref()),
-                (None, Kind::Length | Kind::Point) => Known::Unknown,
+                (None, Kind::Length | Kind::Point | Kind::Surface) => Known::Unknown,
                 (None, Kind::Displacement | Kind::Angle) => Known::Exactly,
             },
         };

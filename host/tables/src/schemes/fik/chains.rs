@@ -20,7 +20,7 @@ pub(crate) fn chains(group: &Group, variables: &Variables, points: &[Points]) ->
         if lever == 0 && offsets.is_some() {
             continue;
         }
-        for (turn, along) in products(matrix) {
+        for (turn, along) in all_products(matrix, variables.outer.len()) {
             let mut factors: Vec<Factor> = group.along.iter().map(plain).collect();
             if let Some(k) = lever.checked_sub(1) {
                 let input = variables.levers[k];
@@ -32,16 +32,16 @@ pub(crate) fn chains(group: &Group, variables: &Variables, points: &[Points]) ->
                 };
                 multiply(&mut factors, coordinate);
             }
-            let [first, second] = variables.rotary;
-            let of_first = points[first].at.iter().map(|angle| {
-                let turns = turns(*angle);
-                turns.iter().zip(turn.iter()).map(|(t, c)| t * c).sum()
-            });
-            let of_first: Vec<f64> = of_first.collect();
-            let of_second: Vec<f64> = along.iter().copied().collect();
             // A constant function becomes a factor in another table.
             let mut times = 1.0;
-            for (input, values) in [(first, of_first), (second, of_second)] {
+            let of_outer = variables.outer.iter().zip(&turn).map(|(axis, turn)| {
+                let values = points[*axis].at.iter().map(|angle| {
+                    let turns = turns(*angle);
+                    turns.iter().zip(turn).map(|(t, c)| t * c).sum()
+                });
+                (*axis, values.collect::<Vec<f64>>())
+            });
+            for (input, values) in of_outer.chain([(variables.middle, along.clone())]) {
                 match constant(&values) {
                     Some(value) => times *= value,
                     None => multiply(&mut factors, plain(&function(input, values))),
@@ -157,13 +157,34 @@ fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
     })
 }
 
+/// A matrix as a sum of products: coefficients of the functions of each outer rotary axis, and values along the middle one.
+fn all_products(matrix: &DMatrix<f64>, outer: usize) -> Vec<(Vec<Vec<f64>>, Vec<f64>)> {
+    let mut all = Vec::new();
+    for (turn, along) in products(matrix) {
+        let along: Vec<f64> = along.iter().copied().collect();
+        if outer == 1 {
+            all.push((vec![turn.iter().copied().collect()], along));
+            continue;
+        }
+        let both = DMatrix::from_row_slice(TURNS, TURNS, turn.as_slice());
+        for (first, last) in products(&both) {
+            let turns = vec![
+                first.iter().copied().collect(),
+                last.iter().copied().collect(),
+            ];
+            all.push((turns, along.clone()));
+        }
+    }
+    all
+}
+
 /// A matrix as the smallest number of products of a column and a row, by repeatedly splitting off the row with the
 /// largest number.
 fn products(matrix: &DMatrix<f64>) -> Vec<(DVector<f64>, RowDVector<f64>)> {
     let enough = RANK * matrix.amax();
     let mut rest = matrix.clone();
     let mut products = Vec::new();
-    while products.len() < TURNS && rest.amax() > enough {
+    while products.len() < matrix.nrows() && rest.amax() > enough {
         let (row, column) = rest.iamax_full();
         let along = rest.row(row).into_owned();
         let mut turn = rest.column(column) / rest[(row, column)];

@@ -1,10 +1,14 @@
 //! The closed form of the first-order correction for each error: Δq = −J⁺ · (effect of one unit on the tool).
 //!
 //! It is affine in the linear positions and in the tool length, which only appear in the levers of rotations, and of
-//! degree two in sine and cosine of the rotary axis next to the workpiece. The dependence on the other rotary axis
+//! degree two in sine and cosine of the rotary axis next to the workpiece. The dependence on the second rotary axis
 //! is the same under `orientation` and `position`. Under `direction` there is a division by a function of that axis
 //! alone, so its function is sampled at the points of its tables. A polynomial that is sampled at as many places as
 //! it has coefficients is known exactly.
+//!
+//! Of three rotary axes, the one next to the tool is like the one next to the workpiece: the angles between the three
+//! directions, and so the normal matrix of the rotary corrections, depend on the middle axis alone. Under `direction` the
+//! tool axis takes part in that matrix, so it also depends on the axis next to the tool: there is no finite sum.
 
 use super::sources::Source;
 use crate::schemes::products::Points;
@@ -25,14 +29,16 @@ const AGREES: f64 = 1e-9;
 /// The inputs of the closed forms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variables {
-    /// The rotary axis next to the workpiece, then the one next to the tool.
-    pub rotary: [usize; 2],
+    /// The rotary axis next to the workpiece; of three, also the one next to the tool.
+    pub outer: Vec<usize>,
+    /// The second rotary axis from the workpiece.
+    pub middle: usize,
     /// Linear axes in order, followed by the tool length if it is an input.
     pub levers: Vec<usize>,
 }
 
 impl Variables {
-    /// For a machine with two rotary axes; `None` for any other.
+    /// For a machine with two or three rotary axes; `None` for any other.
     pub fn new(machine: &Machine) -> Option<Self> {
         let of = |branch: Branch| {
             let axes = machine.axes.iter().enumerate();
@@ -45,15 +51,22 @@ impl Variables {
             .collect();
         let levers = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
         let length = machine.length_range.map(|_| machine.axes.len());
+        let [first, middle, ref last @ ..] = rotary[..] else {
+            return None;
+        };
+        if last.len() > 1 {
+            return None;
+        }
         Some(Self {
-            rotary: rotary.try_into().ok()?,
+            outer: std::iter::once(first).chain(last.iter().copied()).collect(),
+            middle,
             levers: levers.chain(length).collect(),
         })
     }
 }
 
-/// Correction of one output for one unit of one error. A matrix for 1 and for each lever: functions of the rotary
-/// axis next to the workpiece × points of the other (mm or rad per mm or rad, and per mm of lever).
+/// Correction of one output for one unit of one error. A matrix for 1 and for each lever: [`products_of_turns`] of the
+/// outer rotary axes × points of the middle one (mm or rad per mm or rad, and per mm of lever).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form(pub Vec<DMatrix<f64>>);
 
@@ -70,7 +83,16 @@ impl Form {
     }
 }
 
-/// The functions of the rotary axis next to the workpiece at an angle (rad).
+/// The products of the functions of each outer rotary axis at its angle (rad), those of the last one fastest.
+fn products_of_turns(angles: &[f64]) -> Vec<f64> {
+    angles.iter().fold(vec![1.0], |products, angle| {
+        let turns = turns(*angle);
+        let all = products.iter().flat_map(|p| turns.map(|t| p * t));
+        all.collect()
+    })
+}
+
+/// The functions of an outer rotary axis at an angle (rad).
 pub fn turns(angle: f64) -> [f64; TURNS] {
     let (s, c) = libm::sincos(angle);
     let (s2, c2) = libm::sincos(2.0 * angle);
@@ -114,11 +136,14 @@ pub fn forms(
     sources: &[Source],
 ) -> Option<Vec<Vec<Form>>> {
     let axes = kinematics.machine.axes.len();
-    let [first, second] = variables.rotary;
-    let place = |angle: f64, at: f64, levers: &[f64]| {
+    let middle = variables.middle;
+    let place = |angles: &[f64], at: f64, levers: &[f64]| {
         let mut q = PerAxis::default();
         let mut length = None;
-        (q[first], q[second]) = (angle, at);
+        q[middle] = at;
+        for (axis, angle) in variables.outer.iter().zip(angles) {
+            q[*axis] = *angle;
+        }
         for (input, lever) in variables.levers.iter().zip(levers) {
             match q[..axes].get_mut(*input) {
                 Some(q) => *q = *lever,
@@ -132,12 +157,19 @@ pub fn forms(
         let one = |k: usize| if k + 1 == lever { LEVER } else { 0.0 };
         (0..count).map(one).collect()
     };
+    // As many angles of each outer axis as it has functions, those of the last axis fastest.
+    let outer = variables.outer.len() as u32;
+    let all = TURNS.pow(outer);
+    let angles = |turn: usize| -> Vec<f64> {
+        let each = (0..outer).rev();
+        let turns = each.map(|k| turn / TURNS.pow(k) % TURNS);
+        turns.map(|turn| TAU * turn as f64 / TURNS as f64).collect()
+    };
     // Indices: point, lever, turn, source.
-    let sampled = parallel::map(&points[second].at, |at| {
+    let sampled = parallel::map(&points[middle].at, |at| {
         let levers = (0..=count).map(|lever| {
-            let turns = (0..TURNS).map(|turn| {
-                let angle = TAU * turn as f64 / TURNS as f64;
-                let (q, length) = place(angle, *at, &unit(lever));
+            let turns = (0..all).map(|turn| {
+                let (q, length) = place(&angles(turn), *at, &unit(lever));
                 corrections(kinematics, sources, &q, length)
             });
             turns.collect::<Option<Vec<_>>>()
@@ -147,7 +179,7 @@ pub fn forms(
     let sampled = sampled.into_iter().collect::<Option<Vec<_>>>()?;
     let form = |source: usize, output: usize| {
         let matrix = |lever: usize| {
-            DMatrix::from_fn(TURNS, sampled.len(), |row, point| {
+            DMatrix::from_fn(all, sampled.len(), |row, point| {
                 let sum = |(turn, found): (usize, &Vec<PerAxis>)| {
                     let value = match lever {
                         0 => found[source][output],
@@ -156,10 +188,15 @@ pub fn forms(
                             (found[source][output] - zero[source][output]) / LEVER
                         }
                     };
-                    value * turns(TAU * turn as f64 / TURNS as f64)[row]
+                    value * products_of_turns(&angles(turn))[row]
                 };
                 let sum: f64 = sampled[point][lever].iter().enumerate().map(sum).sum();
-                sum * if row == 0 { 1.0 } else { 2.0 } / TURNS as f64
+                // The mean square of a sine or cosine is a half.
+                let of_axis = |k: u32| match row / TURNS.pow(k) % TURNS {
+                    0 => 1.0,
+                    _ => 2.0,
+                };
+                sum * (0..outer).map(of_axis).product::<f64>() / all as f64
             })
         };
         Form((0..=count).map(matrix).collect())
@@ -168,7 +205,8 @@ pub fn forms(
         .map(|source| (0..axes).map(|output| form(source, output)).collect())
         .collect();
     let reach = reach(variables, points);
-    if !agree(kinematics, sources, &forms, &points[second], &reach, &place) {
+    let at = &points[middle].at;
+    if !agree(kinematics, sources, &forms, at, &reach, &place, variables) {
         return None;
     }
     for of_source in &mut forms {
@@ -177,30 +215,32 @@ pub fn forms(
     Some(forms)
 }
 
-/// Position and tool length for an angle, a point and levers.
-type Place<'a> = dyn Fn(f64, f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
+/// Position and tool length for angles, a point and levers.
+type Place<'a> = dyn Fn(&[f64], f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
 
 /// Whether the forms give the correct corrections at places where they were not sampled.
 fn agree(
     kinematics: &Kinematics<'_>,
     sources: &[Source],
     forms: &[Vec<Form>],
-    second: &Points,
+    at: &[f64],
     reach: &[f64],
     place: &Place<'_>,
+    variables: &Variables,
 ) -> bool {
     (0..24).all(|k| {
         // Places unrelated to the pattern of the samples.
         let part = |n: usize| (0.618_033_988_749_895 * (7 * k + n) as f64).fract();
-        let point = (part(0) * second.at.len() as f64) as usize % second.at.len();
-        let angle = TAU * part(1);
+        let point = (part(0) * at.len() as f64) as usize % at.len();
+        let outer = 0..variables.outer.len();
+        let angles: Vec<f64> = outer.map(|n| TAU * part(n + 1)).collect();
         let levers = reach[1..].iter().enumerate();
-        let levers: Vec<f64> = levers.map(|(n, r)| r * (2.0 * part(n + 2) - 1.0)).collect();
-        let (q, length) = place(angle, second.at[point], &levers);
+        let levers: Vec<f64> = levers.map(|(n, r)| r * (2.0 * part(n + 3) - 1.0)).collect();
+        let (q, length) = place(&angles, at[point], &levers);
         let Some(right) = corrections(kinematics, sources, &q, length) else {
             return false;
         };
-        let turns = turns(angle);
+        let turns = products_of_turns(&angles);
         forms.iter().zip(&right).all(|(forms, right)| {
             forms.iter().zip(right).all(|(form, right)| {
                 let levers = std::iter::once(&1.0).chain(&levers);

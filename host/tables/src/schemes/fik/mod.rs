@@ -38,7 +38,7 @@ struct Arranged {
     notes: Vec<String>,
 }
 
-/// The tables of Chapter 7 for any machine with two rotary axes. The weights of the errors in `adjustable` can be
+/// The tables of Chapter 7 for any machine with two rotary axes, or with three under `orientation` and `position`. The weights of the errors in `adjustable` can be
 /// set on the controller.
 ///
 /// # Errors
@@ -73,7 +73,11 @@ fn arranged(
         });
     }
     let Some(variables) = Variables::new(machine) else {
-        return Err(SchemeError::axes(machine, "fik", "two rotary axes"));
+        return Err(SchemeError::axes(
+            machine,
+            "fik",
+            "two or three rotary axes",
+        ));
     };
     let points = points(&kinematics, options.points.unwrap_or(POINTS));
     let sources = sources::sources(machine, errors, &points, adjustable);

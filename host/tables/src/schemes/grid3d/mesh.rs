@@ -1,4 +1,4 @@
-//! A grid of the linear axes with the kinematic correction at its nodes.
+//! A grid of three axes with the kinematic correction at its nodes.
 
 use crate::schemes::moments::SAMPLED;
 use trueaxis_model::errors::{Situation, Switches};
@@ -8,9 +8,9 @@ use trueaxis_model::parallel;
 
 /// Corrections at the nodes of a grid; the first axis is the slowest index.
 pub struct Mesh<'a> {
-    /// Indices of the linear axes.
+    /// Indices of its axes.
     pub axes: [usize; 3],
-    /// Positions of the nodes along each (mm).
+    /// Positions of the nodes along each (mm, rad).
     pub along: [Vec<f64>; 3],
     /// The kinematic correction (mm, rad).
     pub corrections: Vec<PerAxis>,
@@ -18,7 +18,7 @@ pub struct Mesh<'a> {
 }
 
 impl<'a> Mesh<'a> {
-    /// A grid with evenly spaced nodes of each axis over a zone (mm). Rotary axes are at `at` (mm, rad).
+    /// A grid with evenly spaced nodes of each axis over a zone (mm, deg). Other axes are at `at` (mm, rad).
     pub fn new(
         kinematics: &'a Kinematics<'a>,
         axes: [usize; 3],
@@ -26,14 +26,14 @@ impl<'a> Mesh<'a> {
         zone: &Zone,
         sizes: [usize; 3],
     ) -> Result<Self, NotConverged> {
-        let along: [Vec<f64>; 3] = std::array::from_fn(|k| evenly(zone[k], sizes[k]));
+        let machine = kinematics.machine;
+        let along: [Vec<f64>; 3] = std::array::from_fn(|k| {
+            let axis = &machine.axes[axes[k]];
+            evenly(zone[k].map(|q| axis.to_kinematic(q)), sizes[k])
+        });
         let nodes = Vec::from_iter(0..sizes.iter().product());
         let corrections = parallel::try_map(&nodes, |node: &usize| {
-            let of = [
-                node / (sizes[1] * sizes[2]),
-                node / sizes[2] % sizes[1],
-                node % sizes[2],
-            ];
+            let of = place(*node, sizes);
             let mut q = *at;
             for k in 0..3 {
                 q[axes[k]] = along[k][of[k]];
@@ -46,6 +46,12 @@ impl<'a> Mesh<'a> {
             along,
             kinematics,
         })
+    }
+
+    /// The place of each node along the axes.
+    pub fn places(&self) -> impl Iterator<Item = [usize; 3]> {
+        let sizes = self.sizes();
+        (0..self.corrections.len()).map(move |node| place(node, sizes))
     }
 
     /// Number of nodes along each axis.
@@ -73,10 +79,19 @@ impl<'a> Mesh<'a> {
     }
 }
 
-/// Range of the nodes of each axis (mm).
+/// The place of a node along each axis.
+fn place(node: usize, sizes: [usize; 3]) -> [usize; 3] {
+    [
+        node / (sizes[1] * sizes[2]),
+        node / sizes[2] % sizes[1],
+        node % sizes[2],
+    ]
+}
+
+/// Range of the nodes of each axis (mm, deg).
 pub type Zone = [[f64; 2]; 3];
 
-/// Evenly spaced nodes of an axis (mm).
+/// Evenly spaced nodes of an axis.
 pub fn evenly([low, high]: [f64; 2], nodes: usize) -> Vec<f64> {
     let part = |k: usize| k as f64 / (nodes - 1) as f64;
     (0..nodes).map(|k| low + (high - low) * part(k)).collect()

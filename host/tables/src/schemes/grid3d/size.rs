@@ -11,18 +11,21 @@ use trueaxis_model::parallel;
 /// Number of the random commands at which grids are compared (Eq. 12).
 const COMMANDS: usize = 2000;
 
-/// The smallest number of nodes of an axis.
+/// The smallest number of nodes of a linear axis.
 const LEAST: usize = 2;
+/// The largest distance (deg) between nodes of a rotary axis. With half a turn or more, nodes may all lie at the zeros of a
+/// sine, and one more changes nothing.
+const APART: f64 = 45.0;
 
 /// The inputs of the choice.
 pub struct Sizing<'a> {
     kinematics: &'a Kinematics<'a>,
     axes: [usize; 3],
-    /// Position of the rotary axes (mm, rad).
+    /// Position of the other axes (mm, rad).
     at: PerAxis,
     zone: Zone,
     wanted: &'a Wanted,
-    /// Random commands (mm, rad) in the zone, with the rotary axes at `at`.
+    /// Random commands (mm, rad) in the zone, with the other axes at `at`.
     commands: Vec<PerAxis>,
 }
 
@@ -40,7 +43,7 @@ impl<'a> Sizing<'a> {
             for (axis, [low, high]) in axes.into_iter().zip(zone) {
                 let [from, to] = kinematics.machine.axes[axis].travel;
                 let part = (f64::from(command.axes[axis]) - from) / (to - from);
-                q[axis] = low + (high - low) * part;
+                q[axis] = kinematics.machine.axes[axis].to_kinematic(low + (high - low) * part);
             }
             q
         });
@@ -62,7 +65,7 @@ impl<'a> Sizing<'a> {
         let most = self.wanted.most;
         let mut sizes = match self.wanted.per_axis {
             true => self.along_each()?,
-            false => [LEAST; 3],
+            false => self.least(),
         };
         let mut mesh = self.mesh(sizes)?;
         let mut left = self.left(&mesh);
@@ -81,13 +84,12 @@ impl<'a> Sizing<'a> {
                     change_um: 1e3 * change,
                 });
             }
-            if self.wanted.per_axis {
-                sizes = sizes.map(|n| (n + 1).min(most));
+            sizes = sizes.map(|n| (n + 1).min(most));
+            if sizes == finer.sizes() {
+                (mesh, left) = (finer, left_by_finer);
+            } else {
                 mesh = self.mesh(sizes)?;
                 left = self.left(&mesh);
-            } else {
-                sizes = finer.sizes();
-                (mesh, left) = (finer, left_by_finer);
             }
         }
     }
@@ -96,6 +98,20 @@ impl<'a> Sizing<'a> {
     pub fn left_by(&self, nodes: usize) -> Result<f64, NotConverged> {
         let [x, y, z] = self.left(&self.mesh([nodes; 3])?);
         Ok((x * x + y * y + z * z).sqrt())
+    }
+
+    /// The smallest number of nodes along each axis.
+    fn least(&self) -> [usize; 3] {
+        std::array::from_fn(|k| {
+            let [low, high] = self.zone[k];
+            match self.kinematics.machine.axes[self.axes[k]]
+                .letter
+                .is_rotary()
+            {
+                true => (((high - low) / APART).ceil() as usize + 1).min(self.wanted.most),
+                false => LEAST,
+            }
+        })
     }
 
     fn mesh(&self, sizes: [usize; 3]) -> Result<Mesh<'a>, NotConverged> {
@@ -126,7 +142,7 @@ impl<'a> Sizing<'a> {
     /// For each axis, the smallest number of nodes to which one more adds less than the threshold, if corrections
     /// were exact along the others; the largest permitted number if there is none.
     fn along_each(&self) -> Result<[usize; 3], NotConverged> {
-        let mut sizes = [LEAST; 3];
+        let mut sizes = self.least();
         for (k, size) in sizes.iter_mut().enumerate() {
             let mut left = self.left_along(k, *size)?;
             while *size < self.wanted.most {
@@ -144,7 +160,8 @@ impl<'a> Sizing<'a> {
     /// Eq. 12 if corrections are interpolated along one axis only, between `nodes` nodes.
     fn left_along(&self, k: usize, nodes: usize) -> Result<[f64; 3], NotConverged> {
         let (kinematics, axis) = (self.kinematics, self.axes[k]);
-        let nodes = evenly(self.zone[k], nodes);
+        let of_axis = &kinematics.machine.axes[axis];
+        let nodes = evenly(self.zone[k].map(|q| of_axis.to_kinematic(q)), nodes);
         let of = |q: &PerAxis| {
             let (first, ratio) = before(&nodes, q[axis]);
             let mut dq = PerAxis::default();

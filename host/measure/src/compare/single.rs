@@ -1,0 +1,67 @@
+//! What it takes to correct each error parameter by itself (source document, section 9.2).
+
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::{self, CompileError, Progress};
+use trueaxis_tables::schemes::Scheme;
+
+/// One error parameter, on a machine that has no other.
+#[derive(Clone, Debug)]
+pub struct Single {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its value (mm, rad, per mm or rad to its degree).
+    pub value: f64,
+    /// What each scheme takes for it, or why it does not support the machine.
+    pub schemes: Vec<Result<Taken, CompileError>>,
+}
+
+/// The tables of a scheme for one error, and their effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// Number of tables.
+    pub tables: usize,
+    /// Number of terms.
+    pub terms: usize,
+    /// Mean displacement of the tip over the travel without them (µm).
+    pub before: f64,
+    /// Largest displacement of the tip with them (µm).
+    pub left: f64,
+}
+
+/// Runs schemes on every error parameter by itself, with the same options. Errors that are tables are left out.
+#[must_use]
+pub fn single(
+    machine: &Machine,
+    errors: &ErrorModel,
+    schemes: &[Scheme],
+    options: &compile::Options,
+    progress: &dyn Progress,
+) -> Vec<Single> {
+    let of = |(parameter, value): (&Parameter, &f64)| {
+        let mut alone = ErrorModel::perfect(machine);
+        alone.calibrated = errors.calibrated;
+        alone.set(machine, *parameter, *value);
+        let taken = schemes.iter().map(|scheme| {
+            let options = compile::Options {
+                scheme: scheme.clone(),
+                allow_large: true,
+                ..options.clone()
+            };
+            let compiled = compile::compile(machine, &alone, &options, progress)?;
+            let travel = &compiled.proof.travel;
+            Ok(Taken {
+                tables: compiled.built.size.tables,
+                terms: compiled.built.size.terms,
+                before: travel.before.translation_um.mean,
+                left: travel.after.translation_um.max,
+            })
+        });
+        Single {
+            parameter: *parameter,
+            value: *value,
+            schemes: taken.collect(),
+        }
+    };
+    errors.parameters.iter().map(of).collect()
+}
