@@ -53,6 +53,7 @@ usage: cargo xtask COMMAND
   install --prefix DIR [--axes N] [--banks N] [--tables N] [--terms N] [--grids N]
                                  the C library: static, shared, header, pkg-config; what it holds
   bench [policies]               run times beside their rivals; instruction counts with valgrind
+  bench compile [PROGRAM]        time of `compile` on all examples and 13 to 120 parameters, beside another program
   bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -106,6 +107,8 @@ fn main() -> ExitCode {
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
         ["bench", "policies"] => bench::policies::run(),
+        ["bench", "compile"] => bench::compile::run(None),
+        ["bench", "compile", other] => bench::compile::run(Some(other)),
         ["bench", "identify"] => bench_identify::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
