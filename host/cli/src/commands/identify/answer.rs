@@ -42,6 +42,8 @@ pub struct Answer<'a> {
     noise_of_stated: Option<f64>,
     /// Standard deviation of a coordinate of the tip by errors that the model lacks, in the probed zone.
     misfit_um: Option<f64>,
+    /// The same of a component of the tool's direction.
+    misfit_urad: Option<f64>,
     /// Sources whose residuals exceed what they state, beyond chance.
     refuted: Vec<&'static str>,
     degrees_of_freedom: usize,
@@ -216,6 +218,7 @@ impl<'a> Answer<'a> {
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
             misfit_um: found.not_known.misfit.map(|misfit| misfit * 1e3),
+            misfit_urad: found.not_known.misfit_of_direction.map(|urad| urad * 1e6),
             refuted: (identified.components.iter())
                 .filter(|one| one.is_refuted)
                 .map(|one| one.source.name())
