@@ -44,6 +44,7 @@ mod stated;
 mod structure;
 mod tables;
 mod thermal;
+mod thermal_choice;
 mod trend;
 mod unidentifiable;
 mod units;

@@ -204,6 +204,8 @@ pub struct Verdict {
     pub sentences: Vec<String>,
     /// The effect of every parameter; the largest mean at the tip first.
     pub shares: Vec<Share>,
+    /// The figures that the sentences are about.
+    pub volumetric: Volumetric,
 }
 
 /// Computes only the verdict of a report; positions are drawn with `seed`.
@@ -221,7 +223,11 @@ pub fn verdict(
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
     let mut sentences = verdict::sentences(&volumetric, &shares, errors);
     sentences.extend(verdict::thermal(errors));
-    Ok(Verdict { sentences, shares })
+    Ok(Verdict {
+        sentences,
+        shares,
+        volumetric,
+    })
 }
 
 /// The subject of a report.

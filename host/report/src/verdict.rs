@@ -70,30 +70,28 @@ fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> String {
                 0 => String::new(),
                 exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
             };
-            // The length of a sum does not exceed the sum of the lengths.
-            let three = |left: &Statistics, most: &Statistics| {
-                [
-                    rounded_up(left.mean + most.mean),
-                    rounded_up(left.p95 + most.p95),
-                    rounded_up(left.max + most.max),
-                ]
-            };
-            let most = &known.at_most;
-            let [mean, p95, largest] = three(&after.translation_um, &most.translation_um);
-            let [of_mean, of_p95, of_largest] =
-                three(&after.direction_urad, &most.direction_urad);
+            let three = |most: &Statistics| [most.mean, most.p95, most.max].map(rounded_up);
+            let most = known.with_tables(after);
+            let [mean, p95, largest] = three(&most.translation_um);
+            let [of_mean, of_p95, of_largest] = three(&most.direction_urad);
             let where_ = zone(known);
-            // Balls show how errors that the model lacks move the tip, not how they turn the tool.
-            let of_direction = match errors.misfit.is_some_and(|mm| mm > 0.0) {
-                true => "tool direction, as far as its parameters say, by",
-                false => "tool direction by",
+            let of_direction = format!("{of_mean}, {of_p95} and {of_largest} µrad");
+            let (and_direction, direction) = match errors.is_direction_measured() {
+                true => (format!(", and the tool direction by {of_direction}"), String::new()),
+                // Balls show how errors that the model lacks move the tip, not how they turn the tool.
+                false => (
+                    String::new(),
+                    format!(
+                        " The tool's direction was not measured: what is not known of its parameters and what the tables leave turn it by {of_direction}, and other errors are not known."
+                    ),
+                ),
             };
             let how_far = match errors.unseen.is_empty() {
                 true => "the tip will be off by no more than about",
                 false => "the errors that were measured leave the tip off by about",
             };
             format!(
-                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst, and the {of_direction} {of_mean}, {of_p95} and {of_largest} µrad (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave."
+                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave.{direction}"
             )
         }
     }
@@ -236,6 +234,7 @@ mod tests {
                 band: quality(2.06, 4.0),
                 at_most: quality(3.0, 6.0),
                 is_of_zone: false,
+                is_direction_measured: true,
                 uncertain: 1,
                 exact: 0,
             }),
@@ -272,13 +271,23 @@ mod tests {
     }
 
     #[test]
-    fn with_a_misfit_the_direction_is_that_of_the_parameters() {
+    fn a_direction_that_was_not_measured_is_apart() {
         let mut errors = none();
         errors.misfit = Some(1e-3);
         let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         let said = sentences(&found, &[], &errors);
         assert!(
-            said[0].contains("and the tool direction, as far as its parameters say, by 7.7"),
+            said[0].ends_with(
+                " 6.1 µm at the worst (each with 95 %, over the travel), by what is not known of its parameters and what the \
+                 tables leave. The tool's direction was not measured: what is not known of its parameters and what the tables \
+                 leave turn it by 7.7, 7.7 and 16 µrad, and other errors are not known."
+            ),
+            "{said:?}"
+        );
+        errors.misfit_of_direction = Some(1e-6);
+        let said = sentences(&found, &[], &errors);
+        assert!(
+            said[0].contains("at the worst, and the tool direction by 7.7"),
             "{said:?}"
         );
     }

@@ -48,10 +48,31 @@ pub struct Known {
     /// known.
     #[serde(default)]
     pub is_of_zone: bool,
+    /// True if directions were measured. If not, their figures are those of parameters and tabulated motions alone.
+    #[serde(default)]
+    pub is_direction_measured: bool,
     /// Number of parameters and measured motions with an uncertainty.
     pub uncertain: usize,
     /// Number of those without one, which count as exact.
     pub exact: usize,
+}
+
+impl Known {
+    /// What mean, 95 % and largest error of the machine with tables that leave `after` do not exceed, each with 95 %: the
+    /// length of a sum does not exceed the sum of the lengths.
+    #[must_use]
+    pub fn with_tables(&self, after: &Quality) -> Quality {
+        let sum = |left: &Statistics, most: &Statistics| Statistics {
+            mean: left.mean + most.mean,
+            rms: left.rms + most.rms,
+            p95: left.p95 + most.p95,
+            max: left.max + most.max,
+        };
+        Quality {
+            translation_um: sum(&after.translation_um, &self.at_most.translation_um),
+            direction_urad: sum(&after.direction_urad, &self.at_most.direction_urad),
+        }
+    }
 }
 
 /// Evaluates the machine.
@@ -67,6 +88,7 @@ pub fn volumetric(
     let known = known.map(|found| Known {
         at_most: found.at_most,
         is_of_zone: found.zone.is_some(),
+        is_direction_measured: subject.errors.is_direction_measured(),
         band: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,

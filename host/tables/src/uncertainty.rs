@@ -9,7 +9,8 @@
 //!
 //! Errors that the model lacks move the tip, too. Their size in the calibrated range is the *misfit*: a random
 //! displacement of the tip, of the same size in all directions, that adds to the covariance. What they do to the tool
-//! direction, balls do not show.
+//! direction, balls do not show; if something that reads directions was measured, it has a misfit of its own, across the
+//! tool.
 
 mod benefit;
 mod bounds;
@@ -18,7 +19,7 @@ mod travel;
 
 use crate::validate::{Quality, Statistics};
 pub use benefit::{Benefit, benefit};
-pub use bounds::{MISFIT_MEAN, MISFIT_P95, bounds};
+pub use bounds::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, bounds};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
 pub use travel::{OverTravel, over_travel, probed_zone};
 use trueaxis_kinematics::Sensitivity;
@@ -79,10 +80,14 @@ impl<'a> Uncertain<'a> {
         let tables = changes.of_tables();
         let [tip, direction] = [0, 1]
             .map(|k| of_root(&parameters[k], &self.root) + &tables[k] * tables[k].transpose());
-        let misfit = self.kinematics.errors.misfit.unwrap_or(0.0);
+        let errors = self.kinematics.errors;
+        let [misfit, turn] =
+            [errors.misfit, errors.misfit_of_direction].map(Option::unwrap_or_default);
+        let along = changes.tool();
+        let across = Matrix3::identity() - along * along.transpose();
         Leaves {
             tip: tip + Matrix3::from_diagonal_element(misfit * misfit),
-            direction,
+            direction: direction + across * (turn * turn),
         }
     }
 }
@@ -152,6 +157,12 @@ impl<'a> Changes<'a> {
             at_tip,
             at_further,
         }
+    }
+
+    /// Unit vector of the tool, in the workpiece frame.
+    fn tool(&self) -> Vector3<f64> {
+        let at = self.kinematics.nominal(self.q, self.situation.length);
+        at.r.column(self.kinematics.machine.tool_axis).into_owned()
     }
 
     /// With respect to each parameter: tip and direction.

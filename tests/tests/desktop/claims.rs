@@ -1,7 +1,9 @@
 //! Whether claims hold on machines that have errors outside the model: the whole way from probings to what the verdict,
 //! the report and the calibration report say.
 
-use nalgebra::Vector3;
+mod compensated;
+
+use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
@@ -136,32 +138,50 @@ struct Kept {
     most: [f64; 3],
 }
 
-/// The machine as its error file says after an identification.
-fn identified(case: &Case, mut measured: Probings, way: (&str, bool)) -> ErrorModel {
-    let machine = &case.machine;
+/// Probings, with or without their noise, and what is identified from them.
+fn identification(
+    case: &Case,
+    mut measured: Probings,
+    way: (&str, bool),
+) -> (Probings, Identified) {
     for row in &mut measured.rows {
         row.sigma = way.1.then_some(1e-3);
     }
+    let machine = &case.machine;
     let (none, options) = (Observations::default(), Options::default());
-    let perfect = ErrorModel::perfect(machine);
-    let found: Identified = match way.0 {
+    let found = match way.0 {
         "auto" => {
+            let perfect = ErrorModel::perfect(machine);
             let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
             chosen.unwrap().identified
         }
         model => case.found(model, &measured, options),
     };
-    let seen: Vec<Parameter> = found.parameters.iter().map(|e| e.parameter).collect();
+    (measured, found)
+}
+
+/// The machine as its error file says.
+fn written(case: &Case, measured: &Probings, found: &Identified) -> ErrorModel {
     let predicted = held_out(
-        machine,
-        &measured,
+        &case.machine,
+        measured,
         &case.artefact,
-        &none,
-        &seen,
-        &perfect,
-        options,
+        &Observations::default(),
+        &found
+            .parameters
+            .iter()
+            .map(|e| e.parameter)
+            .collect::<Vec<Parameter>>(),
+        &ErrorModel::perfect(&case.machine),
+        Options::default(),
     );
-    case.written(&measured, &found, predicted.as_ref().ok())
+    case.written(measured, found, predicted.as_ref().ok())
+}
+
+/// The machine as its error file says after an identification.
+fn identified(case: &Case, measured: Probings, way: (&str, bool)) -> ErrorModel {
+    let (measured, found) = identification(case, measured, way);
+    written(case, &measured, &found)
 }
 
 fn kept(case: &Case, outside: Outside, way: (&'static str, bool), seed: u64) -> Kept {
@@ -179,6 +199,43 @@ fn kept(case: &Case, outside: Outside, way: (&'static str, bool), seed: u64) -> 
     }
 }
 
+/// A displacement (mm) of the tip at a position, in the workpiece frame.
+struct Displaced {
+    at: Vector3<f64>,
+    by: Vector3<f64>,
+}
+
+/// Where the whole workpiece stands: its zero and its alignment are set on the part, and neither do balls show it whose
+/// places are not known.
+struct Place {
+    by: Vector3<f64>,
+    turn: Vector3<f64>,
+}
+
+impl Place {
+    /// The least squares of displacements.
+    fn of<'a>(all: impl Iterator<Item = &'a Displaced>) -> Self {
+        let (mut square, mut side) = (Matrix6::zeros(), Vector6::zeros());
+        for one in all {
+            let mut columns = Matrix3x6::identity();
+            let turns = -one.at.cross_matrix();
+            columns.fixed_columns_mut::<3>(3).copy_from(&turns);
+            square += columns.transpose() * columns;
+            side += columns.transpose() * one.by;
+        }
+        let found = square.lu().solve(&side).expect("positions in space");
+        Self {
+            by: found.fixed_rows::<3>(0).into(),
+            turn: found.fixed_rows::<3>(3).into(),
+        }
+    }
+
+    /// How it displaces a position.
+    fn displaces(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        self.by + self.turn.cross(at)
+    }
+}
+
 /// The share of positions in the probed zone at which the tip of a machine is within its 95 % band, and how far off it is.
 fn off(case: &Case, errors: &ErrorModel, seed: u64) -> (f64, Statistics) {
     let machine = &case.machine;
@@ -186,7 +243,7 @@ fn off(case: &Case, errors: &ErrorModel, seed: u64) -> (f64, Statistics) {
     let uncertain = Uncertain::new(machine, errors, &known);
     let [truth, found] = [&case.errors, errors].map(|errors| Kinematics::new(machine, errors));
     let mut random = Fixed::new(seed);
-    let apart: Vec<(Vector3<f64>, f64)> = (0..POSITIONS)
+    let apart: Vec<(Displaced, f64)> = (0..POSITIONS)
         .map(|_| {
             let mut q = [0.0; MAX_AXES];
             for (q, [low, high]) in q.iter_mut().zip(errors.calibrated) {
@@ -197,15 +254,18 @@ fn off(case: &Case, errors: &ErrorModel, seed: u64) -> (f64, Statistics) {
                 *sign = either(&mut random);
             }
             let tip = |machine: &Kinematics<'_>| machine.actual(&q, &situation, &Switches::ALL).t;
-            (
-                tip(&truth) - tip(&found),
-                uncertain.leaves(&q, &situation).tip_band(),
-            )
+            let at = tip(&found);
+            let displaced = Displaced {
+                at,
+                by: tip(&truth) - at,
+            };
+            (displaced, uncertain.leaves(&q, &situation).tip_band())
         })
         .collect();
-    // The zero of the workpiece is set on the part.
-    let zero = apart.iter().map(|(off, _)| off).sum::<Vector3<f64>>() / POSITIONS as f64;
-    let off: Vec<f64> = apart.iter().map(|(off, _)| (off - zero).norm()).collect();
+    let place = Place::of(apart.iter().map(|(displaced, _)| displaced));
+    let off: Vec<f64> = (apart.iter())
+        .map(|(displaced, _)| (displaced.by - place.displaces(&displaced.at)).norm())
+        .collect();
     let inside = off
         .iter()
         .zip(&apart)

@@ -29,4 +29,5 @@ mod shown_output;
 mod singular_path;
 mod targets;
 mod thermal;
+mod thermal_claims;
 mod zero_at;

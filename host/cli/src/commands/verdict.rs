@@ -52,6 +52,7 @@ fn text(verdict: &Verdict, coloured: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trueaxis_report::Volumetric;
     use trueaxis_tables::validate::{Quality, Statistics};
 
     fn share(name: &str, mean: f64) -> Share {
@@ -83,6 +84,17 @@ mod tests {
         let verdict = Verdict {
             sentences: vec!["So it is.".to_owned()],
             shares: shares.collect(),
+            volumetric: Volumetric {
+                positions: 0,
+                before: Quality::default(),
+                after: None,
+                kinematic: None,
+                difference_um: None,
+                difference_urad: None,
+                meets_tolerance: None,
+                um_per_mm_of_tool_length: None,
+                known: None,
+            },
         };
         let plain = text(&verdict, false);
         let bars: Vec<usize> = plain

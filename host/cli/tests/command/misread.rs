@@ -108,6 +108,33 @@ fn displacements_in_another_unit_or_sense_are_named() {
 }
 
 #[test]
+fn lengths_whose_deviations_have_the_other_sign_are_named_however_exact_they_are_said_to_be() {
+    let folder = Folder::new();
+    let observed = std::fs::read_to_string(observations(&folder, &[])).unwrap();
+    let header = observed.lines().find(|line| line.starts_with("kind"));
+    let header: Vec<&str> = header.unwrap().split(',').collect();
+    let place = |name: &str| header.iter().position(|cell| *cell == name).unwrap();
+    let [length, sigma] = ["length_mm", "sigma_um"].map(place);
+    // With a small uncertainty the machine is fitted to them, and all else seems to be wrong.
+    for stated in ["0.5", "0.1"] {
+        let changed: String = (observed.lines())
+            .map(|line| {
+                let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+                if line.starts_with("length,bar") {
+                    let read: f64 = cells[length].parse().unwrap();
+                    cells[length] = format!("{:.9}", 200.0 - read);
+                    cells[sigma] = stated.to_owned();
+                }
+                cells.join(",") + "\n"
+            })
+            .collect();
+        let found = identified(&folder, &changed);
+        let part = "the readings of bar look as if they count the other way";
+        named(stated, found, &[part]);
+    }
+}
+
+#[test]
 fn a_stated_dead_length_that_other_readings_contradict_is_named() {
     let found = with("bar", "length_mm", &|read, _| read - 0.05);
     let parts = [

@@ -231,6 +231,8 @@ pub struct ThermalModel {
     pub inputs: Vec<Thermal>,
     /// The parameters that change with one of `inputs` (by its number).
     pub terms: Vec<(Parameter, usize)>,
+    /// Standard uncertainty of each term (per kelvin) because other temperatures, lags and terms could have been chosen.
+    pub choice: Vec<f64>,
     /// `inputs` at every reading of the log (K).
     pub kelvin: Vec<Vec<f64>>,
     /// What they leave of another cycle (mm, 95 % of coordinates).

@@ -148,6 +148,13 @@ pub fn error_file(
             misfit * 1e3
         );
     }
+    if let Some(misfit) = unknown.misfit_of_direction {
+        let _ = writeln!(
+            text,
+            "misfit_urad = {:.3}  # by the same, where angles were measured: rms of a component of the tool's direction",
+            misfit * 1e6
+        );
+    }
     if let Some(left) = observations.thermal.as_ref().and_then(|t| t.left) {
         let _ = writeln!(
             text,

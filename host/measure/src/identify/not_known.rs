@@ -4,7 +4,7 @@ use super::candidates::{Form, of_degree};
 use super::elsewhere::Elsewhere;
 use super::noise::{Component, Source};
 use super::{HeldOut, Honesty, Identified, IdentifyError, Problem, Unknown};
-use crate::instrument::Kind;
+use crate::instrument::{Kind, LEVER};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// What the measurements do not show of the machine.
@@ -19,6 +19,8 @@ pub struct NotKnown {
     /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, where it was measured; `None`
     /// if only angles were.
     pub misfit: Option<f64>,
+    /// Standard deviation (rad) of a component of the tool's direction by the same; `None` if no angle was measured.
+    pub misfit_of_direction: Option<f64>,
 }
 
 impl NotKnown {
@@ -38,6 +40,7 @@ impl NotKnown {
             hidden: problem.hidden_by_stylus(identified)?,
             motions: motions(problem, identified),
             misfit: misfit.map(|misfit| libm::hypot(misfit, of_stylus)),
+            misfit_of_direction: of_direction(identified),
         })
     }
 }
@@ -116,8 +119,20 @@ fn of_observations(one: &Component) -> Option<f64> {
     ) {
         return None;
     }
+    Some(beyond_noise(one))
+}
+
+/// What residuals of observations have beyond their stated noise (mm, rms).
+fn beyond_noise(one: &Component) -> f64 {
     let noise = one.of_stated.map_or(0.0, |factor| one.noise / factor);
-    Some((one.noise * one.noise - noise * noise).max(0.0).sqrt())
+    (one.noise * one.noise - noise * noise).max(0.0).sqrt()
+}
+
+/// The misfit of what reads directions (rad).
+fn of_direction(identified: &Identified) -> Option<f64> {
+    let mut all = identified.components.iter();
+    let angles = all.find(|one| one.source == Source::Observations(Kind::Angle))?;
+    Some(beyond_noise(angles) / LEVER)
 }
 
 /// The error motions that have neither a table nor a coefficient, if no tip was measured in space.

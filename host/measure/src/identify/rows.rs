@@ -35,6 +35,8 @@ pub struct Problem<'a> {
     pub(super) period: Option<[f64; 2]>,
     /// Drift that is looked for.
     pub(super) drift: Vec<Drift>,
+    /// Standard uncertainties of changes with temperature from the choice of temperatures, lags and terms.
+    pub(super) choice: Vec<(Unknown, f64)>,
     stylus: Stylus,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
@@ -156,6 +158,7 @@ impl<'a> Problem<'a> {
             observed: Observed::default(),
             period,
             drift: Vec::new(),
+            choice: Vec::new(),
             spindle: Spindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
@@ -175,8 +178,9 @@ impl<'a> Problem<'a> {
         self = self.at_times(observations);
         if let Some(thermal) = &observations.thermal {
             let terms = thermal.terms.iter();
-            self.unknowns
-                .extend(terms.map(|(p, input)| Unknown::PerKelvin(*p, *input)));
+            let terms = terms.map(|(p, input)| Unknown::PerKelvin(*p, *input));
+            self.unknowns.extend(terms.clone());
+            self.choice = terms.zip(thermal.choice.iter().copied()).collect();
             self.base.sensors.clone_from(&thermal.inputs);
         }
         let drift = observations.drift.iter();

@@ -4,8 +4,9 @@
 use super::Unknown;
 use super::identified::Identified;
 use super::noise::Source;
+use super::root_mean_square;
 use super::rows::{Problem, Weights};
-use crate::instrument::Kind;
+use crate::instrument::{Kind, Part};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::ops::Range;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -110,6 +111,9 @@ const CRITICAL: f64 = 5.2;
 const EXPLAINS: f64 = 0.5;
 /// The fraction of a hypothesis' effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 1e-3;
+/// The same of readings of an instrument: a small stated uncertainty makes the unknowns follow them, and what is left is in
+/// the residuals of everything else.
+const TESTABLE_READINGS: f64 = 1e-5;
 /// A row belongs to another ball if it fits it this well (mm).
 const OTHER_BALL: f64 = 1.0;
 /// Largest fraction of the rows that are suspected one by one; more are not exceptions.
@@ -136,7 +140,12 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
             break;
         };
         adjusted.take(problem, &best, &groups);
+        // Everything was fitted to those readings.
+        let is_misread = matches!(best.suspect, Suspect::Reading(..));
         found.push(best.suspicion(problem, identified));
+        if is_misread {
+            return found;
+        }
     }
     // A single wrong position of a rotary axis explains little of the noise of many rows. Errors that the model lacks make
     // several positions significant; a wrong position leaves nothing behind once it is left out.
@@ -279,7 +288,7 @@ impl Adjusted {
             let effect = self.of_row(problem, place);
             let mut sums = Sums::new(self, effect.ncols());
             sums.add(self, place, &effect);
-            if let Some(tested) = sums.tested(self, None) {
+            if let Some(tested) = sums.tested(self, None, TESTABLE) {
                 best = better(best, tested.about(Suspect::Row, &[place]));
             }
         }
@@ -305,7 +314,11 @@ impl Adjusted {
                 if !is_hypothesis {
                     continue;
                 }
-                let Some(tested) = sums.tested(self, Some(least)) else {
+                let testable = match group.suspect {
+                    Suspect::Reading(..) => TESTABLE_READINGS,
+                    _ => TESTABLE,
+                };
+                let Some(tested) = sums.tested(self, Some(least), testable) else {
                     continue;
                 };
                 let suspect = match (&group.suspect, self.sources[*place]) {
@@ -432,8 +445,9 @@ impl Sums {
         self.gradient += effect.tr_mul(&adjusted.left.rows_range(block));
     }
 
-    /// For a group, `least` is the sum of squares that it must explain.
-    fn tested(&self, adjusted: &Adjusted, least: Option<f64>) -> Option<Tested> {
+    /// For a group, `least` is the sum of squares that it must explain. `testable` is the part of it that the unknowns must
+    /// not absorb.
+    fn tested(&self, adjusted: &Adjusted, least: Option<f64>, testable: f64) -> Option<Tested> {
         let count = self.gradient.len();
         if adjusted.freedom <= count {
             return None;
@@ -442,7 +456,7 @@ impl Sums {
         // The part that the unknowns absorb cannot be tested.
         let whole = self.normal.trace() / count as f64;
         let smallest = free.symmetric_eigenvalues().min();
-        if smallest.is_nan() || smallest < TESTABLE * whole {
+        if smallest.is_nan() || smallest < testable * whole {
             return None;
         }
         let inverse = free.try_inverse()?;
@@ -564,13 +578,20 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
             .filter(|(_, row)| row.setup == setup)
             .map(|(i, _)| i)
             .collect();
-        // The zero of an instrument says nothing.
+        // The zero of an instrument says nothing, not even where it is known: deviations may be from any length.
         let mean = own.iter().map(|i| observed.rows[*i].read.x).sum::<f64>() / own.len() as f64;
-        let read = |place: usize| observed.rows[place - places.len()].read.x - mean;
+        let read = |i: usize| observed.rows[i].read.x - mean;
+        let spread = root_mean_square(own.iter().map(|i| read(*i)));
+        let dead_length = Unknown::Setup(setup, Part::Length);
+        let is_zero_known = observed.known.iter().any(|(of, ..)| *of == dead_length);
         add(
             Suspect::Reading(name.clone(), OTHER_SIGN),
             own.iter().map(|i| places.len() + i).collect(),
-            &|place| DMatrix::from_element(1, 1, -read(place)),
+            &|place| {
+                let columns = [-read(place - places.len()), -spread];
+                let count = if is_zero_known { 2 } else { 1 };
+                DMatrix::from_row_slice(1, count, &columns[..count])
+            },
             false,
         );
     }

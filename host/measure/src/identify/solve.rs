@@ -291,11 +291,13 @@ fn changes(
 ) -> Vec<FoundChange> {
     let found = |unknown: &Unknown| {
         let (parameter, input) = unknown.parameter()?;
+        let choice = problem.choice.iter().find(|(of, _)| of == unknown);
+        let choice = choice.map_or(0.0, |(_, choice)| *choice);
         Some(FoundChange {
             parameter,
             input: input?,
             per_kelvin: (estimate.errors).per_kelvin(problem.machine, parameter, input?),
-            uncertainty: variance(*unknown)?.sqrt(),
+            uncertainty: libm::hypot(variance(*unknown)?.sqrt(), choice),
         })
     };
     problem.unknowns.iter().filter_map(found).collect()

@@ -9,6 +9,7 @@ use super::gram::{Gram, Split};
 use super::held_out::student;
 use super::identified::Identified;
 use super::rows::Problem;
+use super::thermal_choice::{Linear, Model, Term, uncertainties};
 use crate::formats::temperatures::{Temperatures, ThermalModel};
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal, in_three_digits};
@@ -34,6 +35,18 @@ const APART: f64 = 3.0;
 const NO_LAG: f64 = 30.0;
 /// Relative change of a lag for its derivative.
 const SMALL: f64 = 0.01;
+/// Lags that could have been chosen: none, and from the shortest by a third of a doubling.
+const SHORTEST: f64 = 30.0;
+const LONGER: i32 = 29;
+/// Lags about a chosen one are half a standard deviation apart, up to three on either side; no deviation of its logarithm is
+/// larger.
+const NEAR: i32 = 6;
+const MOST_UNCERTAIN: f64 = 0.5;
+/// Logarithm by which a lag is changed for how much worse others fit.
+const BEND: f64 = 0.05;
+/// Where none was chosen: the shortest other one (s), and how many, each by a half of a doubling longer.
+const ALMOST_NONE: f64 = 10.0;
+const FEW: i32 = 8;
 
 /// What temperatures explain.
 #[derive(Clone, Debug)]
@@ -92,6 +105,13 @@ struct Group {
     lag: f64,
     /// Indices into the candidates.
     parameters: Vec<usize>,
+}
+
+/// A temperature that could have been chosen, at every equation (K).
+struct Temperature {
+    sensor: usize,
+    lag: f64,
+    kelvin: DVector<f64>,
 }
 
 struct Search<'p> {
@@ -428,12 +448,15 @@ impl<'p> Search<'p> {
             .sum::<f64>();
         let count: usize = cycles.iter().map(|c| c.rows).sum();
         let with = (with / count as f64).sqrt();
+        let choice = self.uncertainties(&groups);
+        let of_choice = |[own, whole]: &[f64; 2]| (whole * whole - own * own).max(0.0).sqrt();
         Ok(Warmed {
             lag_uncertainty: self.lag_uncertainty(&groups),
             model: ThermalModel {
                 log: self.log.clone(),
                 inputs,
                 terms,
+                choice: choice.iter().map(of_choice).collect(),
                 kelvin,
                 left: (!groups.is_empty()).then(|| band(&cycles, with)),
             },
@@ -443,6 +466,130 @@ impl<'p> Search<'p> {
             band: band(&cycles, with),
             cycles,
         })
+    }
+
+    /// The standard uncertainty of each term: with these temperatures, lags and terms, and with the choice of them. Where
+    /// left-out cycles are predicted worse than chance would have it, equations have the variance of that.
+    fn uncertainties(&self, groups: &[Group]) -> Vec<[f64; 2]> {
+        let Some(chosen) = self.linear(groups).filter(|_| !groups.is_empty()) else {
+            return Vec::new();
+        };
+        let chosen = chosen.model();
+        let gram = self.gram(groups);
+        let cycles = gram.by_part_of_expected();
+        let of_cycles = cycles.iter().sum::<f64>() / cycles.len() as f64;
+        let variance = gram.variance().max(of_cycles);
+        let equations = self.residuals.len() as f64 * gram.variance() / variance;
+        let temperatures = self.temperatures();
+        let (mut lags, mut others) = (Vec::new(), Vec::new());
+        let model = |groups: &[Group]| self.linear(groups).map(|linear| linear.model());
+        for (g, group) in groups.iter().enumerate() {
+            let at = |sensor: usize, lag: f64| {
+                let mut all = groups.to_vec();
+                (all[g].sensor, all[g].lag) = (sensor, lag);
+                model(&all)
+            };
+            let near = near(group.lag, &chosen, variance, &|lag| at(group.sensor, lag));
+            lags.push(near);
+            let mut rest = groups.to_vec();
+            rest.remove(g);
+            let swapped = temperatures.iter().filter(|other| {
+                other.sensor != group.sensor && is_apart(&rest, other.sensor, other.lag)
+            });
+            others.push(
+                swapped
+                    .filter_map(|other| at(other.sensor, other.lag))
+                    .collect(),
+            );
+            for (k, parameter) in group.parameters.iter().enumerate() {
+                let mut fewer = groups.to_vec();
+                fewer[g].parameters.remove(k);
+                others.push(model(&fewer).into_iter().collect());
+                // With one parameter, these are those above.
+                if group.parameters.len() > 1 {
+                    let is_own = |t: &Temperature| t.sensor == group.sensor;
+                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_own));
+                    let is_other = |t: &Temperature| !is_own(t);
+                    others.push(self.with_one(&fewer, *parameter, &temperatures, &is_other));
+                }
+            }
+        }
+        for parameter in 0..self.candidates.len() {
+            let is_its = |group: &&Group| group.parameters.contains(&parameter);
+            if groups.iter().filter(is_its).count() > 1 {
+                let mut without = groups.to_vec();
+                for group in &mut without {
+                    group.parameters.retain(|p| *p != parameter);
+                }
+                others.push(self.with_one(&without, parameter, &temperatures, &|_| true));
+            }
+            let is_coarse = |t: &Temperature| LAGS.contains(&t.lag);
+            others.push(self.with_one(groups, parameter, &temperatures, &is_coarse));
+        }
+        uncertainties(&chosen, &lags, &others, variance, equations)
+    }
+
+    /// Every sensor with every lag that could have been chosen.
+    fn temperatures(&self) -> Vec<Temperature> {
+        let longer = (0..LONGER).map(|k| SHORTEST * libm::exp2(f64::from(k) / 3.0));
+        let lags: Vec<f64> = [0.0].into_iter().chain(longer).collect();
+        let sensors = 0..self.log.sensors.len();
+        let all = sensors.flat_map(|sensor| lags.iter().map(move |lag| (sensor, *lag)));
+        let temperature = |(sensor, lag)| Temperature {
+            sensor,
+            lag,
+            kelvin: self.kelvin(sensor, lag),
+        };
+        all.map(temperature).collect()
+    }
+
+    /// The models with a parameter that changes with one temperature more, if it is apart from those that it changes with.
+    fn with_one(
+        &self,
+        groups: &[Group],
+        parameter: usize,
+        temperatures: &[Temperature],
+        is_in: &dyn Fn(&Temperature) -> bool,
+    ) -> Vec<Model> {
+        let its = groups.iter().filter(|g| g.parameters.contains(&parameter));
+        let its: Vec<Group> = its.cloned().collect();
+        let tried = temperatures
+            .iter()
+            .filter(|t| is_in(t) && is_apart(&its, t.sensor, t.lag));
+        let (terms, columns): (Vec<Term>, Vec<DVector<f64>>) = tried
+            .map(|t| {
+                let (sensor, lag) = (t.sensor, t.lag);
+                let term = Term {
+                    parameter,
+                    sensor,
+                    lag,
+                };
+                (
+                    term,
+                    self.columns.column(parameter).component_mul(&t.kelvin),
+                )
+            })
+            .unzip();
+        match self.linear(groups) {
+            Some(linear) if !columns.is_empty() => {
+                linear.with(&terms, &DMatrix::from_columns(&columns))
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The least squares with these groups.
+    fn linear(&self, groups: &[Group]) -> Option<Linear> {
+        let terms = groups.iter().flat_map(|group| {
+            let (sensor, lag) = (group.sensor, group.lag);
+            let parameters = group.parameters.iter();
+            parameters.map(move |parameter| Term {
+                parameter: *parameter,
+                sensor,
+                lag,
+            })
+        });
+        Linear::new(self.matrix(groups), &self.residuals, terms.collect())
     }
 
     /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
@@ -473,6 +620,27 @@ impl<'p> Search<'p> {
         let deviations = Gram::new(&matrix, &self.residuals, &self.split).deviations();
         columns.iter().map(|c| c.map(|c| deviations[c])).collect()
     }
+}
+
+/// The models with the lags about one that was chosen.
+fn near(
+    lag: f64,
+    chosen: &Model,
+    variance: f64,
+    model: &dyn Fn(f64) -> Option<Model>,
+) -> Vec<Model> {
+    if lag == 0.0 {
+        let longer = (0..FEW).map(|k| ALMOST_NONE * libm::exp2(f64::from(k) / 2.0));
+        return [0.0].into_iter().chain(longer).filter_map(model).collect();
+    }
+    let squares = |log: f64| model(lag * libm::exp(log)).map_or(f64::INFINITY, |m| m.squares);
+    let bend = (squares(BEND) + squares(-BEND) - 2.0 * chosen.squares) / (BEND * BEND);
+    let deviation = match bend > 0.0 {
+        true => (2.0 * variance / bend).sqrt().min(MOST_UNCERTAIN),
+        false => MOST_UNCERTAIN,
+    };
+    let lags = (-NEAR..=NEAR).map(|k| lag * libm::exp(0.5 * f64::from(k) * deviation));
+    lags.filter_map(model).collect()
 }
 
 /// True if the lag of a sensor differs enough from its lags in `groups`.

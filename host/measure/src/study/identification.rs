@@ -50,6 +50,8 @@ pub struct Identification {
     /// Standard deviation of a coordinate of the tip by errors that the model lacks, in the probed zone.
     #[serde(default)]
     pub misfit_um: Option<f64>,
+    /// The same of a component of the tool's direction.
+    pub misfit_urad: Option<f64>,
     /// Sources whose residuals exceed what they state, beyond chance.
     #[serde(default)]
     pub refuted: Vec<String>,

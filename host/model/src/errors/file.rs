@@ -50,6 +50,8 @@ struct UncertaintyEntry {
     thermal_um: Option<Spanned<f64>>,
     /// Standard deviation of a coordinate of the tip by errors that the model lacks (µm).
     misfit_um: Option<Spanned<f64>>,
+    /// The same of a component of the tool's direction (µrad).
+    misfit_urad: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

@@ -51,6 +51,8 @@ pub struct ErrorModel {
     /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, in the calibrated range, if
     /// it is known.
     pub misfit: Option<f64>,
+    /// The same (rad) of a component of the tool's direction; `None` if nothing that reads directions was measured.
+    pub misfit_of_direction: Option<f64>,
     /// Errors that may exist but that the measurements could not show, each with what 10 µm (10 µrad, 10 µm/m) of it
     /// changes at the tip over the travel (µm).
     pub unseen: BTreeMap<Parameter, f64>,
@@ -71,10 +73,17 @@ impl ErrorModel {
             slopes_beside_squareness: false,
             thermal_left: None,
             misfit: None,
+            misfit_of_direction: None,
             unseen: BTreeMap::new(),
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }
+    }
+
+    /// False if measurements show what errors that the model lacks do to the tip, but nothing shows how they turn the tool.
+    #[must_use]
+    pub fn is_direction_measured(&self) -> bool {
+        self.misfit.is_none() || self.misfit_of_direction.is_some()
     }
 
     /// The scale errors of linear axes (`EXX1`) that neither a parameter nor a table gives, or that are 0 without an

@@ -13,7 +13,7 @@ use trueaxis_measure::simulate::normal;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
-use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, probed_zone};
+use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, probed_zone};
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
@@ -40,16 +40,20 @@ pub(crate) struct Expected {
 const RANGE_OF_20: f64 = 5.01;
 const LARGEST_OF_20: f64 = 3.02;
 
-/// By how much a displacement of the tip with this standard deviation in each coordinate, of which nothing else is known,
-/// changes a quantity at most (95 %). A mean length changes by no more than the root mean square of what is added, a
+/// By how much a displacement of the tip with this standard deviation in each coordinate, and a turn of the tool about
+/// each axis (µrad), of which nothing else is known, change a quantity at most (95 %). A mean length changes by no more than the root mean square of what is added, a
 /// range by no more than its range, a largest amount by no more than its largest.
-fn by_displacement(quantity: &Quantity, um: f64) -> f64 {
-    um * match quantity {
-        Quantity::Volumetric { at_tip: false, .. } => 0.0,
-        Quantity::Volumetric { is_mean: true, .. } => MISFIT_MEAN,
-        Quantity::Volumetric { .. } => MISFIT_P95,
-        Quantity::Circle('F', _) => LARGEST_OF_20,
-        _ => RANGE_OF_20,
+fn by_displacement(quantity: &Quantity, um: f64, urad: f64) -> f64 {
+    match quantity {
+        Quantity::Volumetric {
+            at_tip: false,
+            is_mean,
+            ..
+        } => urad * if *is_mean { TURN_MEAN } else { TURN_P95 },
+        Quantity::Volumetric { is_mean: true, .. } => um * MISFIT_MEAN,
+        Quantity::Volumetric { .. } => um * MISFIT_P95,
+        Quantity::Circle('F', _) => um * LARGEST_OF_20,
+        _ => um * RANGE_OF_20,
     }
 }
 
@@ -90,7 +94,8 @@ pub(crate) fn expected(
         let all: Option<Vec<Sampled>> = found.iter().map(|values| values[k]).collect();
         let mut found = summary(&all?);
         let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
-        let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um));
+        let turn = subject.errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
+        let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um), turn);
         found.interval = found
             .interval
             .map(|[low, high]| [(low - by).max(0.0), high + by]);
@@ -354,8 +359,11 @@ mod tests {
         let errors = "[parameters]\nEXX1 = 20e-6\n[standard_uncertainty]\nEXX1 = 1e-6\n";
         let names = ["tip mean", "tip p95", "E X", "F XY", "direction mean"];
         let without = found(errors, &names);
-        let with = found(&format!("{errors}[uncertainty]\nmisfit_um = 0.5\n"), &names);
-        for (k, by) in [0.866, 1.40, 2.505, 1.51, 0.0].into_iter().enumerate() {
+        let with = found(
+            &format!("{errors}[uncertainty]\nmisfit_um = 0.5\nmisfit_urad = 0.2\n"),
+            &names,
+        );
+        for (k, by) in [0.866, 1.40, 2.505, 1.51, 0.283].into_iter().enumerate() {
             let [a, b] = [&without, &with].map(|all| all[k].unwrap().interval.unwrap());
             assert!((b[1] - a[1] - by).abs() < 1e-3, "{}: {a:?} {b:?}", names[k]);
             assert!(

@@ -73,10 +73,8 @@ impl<'a> Grounds<'a> {
             _ => {}
         }
         let is_direction = matches!(quantity, Quantity::Volumetric { at_tip: false, .. });
-        if is_direction && identification.is_none() && errors.misfit.is_some_and(|um| um > 0.0) {
-            return Some(
-                "what the errors that the model lacks do to the direction is not known".to_owned(),
-            );
+        if is_direction && !errors.is_direction_measured() {
+            return Some("directions were not measured: balls show only the tip".to_owned());
         }
         self.not_measured(quantity)
             .or_else(|| self.beyond(quantity))

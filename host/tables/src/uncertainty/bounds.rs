@@ -25,6 +25,12 @@ pub const MISFIT_MEAN: f64 = 1.7320508075688772;
 pub const MISFIT_P95: f64 = 2.80;
 /// See [`MISFIT_MEAN`].
 const MISFIT_LARGEST: f64 = 3.78;
+/// The same of a direction, which has two coordinates: √2, and two degrees of freedom.
+pub const TURN_MEAN: f64 = std::f64::consts::SQRT_2;
+/// See [`TURN_MEAN`].
+pub const TURN_P95: f64 = 2.45;
+/// See [`TURN_MEAN`].
+const TURN_LARGEST: f64 = 3.45;
 
 /// Bounds of the error that uncertain parameters, tabulated motions and the misfit leave at these positions. Each figure
 /// is what this mean (root mean square, 95 %, maximum) does not exceed with a probability of 95 %.
@@ -91,12 +97,22 @@ pub fn bounds(
         translation_um: of(0, 1e3),
         direction_urad: of(1, 1e6),
     };
-    let misfit = errors.misfit.unwrap_or(0.0) * 1e3;
-    let tip = &mut found.translation_um;
-    tip.mean += MISFIT_MEAN * misfit;
-    tip.rms += MISFIT_MEAN * misfit;
-    tip.p95 += MISFIT_P95 * misfit;
-    tip.max += MISFIT_LARGEST * misfit;
+    let add = |to: &mut Statistics, misfit: f64, [mean, p95, largest]: [f64; 3]| {
+        to.mean += mean * misfit;
+        to.rms += mean * misfit;
+        to.p95 += p95 * misfit;
+        to.max += largest * misfit;
+    };
+    add(
+        &mut found.translation_um,
+        errors.misfit.unwrap_or(0.0) * 1e3,
+        [MISFIT_MEAN, MISFIT_P95, MISFIT_LARGEST],
+    );
+    add(
+        &mut found.direction_urad,
+        errors.misfit_of_direction.unwrap_or(0.0) * 1e6,
+        [TURN_MEAN, TURN_P95, TURN_LARGEST],
+    );
     found
 }
 

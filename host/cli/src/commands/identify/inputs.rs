@@ -78,7 +78,7 @@ impl Inputs {
                     first.display(),
                     second.display()
                 ),
-                "say what stayed between them: --same stylus, if only the balls were moved, or --same balls, if nothing was; a stylus that was changed has its own identification",
+                "say what stayed between them: --same stylus if only the balls were moved, --same balls if nothing was moved. If the stylus was changed, identify each file by itself, because one place of the stylus is found for all files",
             ));
         }
         if probed.is_empty() && observed.is_empty() {

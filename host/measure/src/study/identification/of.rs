@@ -68,6 +68,7 @@ impl Identification {
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
             misfit_um: found.not_known.misfit.map(|misfit| misfit * 1e3),
+            misfit_urad: found.not_known.misfit_of_direction.map(|urad| urad * 1e6),
             refuted: refuted.map(|one| one.source.name().to_owned()).collect(),
             degrees_of_freedom: identified.freedom,
             condition: identified.condition,

@@ -4,6 +4,7 @@ use super::ErrorsFile;
 use crate::errors::ErrorModel;
 use crate::errors::covariance;
 use crate::source::FileError;
+use toml::Spanned;
 
 /// Standard uncertainties are written with four digits.
 const ROUNDED: f64 = 1e-3;
@@ -32,18 +33,31 @@ impl ErrorModel {
             }
             self.thermal_left = Some(um * 1e-3);
         }
-        if let Some(misfit) = &entry.misfit_um {
-            let um = *misfit.get_ref();
-            if !um.is_finite() || um < 0.0 {
+        let of = |entry: &Option<Spanned<f64>>, name: &str, what: &str| {
+            let Some(misfit) = entry else { return Ok(None) };
+            let value = *misfit.get_ref();
+            if !value.is_finite() || value < 0.0 {
                 return Err(FileError::at(
                     misfit.span(),
-                    "misfit_um is negative or not a number".to_owned(),
+                    format!("{name} is negative or not a number"),
                     "here",
-                    "write in µm how far errors that the model lacks move a coordinate of the tip (rms), as identify does, or leave it out",
+                    format!("write {what} (rms), as identify does, or leave it out"),
                 ));
             }
-            self.misfit = Some(um * 1e-3);
-        }
+            Ok(Some(value))
+        };
+        let um = of(
+            &entry.misfit_um,
+            "misfit_um",
+            "in µm how far errors that the model lacks move a coordinate of the tip",
+        )?;
+        let urad = of(
+            &entry.misfit_urad,
+            "misfit_urad",
+            "in µrad how far errors that the model lacks turn the tool about one axis",
+        )?;
+        self.misfit = um.map(|um| um * 1e-3);
+        self.misfit_of_direction = urad.map(|urad| urad * 1e-6);
         let Some(name) = &entry.covariance else {
             return Ok(());
         };
