@@ -135,8 +135,10 @@ const runCommand = (() => {
         return OK;
       },
       environ_get: () => OK,
-      clock_time_get(_clock, _precision, at) {
-        view().setBigUint64(at, BigInt(Math.round(performance.now() * 1e6)), true);
+      /** The first clock is that of the calendar. */
+      clock_time_get(clock, _precision, at) {
+        const now = clock === 0 ? Date.now() : performance.now();
+        view().setBigUint64(at, BigInt(Math.round(now * 1e6)), true);
         return OK;
       },
       random_get(at, length) {

@@ -1,5 +1,8 @@
 /* Runs commands one after the other, away from the page. */
-let module = null;
+let there = {};
+/** The command; whoever needs it waits for it, and reports a failure. */
+const module = new Promise((resolve, reject) => (there = { resolve, reject }));
+module.catch(() => {});
 
 /** The port of the page: what it has received, and who waits for it. `null` bytes: the port is gone. */
 const port = {
@@ -30,12 +33,8 @@ const port = {
 };
 
 self.onmessage = async ({ data }) => {
-  if (data.wasm) {
-    module = WebAssembly.compile(data.wasm);
-    // A failure is reported by the command that needs it.
-    module.catch(() => {});
-    return;
-  }
+  if (data.module) return there.resolve(data.module);
+  if (data.failed) return there.reject(new Error(data.failed));
   if ("arrived" in data) return port.arrive(data.arrived);
   const { id, args, files, isOnPort } = data;
   if (isOnPort) Object.assign(port, { received: [], isGone: false });

@@ -102,6 +102,7 @@ pin in  bit   enable "Ramps the corrections in or out";
 pin in  bit   dry_run "Everything is computed and shown, while the corrections ramp to 0";
 pin in  bit   reload "A rising edge reads the file again";
 pin out bit   loading "A file is being read, or is waiting to be used";
+pin out bit   fading "The corrections are fading over to another file";
 pin out unsigned loads "Number of files accepted";
 pin out unsigned reloads "Number of rising edges of reload that have been answered: fault\\-code says how";
 pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
@@ -152,7 +153,7 @@ static bool reload_before;
 static struct {
     float in;
     unsigned taken, sum, code, answers;
-    bool acting, cut_off, beyond, busy;
+    bool acting, cut_off, beyond, busy, fades;
     enum reason why;
     int awaited;
     unsigned turn;
@@ -226,6 +227,7 @@ FUNCTION(write_)
     SHOW(2, saturated, shown.cut_off, now.cut_off);
     SHOW(2, beyond_range, shown.beyond, now.beyond);
     SHOW(3, loading, shown.busy, loading_busy());
+    SHOW(3, fading, shown.fades, retiring);
     SHOW(4, loads, shown.taken, now.taken);
     SHOW(5, checksum, shown.sum, current != NULL ? current->sum : 0);
     SHOW(6, state, shown.why, now.why);

@@ -3,11 +3,11 @@
 //! A fault handler has no time, no stack to rely on and no log: it writes a few words, and the next start reads them. A
 //! board places them in memory that is never initialised.
 
+use trueaxis::Checksum;
 use trueaxis::link::{Restart, Tail};
 
 /// Number of words in a record.
 pub const WORDS: usize = 10;
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The first word, including the version of the rest.
 const MARK: u32 = 0x7472_7801;
 
@@ -124,11 +124,11 @@ fn word(bytes: &[u8]) -> u32 {
 
 /// Checksum of all words but the last.
 fn checksum(words: &Words) -> u32 {
-    let mut digest = CRC.digest();
+    let mut digest = Checksum::new();
     for word in words.iter().take(WORDS - 1) {
-        digest.update(&word.to_le_bytes());
+        digest.add(&word.to_le_bytes());
     }
-    digest.finalize()
+    digest.value()
 }
 
 #[cfg(test)]

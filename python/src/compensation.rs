@@ -15,7 +15,8 @@ use trueaxis::{
     Travelling,
 };
 use trueaxis_model::positions::Input;
-use trueaxis_tables::compile::{Options, best};
+use trueaxis_tables::compile::Options;
+use trueaxis_tables::made::Made;
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::target::Target;
 
@@ -35,7 +36,10 @@ self_cell::self_cell!(
 
 /// A compensation.
 #[pyclass(frozen, module = "trueaxis")]
-pub struct Compensation(Owned);
+pub struct Compensation {
+    tables: Owned,
+    warnings: Vec<String>,
+}
 
 #[pymethods]
 impl Compensation {
@@ -50,11 +54,11 @@ impl Compensation {
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, self.0.borrow_owner())
+        PyBytes::new(py, self.tables.borrow_owner())
     }
 
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        Ok(std::fs::write(path, &**self.0.borrow_owner())?)
+        Ok(std::fs::write(path, &**self.tables.borrow_owner())?)
     }
 
     #[getter]
@@ -80,6 +84,11 @@ impl Compensation {
     #[getter]
     fn policy(&self) -> String {
         self.tables().policy().to_string()
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
     }
 
     /// Corrections before the guard rails.
@@ -145,16 +154,20 @@ impl Compensation {
             tables.load(blob)?;
             Ok(tables)
         });
-        loaded.map(Self).map_err(|error| {
+        let tables = loaded.map_err(|error| {
             raise(
                 error.to_string(),
                 "give the content of a .trax file, whole, and of this version",
             )
+        })?;
+        Ok(Self {
+            tables,
+            warnings: Vec::new(),
         })
     }
 
     fn tables(&self) -> &Largest<'_> {
-        self.0.borrow_dependent()
+        self.tables.borrow_dependent()
     }
 }
 
@@ -275,20 +288,39 @@ pub fn compile(
     options.tables.format = target.samples;
     options.tables.target = target;
     options.tables.zero_at = zero_at;
-    let made = py.detach(|| best(&machine.0, model, &options, tolerance, &()));
+    let made = py.detach(|| Made::new(&machine.0, model, &options, tolerance, &()));
     let made = made.map_err(|error| raise(error.to_string(), error.remedy()))?;
-    let refusals = match options.scheme.keeps_tolerance() {
-        true => made.proof.refusals(made.tolerance),
-        false => Vec::new(),
+    let may_be_written = made.may_be_written(best_effort);
+    let whole = match made {
+        Made::Proven(whole) => whole,
+        Made::NoRoom(shortages) => {
+            let name = &options.tables.target.name;
+            return Err(raise(
+                format!("the target {name} holds too little: {}", all(&shortages)),
+                options.scheme.smaller(),
+            ));
+        }
     };
-    let refused = refusals
-        .iter()
-        .find(|r| !(best_effort && r.yields_to_best_effort()));
-    if let Some(refusal) = refused {
+    if !may_be_written {
+        let coarser = whole.best.fits_um.map_or_else(
+            || "a coarser tolerance".to_owned(),
+            |um| format!("tolerance={um}, which is met"),
+        );
         return Err(raise(
-            refusal.to_string(),
-            "give a coarser tolerance, another target, or best_effort=True",
+            all(&whole.refusals),
+            format!("give {coarser}, another target, or best_effort=True"),
         ));
     }
-    Compensation::load(made.built.blob)
+    let warnings = whole.warnings.iter().map(ToString::to_string);
+    let missed = whole.missed.iter().map(ToString::to_string);
+    Ok(Compensation {
+        warnings: warnings.chain(missed).collect(),
+        ..Compensation::load(whole.best.built.blob)?
+    })
+}
+
+/// Several sentences in one.
+fn all(sentences: &[impl ToString]) -> String {
+    let sentences: Vec<String> = sentences.iter().map(ToString::to_string).collect();
+    sentences.join("; ")
 }

@@ -10,12 +10,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::{observations, probings};
-use trueaxis_measure::identify::{
-    Identified, IdentifyError, Model, ModelError, NotKnown, Options, Problem, automatic, drifting,
-    error_file, held_out, honesty, identify,
-};
+use trueaxis_measure::identify::{Model, ModelError};
 use trueaxis_measure::simulate::{self, Disturbances};
-use trueaxis_model::errors::{ErrorModel, covariance};
+use trueaxis_measure::study::{Identification, Refusal, Request, Study};
+use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 
 /// Probings of balls.
@@ -133,7 +131,8 @@ pub fn simulated(
 #[pyclass(frozen, module = "trueaxis", name = "Identified")]
 pub struct Found {
     machine: Arc<trueaxis_model::machine::Machine>,
-    found: Identified,
+    found: Identification,
+    is_doubtful: bool,
     toml: String,
     covariance: String,
 }
@@ -157,27 +156,41 @@ impl Found {
     #[getter]
     fn parameters(&self) -> BTreeMap<String, f64> {
         let parameters = self.found.parameters.iter();
-        parameters
-            .map(|p| (p.parameter.to_string(), p.value))
-            .collect()
+        parameters.map(|p| (p.parameter.clone(), p.value)).collect()
     }
 
     #[getter]
     fn standard_uncertainty(&self) -> BTreeMap<String, f64> {
         let parameters = self.found.parameters.iter();
         parameters
-            .map(|p| (p.parameter.to_string(), p.uncertainty))
+            .map(|p| (p.parameter.clone(), p.standard_uncertainty))
             .collect()
     }
 
     #[getter]
     fn noise_um(&self) -> f64 {
-        self.found.noise * 1e3
+        self.found.noise_um
     }
 
     #[getter]
     fn unseen(&self) -> usize {
         self.found.unseen.len()
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let warnings = self.found.warnings.iter();
+        warnings.map(ToString::to_string).collect()
+    }
+
+    #[getter]
+    fn is_doubtful(&self) -> bool {
+        self.is_doubtful
+    }
+
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string_pretty(&self.found)
+            .map_err(|error| raise(error.to_string(), "report this with the measurements"))
     }
 
     fn save(&self, path: PathBuf) -> PyResult<()> {
@@ -202,7 +215,9 @@ const COVARIANCE: &str = "covariance.csv";
 
 /// Error parameters from probings and observations.
 #[pyfunction]
-#[pyo3(name = "identify", signature = (machine, probings=None, *, artefact=None, observations=Vec::new(), model="auto", robust=false))]
+#[pyo3(name = "identify", signature = (machine, probings=None, *, artefact=None, observations=Vec::new(), model="auto", robust=false,
+    without=Vec::new(), accept_places=false))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn identified(
     py: Python<'_>,
     machine: &Machine,
@@ -211,8 +226,9 @@ pub fn identified(
     observations: Vec<PathBuf>,
     model: &str,
     robust: bool,
+    without: Vec<String>,
+    accept_places: bool,
 ) -> PyResult<Found> {
-    let artefact = self::artefact(artefact, machine)?;
     let mut observed = observations::Observations::default();
     for path in observations {
         let text = Text::read(&path)?;
@@ -223,54 +239,32 @@ pub fn identified(
             .map_err(|(message, remedy)| raise(message, remedy))?;
     }
     let none = probings::Probings::default();
-    let measured = probings.map_or(&none, |probings| &probings.found);
-    let bad = |error: ModelError| raise(error.reason, error.remedy);
-    let model: Model = model.parse().map_err(bad)?;
-    let parameters = match model {
-        Model::Auto => Vec::new(),
-        _ => model.parameters(&machine.0, 0, &[]).map_err(bad)?,
+    let study = Study {
+        machine: &machine.0,
+        probings: probings.map_or(&none, |probings| &probings.found),
+        artefact: &self::artefact(artefact, machine)?,
+        observations: &observed,
+        runs: &[],
+        base: &ErrorModel::perfect(&machine.0),
     };
-    let options = Options {
-        robust,
-        ..Options::default()
-    };
-    let base = ErrorModel::perfect(&machine.0);
-    let found = py.detach(|| -> Result<Identified, IdentifyError> {
-        if model == Model::Auto {
-            let chosen = automatic(&machine.0, measured, &artefact, &observed, &base, options)?;
-            observed.drift.clone_from(&chosen.drift);
-            return Ok(chosen.identified);
-        }
-        let problem = || Problem::new(&machine.0, measured, &artefact, &parameters, &base);
-        let steady = problem().with(&observed);
-        let found = identify(&steady, options)?;
-        observed.drift = drifting(&steady, &found);
-        match observed.drift.is_empty() {
-            true => Ok(found),
-            false => identify(&problem().with(&observed), options),
-        }
+    let model: Model = model
+        .parse()
+        .map_err(|error: ModelError| raise(error.reason, error.remedy))?;
+    let found = py.detach(|| -> Result<Found, Refusal> {
+        let request = Request {
+            robust,
+            without,
+            accept_places,
+            ..Request::of(model)
+        };
+        let found = study.identify(&request)?;
+        Ok(Found {
+            machine: Arc::clone(&machine.0),
+            toml: found.error_file(COVARIANCE),
+            covariance: found.covariances(),
+            is_doubtful: found.is_doubtful(),
+            found: Identification::of(&found),
+        })
     });
-    let found = found.map_err(|error| raise(error.to_string(), error.remedy()))?;
-    let problem = Problem::new(&machine.0, measured, &artefact, &found.looked_for, &base);
-    let problem = problem.with(&observed);
-    let predicted = held_out(
-        &machine.0,
-        measured,
-        &artefact,
-        &observed,
-        &found.looked_for,
-        &base,
-        options,
-    );
-    let honesty = honesty(&problem, measured, &found);
-    let not_known = NotKnown::of(&problem, &found, &honesty, predicted.as_ref().ok());
-    let not_known = not_known.map_err(|error| raise(error.to_string(), error.remedy()))?;
-    Ok(Found {
-        toml: error_file(
-            &machine.0, measured, &observed, &found, &not_known, COVARIANCE,
-        ),
-        covariance: covariance::write(&found.known),
-        machine: Arc::clone(&machine.0),
-        found,
-    })
+    found.map_err(|refusal| raise(refusal.to_string(), refusal.remedy()))
 }

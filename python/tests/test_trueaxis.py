@@ -1,7 +1,11 @@
 """The module beside the command: the same numbers. Run by `cargo xtask python`."""
 
+import csv
+import io
+import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import threading
@@ -134,6 +138,151 @@ class Beside(unittest.TestCase):
         before, after = (float(word) for word in last.split() if word[0].isdigit())
         self.assertLess(after, before / 50, last)
         self.assertIn("without compensation", picture.read_text().replace("<!-- ", ""))
+
+
+    def alike(self, own, theirs, place):
+        if isinstance(theirs, dict):
+            self.assertEqual(list(own), list(theirs), place)
+            for key in theirs:
+                self.alike(own[key], theirs[key], f"{place}.{key}")
+        elif isinstance(theirs, list):
+            self.assertEqual(len(own), len(theirs), place)
+            for number, value in enumerate(theirs):
+                self.alike(own[number], value, f"{place}[{number}]")
+        elif isinstance(theirs, float):
+            # The same code, built with other optimisations.
+            self.assertAlmostEqual(own, theirs, delta=1e-9 * max(1.0, abs(theirs)), msg=place)
+        else:
+            self.assertEqual(own, theirs, place)
+
+    def same_identification(self, name, machine, probings, artefact, **options):
+        """Outcome, warnings and refusal of both; the exit code of the command."""
+        words = [COMMAND, "identify", EXAMPLES / "kolibri" / "machine.toml", probings, "--artefact", artefact]
+        words += ["--model", options.get("model", "auto")]
+        words += ["--robust"] * options.get("robust", False)
+        words += ["--accept-places"] * options.get("accept_places", False)
+        for rows in options.get("without", []):
+            words += ["--without", rows]
+        for file in options.get("observations", []):
+            words += ["--observations", file]
+        done = subprocess.run([*map(str, words), "--json"], capture_output=True, text=True)
+        said = " ".join(word for word in done.stderr.split() if word not in "│|=")
+        try:
+            read = trueaxis.Probings.from_file(probings, machine)
+            found = trueaxis.identify(machine, read, artefact=artefact, **options)
+        except trueaxis.Error as error:
+            self.assertEqual(done.returncode, 2, f"{name}: {error}")
+            for words in (error.message, error.remedy):
+                self.assertIn(" ".join(words.split()), said, name)
+            return 2
+        self.assertEqual(done.returncode, int(found.is_doubtful), f"{name}: {said}")
+        self.alike(json.loads(found.to_json()), json.loads(done.stdout), name)
+        warned = done.stderr.removeprefix("warning: ").split("\nwarning: ") if done.stderr else []
+        self.assertEqual(found.warnings, [one.rstrip("\n") for one in warned], name)
+        return done.returncode
+
+    def test_identifications_warnings_and_refusals_are_those_of_the_command(self):
+        folder, machine, model = files("kolibri", "errors-10.toml")
+        artefact = folder / "artefact.toml"
+        good = trueaxis.simulate(
+            machine, model, artefact=artefact, strategy=folder / "strategy.csv", noise=1
+        ).to_csv()
+        observed = self.path / "mixed.csv"
+        words = [folder / "machine.toml", folder / "errors-10.toml", "--strategy", folder / "observations.csv"]
+        command("simulate", "observations", *words, "-o", observed)
+
+        def changed(change):
+            rows = list(csv.DictReader(io.StringIO(good)))
+            for number, row in enumerate(rows):
+                change(number, row)
+            path = self.path / "probings.csv"
+            with path.open("w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(rows)
+            return path
+
+        def scaled(axis, factor):
+            return lambda _, row: row.update({axis: repr(float(row[axis]) * factor)})
+
+        def moved(line, axis, by):
+            return lambda n, row: n == line and row.update({axis: repr(float(row[axis]) + by)})
+
+        def renamed(line, ball):
+            return lambda n, row: n == line and row.update({"ball": ball})
+
+        far = self.path / "far.toml"
+        place = next(line for line in artefact.read_text().splitlines() if line.startswith("nominal_mm"))
+        x = place.split("[")[1].split(",")[0]
+        far.write_text(artefact.read_text().replace(f"[{x},", f"[{float(x) + 12.0},", 1))
+        as_they_are = lambda number, row: None
+        right = [
+            ("model 10", as_they_are, artefact, {"model": "10"}),
+            ("model 12", as_they_are, artefact, {"model": "12"}),
+            ("auto, with instruments", as_they_are, artefact, {"observations": [observed]}),
+            ("robust", as_they_are, artefact, {"model": "10", "robust": True}),
+            ("without a ball", as_they_are, artefact, {"model": "10", "without": ["ball 3", "line 20"]}),
+        ]
+        mistaken = [
+            ("a ball 12 mm off", as_they_are, far, {"model": "10"}),
+            ("that ball, accepted", as_they_are, far, {"model": "10", "accept_places": True}),
+            ("an axis in inches", scaled("X", 1 / 25.4), artefact, {"model": "10"}),
+            ("A counts the other way", scaled("A", -1.0), artefact, {"model": "10"}),
+            ("a row 0.2 mm off", moved(17, "Y", 0.2), artefact, {"model": "10"}),
+            ("another ball", renamed(20, "2"), artefact, {"model": "10"}),
+            ("rows that are not there", as_they_are, artefact, {"model": "10", "without": ["ball 9"]}),
+        ]
+        codes = {}
+        for name, change, places, options in right + mistaken:
+            codes[name] = self.same_identification(name, machine, changed(change), places, **options)
+        self.assertTrue(all(codes[case[0]] == 0 for case in right), codes)
+        refused = [name for name, code in codes.items() if code == 2]
+        for name in ["a ball 12 mm off", "an axis in inches", "A counts the other way", "rows that are not there"]:
+            self.assertIn(name, refused)
+
+    def test_compensations_warnings_and_refusals_are_those_of_the_command(self):
+        cases = [
+            ("huron-k2x8", "errors-13.toml", {}),
+            ("huron-k2x8", "errors-13.toml", {"tolerance": 2.0}),
+            ("huron-k2x8", "errors-13.toml", {"policy": "orientation"}),
+            ("kolibri", "errors-12.toml", {}),
+            ("mill-21", "errors-21.toml", {"tolerance": 0.5}),
+            # Refused, or with a warning.
+            ("huron-k2x8", "errors-13.toml", {"scheme": "grid3d", "policy": "position"}),
+            ("huron-k2x8", "errors-13.toml", {"scheme": "nothing"}),
+            ("kolibri", "errors-81.toml", {"tolerance": 0.05}),
+            ("huron-k2x8", "ten times", {}),
+            ("huron-k2x8", "a hundred times", {}),
+        ]
+        for number, (name, errors, options) in enumerate(cases):
+            folder = EXAMPLES / name
+            file = folder / errors
+            if not file.exists():
+                factor = {"ten times": 10, "a hundred times": 100}[errors]
+                file = self.path / "errors.toml"
+                text = (folder / "errors-13.toml").read_text().split("[standard_uncertainty]")[0]
+                larger = lambda found: f"= {float(found[1]) * factor!r}"
+                file.write_text(re.sub(r"= (-?[\d.]+e-\d)", larger, text))
+            machine = trueaxis.Machine.from_file(folder / "machine.toml")
+            out = self.path / f"{number}.trax"
+            words = [folder / "machine.toml", file, "-o", out, "--random", 200]
+            for option, value in options.items():
+                words += [f"--{option}", value]
+            done = subprocess.run([COMMAND, "compile", *map(str, words)], capture_output=True, text=True)
+            said = " ".join(word for word in done.stderr.split() if word not in "│|=")
+            place = f"{name} {errors} {options}"
+            try:
+                model = trueaxis.Errors.from_file(file, machine)
+                made = trueaxis.compile(machine, model, random=200, **options)
+            except trueaxis.Error as error:
+                self.assertNotEqual(done.returncode, 0, f"{place}: {error}")
+                for part in error.message.split("; "):
+                    self.assertIn(" ".join(part.split()), said, place)
+                continue
+            self.assertEqual(done.returncode, 0, f"{place}: {said}")
+            self.assertEqual(made.to_bytes(), out.read_bytes(), place)
+            warned = [line[9:] for line in done.stderr.splitlines() if line.startswith("warning: ")]
+            self.assertEqual([one.splitlines()[0] for one in made.warnings], warned, place)
 
 
 class Alone(unittest.TestCase):

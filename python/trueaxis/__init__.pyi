@@ -65,6 +65,9 @@ class Compensation:
         """Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K)."""
     @property
     def policy(self) -> str: ...
+    @property
+    def warnings(self) -> list[str]:
+        """What ``trueaxis compile`` warns of; empty for a compensation that was read."""
     def evaluate(self, positions: Positions, *, motion: bool = True) -> npt.NDArray[np.float32]:
         """Corrections (mm, deg) before the guard rails, one row per position, as the controller computes them.
 
@@ -103,6 +106,14 @@ class Identified:
     @property
     def unseen(self) -> int:
         """Number of unknowns that could not be identified."""
+    @property
+    def warnings(self) -> list[str]:
+        """What to check before the parameters are trusted, as ``trueaxis identify`` prints it."""
+    @property
+    def is_doubtful(self) -> bool:
+        """True where ``trueaxis identify`` exits with 1: rows contradict each other."""
+    def to_json(self) -> str:
+        """What ``trueaxis identify --json`` prints."""
     def save(self, path: Path) -> None:
         """Writes the error file, and its covariances beside it."""
 
@@ -157,5 +168,7 @@ def identify(
     observations: Sequence[Path] = (),
     model: str = "auto",
     robust: bool = False,
+    without: Sequence[str] = (),
+    accept_places: bool = False,
 ) -> Identified:
-    """Error parameters from probings and files of observations; ``model`` as in ``trueaxis identify``."""
+    """Error parameters from probings and files of observations; options and refusals are those of ``trueaxis identify``."""

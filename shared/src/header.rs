@@ -1,21 +1,19 @@
 //! The 16 fixed bytes at the start of a blob, and its checksum.
 
+use crate::checksum::Checksum;
 use crate::format::{HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::load_error::LoadError;
 use crate::work;
-
-/// CRC-32/ISO-HDLC (as in zlib), with a table of 1 KiB.
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// CRC-32 over everything but the CRC field itself: bytes 0…11 and from 16 to the end.
 ///
 /// `blob` has at least [`HEADER`] bytes.
 pub(crate) fn checksum(blob: &[u8]) -> u32 {
     work::count(blob.len());
-    let mut digest = CRC.digest();
-    digest.update(&blob[..12]);
-    digest.update(&blob[HEADER..]);
-    digest.finalize()
+    let mut digest = Checksum::new();
+    digest.add(&blob[..12]);
+    digest.add(&blob[HEADER..]);
+    digest.value()
 }
 
 /// Contents of the fixed bytes at the start of a blob.
@@ -82,14 +80,14 @@ impl Header {
         if (stated as usize) < HEADER || stated > held {
             return Ok(Err(LoadError::WrongLength { stated, held }));
         }
-        let mut digest = CRC.digest();
-        digest.update(&piece[..12]);
-        digest.update(&piece[HEADER..stated.min(PIECE) as usize]);
+        let mut digest = Checksum::new();
+        digest.add(&piece[..12]);
+        digest.add(&piece[HEADER..stated.min(PIECE) as usize]);
         for at in (PIECE..stated).step_by(PIECE as usize) {
             read(at, &mut piece[..size(at)])?;
-            digest.update(&piece[..(stated - at).min(PIECE) as usize]);
+            digest.add(&piece[..(stated - at).min(PIECE) as usize]);
         }
-        Ok(if digest.finalize() == header.crc {
+        Ok(if digest.value() == header.crc {
             Ok(header)
         } else {
             Err(LoadError::BadChecksum)

@@ -115,6 +115,8 @@ pub(crate) struct Follower {
     /// The same with the lag.
     lagged: State,
     is_set: bool,
+    /// The reading that has been reached (K), so that nothing but the lag is left to do while it lasts; otherwise NaN.
+    reached: f32,
 }
 
 impl Follower {
@@ -123,44 +125,24 @@ impl Follower {
         reading: 0,
         lagged: 0,
         is_set: false,
+        reached: f32::NAN,
     };
+
+    /// The sensor may have other limits from now on.
+    pub(crate) fn look_closely(&mut self) {
+        self.reached = f32::NAN;
+    }
 
     /// Takes the reading `u` (K from the reference) after a valid period `dt` (s). Returns the temperature that counts
     /// (K), or nothing if the reading is a fault: outside the range, not a number, or a jump. `free`: nothing is output
     /// now, so after a jump it starts anew.
     #[inline(always)]
     pub(crate) fn follow(&mut self, u: f32, of: &Auxiliary, dt: f32, free: bool) -> Option<f32> {
-        let Sensor {
-            lag_rate,
-            rate,
-            range: [low, high],
-        } = of.sensor;
-        let celsius = u + of.reference;
-        // NaN fails the comparisons.
-        if !(celsius >= low && celsius <= high) {
+        if u != self.reached && !self.approach(u, of, dt, free) {
             return None;
         }
-        // SAFETY: the range and the reference are within 1000 °C, so `u` is within 2000 K.
-        let goal = unsafe { access::whole(u * PER_KELVIN) };
-        let way = (goal - rounded(self.reading)) as f32;
-        let rate = rate * PER_KELVIN;
-        let jumps = way.abs() > rate * Sensor::JUMP;
-        if !self.is_set || (free && jumps) {
-            *self = Self {
-                reading: at(goal),
-                lagged: at(goal),
-                is_set: true,
-            };
-        } else {
-            let most = rate * dt;
-            let change = if way < most { way } else { most };
-            let change = if change > -most { change } else { -most };
-            self.reading = moved(self.reading, change);
-            if jumps {
-                return None;
-            }
-        }
         let mut steps = rounded(self.reading);
+        let lag_rate = of.sensor.lag_rate;
         if lag_rate > 0.0 {
             // No faster than the readings are followed: a period is at most a hundredth of a lag.
             let way = (steps - rounded(self.lagged)) as f32;
@@ -168,6 +150,40 @@ impl Follower {
             steps = rounded(self.lagged);
         }
         Some(steps as f32 * STEP)
+    }
+
+    /// Follows the reading; returns false if it is a fault.
+    #[inline(never)]
+    fn approach(&mut self, u: f32, of: &Auxiliary, dt: f32, free: bool) -> bool {
+        let Sensor {
+            rate,
+            range: [low, high],
+            ..
+        } = of.sensor;
+        let celsius = u + of.reference;
+        // NaN fails the comparisons.
+        if !(celsius >= low && celsius <= high) {
+            return false;
+        }
+        // SAFETY: the range and the reference are within 1000 °C, so `u` is within 2000 K.
+        let goal = unsafe { access::whole(u * PER_KELVIN) };
+        let way = (goal - rounded(self.reading)) as f32;
+        let rate = rate * PER_KELVIN;
+        let jumps = way.abs() > rate * Sensor::JUMP;
+        let starts = !self.is_set || (free && jumps);
+        if starts {
+            self.reading = at(goal);
+            self.lagged = at(goal);
+            self.is_set = true;
+        } else {
+            let most = rate * dt;
+            let change = if way < most { way } else { most };
+            let change = if change > -most { change } else { -most };
+            self.reading = moved(self.reading, change);
+        }
+        let arrived = rounded(self.reading) == goal;
+        self.reached = if arrived { u } else { f32::NAN };
+        starts || !jumps
     }
 }
 

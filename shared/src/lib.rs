@@ -55,6 +55,7 @@ extern crate std;
 mod access;
 mod blob;
 mod catch_up;
+mod checksum;
 mod compensation;
 mod contents;
 mod description;
@@ -91,6 +92,7 @@ mod status;
 mod weights;
 mod work;
 
+pub use checksum::Checksum;
 pub use compensation::{Compensation, TermView};
 pub use description::{
     ADJUSTABLE, AUXILIARIES, Auxiliary, AuxiliaryKind, Axis, Bank, Direction, FACTORS, GRID_INPUTS,

@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 use trueaxis::{
-    Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis, Interpolation, SampleFormat, Term,
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis,
+    Interpolation, SampleFormat, Sensor, Term,
 };
 use trueaxis_tests::Fixed;
 
@@ -169,6 +170,35 @@ fn one_bank(tables: usize, interpolation: Interpolation) -> Draft {
     }
 }
 
+/// Three banks of one linear table, of which the last two read the axis, or two temperatures, with or without a lag:
+/// their evaluations are alike.
+fn thermal(lag_rate: Option<f32>) -> Draft {
+    let one = one_bank(1, Interpolation::Linear);
+    let mut draft = one.clone();
+    for number in 1..3 {
+        let mut bank = one.banks[0].clone();
+        if let Some(lag_rate) = lag_rate {
+            bank.input = number;
+            draft.auxiliaries.push(Auxiliary {
+                kind: AuxiliaryKind::Temperature,
+                name: ["bed", "column"][usize::from(number) - 1]
+                    .try_into()
+                    .unwrap_or_default(),
+                reference: 20.0,
+                sensor: Sensor {
+                    lag_rate,
+                    ..Sensor::USUAL
+                },
+            });
+        }
+        draft.banks.push(bank);
+        let mut term = one.terms[0].clone();
+        term.factors = [number].into_iter().collect();
+        draft.terms.push(term);
+    }
+    draft
+}
+
 fn main() -> ExitCode {
     let Some(folder) = std::env::args().nth(1) else {
         eprintln!("usage: bench-blobs FOLDER");
@@ -182,6 +212,9 @@ fn main() -> ExitCode {
         ("linear9.trax", one_bank(9, linear)),
         ("cubic1.trax", one_bank(1, cubic)),
         ("cubic9.trax", one_bank(9, cubic)),
+        ("thermal0.trax", thermal(None)),
+        ("thermal2.trax", thermal(Some(0.0))),
+        ("thermal2-lag.trax", thermal(Some(1.0 / 3600.0))),
     ] {
         let written = draft
             .encode()

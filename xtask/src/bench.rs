@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: run times compared with rivals, and instruction counts if valgrind is available.
 
+pub mod compile;
 pub mod policies;
 
 use crate::callgrind;

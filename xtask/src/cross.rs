@@ -5,6 +5,7 @@
 
 use crate::packages::install;
 use crate::process::{has, output, root, run, target, works};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -131,17 +132,25 @@ impl Cross {
     }
 }
 
-/// Flags that make panics name their file relative to this project, or to cargo's download folder: otherwise the size
-/// of a program depends on the length of these paths.
+/// Flags that make panics name their file relative to this project, or to the folder of a registry: otherwise the size of
+/// a program depends on the length of these paths.
 fn short_paths() -> Vec<String> {
     let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".cargo"));
     let downloaded = std::env::var_os("CARGO_HOME").map(PathBuf::from).or(home);
-    let folders = [
-        Some(root()),
-        downloaded.map(|home| home.join("registry/src")),
-    ];
+    let sources = downloaded.map(|home| home.join("registry/src"));
+    let registries = sources
+        .iter()
+        .filter_map(|sources| fs::read_dir(sources).ok());
+    let registries = registries
+        .flatten()
+        .flatten()
+        .map(|registry| registry.path());
+    let mut folders: Vec<PathBuf> = sources.iter().cloned().chain(registries).collect();
+    // The same order in every run, so that nothing is built again; the last one that matches is used.
+    folders.sort();
+    folders.push(root());
     let shortened = |folder: PathBuf| format!("--remap-path-prefix={}=", folder.display());
-    folders.into_iter().flatten().map(shortened).collect()
+    folders.into_iter().map(shortened).collect()
 }
 
 /// Whether the default compiler has a library for a target.

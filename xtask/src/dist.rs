@@ -4,6 +4,7 @@
 //! built for the part that it has, and a model of the STM32F405 runs its image as it is (`cargo xtask hil`).
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
+use crate::systems::{self, System};
 use crate::{capi, cross, files, hil, linuxcnc, packages, python, web};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,8 +13,6 @@ use std::process::Command;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Without libraries of the system: the program runs under any Linux.
 const STATIC: &str = "x86_64-unknown-linux-musl";
-/// What these packages are built for, as Debian calls it.
-const ARCHITECTURE: &str = "amd64";
 const MAINTAINER: &str = "The trueaxis maintainers <trueaxis@users.noreply.github.com>";
 const EXAMPLE: [&str; 2] = [
     "examples/huron-k2x8/machine.toml",
@@ -27,12 +26,15 @@ pub fn execute() -> Result<(), String> {
         return Err("releases are built on Linux, on x86-64".into());
     }
     packages::provide("dpkg-deb", &["dpkg"], "`dist`")?;
+    packages::provide("lintian", &["lintian"], "`dist`")?;
     let folder = target(&format!("release-{VERSION}"));
     let _ = fs::remove_dir_all(&folder);
     let folder = files::folder(folder)?;
     let program = folder.join(format!("trueaxis-{VERSION}-{STATIC}"));
     files::copy(&static_command()?, &program)?;
-    let command = command_package(&program, &folder)?;
+    let pages = Documents::of(&program)?;
+    let command = command_package(&program, &pages, "amd64", &folder)?;
+    let others = others(&pages, &folder)?;
     let library = library_package(&folder)?;
     let component = linuxcnc::package()?;
     files::copy(&component, &in_folder(&folder, &component))?;
@@ -44,6 +46,19 @@ pub fn execute() -> Result<(), String> {
     }
     images(&folder)?;
     components(&folder)?;
+    for package in files::list(&folder, "deb")? {
+        run(Command::new("lintian")
+            .args([
+                "--fail-on",
+                "error",
+                "--suppress-tags",
+                "bad-distribution-in-changes-file",
+            ])
+            .arg(package))?;
+    }
+    for (system, program) in others {
+        systems::check(system, &program)?;
+    }
     compiles_in_a_bare_root(&program)?;
     compiles_in_a_bare_root(&command)?;
     links_in_a_bare_root(&library)?;
@@ -65,28 +80,76 @@ fn in_folder(folder: &Path, file: &Path) -> PathBuf {
 fn static_command() -> Result<PathBuf, String> {
     works(Command::new("rustup").args(["target", "add", STATIC]));
     let words = "build -q --profile dist -p trueaxis-cli --bin trueaxis --target";
-    run(cargo().args(words.split(' ')).arg(STATIC))?;
+    run(cargo()
+        .args(words.split(' '))
+        .arg(STATIC)
+        .env("TRUEAXIS_BUILD", systems::build_name("dist")?))?;
     Ok(target(STATIC).join("dist/trueaxis"))
 }
 
+/// The command for the other systems, and the package for ARM; which of them can be checked.
+fn others(documents: &Documents, folder: &Path) -> Result<Vec<(System, PathBuf)>, String> {
+    let mut programs = Vec::new();
+    for system in System::ALL {
+        let Some(built) = system.build("dist")? else {
+            continue;
+        };
+        let ending = if matches!(system, System::Windows) {
+            ".exe"
+        } else {
+            ""
+        };
+        let program = folder.join(format!("trueaxis-{VERSION}-{}{ending}", system.target()));
+        files::copy(&built, &program)?;
+        if matches!(system, System::Arm) {
+            command_package(&program, documents, "arm64", folder)?;
+        }
+        programs.push((system, built));
+    }
+    Ok(programs)
+}
+
 /// A package of the files below `staged`.
-fn package(staged: &Path, name: &str, control: &str, folder: &Path) -> Result<PathBuf, String> {
+fn package(
+    staged: &Path,
+    name: &str,
+    architecture: &str,
+    control: &str,
+    folder: &Path,
+) -> Result<PathBuf, String> {
     let documents = files::folder(staged.join("usr/share/doc").join(name))?;
-    let licence =
-        ["LICENSE-MIT", "LICENSE-APACHE"].map(|name| files::read_text(&root().join(name)));
-    let [mit, apache] = licence;
+    let mit = files::read_text(&root().join("LICENSE-MIT"))?;
+    let mit: String = mit
+        .lines()
+        .map(|line| format!(" {}\n", if line.is_empty() { "." } else { line }))
+        .collect();
     let copyright = format!(
-        "MIT or Apache-2.0, at your option.\n\n{}\n\n{}",
-        mit?, apache?
+        "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n\
+         Files: *\nCopyright: The trueaxis contributors\nLicense: Expat or Apache-2.0\n\n\
+         License: Expat\n{mit}\n\
+         License: Apache-2.0\n On Debian systems the text is in /usr/share/common-licenses/Apache-2.0.\n"
     );
     files::write(&documents.join("copyright"), copyright)?;
+    let date = output(
+        Command::new("git")
+            .args(["log", "-1", "--format=%aD"])
+            .current_dir(root()),
+    )?;
+    let changes = documents.join("changelog");
+    files::write(
+        &changes,
+        format!(
+            "{name} ({VERSION}) unstable; urgency=medium\n\n  * CHANGELOG.md of the source.\n\n -- {MAINTAINER}  {date}"
+        ),
+    )?;
+    run(Command::new("gzip").args(["-9", "-n", "-f"]).arg(&changes))?;
     let about = files::folder(staged.join("DEBIAN"))?;
     let fields = format!(
-        "Package: {name}\nVersion: {VERSION}\nArchitecture: {ARCHITECTURE}\nPriority: optional\n\
+        "Package: {name}\nVersion: {VERSION}\nArchitecture: {architecture}\nPriority: optional\n\
          Maintainer: {MAINTAINER}\nHomepage: https://github.com/trueaxis/trueaxis\n{control}"
     );
     files::write(&about.join("control"), fields)?;
-    let package = folder.join(format!("{name}_{VERSION}_{ARCHITECTURE}.deb"));
+    let package = folder.join(format!("{name}_{VERSION}_{architecture}.deb"));
     run(Command::new("dpkg-deb")
         .args(["--build", "--root-owner-group"])
         .args([staged, &package]))?;
@@ -99,26 +162,53 @@ fn fresh(name: &str) -> Result<PathBuf, String> {
     files::folder(folder)
 }
 
+/// Manual pages and completions, which are the same for every processor.
+struct Documents {
+    folder: PathBuf,
+}
+
+impl Documents {
+    fn of(program: &Path) -> Result<Self, String> {
+        let folder = fresh("documents")?;
+        let pages = files::folder(folder.join("share/man/man1"))?;
+        run(Command::new(program).arg("man").arg(&pages))?;
+        run(Command::new("gzip")
+            .args(["-9", "-n"])
+            .args(files::list(&pages, "1")?))?;
+        for (shell, place) in [
+            ("bash", "bash-completion/completions/trueaxis"),
+            ("zsh", "zsh/vendor-completions/_trueaxis"),
+            ("fish", "fish/vendor_completions.d/trueaxis.fish"),
+        ] {
+            let file = folder.join("share").join(place);
+            files::folder(file.parent().unwrap_or(&folder).to_owned())?;
+            let script = output(Command::new(program).args(["completions", shell]))?;
+            files::write(&file, script)?;
+        }
+        Ok(Self { folder })
+    }
+}
+
 /// The command, its manual pages and its completions.
-fn command_package(program: &Path, folder: &Path) -> Result<PathBuf, String> {
-    let staged = fresh("command")?;
+fn command_package(
+    program: &Path,
+    pages: &Documents,
+    architecture: &str,
+    folder: &Path,
+) -> Result<PathBuf, String> {
+    let staged = fresh(&format!("command-{architecture}"))?;
     let programs = files::folder(staged.join("usr/bin"))?;
     files::copy(program, &programs.join("trueaxis"))?;
-    let pages = files::folder(staged.join("usr/share/man/man1"))?;
-    run(Command::new(program).arg("man").arg(&pages))?;
-    run(Command::new("gzip")
-        .args(["-9", "-n"])
-        .args(files::list(&pages, "1")?))?;
-    for (shell, place) in [
-        ("bash", "bash-completion/completions/trueaxis"),
-        ("zsh", "zsh/vendor-completions/_trueaxis"),
-        ("fish", "fish/vendor_completions.d/trueaxis.fish"),
-    ] {
-        let file = staged.join("usr/share").join(place);
-        files::folder(file.parent().unwrap_or(&staged).to_owned())?;
-        let script = output(Command::new(program).args(["completions", shell]))?;
-        files::write(&file, script)?;
-    }
+    run(Command::new("cp")
+        .arg("-r")
+        .arg(pages.folder.join("share"))
+        .arg(staged.join("usr")))?;
+    // It runs on any Linux because it needs no library.
+    let overrides = files::folder(staged.join("usr/share/lintian/overrides"))?;
+    files::write(
+        &overrides.join("trueaxis"),
+        "trueaxis: statically-linked-binary [usr/bin/trueaxis]\n",
+    )?;
     let examples = files::folder(staged.join("usr/share/doc/trueaxis"))?;
     run(Command::new("cp")
         .arg("-r")
@@ -127,7 +217,7 @@ fn command_package(program: &Path, folder: &Path) -> Result<PathBuf, String> {
     let control = "Section: science\nDescription: machine tool compensation tables from measurements\n \
          From probings and runs of instruments to error parameters, from these to the\n \
          fewest tables that correct them, and onto the control.\n";
-    package(&staged, "trueaxis", control, folder)
+    package(&staged, "trueaxis", architecture, control, folder)
 }
 
 /// The C library.
@@ -137,7 +227,7 @@ fn library_package(folder: &Path) -> Result<PathBuf, String> {
     capi::install(&["--prefix", &prefix.to_string_lossy()])?;
     let control = "Section: libdevel\nDepends: libc6\nDescription: machine tool compensation at servo rate, C library\n \
          Static and shared library, header and pkg-config file.\n";
-    package(&staged, "libtrueaxis-dev", control, folder)
+    package(&staged, "libtrueaxis-dev", "amd64", control, folder)
 }
 
 /// The firmware of the boards.

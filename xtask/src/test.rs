@@ -324,16 +324,3 @@ pub fn deny() -> Result<(), String> {
     steps.push(step("advisories", "deny --all-features check advisories"));
     run_steps(steps, Vec::new(), Vec::new())
 }
-
-/// `cargo xtask publish`: every crate as the registry would get it, built without the rest of the repository.
-///
-/// # Errors
-/// The names of the failed steps.
-pub fn publishable() -> Result<(), String> {
-    let words = "publish --workspace --dry-run --allow-dirty";
-    run_steps(
-        vec![step("crates as published", words)],
-        Vec::new(),
-        Vec::new(),
-    )
-}

@@ -22,6 +22,15 @@ const DRAWING: [&str; 6] = [
     "field.js",
     "sliders.js",
 ];
+/// Scripts of the page, in their order.
+const OWN: [&str; 6] = [
+    "files.js",
+    "runner.js",
+    "errors.js",
+    "builder.js",
+    "stage.js",
+    "page.js",
+];
 
 /// # Errors
 /// If something cannot be installed or built, or a check fails.
@@ -119,7 +128,9 @@ fn page_text(command: &[u8]) -> Result<String, String> {
         "const drawReport = (window) => {{\n{}\n}};\n",
         shared("view.js")?
     );
-    script += &own("page.js")?;
+    for name in OWN {
+        script += &own(name)?;
+    }
     let hash = hash(&script)?;
     // The styles are the report's and the page's own; user content sets none.
     let policy = format!(
@@ -131,6 +142,7 @@ fn page_text(command: &[u8]) -> Result<String, String> {
         ("policy", policy),
         ("style", style),
         ("examples", examples()?),
+        ("first", first()?),
         ("worker", own("system.js")? + &own("worker.js")?),
         ("script", script),
         ("wasm", base64(command)),
@@ -143,6 +155,18 @@ fn page_text(command: &[u8]) -> Result<String, String> {
         page = page.replace(&format!("{{{{{name}}}}}"), &text);
     }
     Ok(page)
+}
+
+/// The machine that the page opens with, as JSON: its files, and what the command answers to them (`--check` compares), so
+/// that it is drawn at once.
+fn first() -> Result<String, String> {
+    let own = |name: &str| files::read_text(&root().join("web/first").join(name));
+    Ok(format!(
+        "{{\"files\": {{\"machine.toml\": {}, \"errors.toml\": {}}}, \"answer\": {}}}",
+        json(&own("machine.toml")?),
+        json(&own("errors.toml")?),
+        own("model.json")?
+    ))
 }
 
 /// The examples as JSON: their files, and the options that they are compiled with.

@@ -124,6 +124,11 @@ class Configuration:
     def letter(self, joint):
         return self.letters[joint : joint + 1]
 
+    def can_calibrate(self):
+        """Whether the machine has rotary axes and a probe, or its owner says how to calibrate it."""
+        has_rotary = any(letter in self.letters for letter in "ABC")
+        return bool(self.ini.find("TRUEAXIS", "CALIBRATE")) or has_rotary and hal.pin_has_writer("motion.probe-input")
+
     def calibrate(self):
         """The command that calibrates."""
         found = self.ini.find("TRUEAXIS", "CALIBRATE")
@@ -241,6 +246,8 @@ class Panel:
         self.load, self.calibrate = Gtk.Button(label="Load a file…"), Gtk.Button(label="Calibrate…")
         self.load.connect("clicked", self.on_load)
         self.calibrate.connect("clicked", self.on_calibrate)
+        self.calibrate.set_no_show_all(True)
+        self.calibrate.set_visible(self.configuration.can_calibrate())
         row.add(self.load)
         row.add(self.calibrate)
         self.box.add(row)
@@ -312,14 +319,16 @@ class Panel:
         joint = pin("waiting-for")
         letter = self.configuration.letter(joint) if joint >= 0 else ""
         words = STATES[state].format("%d%s" % (joint, " (%s)" % letter if letter else ""))
-        title = "Corrections are in" if state == 0 else "Corrections are not in"
+        title = "Corrections are ON" if state == 0 else "Corrections are OFF"
         why = [] if state in (0, 5) else [words]
         if state == 6:
-            title, why = "Corrections are coming in", []
+            title, why = "Corrections are fading in", []
         elif pin("active") and state != 0:
-            title = "Corrections are going out"
+            title = "Corrections are fading out"
         if pin("fault"):
             why.append("fault: " + fault)
+        if pin("fading"):
+            why.append("fading over to another file")
         if pin("saturated"):
             why.append("a correction is limited to the largest of its axis")
         if pin("beyond-range"):
@@ -417,7 +426,7 @@ class Panel:
             self.loading = self.reload(None)
         elif chosen and self.ask(
             "Replace the compensation?",
-            "%s takes the place of %s, which is kept as %s.old. If the corrections are in, they fade over."
+            "%s takes the place of %s, which is kept as %s.old. If the corrections are on, they fade over."
             % ((chosen,) + (os.path.basename(self.configuration.file),) * 2),
             "Load",
         ):

@@ -5,8 +5,10 @@
 //! choice is complete and numbered; the newest one in both slots applies. Each consists of its content and its
 //! complement, either of which is enough: a flipped bit, or a word that can no longer be read, changes nothing.
 
+use trueaxis::Checksum;
+
 use super::bad_blocks::Health;
-use super::layout::{CHOICE, CRC, TRAILER, WORD, blank, doubled, word};
+use super::layout::{CHOICE, TRAILER, WORD, blank, doubled, word};
 use super::scan::newer;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
 
@@ -61,14 +63,14 @@ impl Choice {
         for (place, value) in content[4..28].chunks_exact_mut(4).zip(words) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        let check = CRC.checksum(&content[..28]);
+        let check = Checksum::of(&content[..28]);
         content[28..].copy_from_slice(&check.to_le_bytes());
         doubled(&content)
     }
 
     /// Decodes a content; returns its number and the choice.
     fn decode(content: &[u8; WORD]) -> Option<(u32, Self)> {
-        if content[..4] != MAGIC || word(content, 28) != CRC.checksum(&content[..28]) {
+        if content[..4] != MAGIC || word(content, 28) != Checksum::of(&content[..28]) {
             return None;
         }
         let flags = word(content, 8);

@@ -13,6 +13,8 @@
 
 use core::ops::Range;
 
+use trueaxis::Checksum;
+
 use super::Damage;
 
 /// Version of the layout.
@@ -29,7 +31,6 @@ pub const NO_BLOB: usize = TRAILER + RESERVED * CHOICE;
 pub const WORD: usize = 32;
 
 const MAGIC: [u8; 4] = *b"TXSL";
-pub(super) const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Position of the record in a slot of `length` bytes.
 pub const fn record_at(length: usize) -> Range<usize> {
@@ -73,7 +74,7 @@ impl Record {
         content[12..16].copy_from_slice(&self.crc.to_le_bytes());
         content[16..20].copy_from_slice(&self.wear.to_le_bytes());
         content[20..24].copy_from_slice(&self.other_wear.to_le_bytes());
-        let check = CRC.checksum(&content[..28]);
+        let check = Checksum::of(&content[..28]);
         content[28..].copy_from_slice(&check.to_le_bytes());
         content
     }
@@ -107,16 +108,16 @@ impl Record {
 
     /// The commit word: `sequence`, tied to this record.
     pub fn commit(&self, sequence: u32) -> [u8; 32] {
-        let mut digest = CRC.digest();
-        digest.update(&self.content());
-        digest.update(&sequence.to_le_bytes());
-        let check = digest.finalize();
+        let mut digest = Checksum::new();
+        digest.add(&self.content());
+        digest.add(&sequence.to_le_bytes());
+        let check = digest.value();
+        let content = [sequence.to_le_bytes(), check.to_le_bytes(), [0; 4], [0; 4]];
         let mut bytes = [0; 32];
-        bytes[..4].copy_from_slice(&sequence.to_le_bytes());
-        bytes[4..8].copy_from_slice(&check.to_le_bytes());
-        let (content, complement) = bytes.split_at_mut(16);
-        for (not, byte) in complement.iter_mut().zip(content) {
-            *not = !*byte;
+        let (plain, complement) = bytes.split_at_mut(16);
+        let both = plain.iter_mut().zip(complement);
+        for ((plain, not), byte) in both.zip(content.as_flattened()) {
+            (*plain, *not) = (*byte, !byte);
         }
         bytes
     }

@@ -21,9 +21,12 @@ impl Tail {
 
     /// Takes bytes until there are `word` of them; returns the rest.
     pub fn fill<'b>(&mut self, word: usize, bytes: &'b [u8]) -> &'b [u8] {
-        let taken = bytes.len().min(word - self.length);
+        let room = self.bytes.get_mut(self.length..word).unwrap_or_default();
+        let taken = bytes.len().min(room.len());
         let (now, rest) = bytes.split_at(taken);
-        self.bytes[self.length..self.length + taken].copy_from_slice(now);
+        for (place, byte) in room.iter_mut().zip(now) {
+            *place = *byte;
+        }
         self.length += taken;
         rest
     }

@@ -1,6 +1,6 @@
 //! The bytes of both frames.
 
-use trueaxis::Conditions;
+use trueaxis::{Checksum, Conditions};
 
 use crate::device::{Command, Enabling};
 
@@ -8,7 +8,6 @@ use crate::device::{Command, Enabling};
 pub const VERSION: u8 = 2;
 const HEAD: usize = 12;
 const CHECK: usize = 4;
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Length of the longest frame in bytes.
 pub const MOST: usize = length(trueaxis::link::MOST_AXES);
@@ -78,7 +77,7 @@ impl Parts<'_> {
         if bytes.len() != length(axes) {
             return Err(NoFrame::Length);
         }
-        if CRC.checksum(body) != u32::from_le_bytes(*check) {
+        if Checksum::of(body) != u32::from_le_bytes(*check) {
             return Err(NoFrame::Check);
         }
         let (head, rows) = body.split_first_chunk::<HEAD>().ok_or(NoFrame::Length)?;
@@ -126,7 +125,7 @@ fn put<'a>(
     for (place, value) in rows.chunks_exact_mut(4).zip(values) {
         place.copy_from_slice(&value.to_le_bytes());
     }
-    *check = CRC.checksum(body).to_le_bytes();
+    *check = Checksum::of(body).to_le_bytes();
     Some(frame)
 }
 

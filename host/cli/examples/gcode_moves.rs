@@ -2,8 +2,7 @@
 //! another interpreter: motions of each file in machine coordinates (mm, degrees), or the word that it is refused for.
 //!
 //! `gcode_moves [--tool=N=LENGTH]… [--wrapped=C] FILE…`; `gcode_moves --random=COUNT FOLDER` writes programs that nobody
-//! wrote, `0.ngc` and so on. With `--expand=OUT` each program is first written out flat into OUT, as LinuxCNC's
-//! interpreter runs it, with `--setup=FILE` and `--subroutines=FOLDER`.
+//! wrote, `0.ngc` and so on.
 
 #[path = "../tests/command/gcode/programs.rs"]
 mod programs;
@@ -11,9 +10,7 @@ mod programs;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::io::BufReader;
-use std::path::PathBuf;
 use trueaxis_controllers::gcode::cycle::Part;
-use trueaxis_controllers::gcode::expand::{Given, expand};
 use trueaxis_controllers::gcode::modal::{Retract, Units};
 use trueaxis_controllers::gcode::moves::{Move, Rate};
 use trueaxis_controllers::gcode::offsets::System;
@@ -59,48 +56,19 @@ fn place(at: &[f64; 9]) -> String {
 struct Asked {
     tools: Vec<(u32, f64)>,
     wrapped: Vec<usize>,
-    /// Where the program is written out flat.
-    expand: Option<PathBuf>,
-    setup: Option<Setup>,
-    subroutines: Vec<PathBuf>,
 }
 
 impl Asked {
     fn rules(&self) -> Rules {
         let mut rules = rules(&self.tools);
-        if let Some(setup) = &self.setup {
-            rules.setup = setup.clone();
-        }
-        if self.expand.is_some() {
-            // The stand-alone interpreter has no others.
-            rules.axes &= 0x3f;
-        }
         for axis in &self.wrapped {
             rules.setup.wrapped[*axis] = Some(true);
         }
         rules
     }
-
-    /// Writes a program out flat.
-    fn expanded(&self, name: &str, out: &std::path::Path) -> Result<(), String> {
-        let rules = self.rules();
-        let given = Given {
-            setup: &rules.setup,
-            axes: rules.axes,
-            block_delete: rules.block_delete,
-            subroutines: &self.subroutines,
-        };
-        let mut text = Vec::new();
-        expand(name.as_ref(), &given, &mut text).map_err(|error| format!("expanding: {error}"))?;
-        std::fs::write(out, text).map_err(|error| error.to_string())
-    }
 }
 
 fn run(name: &str, asked: &Asked) -> Result<(), String> {
-    if let Some(out) = &asked.expand {
-        asked.expanded(name, out)?;
-    }
-    let name = asked.expand.as_deref().unwrap_or(name.as_ref());
     let open = || std::fs::File::open(name).map(BufReader::new);
     let failed = |e: std::io::Error| format!("other {e}");
     let refused = |e: trueaxis_controllers::gcode::stream::StreamError| match e {
@@ -235,24 +203,6 @@ fn main() {
             match tool {
                 Some(tool) => asked.tools.push(tool),
                 None => println!("no tool: {argument}"),
-            }
-            continue;
-        }
-        if let Some(out) = argument.strip_prefix("--expand=") {
-            asked.expand = Some(out.into());
-            continue;
-        }
-        if let Some(folder) = argument.strip_prefix("--subroutines=") {
-            asked.subroutines.push(folder.into());
-            continue;
-        }
-        if let Some(file) = argument.strip_prefix("--setup=") {
-            let text = std::fs::read_to_string(file).map_err(|error| error.to_string());
-            let setup =
-                text.and_then(|text| Setup::from_toml(&text).map_err(|error| error.to_string()));
-            match setup {
-                Ok(setup) => asked.setup = Some(setup),
-                Err(error) => println!("no setup: {error}"),
             }
             continue;
         }

@@ -5,6 +5,25 @@
 
 mod commands;
 
-fn main() -> std::process::ExitCode {
+use std::process::ExitCode;
+
+#[cfg(not(windows))]
+fn main() -> ExitCode {
     commands::run()
+}
+
+/// On Windows the main thread has a stack of 1 MB, an eighth of other systems', which an identification exceeds.
+#[cfg(windows)]
+fn main() -> ExitCode {
+    const STACK: usize = 8 << 20;
+    let thread = std::thread::Builder::new().stack_size(STACK);
+    match thread.spawn(commands::run).map(|running| running.join()) {
+        Ok(Ok(code)) => code,
+        // The panic has said why.
+        Ok(Err(_)) => ExitCode::from(101),
+        Err(error) => {
+            eprintln!("error: no thread: {error}");
+            ExitCode::from(101)
+        }
+    }
 }

@@ -20,5 +20,6 @@ pub mod reprapfirmware;
 pub mod rigid_body;
 pub mod sampled;
 pub mod skew;
+pub mod surface;
 mod text_lines;
 pub mod trial;

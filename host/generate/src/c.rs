@@ -267,14 +267,18 @@ const PREAMBLE: &str = "
 #include <stdint.h>
 
 /* Every operation is rounded to binary32 by itself: only then is this the compensation to the last bit. */
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
-#error \"compile without -ffast-math and -fassociative-math\"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
+    || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error \"compile without -ffast-math and its parts\"
 #endif
 #if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
 #error \"compile so that float is evaluated as float: FLT_EVAL_METHOD must be 0 or 16\"
 #endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
+#if __clang_major__ >= 12
+#pragma clang fp reassociate(off)
+#endif
 #elif defined(__GNUC__)
 #pragma GCC optimize (\"fp-contract=off\")
 #elif defined(_MSC_VER)

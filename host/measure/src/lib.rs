@@ -16,3 +16,4 @@ pub mod probe;
 pub mod qualify;
 pub mod simulate;
 pub mod spheres;
+pub mod study;

@@ -32,7 +32,7 @@ pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use expected::{NoPlace, expected};
 pub use judge::{JudgeError, Judgement, judge, placed};
 pub use program::{Feeds, linuxcnc, table};
-pub use remedy::{Remedy, would_show};
+pub use remedy::{Remedy, added, would_show};
 pub use scene::Meeting;
 pub use sets::{Positions, Set, SetError, positions};
 pub use simulated::{simulated_touches, touch_log};

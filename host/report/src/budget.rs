@@ -47,7 +47,10 @@ pub struct Share {
     pub expanded_uncertainty_mean_um: Option<f64>,
     /// The largest volumetric error that its expanded uncertainty (k = 2) can cause.
     pub expanded_uncertainty_max_um: Option<f64>,
-    /// The same for the tool direction.
+    /// The mean for the tool direction.
+    #[serde(default)]
+    pub expanded_uncertainty_mean_urad: Option<f64>,
+    /// The largest for the tool direction.
     pub expanded_uncertainty_max_urad: Option<f64>,
     /// Mean error of the tool direction that the exact kinematic correction leaves; `None` if the correction fails
     /// somewhere.
@@ -124,6 +127,7 @@ fn share(
         alone: quality,
         expanded_uncertainty_mean_um: spread.map(|s| s.translation_um.mean),
         expanded_uncertainty_max_um: spread.map(|s| s.translation_um.max),
+        expanded_uncertainty_mean_urad: spread.map(|s| s.direction_urad.mean),
         expanded_uncertainty_max_urad: spread.map(|s| s.direction_urad.max),
         uncorrected_urad,
     })

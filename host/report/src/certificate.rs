@@ -13,13 +13,13 @@ pub use limits::{Decision, Limit, Quantity};
 pub use rounding::{Rounded, rounded};
 pub use sources::{Source, Sources};
 
-use super::identification::Identification;
 use super::words::{coarse, in_unit, rounded_down, rounded_up};
 use super::{Compensation, Report, ReportError, Share, Subject};
 use expected::expected;
 use grounds::Grounds;
 use serde::Serialize;
 use trueaxis_measure::formats::validation::Validation;
+use trueaxis_measure::study::Identification;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 

@@ -2,10 +2,11 @@
 
 use super::{
     AxisMotions, AxisUse, Budget, CircularTest, Curve, Diagonal, Identification, Motion,
-    Positioning, Share,
+    Positioning, Share, Volumetric,
 };
 use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series, Turn};
 use trueaxis_measure::formats::validation::{Scatter, Validation};
+use trueaxis_tables::validate::Quality;
 
 /// Largest number of bars in one figure.
 const BARS: usize = 30;
@@ -13,24 +14,23 @@ const BARS: usize = 30;
 const NOTHING: f64 = 1e-4;
 
 /// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
-pub fn budget(budget: &Budget, at_tip: bool) -> Option<Picture> {
+pub fn budget(budget: &Budget, together: &Volumetric, at_tip: bool) -> Option<Picture> {
+    let statistics = |quality: &Quality| match at_tip {
+        true => quality.translation_um,
+        false => quality.direction_urad,
+    };
+    let of = |name: &str, quality: &Quality, uncertainty| Bar {
+        name: name.to_owned(),
+        mean: statistics(quality).mean,
+        max: statistics(quality).max,
+        uncertainty,
+    };
     let bar = |share: &Share| {
-        let (found, uncertainty) = match at_tip {
-            true => (
-                share.alone.translation_um,
-                share.expanded_uncertainty_max_um,
-            ),
-            false => (
-                share.alone.direction_urad,
-                share.expanded_uncertainty_max_urad,
-            ),
+        let uncertainty = match at_tip {
+            true => share.expanded_uncertainty_mean_um,
+            false => share.expanded_uncertainty_mean_urad,
         };
-        Bar {
-            name: share.name.clone(),
-            mean: found.mean,
-            max: found.max,
-            uncertainty,
-        }
+        of(&share.name, &share.alone, uncertainty)
     };
     let mut bars: Vec<Bar> = budget
         .shares
@@ -40,18 +40,28 @@ pub fn budget(budget: &Budget, at_tip: bool) -> Option<Picture> {
         .collect();
     bars.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     bars.truncate(BARS);
+    let is_nothing = bars.is_empty();
+    // What counts for whoever has no time: all of them together, and what the tables leave.
+    let mut first = vec![of("together", &together.before, None)];
+    first.extend((together.after.iter()).map(|after| of("with the tables", after, None)));
+    bars.splice(0..0, first);
     let (what, unit) = match at_tip {
         true => ("at the tip", "µm"),
         false => ("of the tool's direction", "µrad"),
     };
     let bars = Bars {
-        title: format!("Error {what} that each parameter makes by itself, in {unit}"),
-        label: format!("error {what} by itself ({unit})"),
-        legend: ["mean over the travel", "maximum", "uncertainty (95 %)"].map(str::to_owned),
+        title: format!("Error {what} caused by each parameter alone, in {unit}"),
+        label: format!("error {what} alone ({unit})"),
+        legend: [
+            "mean over the travel",
+            "maximum",
+            "uncertainty of the mean (95 %)",
+        ]
+        .map(str::to_owned),
         ink: Ink::Accent,
         bars,
     };
-    (!bars.bars.is_empty()).then(|| bars.draw())
+    (!is_nothing).then(|| bars.draw())
 }
 
 fn points(at: &[f64], values: &[f64], factor: f64) -> Vec<[f64; 2]> {
@@ -153,7 +163,7 @@ pub fn circle(test: &CircularTest) -> Picture {
     let letter = |k: usize| test.plane.chars().nth(k).unwrap_or(' ').to_string();
     Polar {
         title: format!(
-            "Circular test {}, radius {} mm: radial deviations in µm around the circle",
+            "Circular test in {}, simulated, radius {} mm: radial deviation in µm",
             test.plane, test.radius_mm
         ),
         axes: [letter(0), letter(1)],
@@ -185,12 +195,23 @@ fn both_ways(at: &[f64], before: &[Vec<f64>; 2], after: Option<&[Vec<f64>; 2]>) 
     all
 }
 
+/// Lines with their names in the legend of the first of some charts only.
+fn named_once(is_first: bool, mut all: Vec<Series>) -> Vec<Series> {
+    if !is_first {
+        all.iter_mut().for_each(|line| line.name.clear());
+    }
+    all
+}
+
 /// A body diagonal.
-pub fn diagonal(diagonal: &Diagonal) -> String {
-    let all = both_ways(
-        &diagonal.at_mm,
-        &diagonal.before_um,
-        diagonal.after_um.as_ref(),
+pub fn diagonal(diagonal: &Diagonal, is_first: bool) -> String {
+    let all = named_once(
+        is_first,
+        both_ways(
+            &diagonal.at_mm,
+            &diagonal.before_um,
+            diagonal.after_um.as_ref(),
+        ),
     );
     let x = Scale::exact("along the diagonal (mm)", [0.0, diagonal.length_mm]);
     let title = format!("Deviation along the diagonal {}", diagonal.name);
@@ -198,9 +219,12 @@ pub fn diagonal(diagonal: &Diagonal) -> String {
 }
 
 /// Positioning of a linear axis.
-pub fn positioning(found: &Positioning, axes: &[AxisMotions]) -> String {
+pub fn positioning(found: &Positioning, axes: &[AxisMotions], is_first: bool) -> String {
     let after = found.after.as_ref().map(|after| &after.deviations_um);
-    let all = both_ways(&found.at_mm, &found.before.deviations_um, after);
+    let all = named_once(
+        is_first,
+        both_ways(&found.at_mm, &found.before.deviations_um, after),
+    );
     let ends = [found.at_mm.first(), found.at_mm.last()].map(|q| q.copied().unwrap_or(0.0));
     let x = Scale::exact(format!("{} (mm)", found.axis), ends);
     let title = format!(

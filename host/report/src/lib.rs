@@ -12,7 +12,7 @@ pub mod certificate;
 mod compare;
 mod document;
 mod figures;
-mod identification;
+mod headline;
 pub mod model;
 mod motions;
 mod observed;
@@ -30,15 +30,14 @@ use budget::Depth;
 pub use budget::{Budget, Share};
 pub use compare::{Change, Changes, Figure, changes};
 pub use document::{Document, File};
-pub use identification::{Identification, Probed};
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
-pub use observed::{Drift, Noise, Observed, Part, Setup, Temperatures, Term};
 pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 use trueaxis_measure::formats::validation::Validation;
+pub use trueaxis_measure::study::Identification;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::Machine;
@@ -48,7 +47,7 @@ use trueaxis_tables::schemes::{self, SchemeError};
 use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{DrawError, Runtime};
 pub use volumetric::{Known, Volumetric};
-pub use words::{figure, unit};
+pub use words::{figure, parameter_in_words, unit};
 pub use worst::{ErrorAt, Worst};
 
 /// Version of the JSON format; increased when the meaning of a name changes.
@@ -74,6 +73,9 @@ pub struct Compensation<'a> {
 pub struct Report {
     /// [`FORMAT`].
     pub format: u32,
+    /// The error before and with the tables, and what that rests on.
+    #[serde(default)]
+    pub headline: String,
     /// The summary, one sentence each.
     pub verdict: Vec<String>,
     /// Metadata.
@@ -163,12 +165,19 @@ pub fn report(
         }
         is_this
     });
+    // A page does not show these, and they are most of an identification.
+    let identification = identification.map(|mut found| {
+        found.covariance.clear();
+        (found.observed.iter_mut()).for_each(|observed| observed.rows.clear());
+        found
+    });
     let probed = identification.as_ref().map(|found| &found.probed[..]);
     let axes = motions::motions(&subject, probed.unwrap_or_default());
     let mut beyond = reach::beyond(&subject, &volumetric, &budget);
     beyond.extend(reach::never_probed(&axes));
     let mut report = Report {
         format: FORMAT,
+        headline: headline::headline(&volumetric, errors),
         verdict: Vec::new(),
         document,
         remarks,

@@ -1,9 +1,9 @@
 //! Error motions of each axis along its travel, six of each as in ISO 230-1.
 
 use super::Subject;
-use super::identification::Probed;
 use super::words::motion_in_words;
 use serde::{Deserialize, Serialize};
+use trueaxis_measure::study::Probed;
 use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
 use trueaxis_model::machine::Axis;
 use trueaxis_tables::validate::calibrated;

@@ -1,96 +1,10 @@
 //! Instruments, drift and temperatures of an identification, as the page shows them.
 
 use super::words::{figure, quantity};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+use trueaxis_measure::study::{Noise, Observed, Part, Setup, Temperatures, Term};
 
-/// What was read besides probings, and how everything drifted.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Observed {
-    /// Every kind of reading with its noise.
-    pub noise: Vec<Noise>,
-    /// The instruments as they were found to be set up.
-    pub setups: Vec<Setup>,
-    /// Drift that was found together with the parameters.
-    pub drift: Vec<Drift>,
-}
-
-/// The noise of a kind of reading.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Noise {
-    /// Its name.
-    pub source: String,
-    /// Number of rows.
-    pub rows: usize,
-    /// Standard deviation.
-    pub noise: f64,
-    /// Its unit.
-    pub unit: String,
-    /// The residuals divided by the stated uncertainty, if all rows state one.
-    pub of_stated: Option<f64>,
-    /// Degrees of freedom.
-    pub degrees_of_freedom: f64,
-    /// True if chance does not explain that factor.
-    pub is_misstated: bool,
-}
-
-/// An instrument.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
-    /// Its name.
-    pub name: String,
-    /// What it reads.
-    pub kind: String,
-    /// Its unknowns.
-    pub parts: Vec<Part>,
-}
-
-/// An unknown of a set-up.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Part {
-    /// Its name.
-    pub what: String,
-    /// Its value (mm; rad in addition to the start value).
-    pub value: f64,
-    /// Its standard uncertainty.
-    pub standard_uncertainty: f64,
-}
-
-/// A component of drift.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Drift {
-    /// What moved how far.
-    pub sentence: String,
-}
-
-/// What temperatures explain.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Temperatures {
-    /// Changes of parameters.
-    pub terms: Vec<Term>,
-    /// What is left of cycles that were predicted from the others, without temperatures (rms of a coordinate).
-    pub left_out_without_um: f64,
-    /// The same with them.
-    pub left_out_with_um: f64,
-    /// Another cycle stays within this (95 % of coordinates).
-    pub band_95_um: f64,
-}
-
-/// The change of a parameter with a temperature.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Term {
-    /// Its name.
-    pub parameter: String,
-    /// The sensor.
-    pub sensor: String,
-    /// Time constant between sensor and effect.
-    pub lag_s: f64,
-    /// Change per kelvin.
-    pub per_kelvin: f64,
-    /// Its standard uncertainty.
-    pub standard_uncertainty: f64,
-}
-
-/// The same as rows of tables, in words.
+/// Rows of tables, in words.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Shown {
     /// Source, rows, noise, of stated, degrees of freedom.
@@ -134,7 +48,7 @@ impl Shown {
             shown.sources = observed.noise.iter().map(source).collect();
             let setups = observed.setups.iter();
             let parts = setups.flat_map(|setup| setup.parts.iter().map(move |part| (setup, part)));
-            shown.setups = parts.map(|(setup, part)| part.row(setup)).collect();
+            shown.setups = parts.map(|(setup, part)| of_part(setup, part)).collect();
             shown.unlisted_setups = shown.setups.len().saturating_sub(most);
             shown.setups.truncate(most);
             shown.drift = observed
@@ -144,59 +58,52 @@ impl Shown {
                 .collect();
         }
         if let Some(warmed) = temperatures {
-            shown.terms = warmed.terms.iter().map(Term::row).collect();
-            shown.temperatures = Some(warmed.sentence());
+            shown.terms = warmed.terms.iter().map(of_term).collect();
+            shown.temperatures = Some(sentence(warmed));
         }
         (observed.is_some() || temperatures.is_some()).then_some(shown)
     }
 }
 
-impl Part {
-    fn row(&self, setup: &Setup) -> [String; 4] {
-        let (factor, unit) = match self.what.starts_with("rotation") {
-            true => (1e3, "mrad"),
-            false => (1.0, "mm"),
-        };
-        // Avoids −0.
-        let value = (self.value * factor * 1e4).round() / 1e4 + 0.0;
-        let uncertainty = EXPANDED * self.standard_uncertainty * factor;
-        [
-            format!("{} ({})", setup.name, setup.kind),
-            self.what.clone(),
-            format!("{value:.4} {unit}").replace('-', "−"),
-            format!("{uncertainty:.4} {unit}"),
-        ]
-    }
+fn of_part(setup: &Setup, part: &Part) -> [String; 4] {
+    let (factor, unit) = match part.what.starts_with("rotation") {
+        true => (1e3, "mrad"),
+        false => (1.0, "mm"),
+    };
+    // Avoids −0.
+    let value = (part.value * factor * 1e4).round() / 1e4 + 0.0;
+    let uncertainty = EXPANDED * part.standard_uncertainty * factor;
+    [
+        format!("{} ({})", setup.name, setup.kind),
+        part.what.clone(),
+        format!("{value:.4} {unit}").replace('-', "−"),
+        format!("{uncertainty:.4} {unit}"),
+    ]
 }
 
-impl Term {
-    fn row(&self) -> [String; 5] {
-        let name = format!("{} (per K)", self.parameter);
-        let lag = match self.lag_s > 0.0 {
-            true => format!("{:.0} s", self.lag_s),
-            false => "–".to_owned(),
-        };
-        [
-            self.parameter.clone(),
-            self.sensor.clone(),
-            quantity(&name, self.per_kelvin),
-            quantity(&name, EXPANDED * self.standard_uncertainty),
-            lag,
-        ]
-    }
+fn of_term(term: &Term) -> [String; 5] {
+    let name = format!("{} (per K)", term.parameter);
+    let lag = match term.lag_s > 0.0 {
+        true => format!("{:.0} s", term.lag_s),
+        false => "–".to_owned(),
+    };
+    [
+        term.parameter.clone(),
+        term.sensor.clone(),
+        quantity(&name, term.per_kelvin),
+        quantity(&name, EXPANDED * term.standard_uncertainty),
+        lag,
+    ]
 }
 
-impl Temperatures {
-    fn sentence(&self) -> String {
-        if self.terms.is_empty() {
-            return "No temperature predicts warm-ups that were left out better than none."
-                .to_owned();
-        }
-        format!(
-            "Warm-ups predicted from the others are off by {} µm with these terms and by {} µm without (rms of a coordinate). Another one stays within ± {} µm (95 % of coordinates).",
-            figure(self.left_out_with_um),
-            figure(self.left_out_without_um),
-            figure(self.band_95_um)
-        )
+fn sentence(warmed: &Temperatures) -> String {
+    if warmed.terms.is_empty() {
+        return "No temperature predicts warm-ups that were left out better than none.".to_owned();
     }
+    format!(
+        "Warm-ups predicted from the others are off by {} µm with these terms and by {} µm without (rms of a coordinate). Another one stays within ± {} µm (95 % of coordinates).",
+        figure(warmed.left_out_with_um),
+        figure(warmed.left_out_without_um),
+        figure(warmed.band_95_um)
+    )
 }

@@ -2,7 +2,7 @@
 
 use super::certificate::{Certificate, Judged};
 use super::observed::Shown;
-use super::words::{figure, quantity};
+use super::words::{figure, quantity, sensible};
 use super::{Model, Report, figures};
 use crate::picture::Picture;
 use minijinja::value::Serde;
@@ -80,18 +80,18 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             scripts => Value::from_safe_string(SCRIPTS.join("\n")),
             report_data => Value::from_safe_string(data(&without_samples(report))?),
             model_data => Value::from_safe_string(data(model)?),
-            budget_tip => svg(inline(figures::budget(&report.budget, true))),
-            budget_direction => svg(inline(figures::budget(&report.budget, false))),
+            budget_tip => svg(inline(figures::budget(&report.budget, &report.volumetric, true))),
+            budget_direction => svg(inline(figures::budget(&report.budget, &report.volumetric, false))),
             motions => Value::from(Serde(motions(report))),
             circles => svgs(report.tests.circles.iter().map(|test| figures::circle(test).inline())),
-            diagonals => svgs(report.tests.diagonals.iter().map(figures::diagonal)),
-            positioning => svgs(report.tests.positioning.iter().map(|p| figures::positioning(p, &report.axes))),
+            diagonals => svgs(report.tests.diagonals.iter().enumerate().map(|(k, d)| figures::diagonal(d, k == 0))),
+            positioning => svgs(report.tests.positioning.iter().enumerate().map(|(k, p)| figures::positioning(p, &report.axes, k == 0))),
             curves => svgs(report.tables.iter().flat_map(|t| &t.curves)
                 .map(|c| figures::curve(c, &report.axes))),
             uses => report.tables.iter().flat_map(|t| &t.axes)
                 .map(|a| svg(figures::along(a, &report.axes)))
                 .collect::<Vec<_>>(),
-            checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
+            checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::Check::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
             observed => observed(identification, MOST_SETUPS),
@@ -133,6 +133,7 @@ fn environment() -> Result<Environment<'static>, Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("sensible", |value: f64| sensible(value));
     environment.add_filter("coarse", |value: f64| crate::words::coarse(value));
     environment.add_filter("up", |value: f64| crate::words::rounded_up(value));
     environment.add_filter("css", css);
@@ -224,7 +225,7 @@ fn data(value: &impl Serialize) -> Result<String, Error> {
 pub fn pictures(report: &Report) -> Vec<(String, Picture)> {
     let budget = [("tip", true), ("direction", false)];
     let budget = budget.into_iter().filter_map(|(name, at_tip)| {
-        let picture = figures::budget(&report.budget, at_tip)?;
+        let picture = figures::budget(&report.budget, &report.volumetric, at_tip)?;
         Some((format!("budget-{name}"), picture))
     });
     let circles = report.tests.circles.iter();

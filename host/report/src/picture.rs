@@ -48,6 +48,9 @@ const INKS: [(Ink, u8, &str, &str, &str); 8] = [
     (Ink::Shade, 8, "shade", "#e3ecf4", "#26323d"),
 ];
 
+/// Light and dark paper.
+const PAPER: [&str; 2] = ["#ffffff", "#14191e"];
+
 impl Ink {
     /// The colour that represents it while a picture is being drawn.
     fn sentinel(self) -> plotters::style::RGBColor {
@@ -82,37 +85,66 @@ impl Picture {
     /// `--after`, `--accent`, `--other` and `--shade`.
     #[must_use]
     pub fn inline(&self) -> String {
-        self.element("", "")
-    }
-
-    /// A file of its own, light or dark according to the reader's preference.
-    #[must_use]
-    pub fn file(&self) -> String {
-        let variables = |dark: bool| {
-            INKS.iter().fold(String::new(), |mut text, ink| {
-                let _ = write!(text, "--{}:{};", ink.2, if dark { ink.4 } else { ink.3 });
-                text
-            })
-        };
-        let style = format!(
-            "<style>svg{{background:#fff;{}}}@media(prefers-color-scheme:dark){{svg{{background:#14191e;{}}}}}</style>\n",
-            variables(false),
-            variables(true)
-        );
-        self.element(" xmlns=\"http://www.w3.org/2000/svg\"", &style)
-    }
-
-    fn element(&self, namespace: &str, style: &str) -> String {
         let [width, height] = self.size.map(|size| size + 2 * EDGE);
         let scale = canvas::SCALE;
         let edge = EDGE * scale;
         format!(
-            "<svg{namespace} viewBox=\"-{edge} -{edge} {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
-             aria-label=\"{}\">\n{style}{}</svg>\n",
+            "<svg viewBox=\"-{edge} -{edge} {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
+             aria-label=\"{}\">\n{}</svg>\n",
             width * scale,
             height * scale,
             escaped(&self.title),
             self.content
+        )
+    }
+
+    /// A file of its own, light or dark according to the reader's preference, with its title above the drawing.
+    /// Colours are attributes, because programs other than browsers do not know variables; a browser on dark paper
+    /// replaces them.
+    #[must_use]
+    pub fn file(&self) -> String {
+        let mut content = self.content.clone();
+        let mut dark = String::new();
+        let mut replace = |light: &str, other: &str| {
+            let _ = write!(
+                dark,
+                "[fill=\"{light}\"]{{fill:{other}}}[stroke=\"{light}\"]{{stroke:{other}}}"
+            );
+        };
+        let [paper, dark_paper] = PAPER;
+        replace(paper, dark_paper);
+        for (_, _, name, light, other) in INKS {
+            content = content.replace(&format!("\"var(--{name})\""), &format!("\"{light}\""));
+            replace(light, other);
+        }
+        let titles = canvas::wrapped(&self.title, self.size[0]);
+        let line = canvas::LINE;
+        let above = line * titles.len() as u32;
+        let [width, height] = [self.size[0], self.size[1] + above].map(|size| size + 2 * EDGE);
+        let scale = canvas::SCALE;
+        let [left, top] = [EDGE, EDGE + above].map(|edge| edge * scale);
+        let box_size = [width, height].map(|size| size * scale);
+        let title = titles.iter().enumerate().fold(String::new(), |mut text, (k, words)| {
+            let _ = writeln!(
+                text,
+                "<text x=\"0\" y=\"-{}\" font-family=\"sans-serif\" font-size=\"{}\" fill=\"{}\">{}</text>",
+                (above - line * (k as u32 + 1) + line / 3) * scale,
+                canvas::LETTERS * scale,
+                INKS[0].3,
+                escaped(words)
+            );
+            text
+        });
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-{left} -{top} {} {}\" width=\"{width}\" \
+             height=\"{height}\" role=\"img\" aria-label=\"{}\">\n\
+             <style>@media(prefers-color-scheme:dark){{{dark}}}</style>\n\
+             <rect x=\"-{left}\" y=\"-{top}\" width=\"{}\" height=\"{}\" fill=\"{paper}\"/>\n{title}{content}</svg>\n",
+            box_size[0],
+            box_size[1],
+            escaped(&self.title),
+            box_size[0],
+            box_size[1],
         )
     }
 }
@@ -188,12 +220,25 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_a_colour_for_each_variable_in_both_schemes() {
-        let file = chart("t", "s").file();
+    fn a_file_has_literal_colours_with_one_for_dark_paper_each_and_its_title() {
+        let file = chart("the title", "s").file();
+        assert!(!file.contains("var("), "{file}");
+        let (style, drawing) = file.split_once("</style>").unwrap();
         for (_, _, name, light, dark) in INKS {
-            assert!(file.contains(&format!("--{name}:{light};")));
-            assert!(file.contains(&format!("--{name}:{dark};")));
+            assert!(
+                style.contains(&format!("[fill=\"{light}\"]{{fill:{dark}}}")),
+                "{name}"
+            );
+            assert!(
+                style.contains(&format!("[stroke=\"{light}\"]{{stroke:{dark}}}")),
+                "{name}"
+            );
         }
+        for colour in drawing.split('#').skip(1) {
+            let known = INKS.iter().any(|ink| colour.starts_with(&ink.3[1..]));
+            assert!(known || colour.starts_with(&PAPER[0][1..]), "#{colour}");
+        }
+        assert!(drawing.contains(">the title</text>"));
     }
 
     #[test]

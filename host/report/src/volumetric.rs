@@ -36,7 +36,7 @@ pub struct Volumetric {
 }
 
 /// How well the errors are known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
     /// 95 % band of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
@@ -71,12 +71,6 @@ pub fn volumetric(
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,
     });
-    if known.is_none() && !subject.errors.parameters.is_empty() {
-        remarks.push(
-            "The errors have no uncertainties: how far they are to be believed cannot be said."
-                .to_owned(),
-        );
-    }
     if let Some(compensation) = subject.compensation {
         let (all, inside) = (&compensation.proof.travel, compensation.proof.inside());
         return Ok(Volumetric {

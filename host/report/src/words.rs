@@ -88,17 +88,27 @@ pub fn name(alone: &Alone<'_>) -> String {
 
 /// Its description: `the spindle's Z position`.
 pub(crate) fn in_words(alone: &Alone<'_>) -> String {
+    described(alone.parameter, &alone.said)
+}
+
+/// The description of a parameter: `the spindle's Z position`.
+#[must_use]
+pub fn parameter_in_words(parameter: Parameter) -> String {
+    described(parameter, &EntryKind::Parameter(0.0))
+}
+
+fn described(parameter: Parameter, said: &EntryKind) -> String {
     let Parameter {
         component,
         axis,
         kind,
-    } = alone.parameter;
+    } = parameter;
     let about = AXES[component % 3];
-    let angular = alone.parameter.is_angular();
+    let angular = parameter.is_angular();
     let own = along(axis);
     let rotary = is_rotary(axis);
     let motion = || motion_in_words(component, axis);
-    let words = match (&alone.said, kind) {
+    let words = match (said, kind) {
         (EntryKind::Table, _) => format!("{}, as measured", motion()),
         (EntryKind::TableReversal, _) => format!("{}, between its two directions", motion()),
         (_, ParameterKind::Inter) => match (axis, angular) {
@@ -117,6 +127,9 @@ pub(crate) fn in_words(alone: &Alone<'_>) -> String {
         (_, ParameterKind::Degree(1)) if !rotary && !angular && about == own => {
             format!("the scale of {axis}")
         }
+        (_, ParameterKind::Degree(2)) if !rotary && !angular && about != own => {
+            format!("the bow of {axis} in {about}")
+        }
         (_, ParameterKind::Degree(0)) => format!("a constant in {}", motion()),
         (_, ParameterKind::Degree(1)) => format!("a slope in {}", motion()),
         (_, ParameterKind::Degree(k)) => format!("degree {k} of {}", motion()),
@@ -127,7 +140,7 @@ pub(crate) fn in_words(alone: &Alone<'_>) -> String {
             format!("{k} times a turn in {}", motion())
         }
     };
-    match &alone.said {
+    match said {
         EntryKind::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
         _ => words,
     }
@@ -187,6 +200,16 @@ pub fn figure(value: f64) -> String {
         Ok(0.0) => "0".to_owned(),
         _ if value < 0.0 => format!("−{text}"),
         _ => text,
+    }
+}
+
+/// Like [`coarse`], in µm or µrad for a shop: what is finer than 0.01 is "below 0.01".
+#[must_use]
+pub fn sensible(value: f64) -> String {
+    match value.abs() {
+        size if size >= 0.009_95 => coarse(value),
+        size if size < 5e-5 => "0".to_owned(),
+        _ => "below 0.01".to_owned(),
     }
 }
 
@@ -296,7 +319,7 @@ mod tests {
             ("EB0A", "the inclination of axis A about Y"),
             ("EY0C", "the Y position of axis C"),
             ("EXX1", "the scale of X"),
-            ("EYX2", "degree 2 of the straightness of X in Y"),
+            ("EYX2", "the bow of X in Y"),
             ("EXXb", "the backlash of X"),
             ("ECCb", "the backlash of C"),
             ("EAX0", "a constant in the roll of X"),

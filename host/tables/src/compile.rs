@@ -6,13 +6,14 @@
 
 mod best;
 mod bounds;
+pub mod extended;
 mod limits;
 mod proof;
 mod room;
 mod verdict;
 mod warnings;
 
-use crate::schemes::{self, Scheme, SchemeError};
+use crate::schemes::{self, Effort, Finder, Scheme, SchemeError};
 pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
@@ -208,14 +209,38 @@ pub fn build(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Built, CompileError> {
+    let mut finder = Finder::new(machine, errors, &options.scheme);
+    let built = build_with(
+        &mut finder,
+        machine,
+        errors,
+        options,
+        Effort::Best,
+        progress,
+    )?;
+    Ok(built.expect("the best effort has a result"))
+}
+
+/// [`build`] with what is known of the machine from other tolerances.
+fn build_with(
+    finder: &mut Finder<'_>,
+    machine: &Machine,
+    errors: &ErrorModel,
+    options: &Options,
+    effort: Effort,
+    progress: &dyn Progress,
+) -> Result<Option<Built>, CompileError> {
     progress.stage("finding tables and terms", 0);
+    let Some(found) = finder.find(&options.tables, effort)? else {
+        return Ok(None);
+    };
     let schemes::SchemeResult {
         mut draft,
         structure_error,
         meets,
         is_full,
         notes,
-    } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
+    } = found;
     let provisional = draft.encode()?;
     let runtime = Runtime::load(&provisional)?;
     // Not affected by bounds.
@@ -253,7 +278,7 @@ pub fn build(
     warnings.extend(warnings::short_tables(machine, &runtime));
     assert_eq!(size, Size::of(&runtime));
     drop(runtime);
-    Ok(Built {
+    Ok(Some(Built {
         blob,
         size,
         bounds,
@@ -262,7 +287,7 @@ pub fn build(
         meets,
         is_full,
         notes,
-    })
+    }))
 }
 
 /// [`build`], then [`prove_held`] on the resulting bytes.
@@ -275,7 +300,30 @@ pub fn compile(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Compiled, CompileError> {
-    let built = build(machine, errors, options, progress)?;
+    let mut finder = Finder::new(machine, errors, &options.scheme);
+    let made = compile_with(
+        &mut finder,
+        machine,
+        errors,
+        options,
+        Effort::Best,
+        progress,
+    )?;
+    Ok(made.expect("the best effort has a result"))
+}
+
+/// [`compile`] with what is known of the machine from other tolerances.
+fn compile_with(
+    finder: &mut Finder<'_>,
+    machine: &Machine,
+    errors: &ErrorModel,
+    options: &Options,
+    effort: Effort,
+    progress: &dyn Progress,
+) -> Result<Option<Compiled>, CompileError> {
+    let Some(built) = build_with(finder, machine, errors, options, effort, progress)? else {
+        return Ok(None);
+    };
     let zero = options.tables.zero(machine, errors)?;
     let runtime = Runtime::load(&built.blob)?;
     let proof = prove_held(
@@ -289,5 +337,5 @@ pub fn compile(
         progress,
     )?;
     drop(runtime);
-    Ok(Compiled { built, proof })
+    Ok(Some(Compiled { built, proof }))
 }

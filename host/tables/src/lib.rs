@@ -9,6 +9,7 @@ pub mod contents;
 pub mod cost;
 pub mod dynamics;
 pub mod extremes;
+pub mod made;
 pub mod policy;
 pub mod reversal;
 pub mod schemes;

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use super::cobs::{Decoder, Encoder, encoded};
+use crate::checksum::Checksum;
 
 /// The protocol version that this build speaks.
 pub const PROTOCOL: u8 = 1;
@@ -22,9 +23,6 @@ pub const END: u8 = 0;
 const HEADER: usize = 7;
 const CHECK: usize = 4;
 const MOST_FRAME: usize = HEADER + MOST_BODY + CHECK;
-
-/// CRC-32/ISO-HDLC, the same as in blobs.
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Assigns a message to a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,10 +94,10 @@ pub fn encode_frame<'o>(
     body: &[u8],
     out: &'o mut [u8],
 ) -> Result<&'o [u8], FrameError> {
-    let mut digest = CRC.digest();
-    digest.update(head);
-    digest.update(body);
-    let check = digest.finalize().to_le_bytes();
+    let mut digest = Checksum::new();
+    digest.add(head);
+    digest.add(body);
+    let check = digest.value().to_le_bytes();
     let fitting = body.len() <= MOST_BODY;
     let write = |out: &mut [u8]| {
         let mut encoder = Encoder::new(out);
@@ -203,7 +201,7 @@ impl Receiver {
             .buffer
             .get(..self.length)?
             .split_last_chunk::<CHECK>()?;
-        if CRC.checksum(content) != u32::from_le_bytes(*check) {
+        if Checksum::of(content) != u32::from_le_bytes(*check) {
             return None;
         }
         match *content {

@@ -6,6 +6,7 @@ use crate::description::AUXILIARIES;
 use crate::guard::{self, smaller};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
+use crate::lag::Follower;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
@@ -18,9 +19,9 @@ impl<H: Handle> Servo<H> {
         target(&self.current, &self.other, self.fading).get()
     }
 
-    /// Adopts the limits of the axes, both of the compensation in use and of one being faded in. The factors move at a
-    /// rate that keeps every axis within its ramp rate and rate bound: s moves it by up to its value bound, f in the
-    /// worst case from bound to bound, and during a fade each has half of that, because both may move.
+    /// Adopts the limits of the sensors, and those of the axes of both the compensation in use and one being faded in. The
+    /// factors move at a rate that keeps every axis within its ramp rate and rate bound: s moves it by up to its value
+    /// bound, f in the worst case from bound to bound, and during a fade each has half of that, because both may move.
     pub(super) fn take_limits(&mut self) {
         let from = self.current.get();
         let to = target(&self.current, &self.other, self.fading).get();
@@ -45,6 +46,7 @@ impl<H: Handle> Servo<H> {
             0.5 * factor
         });
         self.blend_pace = pace(0.5 * blend);
+        self.followers.iter_mut().for_each(Follower::look_closely);
     }
 
     /// Adopts weights of the compensation accepted last.

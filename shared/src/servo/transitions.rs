@@ -122,6 +122,7 @@ impl<H: Handle> Servo<H> {
         let bad = self.bad_temperatures;
         let mut good_auxiliaries = reach.holds_auxiliaries(inputs, bad);
         let (mut used, mut directional) = (reach.used_axes, reach.directional);
+        let temperatures = reach.temperatures;
         if !core::ptr::eq(reach, other) {
             good_auxiliaries &= other.holds_auxiliaries(inputs, bad);
             used |= other.used_axes;
@@ -142,7 +143,7 @@ impl<H: Handle> Servo<H> {
         self.fault = if hold { self.fault + lasted } else { 0.0 };
         let before = self.following;
         // At rest at zero there is nothing to hold.
-        let freezes = unreferenced || self.fault > PATIENCE || (hold && silent);
+        let freezes = unreferenced || (hold && (silent || self.fault > PATIENCE));
         let stays = before == Following::Frozen && (hold || !silent);
         self.following = if freezes || stays {
             Following::Frozen
@@ -163,7 +164,9 @@ impl<H: Handle> Servo<H> {
             if silent {
                 self.inputs.auxiliaries = inputs.auxiliaries;
             }
-            self.take_temperatures();
+            if temperatures != 0 {
+                self.take_temperatures();
+            }
             let reverses = self.take_directions(directional);
             if reverses && self.common.step == Step::Nothing {
                 self.common.step = Step::Reversal;
@@ -201,17 +204,17 @@ impl<H: Handle> Servo<H> {
         let step = self.common.step != Step::Nothing;
         if step {
             self.lanes.iter_mut().for_each(|lane| lane.look_closely());
-        }
-        if self.common.step == Step::Reversal {
-            let axes = self.current.get().axes();
-            for (lane, axis) in self.lanes.iter_mut().zip(axes) {
-                lane.take_reversal(axis);
+            if self.common.step == Step::Reversal {
+                let axes = self.current.get().axes();
+                for (lane, axis) in self.lanes.iter_mut().zip(axes) {
+                    lane.take_reversal(axis);
+                }
             }
         }
         let moves = !self.factor.at_rest();
         let held = self.following != Following::Inputs;
         self.at_rest =
-            s == 1.0 && !(moves || fading || waiting || held || step || self.common.ramps);
+            !(moves || fading || waiting || held || step || self.common.ramps) && s == 1.0;
 
         let conditions = &mut self.correction.status.conditions;
         *conditions |= self.switches;

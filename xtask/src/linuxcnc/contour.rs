@@ -36,7 +36,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
     let ini = &format!("{FOLDER}/machine.ini");
     bench.write(&format!("{FOLDER}/machine.hal"), connections())?;
-    bench.write(ini, configuration("machine.hal"))?;
+    bench.write(ini, configuration(FOLDER, "machine.hal", PLAY, None))?;
     let [machine, errors, trax] =
         ["machine.toml", "errors.toml", "machine.trax"].map(|name| format!("{FOLDER}/new/{name}"));
     let new = &format!("{FOLDER}/new");
@@ -49,7 +49,12 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     bench.write(&format!("{FOLDER}/tape.hal"), tape())?;
     bench.write(
         ini,
-        configuration("machine.hal\nHALFILE = new/trueaxis.hal\nHALFILE = tape.hal"),
+        configuration(
+            FOLDER,
+            "machine.hal\nHALFILE = new/trueaxis.hal\nHALFILE = tape.hal",
+            PLAY,
+            None,
+        ),
     )?;
     run(Command::new("chmod")
         .args(["-R", "a+rwX"])
@@ -133,7 +138,8 @@ fn with_play(command: &[f64], correction: &[f64]) -> Vec<f64> {
     errors.collect()
 }
 
-fn connections() -> String {
+/// Three drives that are where they are commanded to be.
+pub fn connections() -> String {
     let mut hal = String::from(
         "loadrt [KINS]KINEMATICS\n\
          loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS\n\
@@ -175,10 +181,12 @@ fn signal(pin: &str) -> String {
     }
 }
 
-fn configuration(halfiles: &str) -> String {
+/// A machine with three axes that `NAME.py` drives, with play on X and Y; homed in the middle of its travels, or where it
+/// stands, at `home`.
+pub fn configuration(name: &str, halfiles: &str, play: f64, home: Option<f64>) -> String {
     let mut text = format!(
-        "[EMC]\nVERSION = 1.1\nMACHINE = contour\n[DISPLAY]\nDISPLAY = /tmp/contour.py\n\
-         [TASK]\nTASK = milltask\nCYCLE_TIME = 0.010\n[RS274NGC]\nPARAMETER_FILE = contour.var\n\
+        "[EMC]\nVERSION = 1.1\nMACHINE = {name}\n[DISPLAY]\nDISPLAY = /tmp/{name}.py\n\
+         [TASK]\nTASK = milltask\nCYCLE_TIME = 0.010\n[RS274NGC]\nPARAMETER_FILE = {name}.var\n\
          [EMCMOT]\nEMCMOT = motmod\nCOMM_TIMEOUT = 1.0\nSERVO_PERIOD = 1000000\n\
          [HAL]\nHALFILE = {halfiles}\n\
          [TRAJ]\nCOORDINATES = XYZ\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
@@ -187,8 +195,8 @@ fn configuration(halfiles: &str) -> String {
          [KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n"
     );
     for (joint, (axis, low, high, backlash)) in [
-        ("X", 0.0, 200.0, PLAY),
-        ("Y", 0.0, 150.0, PLAY),
+        ("X", 0.0, 200.0, play),
+        ("Y", 0.0, 150.0, play),
         ("Z", -150.0, 0.0, 0.0),
     ]
     .into_iter()
@@ -197,7 +205,7 @@ fn configuration(halfiles: &str) -> String {
         let limits = format!(
             "MIN_LIMIT = {low}\nMAX_LIMIT = {high}\nMAX_VELOCITY = 150\nMAX_ACCELERATION = 1000\n"
         );
-        let home = 0.5 * (low + high);
+        let home = home.unwrap_or(0.5 * (low + high));
         text += &format!(
             "[AXIS_{axis}]\n{limits}[JOINT_{joint}]\nTYPE = LINEAR\n{limits}BACKLASH = {backlash}\n\
              FERROR = 1\nMIN_FERROR = 1\nHOME = {home}\nHOME_OFFSET = {home}\nHOME_SEARCH_VEL = 0\nHOME_SEQUENCE = 0\n"

@@ -27,12 +27,6 @@ struct Quote {
 }
 
 impl BadInput {
-    /// The same with another remedy.
-    pub fn or(mut self, remedy: &str) -> Self {
-        self.remedy = format!("{}; or {remedy}", self.remedy);
-        self
-    }
-
     /// Bad input without a place in a file.
     pub fn new(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {

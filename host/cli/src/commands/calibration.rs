@@ -11,19 +11,23 @@ use super::Outcome;
 use super::Outcome::CheckFailed;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
-use super::identify::no_model;
+use super::identify::{self, no_model};
 use super::probing::asked;
 use super::run_words;
 use super::touch_options::Touching;
 use clap::{Args, ValueEnum};
+use nalgebra::Vector3;
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::trial::{Corrector, on_trial};
 use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::formats::validation::{Gain, Scatter, Validation};
-use trueaxis_measure::identify::{Identified, Model, Problem, Stated, identify, scatters, stated};
+use trueaxis_measure::identify::{Model, Stated, scatters};
 use trueaxis_measure::plan::{Probe, Setup, validation};
 use trueaxis_measure::spheres::{read_log, to_probings};
+use trueaxis_measure::study::{self, Request, Study};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
@@ -131,6 +135,30 @@ pub struct Calibration<'a> {
     /// What is identified, as an option.
     model: String,
     folder: PathBuf,
+    /// What identification found, once it has.
+    known: OnceCell<Known>,
+}
+
+/// What a calibration rests on, of the identification that it loads.
+struct Known {
+    stylus: Vector3<f64>,
+    /// Of a coordinate (mm).
+    noise: f64,
+    /// Balls and stylus, found and as stated.
+    places: Vec<Stated>,
+    /// Location errors that the model lacks.
+    missing: Vec<Parameter>,
+}
+
+impl Known {
+    fn of(found: &study::Outcome<'_>) -> Self {
+        Self {
+            stylus: found.identified.stylus,
+            noise: found.identified.noise,
+            places: found.places.clone(),
+            missing: found.missing.clone(),
+        }
+    }
 }
 
 impl<'a> Calibration<'a> {
@@ -158,6 +186,7 @@ impl<'a> Calibration<'a> {
             machine,
             artefact,
             folder,
+            known: OnceCell::new(),
         })
     }
 
@@ -208,13 +237,18 @@ impl<'a> Calibration<'a> {
 
     /// Shows a command, and runs it.
     fn step(&self, words: &[String]) -> Result<Outcome, BadInput> {
+        self.show(words)?;
+        run_words(words)
+    }
+
+    /// Shows the command that does what comes next.
+    fn show(&self, words: &[String]) -> Result<(), BadInput> {
         let quoted = |word: &String| match word.contains(char::is_whitespace) {
             true => format!("'{word}'"),
             false => word.clone(),
         };
         let shown: Vec<String> = words.iter().map(quoted).collect();
-        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))?;
-        run_words(words)
+        files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))
     }
 
     fn plan(&self) -> Result<(), BadInput> {
@@ -418,21 +452,21 @@ impl<'a> Calibration<'a> {
         if options.accept_places {
             words.push("--accept-places".to_owned());
         }
-        self.step(&words)
+        self.show(&words)?;
+        self.identified(|found| {
+            let errors = identify::write(found, &self.file("errors.toml"))?;
+            identify::show(found, &errors)?;
+            let _ = self.known.set(Known::of(found));
+            Ok(identify::warn(found))
+        })
     }
 
     /// Why what has been identified must not be loaded: another stylus, or errors that were not measured.
     fn is_unclear(&self) -> Result<Option<String>, BadInput> {
         let options = self.options;
-        let measured = self.measured()?;
-        let artefact = self.probed_artefact()?;
         let errors = self.errors()?;
-        let perfect = ErrorModel::perfect(&self.machine);
-        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
-        let problem = Problem::new(&self.machine, &measured, &artefact, &parameters, &perfect);
-        let identified = self.identified(&problem)?;
-        let places = stated(&problem, &identified);
-        let stylus = places.iter().find(|one| one.what == "stylus");
+        let known = self.known()?;
+        let stylus = known.places.iter().find(|one| one.what == "stylus");
         let off = stylus.and_then(Stated::distance).unwrap_or(0.0);
         if off > OTHER_STYLUS && !options.accept_places {
             let by = stylus.and_then(|one| Some(one.found - one.stated?));
@@ -442,18 +476,7 @@ impl<'a> Calibration<'a> {
                 by.x, by.y, by.z
             )));
         }
-        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
-        let lacking = problem.missing().map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("probings.csv")),
-                error.remedy(),
-            )
-        })?;
-        missing.extend(
-            lacking
-                .into_iter()
-                .filter(|p| !errors.unseen.contains_key(p)),
-        );
+        let missing = self.missing(&errors)?;
         if missing.is_empty() {
             return Ok(None);
         }
@@ -466,8 +489,23 @@ impl<'a> Calibration<'a> {
             return Ok(None);
         }
         Ok(Some(format!(
-            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing"
+            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing; backlash of linear axes needs an indicator"
         )))
+    }
+
+    /// Errors that the machine may have and that were not measured. Balls are touched from both sides, which hides the
+    /// backlash of linear axes.
+    fn missing(&self, errors: &ErrorModel) -> Result<Vec<Parameter>, BadInput> {
+        let linear = self.machine.axes.iter().map(|axis| axis.letter);
+        let linear = linear.filter(|letter| !letter.is_rotary());
+        let backlash = linear.filter_map(|l| Parameter::parse(&format!("E{l}{l}b")));
+        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
+        for parameter in self.known()?.missing.iter().copied().chain(backlash) {
+            if !missing.contains(&parameter) && !errors.parameters.contains_key(&parameter) {
+                missing.push(parameter);
+            }
+        }
+        Ok(missing)
     }
 
     fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
@@ -639,14 +677,39 @@ impl<'a> Calibration<'a> {
         Ok(artefact)
     }
 
-    /// What `identify` found.
-    fn identified(&self, problem: &Problem<'_>) -> Result<Identified, BadInput> {
-        identify(problem, trueaxis_measure::identify::Options::default()).map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("probings.csv")),
-                error.remedy(),
-            )
-        })
+    /// Identifies the errors that the compensation is to correct.
+    fn identified<T>(
+        &self,
+        then: impl FnOnce(&study::Outcome<'_>) -> Result<T, BadInput>,
+    ) -> Result<T, BadInput> {
+        let study = Study {
+            machine: &self.machine,
+            probings: &self.measured()?,
+            artefact: &self.probed_artefact()?,
+            observations: &Observations::default(),
+            runs: &[],
+            base: &ErrorModel::perfect(&self.machine),
+        };
+        let request = Request {
+            accept_places: self.options.accept_places,
+            ..Request::of(self.model.parse().map_err(no_model)?)
+        };
+        let found = study.identify(&request).map_err(|refusal| {
+            let file = self.text("probings.csv");
+            BadInput::new(format!("{file}: {refusal}"), refusal.remedy())
+        })?;
+        then(&found)
+    }
+
+    /// What identification found, of the files in the folder if that step was done before.
+    fn known(&self) -> Result<&Known, BadInput> {
+        if self.known.get().is_none() {
+            let known = self.identified(|found| Ok(Known::of(found)))?;
+            let _ = self.known.set(known);
+        }
+        self.known
+            .get()
+            .ok_or_else(|| BadInput::new("nothing is identified", "begin with --from identify"))
     }
 
     /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
@@ -666,17 +729,13 @@ impl<'a> Calibration<'a> {
     /// The judgement, and how much smaller the distances of the same rows have become (mm).
     fn validated(&self, after: &Path) -> Result<(Validation, Option<Gain>), BadInput> {
         let machine = &self.machine;
-        let measured = self.measured()?;
         let perfect = ErrorModel::perfect(machine);
         let errors = self.errors()?;
-        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
         let artefact = self.probed_artefact()?;
-        let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
-        let identified = self.identified(&problem)?;
+        let known = self.known()?;
         let band = self.band()?;
-        let distances = |probings: &Probings| {
-            scatters(machine, probings, &artefact, &perfect, &identified.stylus)
-        };
+        let distances =
+            |probings: &Probings| scatters(machine, probings, &artefact, &perfect, &known.stylus);
         let scatter = |apart: &[f64]| {
             let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
             Scatter {
@@ -691,7 +750,7 @@ impl<'a> Calibration<'a> {
         let gain = Gain::of(&balls, &before, &after);
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));
-        let probing = identified.noise * 1e3 * 3.0_f64.sqrt();
+        let probing = known.noise * 1e3 * 3.0_f64.sqrt();
         let expected = SCATTER * (libm::hypot(probing, self.band_in_zone()?));
         let is_better = after.rms_um < before.rms_um && gain.is_some_and(Gain::is_sure);
         let validation = Validation {
@@ -701,7 +760,9 @@ impl<'a> Calibration<'a> {
             probing_um: probing,
             band_um: band,
             expected_um: expected,
-            unseen: errors.unseen.keys().map(Parameter::to_string).collect(),
+            unseen: (self.missing(&errors)?.iter())
+                .map(Parameter::to_string)
+                .collect(),
             is_kept: is_better && after.rms_um <= expected,
         };
         Ok((validation, gain))

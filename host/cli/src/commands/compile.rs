@@ -1,10 +1,10 @@
 //! `trueaxis compile`
 
 mod answer;
-mod made;
 
 use super::Outcome;
 use super::bad_input::BadInput;
+use super::date;
 use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
@@ -17,13 +17,13 @@ use super::target;
 use super::verdict;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
-use made::{Made, Wanted, Whole};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, Compensation, Document, Model};
 use trueaxis_tables::compile::{self, CompileError};
+use trueaxis_tables::made::{Made, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
@@ -84,7 +84,7 @@ pub struct Arguments {
     /// Also write a page with the errors and the effect of the tables, as `trueaxis report` does
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Date to print on the page, in any format (default: none)
+    /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     #[command(flatten)]
@@ -92,6 +92,12 @@ pub struct Arguments {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// A compensation to make, and the file that it is for.
+struct Wanted {
+    output: PathBuf,
+    options: compile::Options,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -228,7 +234,7 @@ impl Arguments {
             .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
         let tables = &wanted.options.tables;
         let mut document = Document {
-            date: self.date.clone(),
+            date: Some(date::given_or_today(self.date.as_deref())?),
             reference_position: self.zero_at.clone(),
             policy: stored(tables.policy).to_string(),
             tolerance_um: made.best.tolerance,
@@ -293,13 +299,7 @@ impl Arguments {
             },
             Made::Proven(made) => Answer {
                 meets_tolerance: made.best.proof.meets(tolerance),
-                proven: Some(Proven::new(
-                    &made.best.built,
-                    &made.best.proof,
-                    made.uncertainty.as_ref(),
-                    tolerance,
-                    &made.reversals,
-                )),
+                proven: Some(Proven::new(made)),
                 missed: &made.missed,
                 refusals: &made.refusals,
                 full: made.best.full.as_ref(),

@@ -3,7 +3,6 @@
 #[cfg_attr(target_family = "wasm", path = "gcode/ahead_in_browser.rs")]
 mod ahead;
 mod arguments;
-mod expand;
 mod inlined;
 mod scratch;
 mod screen;
@@ -87,20 +86,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
-    let expanded = match arguments.expand {
-        true => Some(expand::Program::new(arguments, &rules)?),
-        false => None,
-    };
     let inlined = inlined::Program::new(arguments, &rules)?;
-    let program = match (&expanded, &inlined) {
-        (Some(expanded), _) => expanded.path(),
-        (None, Some(inlined)) => inlined.path(),
-        (None, None) => arguments.program.as_path(),
+    let program = match &inlined {
+        Some(inlined) => inlined.path(),
+        None => arguments.program.as_path(),
     };
     let bad_program = |error: &StreamError| {
-        let refusal = match (&expanded, &inlined, error) {
-            (Some(expanded), _, StreamError::Refused(refusal)) => expanded.refusal(refusal),
-            (None, Some(inlined), StreamError::Refused(refusal)) => inlined.refusal(refusal),
+        let refusal = match (&inlined, error) {
+            (Some(inlined), StreamError::Refused(refusal)) => inlined.refusal(refusal),
             _ => return bad_program(&arguments.program, error),
         };
         bad_program(&arguments.program, &StreamError::Refused(refusal))
@@ -224,9 +217,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "write into a file",
         ));
     }
-    if let Some(expanded) = &expanded {
-        expanded.relabel(&mut corrector.report, found.as_mut());
-    }
     if let Some(inlined) = &inlined {
         inlined.relabel(&mut corrector.report, found.as_mut());
     }
@@ -249,13 +239,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             compensation,
             &lengths,
             found.as_ref(),
-            expanded.as_ref().map(expand::Program::lines),
         );
         files::print_json(&answer)?;
     } else {
-        if let Some(expanded) = &expanded {
-            files::print(&expanded.note())?;
-        }
         if let Some(inlined) = &inlined {
             files::print(&inlined.note())?;
         }

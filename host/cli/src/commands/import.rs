@@ -3,6 +3,7 @@
 mod cec;
 mod height_map;
 mod isg;
+mod points;
 mod twist;
 
 use super::Outcome;
@@ -38,6 +39,7 @@ enum What {
         after_help = "Example:\n  trueaxis import reprapfirmware heightmap.csv --machine machine.toml -o bed.csv"
     )]
     RepRapFirmware(height_map::Arguments),
+    Points(points::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -47,5 +49,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Klipper(arguments) => height_map::klipper(arguments),
         What::KlipperTwist(arguments) => twist::run(arguments),
         What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
+        What::Points(arguments) => points::run(arguments),
     }
 }

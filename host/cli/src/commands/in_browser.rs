@@ -3,7 +3,7 @@
 use super::export::cec;
 use super::{
     BadInput, Outcome, compile, control, explain, flash, gcode, generate, identify, inspect,
-    measured, monitor, report,
+    measured, model, monitor, report,
 };
 use clap::Subcommand;
 
@@ -13,6 +13,7 @@ pub enum Command {
     Inspect(inspect::Arguments),
     Report(report::Arguments),
     Explain(explain::Arguments),
+    Model(model::Arguments),
     Identify(identify::Arguments),
     Measured(measured::Arguments),
     Gcode(gcode::Arguments),
@@ -37,6 +38,7 @@ impl Command {
             Self::Inspect(arguments) => inspect::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
             Self::Explain(arguments) => explain::run(&arguments),
+            Self::Model(arguments) => model::run(&arguments),
             Self::Identify(arguments) => identify::run(&arguments),
             Self::Measured(arguments) => measured::run(&arguments),
             Self::Gcode(arguments) => gcode::run(&arguments),

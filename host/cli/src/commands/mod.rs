@@ -9,6 +9,7 @@ mod compile;
 mod completions;
 mod control;
 mod correct;
+mod date;
 mod error_source;
 mod eval;
 mod explain;
@@ -30,6 +31,8 @@ mod iso230_3;
 mod iso230_7;
 mod linuxcnc;
 mod measured;
+#[cfg(target_family = "wasm")]
+mod model;
 mod monitor;
 mod monte_carlo;
 mod number;
@@ -60,6 +63,7 @@ mod touch_options;
 mod unidentifiable;
 mod verdict;
 mod verify;
+mod version;
 
 use bad_input::BadInput;
 use clap::Parser;
@@ -74,7 +78,7 @@ use std::process::ExitCode;
 ///
 /// Exit codes: 0 success, 1 a check failed, 2 bad input.
 #[derive(Parser)]
-#[command(name = "trueaxis", version)]
+#[command(name = "trueaxis", version, long_version = version::all())]
 #[cfg_attr(not(target_family = "wasm"), command(help_template = groups::help_template()))]
 struct Cli {
     #[command(subcommand)]

@@ -5,7 +5,7 @@ use super::unidentifiable;
 use serde::Serialize;
 use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::Unknown;
-use trueaxis_measure::plan::{Judgement, Ratios, Setup, Spread, Unreachable};
+use trueaxis_measure::plan::{Judgement, Ratios, Setup, Spread, Unreachable, added};
 use trueaxis_model::errors::Parameter;
 
 /// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
@@ -117,7 +117,7 @@ impl<'a> Answer<'a> {
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
         let add = |unknown: &Unknown| {
             let balls = &judgement.strategy.balls;
-            unidentifiable::added(machine, balls, *unknown, &judgement.remedies)
+            added(machine, balls, *unknown, &judgement.remedies)
         };
         Self {
             machine: &machine.name,

@@ -9,7 +9,7 @@ use std::fmt::Write;
 const MARK: &str = "<!-- From here on: UPDATE_COMMANDS=1 cargo test -p trueaxis-cli --bin trueaxis reference -->\n";
 
 /// The page of the manual that explains a command.
-const PAGES: [(&str, &str); 46] = [
+const PAGES: [(&str, &str); 47] = [
     ("pose", "machine-file"),
     ("explain", "measurement"),
     ("plan", "planning"),
@@ -47,6 +47,7 @@ const PAGES: [(&str, &str); 46] = [
     ("import klipper", "printers"),
     ("import klipper-twist", "printers"),
     ("import reprapfirmware", "printers"),
+    ("import points", "linuxcnc"),
     ("flash", "board"),
     ("control", "board"),
     ("monitor", "link"),

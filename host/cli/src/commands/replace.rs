@@ -232,19 +232,18 @@ fn lock(file: &File) -> Result<()> {
 }
 
 /// Whether the open file is the one with this name.
-#[cfg(unix)]
+#[cfg(not(target_family = "wasm"))]
 fn is_at(file: &File, path: &Path) -> Result<bool> {
-    use std::os::unix::fs::MetadataExt;
-    let open = file.metadata()?;
-    match std::fs::symlink_metadata(path) {
-        Ok(named) => Ok((named.dev(), named.ino()) == (open.dev(), open.ino())),
+    let open = same_file::Handle::from_file(file.try_clone()?)?;
+    match same_file::Handle::from_path(path) {
+        Ok(named) => Ok(named == open),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
         Err(error) => Err(error),
     }
 }
 
-/// Whether a file with this name exists; the standard library cannot tell here whether it is the open one.
-#[cfg(not(unix))]
+/// In a browser there is nobody else.
+#[cfg(target_family = "wasm")]
 fn is_at(_: &File, path: &Path) -> Result<bool> {
     path.try_exists()
 }

@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
+use super::date;
 use super::error_source;
 use super::files::{self, MachineFiles, Text};
 use super::number::positive;
@@ -28,8 +29,8 @@ use trueaxis_tables::validate::Runtime;
 /// Write a page with a machine's errors and a compensation's effect
 ///
 /// The page is one file that needs no network: a verdict in words, an interactive model of the machine and its
-/// errors, the error budget, error motions, simulated tests, tables. It can be printed. The same input gives the
-/// same bytes.
+/// errors, the error budget, error motions, simulated tests, tables. It can be printed. The same input and date give
+/// the same bytes.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  trueaxis report machine.toml errors.toml machine.trax -o report.html --date 2026-11-23\n  \
@@ -70,7 +71,7 @@ pub struct Arguments {
     /// Operator, instruments, temperatures, limits and stated uncertainties for it (calibration.toml)
     #[arg(long, value_name = "FILE.toml", requires = "certificate")]
     calibration: Option<PathBuf>,
-    /// Date to print on the page, in any format (default: none)
+    /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
     #[command(flatten)]
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let (machine, errors) = files.read()?;
     let mut document = Document {
-        date: arguments.date.clone(),
+        date: Some(date::given_or_today(arguments.date.as_deref())?),
         reference_position: arguments.zero_at.clone(),
         tolerance_um: arguments.tolerance,
         seed: arguments.random.seed,

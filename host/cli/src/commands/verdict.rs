@@ -70,6 +70,7 @@ mod tests {
             },
             expanded_uncertainty_mean_um: None,
             expanded_uncertainty_max_um: None,
+            expanded_uncertainty_mean_urad: None,
             expanded_uncertainty_max_urad: None,
             uncorrected_urad: None,
         }

@@ -3,7 +3,6 @@
 mod accepted;
 mod cycles;
 mod dialects;
-mod expanded;
 mod five_axes;
 mod hemisphere;
 mod mutations;

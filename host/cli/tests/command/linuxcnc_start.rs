@@ -118,7 +118,7 @@ fn a_scale_and_a_square_become_a_checked_compensation() {
     let said = plain(&done.stderr);
     assert_eq!(done.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("errors.toml exists") && said.contains("--overwrite"),
+        said.contains("machine.trax exists") && said.contains("--overwrite"),
         "{said}"
     );
     assert_eq!(
@@ -223,7 +223,10 @@ fn what_linuxcnc_compensates_is_kept_and_not_measured_twice() {
         &[&start[..], &["--install", "--scale", "Y=1/100"]].concat(),
     );
     let ini = read(&folder, "mill.ini");
-    assert!(ini.contains("\n# BACKLASH = 0.01\n"), "{ini}");
+    assert!(
+        ini.contains("\n# trueaxis has in errors.toml: BACKLASH = 0.01\n"),
+        "{ini}"
+    );
     let errors = read(&folder, "errors.toml");
     let parameters: Vec<&str> = errors
         .lines()
@@ -384,7 +387,7 @@ fn lines_are_taken_out_only_if_the_errors_have_what_they_compensated() {
     let said = plain(&output.stdout) + &plain(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert_eq!(parameters(&folder), ["EYY1", "EXXb"]);
-    assert!(read(&folder, "mill.ini").contains("\n# BACKLASH = 0.02\n"));
+    assert!(read(&folder, "mill.ini").contains(": BACKLASH = 0.02\n"));
     // Nothing is to be added: they are used as they are.
     let folder = mill(backlash);
     set_up(&folder);
@@ -503,4 +506,120 @@ fn nothing_is_written_while_it_asks() {
     running.wait().unwrap();
     assert_eq!(folder.names(), before);
     assert_eq!(read(&folder, "errors.toml"), "# mine\n");
+}
+
+#[test]
+fn what_install_wrote_is_taken_out_again() {
+    let folder = mill("BACKLASH = 0.02\n");
+    let original = read(&folder, "mill.ini");
+    let ini = folder.at("mill.ini");
+    let remove = ["linuxcnc", "start", &ini, "--remove"];
+    fails(&remove, "it does not have what --install writes");
+    let start = ["linuxcnc", "start", &ini, "--install", "--yes"];
+    answer(0, &start);
+    let installed = read(&folder, "mill.ini");
+    assert_ne!(installed, original);
+    let names = folder.names();
+    answer(0, &remove);
+    assert_eq!(read(&folder, "mill.ini"), original);
+    assert_eq!(folder.names(), names);
+    // With what was changed since.
+    folder.file("mill.ini", format!("{installed}[OWN]\n"));
+    answer(0, &remove);
+    assert_eq!(read(&folder, "mill.ini"), format!("{original}[OWN]\n"));
+    // And it can be brought in again.
+    answer(0, &[&start[..], &["--overwrite"]].concat());
+    assert_eq!(read(&folder, "mill.ini"), format!("{installed}[OWN]\n"));
+    fails(
+        &[&remove[..], &["--install"]].concat(),
+        "'--remove' cannot be used with '--install'",
+    );
+}
+
+#[test]
+fn a_compensation_from_elsewhere_is_never_lost() {
+    let reading = ["--scale", "X=2/100"];
+    for is_installed in [false, true] {
+        let folder = mill("");
+        let ini = folder.at("mill.ini");
+        let start = ["linuxcnc", "start", &ini, "--yes", "--install"];
+        if is_installed {
+            answer(0, &start);
+        }
+        folder.file("machine.trax", "calibrated");
+        let before = folder.names();
+        fails(&[&start[..], &reading].concat(), "machine.trax exists: ");
+        assert_eq!(folder.names(), before);
+        assert_eq!(read(&folder, "machine.trax"), "calibrated");
+        let said = answer(0, &[&start[..], &reading, &["--overwrite"]].concat());
+        assert!(said.contains("machine.trax.before-trueaxis"), "{said}");
+        assert_eq!(read(&folder, "machine.trax.before-trueaxis"), "calibrated");
+    }
+}
+
+#[test]
+fn a_spindle_that_grows_is_connected_and_compensated() {
+    let folder = mill("");
+    let ini = folder.at("mill.ini");
+    let start = [
+        "linuxcnc",
+        "start",
+        &ini,
+        "--table",
+        "XY",
+        "--yes",
+        "--install",
+    ];
+    let sensors = [
+        "--temperature",
+        "room=ain.1",
+        "--temperature",
+        "bearing=ain.0",
+    ];
+    for (growth, expected) in [
+        ("spindle=12/15", "`spindle=12/15` is not"),
+        ("bearing=12", "`bearing=12` is not"),
+        ("bearing=12/0", "`bearing=12/0` is not"),
+    ] {
+        let before = folder.names();
+        fails(
+            &[&start[..], &sensors, &["--growth", growth]].concat(),
+            expected,
+        );
+        assert_eq!(folder.names(), before);
+    }
+    answer(
+        0,
+        &[&start[..], &sensors, &["--growth", "bearing=12/15"]].concat(),
+    );
+    let hal = read(&folder, "trueaxis.hal");
+    // The compensation has the sensor of the growth only.
+    for line in [
+        "loadrt trueaxis file=machine.trax axes=XYZ units=[TRAJ]LINEAR_UNITS temperatures=2",
+        "net trueaxis-temperature-0 ain.0 => trueaxis.temperature-0",
+        "net trueaxis-temperature-1 ain.1 => trueaxis.temperature-1",
+    ] {
+        assert!(hal.contains(line), "{hal}");
+    }
+    // 10 K above the reference, Z goes 8 µm away from the table.
+    let path = folder.file("path.csv", "X,Y,Z,bearing\n100,100,-50,0\n100,100,-50,10\n");
+    let said = answer(
+        0,
+        &["eval", &folder.at("machine.trax"), "--positions", &path],
+    );
+    let rows: Vec<&str> = said.lines().skip(1).collect();
+    let z = |row: &str| {
+        row.split(',')
+            .nth(2)
+            .unwrap()
+            .trim()
+            .parse::<f64>()
+            .unwrap()
+    };
+    assert!((z(rows[1]) - z(rows[0]) - 8e-3).abs() < 1e-5, "{said}");
+    // What is installed keeps its lines.
+    fails(
+        &[&start[..], &sensors, &["--growth", "bearing=12/15"]].concat(),
+        "it stays, and has no --temperature",
+    );
 }

@@ -31,8 +31,9 @@ pub enum Kind {
 }
 
 /// The advice for programs that compute.
-pub const FLAT: &str = "use the compensation in the controller, or write the program out flat: numbers only, no \
-parameters, expressions, loops or subprograms (--expand does that with LinuxCNC's interpreter)";
+pub const FLAT: &str = "use the compensation in the controller (in LinuxCNC: trueaxis linuxcnc start), or write the \
+program out flat: numbers only, no parameters, expressions, loops or subprograms (LinuxCNC's interpreter `rs274 -g` lists \
+the motions that it computes)";
 
 impl Fault {
     /// Of the kind [`Kind::Other`].

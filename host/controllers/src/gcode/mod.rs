@@ -15,7 +15,6 @@ mod cut;
 pub mod cycle;
 pub mod dialect;
 mod edit;
-pub mod expand;
 pub mod extruder;
 pub mod fault;
 pub mod interpret;

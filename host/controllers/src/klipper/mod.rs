@@ -2,5 +2,6 @@
 
 pub mod bed_mesh;
 mod config;
+pub mod kinematics;
 pub mod probe;
 pub mod twist;

@@ -8,6 +8,9 @@ pub const PANEL: [&str; 2] = [
     "EMBED_TAB_COMMAND = gladevcp -c trueaxis-panel -x {XID} -u /usr/share/trueaxis/trueaxis_panel.py /usr/share/trueaxis/trueaxis-panel.ui",
 ];
 
+/// How a line begins that `install` has taken out.
+const TAKEN_OUT: &str = "# trueaxis has in errors.toml: ";
+
 /// The text of an INI file with the HAL file `hal` after the others, and with the panel; what is there already is not
 /// written again. The lines `taken_out`, counted from 1, become comments.
 ///
@@ -19,7 +22,7 @@ pub fn install(ini: &str, hal: &str, taken_out: &[usize]) -> Result<String, &'st
         let is_taken_out = taken_out.contains(&line.number);
         for part in line.text.split_inclusive('\n') {
             if is_taken_out {
-                text += "# ";
+                text += TAKEN_OUT;
             }
             text += part;
         }
@@ -116,20 +119,74 @@ fn insert(
     for (k, line) in lines.iter().enumerate() {
         text += line.text;
         if k == after {
-            if !line.text.ends_with('\n') {
+            let is_ended = line.text.ends_with('\n');
+            if !is_ended {
                 text += end;
             }
-            // A backslash at the end of the file continues nothing.
-            if line.text.trim_end_matches(['\r', '\n']).ends_with('\\') {
+            if is_continued(line.text) {
                 text += end;
             }
-            for line in added {
-                text += line;
+            text += &added.join(end);
+            // What comes last still has no end then.
+            if is_ended {
                 text += end;
             }
         }
     }
     Ok(text)
+}
+
+/// Whether the last line of a text ends with a backslash, at the end of the file, where it continues nothing.
+fn is_continued(text: &str) -> bool {
+    text.trim_end_matches(['\r', '\n']).ends_with('\\')
+}
+
+/// The text of an INI file as it was before [`install`]: without the HAL file `hal` and the panel, and with the lines that
+/// were taken out. `None` if it has nothing of that.
+#[must_use]
+pub fn remove(ini: &str, hal: &str) -> Option<String> {
+    let lines = lines(ini);
+    let mut section = "";
+    let mut ours = Vec::new();
+    for line in &lines {
+        section = line.section().map_or(section, str::trim);
+        ours.push(match (section, line.entry()) {
+            ("HAL", Some(("HALFILE", value))) => value == hal,
+            ("DISPLAY", Some(_)) => PANEL.contains(&line.joined.as_str()),
+            _ => false,
+        });
+    }
+    let mut text = String::new();
+    let mut is_changed = false;
+    for (k, line) in lines.iter().enumerate() {
+        if !ours[k] {
+            for part in line.text.split_inclusive('\n') {
+                let before = part.strip_prefix(TAKEN_OUT);
+                is_changed |= before.is_some();
+                text += before.unwrap_or(part);
+            }
+            continue;
+        }
+        is_changed = true;
+        if !line.text.ends_with('\n') {
+            unended(&mut text);
+        }
+        let is_last = ours.get(k + 1).is_none_or(|is_ours| !is_ours);
+        if is_last && is_continued(&text) {
+            unended(&mut text);
+        }
+    }
+    is_changed.then_some(text)
+}
+
+/// Takes one end of a line from the end of a text.
+fn unended(text: &mut String) {
+    if text.ends_with('\n') {
+        text.pop();
+        if text.ends_with('\r') {
+            text.pop();
+        }
+    }
 }
 
 #[cfg(test)]
@@ -165,13 +222,14 @@ mod tests {
             Err("DISPLAY")
         );
         let last = install("[DISPLAY]\n[HAL]\nHALFILE = a.hal", "x.hal", &[]);
-        assert!(last.is_ok_and(|text| text.ends_with("HALFILE = a.hal\nHALFILE = x.hal\n")));
+        assert!(last.is_ok_and(|text| text.ends_with("HALFILE = a.hal\nHALFILE = x.hal")));
     }
 
     #[test]
     fn lines_that_are_taken_out_become_comments() {
         let text = install(INI, "trueaxis.hal", &[3]).unwrap();
-        assert!(text.contains("\n# CYCLE_TIME = 0.1\n[HAL]\n"), "{text}");
+        let taken_out = format!("\n{TAKEN_OUT}CYCLE_TIME = 0.1\n[HAL]\n");
+        assert!(text.contains(&taken_out), "{text}");
     }
 
     #[test]
@@ -181,13 +239,16 @@ mod tests {
         let text = install(&ini, "trueaxis.hal", &[3]).unwrap();
         for part in [
             "HALFILE = \\\nb.hal\nHALFILE = trueaxis.hal\n",
-            "# CYCLE_TIME = \\\n# 0.1\n[HAL]",
+            &format!("{TAKEN_OUT}CYCLE_TIME = \\\n{TAKEN_OUT}0.1\n[HAL]"),
         ] {
             assert!(text.contains(part), "{text}");
         }
         // Lines are counted as in an editor.
         let text = install(&ini, "trueaxis.hal", &[10]).unwrap();
-        assert!(text.contains("# POSTGUI_HALFILE = c.hal"), "{text}");
+        assert!(
+            text.contains(&format!("{TAKEN_OUT}POSTGUI_HALFILE = c.hal")),
+            "{text}"
+        );
     }
 
     #[test]
@@ -200,6 +261,45 @@ mod tests {
             let already = ini.lines().filter(|line| *line == command).count();
             assert_eq!(panels, already + 1, "{text}");
         }
+    }
+
+    #[test]
+    fn what_was_installed_can_be_removed_byte_for_byte() {
+        let last_hal = "[DISPLAY]\nDISPLAY = axis\n[HAL]\nHALFILE = a.hal";
+        let last_display = "[HAL]\nHALFILE = a.hal\n[DISPLAY]\nDISPLAY = axis";
+        let mut inis: Vec<String> = Vec::new();
+        for ini in [INI, last_hal, last_display] {
+            for end in [
+                "",
+                "\n",
+                "\n\n",
+                " \\",
+                " \\\n",
+                " \\\n\n",
+                " \\\n\n[TRAJ]\n",
+            ] {
+                let ini = format!("{}{end}", ini.trim_end_matches('\n'));
+                inis.push(ini.replace('\n', "\r\n"));
+                inis.push(ini.replace("CYCLE_TIME = 0.1", "CYCLE_TIME = \\\n0.1"));
+                inis.push(ini);
+            }
+        }
+        for ini in inis {
+            for taken_out in [&[][..], &[2], &[2, 3]] {
+                let installed = install(&ini, "trueaxis.hal", taken_out).unwrap();
+                let removed = remove(&installed, "trueaxis.hal");
+                assert_eq!(removed.as_deref(), Some(&*ini), "{installed:?}");
+            }
+            assert_eq!(remove(&ini, "trueaxis.hal"), None);
+        }
+    }
+
+    #[test]
+    fn what_was_changed_since_stays() {
+        let installed = install(INI, "trueaxis.hal", &[3]).unwrap();
+        let edited = installed.replace("[TRAJ]\n", "[TRAJ]\nLINEAR_UNITS = mm\n");
+        let expected = INI.replace("[TRAJ]\n", "[TRAJ]\nLINEAR_UNITS = mm\n");
+        assert_eq!(remove(&edited, "trueaxis.hal"), Some(expected));
     }
 
     /// No line is longer than LinuxCNC reads (LINELEN of its inifile.hh).

@@ -12,6 +12,6 @@ mod setup;
 pub use check::{Against, Finding, Severity, beforehand, check};
 pub use configuration::{Configuration, Joint, Open};
 pub use imported::{Import, has_imported, imported, is_imported};
-pub use install::{PANEL, install};
+pub use install::{PANEL, install, remove};
 pub use session::{Contact, Positions, Session, SessionError, State, Stopper};
 pub use setup::{Known, Setup, setup, unknown_pivot};

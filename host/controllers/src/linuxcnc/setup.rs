@@ -43,6 +43,8 @@ pub struct Known<'a> {
     pub enabled: bool,
     /// From the pivot of a head to the nose of its spindle (mm), if known.
     pub pivot: Option<f64>,
+    /// Pins with the temperatures (°C) of sensors, in the order of the compensation.
+    pub temperatures: &'a [String],
 }
 
 /// The lines, the description and the imported errors. `imports` is what the INI file compensates, `findings` what speaks
@@ -108,8 +110,12 @@ fn hal(
     }
     let _ = writeln!(
         text,
-        "loadrt trueaxis file={blob} axes={letters} units={}",
-        configuration.unit_word()
+        "loadrt trueaxis file={blob} axes={letters} units={}{}",
+        configuration.unit_word(),
+        match known.temperatures.len() {
+            0 => String::new(),
+            count => format!(" temperatures={count}"),
+        }
     );
     text += &functions(configuration);
     let joints = letters
@@ -128,6 +134,13 @@ fn hal(
             "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length"
         ),
     };
+    for (number, pin) in known.temperatures.iter().enumerate() {
+        let ours = format!("trueaxis.temperature-{number}");
+        let _ = match hal.signal(pin) {
+            Some(signal) => writeln!(text, "net {signal} => {ours}"),
+            None => writeln!(text, "net trueaxis-temperature-{number} {pin} => {ours}"),
+        };
+    }
     text += match known.enabled {
         false => {
             "\n# The operator switches the corrections on: from a panel, or with `trueaxis control --hal enable`.\n\

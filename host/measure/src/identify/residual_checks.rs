@@ -4,6 +4,7 @@ use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
 use super::{Identified, Problem, Unknown};
 use crate::formats::probings::{Probing, Probings};
 use nalgebra::Vector3;
+use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// The quantity that a trend depends on.
@@ -19,6 +20,18 @@ pub enum Along {
     Run(f64),
     /// Rows that this axis approached in negative direction (1) compared with the others (−1).
     Direction(char),
+}
+
+impl fmt::Display for Along {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time(span) => write!(f, "drift over {span:.0} s"),
+            Self::Order => f.write_str("drift from the first to the last row"),
+            Self::Temperature(span) => write!(f, "over {span:.1} K"),
+            Self::Run(run) => write!(f, "run {run} from the others"),
+            Self::Direction(axis) => write!(f, "{axis} from below less from above"),
+        }
+    }
 }
 
 /// One check of the residuals.

@@ -2,6 +2,7 @@
 
 use super::prior::Prior;
 use crate::instrument::Kind;
+use std::fmt;
 
 /// One unknown of a set-up.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,4 +54,26 @@ pub struct FoundDrift {
     pub uncertainty: f64,
     /// The time from the first to the last row (s).
     pub seconds: f64,
+}
+
+impl fmt::Display for FoundDrift {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = self.setup.as_deref().unwrap_or("the artefact");
+        let axis = ["x", "y", "z"][self.component % 3];
+        let (way, unit, factor) = match self.component {
+            0..3 => ("along", "µm", 1e3),
+            _ => ("about", "µrad", 1e6),
+        };
+        write!(
+            f,
+            "{what} moved {way} {axis} by {:.2} ± {:.2} {unit} in {:.0} s",
+            self.value * factor,
+            2.0 * self.uncertainty * factor,
+            self.seconds
+        )?;
+        match self.lag {
+            Some(lag) => write!(f, ", with a time constant of {lag:.0} s"),
+            None => Ok(()),
+        }
+    }
 }

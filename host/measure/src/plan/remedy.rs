@@ -169,3 +169,34 @@ pub(super) fn remedies(
     });
     each.collect()
 }
+
+/// The probing that would identify a parameter, as text.
+#[must_use]
+pub fn added(
+    machine: &Machine,
+    balls: &[String],
+    unseen: Unknown,
+    remedies: &[Remedy],
+) -> Option<String> {
+    let remedy = remedies.iter().find(|r| r.unseen == unseen)?;
+    Some(place(machine, balls, remedy.add.as_ref()?))
+}
+
+/// The place of a probing, as text.
+fn place(machine: &Machine, balls: &[String], row: &Probing) -> String {
+    let mut at = Vec::new();
+    for (i, axis) in machine.axes.iter().enumerate() {
+        if axis.letter.is_rotary() {
+            let came = match row.direction[i] {
+                d if d > 0.0 => " from below",
+                d if d < 0.0 => " from above",
+                _ => "",
+            };
+            at.push(format!("{} = {}{came}", axis.letter, row.position[i]));
+        }
+    }
+    if row.spindle != 0.0 {
+        at.push(format!("S = {}", row.spindle));
+    }
+    format!("ball {} at {}", balls[row.ball], at.join(", "))
+}

@@ -24,7 +24,8 @@ const Field = (() => {
   function figure(v) {
     const size = Math.abs(v);
     if (size < 5e-5) return "0";
-    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : size >= 0.0995 ? 3 : 4;
+    if (size < 0.00995) return "below 0.01";
+    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2;
     return v.toFixed(digits).replace("-", "−");
   }
 
@@ -72,11 +73,14 @@ const Field = (() => {
       };
     }
 
-    /** The picture of a field; `most` (mm) is the length of its longest arrow. */
+    /** The picture of a field, on one scale before and after. `scale` (mm) is the longest error before, `most` the longest that
+     * is shown. */
     draw(view, nodes, shown, state) {
       const places = nodes.map((n) => n.before.at);
       view.fit(places);
-      const most = Math.max(...nodes.map((n) => length(SHOWN[shown](n))));
+      const longest = (kind) => Math.max(...nodes.map((n) => length(SHOWN[kind](n))));
+      const most = longest(shown);
+      const scale = Math.max(longest("before"), most);
       const picture = new Scene.Picture(view);
       const count = LATTICE;
       const corner = (bits) => places[this.axes.reduce((k, _, i) => k * count + (bits[i] ? count - 1 : 0), 0)];
@@ -85,19 +89,19 @@ const Field = (() => {
       for (const node of nodes) {
         const way = SHOWN[shown](node);
         const size = length(way);
-        const colour = most > 0 ? Math.min(COLOURS - 1, Math.floor((COLOURS * size) / most)) : 0;
+        const colour = scale > 0 ? Math.min(COLOURS - 1, Math.floor((COLOURS * size) / scale)) : 0;
         const [x, y, depth] = view.project(node.before.at);
         picture.parts.push([
           depth + 1e-6,
           `<circle class="node" cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="1.3"/>`,
         ]);
         if (most === 0) continue;
-        const arrow = [node.before.at, add(node.before.at, way, Math.max(1.1 * cell, 34 / view.scale) / most)];
+        const arrow = [node.before.at, add(node.before.at, way, Math.max(1.1 * cell, 34 / view.scale) / scale)];
         picture.arrow(arrow, `flow colour${colour}`, 8, true);
       }
       const here = this.machine.nominal(state);
       picture.dot([here[3], here[7], here[11]], 4.5, "here");
-      return { svg: picture.svg(), most };
+      return { svg: picture.svg(), most, scale };
     }
 
     /** The box of the travel, with a scale along one edge of each axis. */

@@ -78,7 +78,9 @@ const layOut = (() => {
             ),
         ),
       );
-      put(end, box(add(table, up, -0.5 * w), [...half, up.map((x) => x * 0.5 * w)], "workpiece"));
+      const plate = box(add(table, up, -0.5 * w), [...half, up.map((x) => x * 0.5 * w)], "workpiece");
+      // One that does not move is below everything.
+      put(end, below.length ? plate : plate.map((f) => ({ ...f, isFloor: true })));
       put(
         end,
         box(
@@ -102,6 +104,47 @@ const layOut = (() => {
         cone(add(nose, down, 0.75 * reaches), down, 0.014 * size, 0, 0.25 * reaches, "cutter", 14),
       );
     }
+
+    /* A portal: the first axis of the tool moves level and carries another level one across. Two columns stand beside the
+         table on a rail each. */
+    const isPortal = (axis, axes) =>
+      axis === axes[0] &&
+      axis.carries === "tool" &&
+      axes.length > 1 &&
+      !axes[1].rotary &&
+      [axis, axes[1]].every((a) => along(a.direction, up) < 0.3) &&
+      along(axis.direction, axes[1].direction) < 0.3;
+    const portal = (axis, cross, style, beamAt, held) => {
+      const own = ["after", axis.index];
+      const [low, high] = cross.travel;
+      const room = 0.07 * size;
+      const tops = [low - room, high + room].map((q) => add(beamAt, cross.direction, q));
+      put(own, beam(tops[0], tops[1], 0.8 * w, style, piece));
+      put(own, beam(beamAt, held, 0.8 * w, style, piece));
+      const level = dot(table, up) - 0.4 * w;
+      return tops.map((top, k) => {
+        const foot = flat(top, level);
+        put(own, beam(foot, top, 1.1 * w, style, piece));
+        put(
+          own,
+          box(
+            foot,
+            [
+              axis.direction.map((d) => d * 0.07 * size),
+              cross.direction.map((d) => d * 0.025 * size),
+              up.map((d) => d * 0.02 * size),
+            ],
+            style,
+          ),
+        );
+        const rail = add(foot, up, -0.022 * size);
+        const side = cross.direction.map((d) => d * 0.02 * size);
+        rails.push({ axis, place: rail, centre: add(foot, up, 0.02 * size), side, style, isSecond: k > 0 });
+        const ends = axis.travel.map((q) => add(add(rail, axis.direction, q), up, -1.2 * w));
+        put("base", beam(ends[0], ends[1], w, "bed", piece));
+        return add(ends[0], sub(ends[1], ends[0]), 0.5);
+      });
+    };
 
     /* Axes, from the ends to the foundation: each is placed beside the one that it carries. `held` is where what
          it carries is fastened to it. */
@@ -193,6 +236,7 @@ const layOut = (() => {
           }
           continue;
         }
+        if (isPortal(axis, axes)) return portal(axis, axes[1], style, place, held);
         // A slide: its rail beside what it carries, its carriage on it.
         const isUp = along(axis.direction, up) > 0.7;
         const isBack = along(axis.direction, back) > 0.7;
@@ -218,17 +262,20 @@ const layOut = (() => {
         held = add(rail, axis.direction, 0.5 * (low + high));
         place = rail;
       }
-      return held;
+      return [held];
     };
-    const bedTable = chain(below, "workpiece", add(table, up, -0.5 * w), -1);
-    const bedTool = chain(tool, "tool", add(nose, up, 0.1 * size), 1);
+    const [bedTable] = chain(below, "workpiece", add(table, up, -0.5 * w), -1);
+    const bedTools = chain(tool, "tool", add(nose, up, 0.1 * size), 1);
 
     /* The bed, and the column that carries the tool branch. */
     const lowest = Math.min(dot(bedTable, up), dot(table, up)) - 0.05 * size;
-    const foot = flat(bedTool, lowest);
-    put("base", beam(flat(bedTable, lowest), foot, 0.07 * size, "bed", piece));
-    put("base", beam(foot, bedTool, 0.06 * size, "bed", piece));
-    put("base", beam(flat(bedTable, lowest), bedTable, 0.05 * size, "bed", piece));
+    // The rails of a portal lie beside the table.
+    for (const bedTool of bedTools.length > 1 ? [] : bedTools) {
+      const foot = flat(bedTool, lowest);
+      put("base", beam(flat(bedTable, lowest), foot, 0.07 * size, "bed", piece));
+      put("base", beam(foot, bedTool, 0.06 * size, "bed", piece));
+    }
+    if (below.length) put("base", beam(flat(bedTable, lowest), bedTable, 0.05 * size, "bed", piece));
     return { parts, rails, turns, table };
   };
 })();

@@ -143,16 +143,18 @@ const Drawing = (() => {
       return Array.isArray(body) ? moves[body[0]][body[1]] : moves[body];
     }
 
-    /** The picture of a state, with errors so many times as large. */
-    draw(view, state, exaggeration) {
+    /** The picture of a state, with errors so many times as large. `added` (mm, deg) is added to the commands. `over` draws
+     * in place of the error of the tip, on frames with errors; then nothing but the letters of axes is written. */
+    draw(view, state, exaggeration, { added = null, over = null } = {}) {
       const picture = new Scene.Picture(view);
       const { machine, size } = this;
       const wrong = this.exaggerate(exaggeration);
       const kelvin = machine.kelvin(state);
       const right = machine.frames(state, null);
       const ideal = this.moves(right);
-      const actual = this.moves(machine.frames(state, wrong));
-      const apart = machine.model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
+      const frames = machine.frames(state, wrong, added);
+      const actual = this.moves(frames);
+      const apart = over || machine.model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
 
       for (const { body, faces } of this.parts) {
         if (apart && body !== "base") picture.outline(faces, (p) => point(this.of(ideal, body), p), "ideal");
@@ -163,7 +165,7 @@ const Drawing = (() => {
         // The tool has the length that it is set to.
         picture.solid(faces, (p) => point(pose, body === "spindle" ? this.lengthened(p, state) : p));
       }
-      for (const { axis, place, side, style, centre } of this.rails) {
+      for (const { axis, place, side, style, centre, isSecond } of this.rails) {
         const before = this.of(actual, ["before", axis.index]);
         const [low, high] = axis.travel;
         // The way of the carriage with its error motions.
@@ -179,14 +181,16 @@ const Drawing = (() => {
             `rail ${style}`,
           );
         }
+        if (isSecond) continue;
         [low, high].forEach((value, k) => {
+          if (over) return;
           const ends = [at(0), at(24)].map((pose) => point(pose, place));
           picture.label(ends[k], `${axis.letter} ${value}`, "limit", ends[1 - k], 8);
         });
         const carriage = this.of(actual, ["after", axis.index]);
         const arrow = [0.07, 0.24].map((k) => point(carriage, add(centre, axis.direction, k * size)));
         picture.arrow(arrow, `sense ${style}`, 10);
-        picture.label(arrow[1], `+${axis.letter}`, `letter ${style}`, arrow[0], 13);
+        picture.label(arrow[1], over ? axis.letter : `+${axis.letter}`, `letter ${style}`, arrow[0], 13);
       }
       for (const { axis, centre, radius, head } of this.turns) {
         const before = this.of(actual, ["before", axis.index]);
@@ -198,13 +202,17 @@ const Drawing = (() => {
         const [end, turn] = [Math.atan2(y, x), 4.3];
         const arc = ring(centre, axis.direction, radius, 22, end - turn, turn).map(move);
         picture.arrow(arc, `sense ${style}`, 10);
-        picture.label(arc[21], `+${axis.letter}`, `letter ${style}`, move(centre), 14);
+        picture.label(arc[21], over ? axis.letter : `+${axis.letter}`, `letter ${style}`, move(centre), 14);
         const turnedBy = this.of(actual, ["after", axis.index]);
         const [u] = across(axis.direction);
         picture.above(
           [centre, add(centre, u, radius)].map((p) => point(turnedBy, p)),
           `mark ${style}`,
         );
+      }
+      if (over) {
+        over(picture, frames);
+        return picture.svg();
       }
       const piece = this.of(actual, "workpiece");
       const origin = [3, 7, 11].map((k) => machine.model.workpiece[k]);

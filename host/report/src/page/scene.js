@@ -162,7 +162,7 @@ const Scene = (() => {
 
     /** Faces, moved by a function of points. */
     solid(faces, move = (p) => p) {
-      for (const { points, style } of faces) {
+      for (const { points, style, isFloor } of faces) {
         const p = points.map((q) => this.view.project(move(q)));
         let area = 0;
         p.forEach((a, i) => {
@@ -175,7 +175,7 @@ const Scene = (() => {
         const normal = unit(cross(sub(m[1], m[0]), sub(m[2], m[1])));
         const light = 0.5 + 0.35 * normal[2] - 0.15 * dot(normal, this.view.away);
         const shade = Math.max(0, Math.min(3, Math.floor(4 * light)));
-        const depth = p.reduce((s, q) => s + q[2], 0) / p.length;
+        const depth = isFloor ? Math.max(...p.map((q) => q[2])) : p.reduce((s, q) => s + q[2], 0) / p.length;
         this.parts.push([
           depth,
           `<polygon class="${style} shade${shade}" points="${p.map((q) => `${n(q[0])},${n(q[1])}`).join(" ")}"/>`,

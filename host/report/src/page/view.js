@@ -172,7 +172,7 @@
 
   function drawField() {
     const nodes = field.lattice(state);
-    const { svg, most } = field.draw(fieldPicture.view, nodes, shown, state);
+    const { svg, most, scale } = field.draw(fieldPicture.view, nodes, shown, state);
     fieldPicture.svg.innerHTML = svg;
     const rotary = model.axes.map((a, i) => [a, i]).filter(([a]) => a.rotary);
     const at = rotary.length
@@ -197,10 +197,10 @@
         return row(name, [um.mean, um.max, urad.mean, urad.max].map(figure), kind);
       }),
     );
-    legend(1e3 * most);
+    legend(1e3 * most, 1e3 * scale);
   }
 
-  function legend(most) {
+  function legend(most, scale) {
     const holder = $("field-legend");
     if (most === 0) {
       holder.textContent = "The error is zero at all of these positions: there is nothing to draw.";
@@ -210,14 +210,14 @@
       const swatch = element("span", { class: `swatch colour${k}`, "aria-hidden": "true" });
       const range =
         k === 0
-          ? `to ${figure(most / Field.COLOURS)}`
-          : `${figure((most * k) / Field.COLOURS)} to ${figure((most * (k + 1)) / Field.COLOURS)}`;
+          ? `to ${figure(scale / Field.COLOURS)}`
+          : `${figure((scale * k) / Field.COLOURS)} to ${figure((scale * (k + 1)) / Field.COLOURS)}`;
       return element("li", {}, swatch, range);
     });
     holder.replaceChildren(
       element("span", {}, "Length of the error (µm):"),
       element("ul", {}, ...steps),
-      element("span", {}, `The longest arrow is ${figure(most)} µm. The ring is where the sliders are.`),
+      element("span", {}, `The longest arrow is ${figure(most)} µm${scale > most ? `, on the scale of ${figure(scale)} µm before` : ""}. The ring is where the sliders are.`),
     );
   }
 

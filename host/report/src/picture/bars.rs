@@ -67,7 +67,7 @@ impl Bars {
         let ends = self
             .bars
             .iter()
-            .map(|bar| bar.max + bar.uncertainty.unwrap_or(0.0));
+            .map(|bar| bar.max.max(bar.mean + bar.uncertainty.unwrap_or(0.0)));
         let most = ends.filter(|end| end.is_finite()).fold(0.0, f64::max);
         let most = if most > 0.0 { 1.05 * most } else { 1.0 };
         let rows = self.bars.len() as f64;
@@ -101,7 +101,7 @@ impl Bars {
             chart.draw_series([Rectangle::new(corners, canvas::fill(self.ink))])?;
             chart.draw_series([line([0.0, bar.max], self.ink, 3.0)])?;
             if let Some(u) = bar.uncertainty {
-                let ends = [(bar.max - u).max(0.0), (bar.max + u).min(most)];
+                let ends = [(bar.mean - u).max(0.0), (bar.mean + u).min(most)];
                 chart.draw_series([line(ends, Ink::Text, 1.25)])?;
                 let cap = |x: f64| {
                     let ends = [(x, middle - 0.2), (x, middle + 0.2)];

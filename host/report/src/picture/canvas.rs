@@ -9,6 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 pub const SCALE: u32 = 4;
 /// Font size in CSS pixels.
 pub const LETTERS: u32 = 12;
+/// Height of a line of text in CSS pixels.
+pub const LINE: u32 = LETTERS + 5;
 /// Width of a character relative to the font size, an upper limit for common fonts.
 const WIDE: f64 = 0.58;
 
@@ -89,6 +91,20 @@ pub fn width(text: &str) -> i32 {
     (text.chars().count() as f64 * letter).round() as i32
 }
 
+/// A text in lines of at most a width in CSS pixels.
+pub fn wrapped(text: &str, wide: u32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if width(&format!("{line} {word}")) <= (wide * SCALE) as i32 => {
+                *line = format!("{line} {word}");
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// The symbol of a legend entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Swatch {
@@ -113,7 +129,7 @@ pub struct Entry<'a> {
 pub(crate) fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
     let rows = placed(entries, wide);
     rows.last()
-        .map_or(0, |(row, _)| (*row as u32 + 1) * (LETTERS + 5) + 4)
+        .map_or(0, |(row, _)| (*row as u32 + 1) * LINE + 4)
 }
 
 /// Row and horizontal position of each entry.
@@ -135,7 +151,7 @@ fn placed(entries: &[Entry<'_>], wide: u32) -> Vec<(i32, i32)> {
 /// Draws a legend.
 pub fn legend<'a>(area: &Area<'a>, entries: &[Entry<'_>], wide: u32) -> Result<(), Failed<'a>> {
     let unit = SCALE as i32;
-    let high = (LETTERS + 5) as i32 * unit;
+    let high = LINE as i32 * unit;
     for (entry, (row, x)) in entries.iter().zip(placed(entries, wide)) {
         let middle = row * high + high / 2;
         let [from, to] = [x + 2 * unit, x + 20 * unit];

@@ -47,8 +47,8 @@ impl Polar {
         });
         let rings = Entry {
             name: &scale,
-            ink: Ink::Muted,
-            swatch: Swatch::Dashed,
+            ink: Ink::Grid,
+            swatch: Swatch::Line,
         };
         let entries: Vec<Entry<'_>> = turns.chain([rings]).collect();
         let [wide, high] = SIZE;

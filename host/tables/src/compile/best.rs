@@ -1,7 +1,8 @@
 //! Finds the best compensation that fits into a target, by trying several tolerances.
 
-use super::{Built, CompileError, Compiled, Full, Options, Progress, Proof, compile};
+use super::{Built, CompileError, Compiled, Full, Options, Progress, Proof, compile_with};
 use crate::policy::tolerance_urad;
+use crate::schemes::{Effort, Finder};
 use crate::size::Size;
 use crate::target::Target;
 use trueaxis_model::errors::ErrorModel;
@@ -79,17 +80,32 @@ pub fn best(
     let keeps = options.scheme.keeps_tolerance();
     let first = asked.unwrap_or(FINEST);
     let coarser = TOLERANCES.into_iter().filter(|t| keeps && *t > first);
+    let last = coarser.clone().next_back().unwrap_or(first);
     // The coarsest tolerance to accept; if none is met, the result is judged by it.
     let coarsest = match asked {
         None if keeps => COARSEST_DEFAULT,
         _ => first,
     };
+    let mut finder = Finder::new(machine, errors, &options.scheme);
     let mut candidates: Vec<Compiled> = Vec::new();
     let mut fits_um = None;
     let mut is_full = false;
     for tolerance in [first].into_iter().chain(coarser) {
-        let candidate = match compile(machine, errors, &of(options, tolerance), progress) {
-            Ok(candidate) => candidate,
+        let effort = match tolerance == last {
+            true => Effort::Best,
+            // The next one is accepted, too.
+            false if asked.is_none() && tolerance < coarsest => Effort::IfNearlyMet,
+            false => Effort::IfWithinReach,
+        };
+        let options = &of(options, tolerance);
+        let candidate = match compile_with(&mut finder, machine, errors, options, effort, progress)
+        {
+            Ok(Some(candidate)) => candidate,
+            Ok(None) => {
+                // Finer ones may have been left out for other reasons.
+                is_full |= tolerance == coarsest;
+                continue;
+            }
             Err(CompileError::NoRoom { .. }) if !candidates.is_empty() => continue,
             Err(error) => return Err(error),
         };
@@ -114,7 +130,13 @@ pub fn best(
     let mut best = judged(chosen, coarsest, options);
     best.fits_um = fits_um.filter(|_| keeps);
     if let Some(full) = &mut best.full {
-        full.unlimited = unlimited(machine, errors, &of(options, coarsest), progress)?;
+        full.unlimited = unlimited(
+            &mut finder,
+            machine,
+            errors,
+            &of(options, coarsest),
+            progress,
+        )?;
     }
     Ok(best)
 }
@@ -145,6 +167,7 @@ fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
 /// The size of a compensation that meets the tolerance of `options` without limits of the target; `None` if that
 /// does not meet it either.
 fn unlimited(
+    finder: &mut Finder<'_>,
     machine: &Machine,
     errors: &ErrorModel,
     options: &Options,
@@ -155,8 +178,11 @@ fn unlimited(
         samples: options.tables.target.samples,
         ..Target::desktop()
     };
-    match compile(machine, errors, &options, progress) {
-        Ok(found) if found.meets(1e3 * options.tables.tolerance) => Ok(Some(found.built.size)),
+    let effort = Effort::IfItFits;
+    match compile_with(finder, machine, errors, &options, effort, progress) {
+        Ok(Some(found)) if found.meets(1e3 * options.tables.tolerance) => {
+            Ok(Some(found.built.size))
+        }
         Ok(_) | Err(CompileError::NoRoom { .. }) => Ok(None),
         Err(error) => Err(error),
     }

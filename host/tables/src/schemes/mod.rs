@@ -3,7 +3,7 @@
 //! A scheme is a folder or a file here, a variant of [`Scheme`] with its name, and a line in [`find`]. It takes the
 //! common [`Options`] and returns a [`SchemeResult`] or a [`SchemeError`].
 
-mod blank;
+pub(crate) mod blank;
 pub mod exact;
 pub mod fik;
 pub mod grid3d;
@@ -18,6 +18,7 @@ mod result;
 pub mod subset;
 pub mod trigo23;
 
+pub use exact::Effort;
 use exact::Minimize;
 pub use name::UnknownScheme;
 pub use options::Options;
@@ -106,6 +107,58 @@ impl Default for Scheme {
     }
 }
 
+/// Finds the tables and terms of compensations of one machine, for one or several tolerances and targets.
+pub struct Finder<'a> {
+    machine: &'a Machine,
+    errors: &'a ErrorModel,
+    scheme: &'a Scheme,
+    exact: Option<exact::Exact<'a>>,
+}
+
+impl<'a> Finder<'a> {
+    /// Samples nothing yet.
+    #[must_use]
+    pub fn new(machine: &'a Machine, errors: &'a ErrorModel, scheme: &'a Scheme) -> Self {
+        Self {
+            machine,
+            errors,
+            scheme,
+            exact: None,
+        }
+    }
+
+    /// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is proven. Between calls,
+    /// only the tolerance and the target in `options` may change.
+    ///
+    /// `None` if `effort`, which only the scheme `exact` looks at, does not allow for a result.
+    ///
+    /// # Errors
+    /// [`SchemeError`].
+    pub fn find(
+        &mut self,
+        options: &Options,
+        effort: Effort,
+    ) -> Result<Option<SchemeResult>, SchemeError> {
+        let (machine, errors) = (self.machine, self.errors);
+        let found = match self.scheme {
+            Scheme::Exact { minimize } => {
+                let known = self.exact.take();
+                let exact = match known {
+                    Some(exact) => exact,
+                    None => exact::Exact::new(machine, errors, *minimize, options)?,
+                };
+                return self.exact.insert(exact).find(options, effort);
+            }
+            Scheme::Grid3d(wanted) => grid3d::compile(machine, errors, wanted, options),
+            Scheme::Poly25(wanted) => poly25::compile(machine, errors, *wanted, options),
+            Scheme::Trigo23(wanted) => trigo23::compile(machine, errors, *wanted, options),
+            Scheme::Fik { adjustable } => fik::compile(machine, errors, adjustable, options),
+            Scheme::Subset { tables } => subset::compile(machine, errors, *tables, options),
+        };
+        found.map(Some)
+    }
+}
+
 /// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is proven.
 ///
 /// # Errors
@@ -116,14 +169,8 @@ pub fn find(
     scheme: &Scheme,
     options: &Options,
 ) -> Result<SchemeResult, SchemeError> {
-    match scheme {
-        Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
-        Scheme::Grid3d(wanted) => grid3d::compile(machine, errors, wanted, options),
-        Scheme::Poly25(wanted) => poly25::compile(machine, errors, *wanted, options),
-        Scheme::Trigo23(wanted) => trigo23::compile(machine, errors, *wanted, options),
-        Scheme::Fik { adjustable } => fik::compile(machine, errors, adjustable, options),
-        Scheme::Subset { tables } => subset::compile(machine, errors, *tables, options),
-    }
+    let found = Finder::new(machine, errors, scheme).find(options, Effort::Best)?;
+    Ok(found.expect("the best effort has a result"))
 }
 
 /// The note on errors that depend on the direction of travel, for schemes whose tables do not.

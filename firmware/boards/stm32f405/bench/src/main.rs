@@ -23,7 +23,9 @@ use semihosting::experimental::env::args;
 use semihosting::{println, process};
 use trueaxis::{Compensation, Inputs, Room, Row, Servo, Travel, Travelling, capacities};
 use trueaxis_kinematics::{Kinematics, Policy};
-use workloads::{CUBIC, DOCUMENT, FIK, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR};
+use workloads::{
+    CUBIC, DOCUMENT, FIK, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR, THERMAL,
+};
 
 /// Number of positions per measurement.
 const POSITIONS: usize = 512;
@@ -114,9 +116,8 @@ fn updates<C: Room>(
     let mut stack = 0;
     let mut period = first;
     let mut call = |measured: &mut dyn FnMut(&mut dyn FnMut())| {
-        let q = path.smooth(period);
+        let inputs = path::moving(path, period);
         period += 1;
-        let inputs = path::inputs(q);
         measured(&mut || {
             black_box(servo.advance(&inputs, black_box(u16::MAX), black_box(PERIOD)));
         });
@@ -147,8 +148,7 @@ fn let_in<C: Room>(
     servo.enable();
     let mut period = first;
     while period < first + UPDATES && !(traced && servo.factor() == 1.0) {
-        let q = path.smooth(period);
-        servo.update(&path::inputs(q), u16::MAX, PERIOD);
+        servo.update(&path::moving(path, period), u16::MAX, PERIOD);
         period += 1;
     }
     if servo.factor() != 1.0 {
@@ -283,6 +283,7 @@ fn main() -> ! {
     static mut CHAINS: Usual = Usual::empty();
     static mut WEIGHTED: Usual = Usual::empty();
     static mut BANKS: [Tight; 4] = [const { Tight::empty() }; 4];
+    static mut WARM: [Tight; 3] = [const { Tight::empty() }; 3];
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
 
     let Some(peripherals) = cortex_m::Peripherals::take() else {
@@ -385,6 +386,18 @@ fn main() -> ! {
     ];
     let both = [tight, load(TIGHT_AGAIN, &HURON.0)];
     servo(counter, keys, both, COUNTS);
+    let keys = [
+        "servo_thermal_none",
+        "servo_thermal_2",
+        "servo_thermal_2_lag",
+    ];
+    for ((key, place), blob) in keys.into_iter().zip(WARM).zip(THERMAL) {
+        let c = load(place, &blob.0);
+        let path = Path::new(c);
+        let mut servo = Servo::new(c);
+        let first = let_in(&mut servo, &path, 0, counter.traced);
+        updates(counter, key, &mut servo, &path, first, COUNTS);
+    }
     println!("done 1");
     process::exit(0)
 }

@@ -5,6 +5,15 @@ use trueaxis::{Compensation, Inputs, Room, Row};
 /// Half the stroke of an endless axis, degrees.
 const ENDLESS: f32 = 720.0;
 
+/// Inputs of a period while all axes move, see [`Path::smooth`]. Every 20 ms a sensor reads another temperature, by as
+/// much as is followed within 5 ms.
+pub fn moving<A: Row<f32>>(path: &Path, period: usize) -> Inputs<A> {
+    let mut inputs = inputs(path.smooth(period));
+    let reading = if period / 20 % 2 == 0 { 2.0 } else { 2.0005 };
+    inputs.auxiliaries.fill(reading);
+    inputs
+}
+
 /// The first positions of `q`, as many as the axis capacity.
 pub fn inputs<A: Row<f32>>(q: [f32; 8]) -> Inputs<A> {
     let mut axes = A::all(0.0);

@@ -29,3 +29,9 @@ pub static FIK: [&Aligned<[u8]>; 2] = [blob!("huron13-fik.trax"), blob!("huron13
 /// Banks with one and with nine tables, linear and cubic, each table a term.
 pub static LINEAR: [&Aligned<[u8]>; 2] = [blob!("linear1.trax"), blob!("linear9.trax")];
 pub static CUBIC: [&Aligned<[u8]>; 2] = [blob!("cubic1.trax"), blob!("cubic9.trax")];
+/// The same tables over positions alone, over two temperatures too, and over two temperatures with a lag each.
+pub static THERMAL: [&Aligned<[u8]>; 3] = [
+    blob!("thermal0.trax"),
+    blob!("thermal2.trax"),
+    blob!("thermal2-lag.trax"),
+];

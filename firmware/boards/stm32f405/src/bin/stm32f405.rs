@@ -7,7 +7,6 @@ use core::mem::MaybeUninit;
 
 use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
-use defmt_rtt as _;
 use stm32f4xx_hal::dma::StreamsTuple;
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Output, PB0, PinState, Pull, Speed};
 use stm32f4xx_hal::interrupt;
@@ -18,7 +17,9 @@ use stm32f4xx_hal::serial::Serial;
 use stm32f4xx_hal::serial::config::{Config as SerialConfig, DmaConfig};
 use trueaxis::link::{Restart, Tail};
 use trueaxis_cortex_m::{Cycling, leave, stop};
-use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell, log};
+#[cfg(not(feature = "log"))]
+use trueaxis_firmware::controller::Event;
+use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::double_buffer::DoubleBuffer;
@@ -31,6 +32,8 @@ use trueaxis_stm32f405::stm32f405::{
     BAUD, CRYSTAL, Dog, InternalFlash, Motion, Random, Silence, Uart, supply,
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
+#[cfg(feature = "log")]
+use {defmt_rtt as _, trueaxis_firmware::controller::log};
 
 /// State owned by the servo interrupt.
 struct Servo {
@@ -43,7 +46,12 @@ static SHELL: Shell<Tables> = Shell::new(RATE);
 /// Holds it between servo interrupts.
 static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
 
+#[cfg(feature = "log")]
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
+
+/// Without a probe nobody reads events.
+#[cfg(not(feature = "log"))]
+fn log(_: Event) {}
 
 /// A failed start is repeated; until it succeeds the fault pin is not driven, which signals a fault.
 fn fail(line: u32, what: &str) -> ! {
@@ -65,12 +73,7 @@ fn main() -> ! {
         fail(line!(), "started twice")
     };
     let restart = trueaxis_cortex_m::start(supply::flags(&chip.RCC), bare::fault_pin_low);
-    if supply::watch_over(&chip.FLASH) {
-        defmt::info!("brown-out level set");
-    }
-    if restart.is_fault() {
-        defmt::warn!("started after: {}", restart);
-    }
+    supply::watch_over(&chip.FLASH);
     // Without its crystal it waits here, with the fault pin low.
     #[cfg(not(feature = "hsi"))]
     let source = Config::hse(CRYSTAL);

@@ -54,7 +54,10 @@ impl ReadNorFlash for InternalFlash {
         let start = offset as usize;
         let end = start.saturating_add(bytes.len());
         let held = FlashExt::read(&self.flash).get(start..end);
-        bytes.copy_from_slice(held.ok_or(Error::ProgrammingAlignment)?);
+        let held = held.ok_or(Error::ProgrammingAlignment)?;
+        for (byte, held) in bytes.iter_mut().zip(held) {
+            *byte = *held;
+        }
         Ok(())
     }
 

@@ -22,14 +22,13 @@ pub fn flags(rcc: &RCC) -> Flags {
 const LEVEL_3: u8 = 0;
 
 /// Makes sure that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and clock are out of
-/// specification. Returns true if the level has just been set, which happens once in the life of a chip because the
-/// option bytes keep it.
+/// specification. It is written once in the life of a chip because the option bytes keep it.
 ///
 /// RM0090, 3.6.2. Changes only this level in the option bytes, and nothing on a read-protected chip.
-pub fn watch_over(flash: &FLASH) -> bool {
+pub fn watch_over(flash: &FLASH) {
     let options = flash.optcr().read();
     if options.bor_lev().bits() == LEVEL_3 || !options.rdp().is_level0() {
-        return false;
+        return;
     }
     while flash.sr().read().bsy().bit_is_set() {}
     for key in [0x0819_2A3B, 0x4C5D_6E7F] {
@@ -39,7 +38,6 @@ pub fn watch_over(flash: &FLASH) -> bool {
     flash.optcr().modify(|_, w| w.optstrt().set_bit());
     while flash.sr().read().bsy().bit_is_set() {}
     flash.optcr().modify(|_, w| w.optlock().set_bit());
-    true
 }
 
 /// Makes the processor detect a stopped crystal: a non-maskable exception (NMI).

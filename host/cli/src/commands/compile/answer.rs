@@ -5,9 +5,8 @@ use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
-use trueaxis_tables::compile::{
-    AxisBounds, Built, FINEST, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
-};
+use trueaxis_tables::compile::{AxisBounds, FINEST, Full, Proof, Refusal, Size, Warning};
+use trueaxis_tables::made::Whole;
 use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::reversal::Reversal;
 use trueaxis_tables::target::{Shortage, Target};
@@ -79,28 +78,20 @@ struct Message {
 }
 
 impl<'a> Proven<'a> {
-    pub fn new(
-        built: &'a Built,
-        proof: &'a Proof,
-        uncertainty: Option<&'a OverTravel>,
-        tolerance_um: f64,
-        reversals: &'a [Reversal],
-    ) -> Self {
-        let mut warnings = built.warnings.clone();
-        warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
-        warnings.extend(worse(proof, tolerance_um));
-        let told = |warning: Warning| Message {
+    pub fn new(made: &'a Whole) -> Self {
+        let built = &made.best.built;
+        let told = |warning: &Warning| Message {
             message: warning.to_string(),
-            warning,
+            warning: warning.clone(),
         };
         Self {
             size: built.size,
             axes: &built.bounds,
-            reversals,
-            proof,
-            uncertainty,
+            reversals: &made.reversals,
+            proof: &made.best.proof,
+            uncertainty: made.uncertainty.as_ref(),
             notes: &built.notes,
-            warnings: warnings.into_iter().map(told).collect(),
+            warnings: made.warnings.iter().map(told).collect(),
         }
     }
 }

@@ -13,7 +13,7 @@ use trueaxis_controllers::gcode::{self, Dialect, Rules, Setup, Tables};
 ///
 /// Words become positions of the machine, positions are corrected by the compensation and written as words again.
 /// Moves are cut where the correction bends them, arcs stay arcs where they can; everything else is passed byte for
-/// byte. Parameters, expressions and O-words are refused, unless --expand has LinuxCNC's interpreter run the program.
+/// byte. Parameters, expressions and O-words are refused: LinuxCNC's component corrects what such programs move.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis gcode part.ngc -o part-corrected.ngc --compensation mill.trax --setup setup.toml\n\n\
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "OUT", required_unless_present = "in_place")]
     output: Option<PathBuf>,
     /// Replace the program by the corrected one, as slicers expect of a post-processing script
-    #[arg(long, conflicts_with_all = ["output", "expand"])]
+    #[arg(long, conflicts_with = "output")]
     pub in_place: bool,
     /// The compensation
     #[arg(long, value_name = "FILE.trax")]
@@ -85,13 +85,6 @@ pub struct Arguments {
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
     #[arg(long)]
     cut_under_g41: bool,
-    /// Correct the motions that LinuxCNC's interpreter (rs274, which must be installed) computes from the program: for
-    /// parameters, O-words and subroutines
-    #[arg(long, conflicts_with = "tcp")]
-    pub expand: bool,
-    /// With --expand: where subroutines are, after the folder of the program
-    #[arg(long, value_name = "FOLDER", requires = "expand")]
-    pub subroutines: Vec<PathBuf>,
     /// Words are workpiece coordinates from the first line on (tool-centre-point control)
     #[arg(long, requires = "machine")]
     pub tcp: bool,
@@ -133,12 +126,6 @@ impl Arguments {
                     format!("write for example {name} 0.5"),
                 ));
             }
-        }
-        if self.expand && self.dialect != Dialect::LinuxCnc {
-            return Err(BadInput::new(
-                "--expand: the interpreter is that of LinuxCNC, and this is another dialect",
-                "leave out --dialect, or --expand",
-            ));
         }
         for word in &self.pass {
             let number = match word.as_bytes() {
@@ -252,10 +239,6 @@ impl Arguments {
             (backlash, _) => format!(", backlash {}", backlash.name()),
         };
         let (original, sum) = (name_of(&self.program), checksum(&self.program)?);
-        let backlash = match self.expand {
-            true => backlash + ", expanded by rs274",
-            false => backlash,
-        };
         Ok(format!(
             "trueaxis corrected: {original} {sum:08x}, compensation {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc

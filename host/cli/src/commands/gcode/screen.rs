@@ -98,8 +98,6 @@ pub struct Answer<'a> {
     report: &'a Report,
     largest: Vec<Largest>,
     check: Option<&'a CheckResult>,
-    /// Lines of the expanded program; none without `--expand`.
-    expanded_lines: Option<usize>,
 }
 
 fn largest(report: &Report) -> Vec<Largest> {
@@ -121,7 +119,6 @@ impl<'a> Answer<'a> {
         compensation: &'a trueaxis::Largest<'_>,
         tool_length: &'a Lengths,
         check: Option<&'a CheckResult>,
-        expanded_lines: Option<usize>,
     ) -> Self {
         Self {
             file,
@@ -130,7 +127,6 @@ impl<'a> Answer<'a> {
             report,
             largest: largest(report),
             check,
-            expanded_lines,
         }
     }
 }

@@ -1,56 +1,6 @@
-//! Explains how the chosen model differs from the one published for machines of this layout, as text and as JSON.
+//! Explains how the chosen model differs from the one published for machines of this layout.
 
-use serde::Serialize;
 use trueaxis_measure::identify::{Missing, Published};
-use trueaxis_model::errors::Parameter;
-
-/// A published list compared with the chosen model.
-#[derive(Serialize)]
-pub struct Listed {
-    model: String,
-    coefficients: usize,
-    seen: Option<usize>,
-    left_um: Option<f64>,
-    elsewhere_um: Option<f64>,
-    error: Option<String>,
-    kept: Vec<String>,
-    /// Each with the reason: confounded, idle, constant, degree, form.
-    missing: Vec<(String, &'static str)>,
-    besides: Vec<String>,
-    is_same: bool,
-}
-
-impl Listed {
-    pub fn new(published: &Published) -> Self {
-        let fit = published.fit.as_ref();
-        let elsewhere = fit.ok().and_then(|fit| fit.elsewhere);
-        let names = |all: &[Parameter]| all.iter().map(Parameter::to_string).collect();
-        Self {
-            model: published.model.to_string(),
-            coefficients: published.count,
-            seen: fit.ok().map(|fit| fit.parameters),
-            left_um: fit.ok().map(|fit| fit.left * 1e3),
-            elsewhere_um: elsewhere.map(|off| off * 1e3),
-            error: fit.err().map(ToString::to_string),
-            kept: names(&published.kept),
-            missing: (published.missing.iter())
-                .map(|(parameter, why)| (parameter.to_string(), reason(*why)))
-                .collect(),
-            besides: names(&published.besides),
-            is_same: published.is_same,
-        }
-    }
-}
-
-fn reason(why: Missing) -> &'static str {
-    match why {
-        Missing::Confounded => "confounded",
-        Missing::Idle => "idle",
-        Missing::Constant => "constant",
-        Missing::Degree => "degree",
-        Missing::Form => "form",
-    }
-}
 
 /// A line for each reason.
 pub fn published(text: &mut String, published: Option<&Published>) {
@@ -97,7 +47,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
         let names: Vec<String> = names.map(|(p, _)| p.to_string()).collect();
         list(names.len(), what, names);
     }
-    let besides = published.besides.iter().map(Parameter::to_string);
+    let besides = published.besides.iter().map(ToString::to_string);
     list(published.besides.len(), "also kept: ", besides.collect());
     if published.is_same {
         *text += "  as many, and they leave the same: the same errors in other coefficients\n";

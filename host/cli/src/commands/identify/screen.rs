@@ -2,41 +2,22 @@
 
 use super::super::quantity::{EXPANDED, count, shown};
 use super::super::unidentifiable;
-use super::Found;
 use super::compensability::compensability;
-use super::kept;
 use super::listed::published;
 use super::observed;
+use super::study::Outcome;
+use super::tables;
 use super::thermal;
-use trueaxis_measure::identify::{Along, Identified, Level, Row};
+use trueaxis_measure::identify::{Identified, Level, Row};
 
 /// Largest number of rows listed.
 const NAMED: usize = 10;
 
-/// Correlations above this are listed.
-const CORRELATED: f64 = 0.9;
-
-/// Pairs of parameters whose correlation is above [`CORRELATED`].
-pub fn correlated(identified: &Identified) -> Vec<(usize, usize, f64)> {
-    let covariance = &identified.covariance;
-    let count = identified.parameters.len();
-    let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    all.map(|(i, j)| {
-        (
-            i,
-            j,
-            covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt(),
-        )
-    })
-    .filter(|(_, _, r)| r.abs() > CORRELATED)
-    .collect()
-}
-
 /// The text output.
-pub fn screen(found: &Found<'_>) -> String {
-    let Found {
+pub fn screen(found: &Outcome<'_>) -> String {
+    let Outcome {
         machine,
-        measured,
+        probings: measured,
         identified,
         ..
     } = found;
@@ -47,7 +28,7 @@ pub fn screen(found: &Found<'_>) -> String {
         observed::counts(found)
     );
     parameters(&mut text, identified);
-    kept::lines(&mut text, found);
+    tables::lines(&mut text, found);
     thermal::lines(&mut text, found);
     compensability(&mut text, found.compared.as_ref());
     if !measured.rows.is_empty() {
@@ -64,7 +45,7 @@ pub fn screen(found: &Found<'_>) -> String {
     }
     observed::setups(&mut text, found);
     bars(&mut text, identified);
-    correlations(&mut text, identified);
+    correlations(&mut text, found);
     unidentifiable::lines(
         &mut text,
         "in these probings",
@@ -74,7 +55,7 @@ pub fn screen(found: &Found<'_>) -> String {
         &found.remedies,
     );
     if !measured.rows.is_empty() {
-        levels(&mut text, found.levels);
+        levels(&mut text, &found.levels);
     }
     published(&mut text, found.published.as_ref());
     text
@@ -126,7 +107,7 @@ fn left(text: &mut String, identified: &Identified) {
 }
 
 /// How far errors that the model lacks move the tip.
-fn misfit(text: &mut String, found: &Found<'_>) {
+fn misfit(text: &mut String, found: &Outcome<'_>) {
     let Some(misfit) = found.not_known.misfit else {
         return;
     };
@@ -141,7 +122,7 @@ fn misfit(text: &mut String, found: &Found<'_>) {
     );
 }
 
-fn by_ball(text: &mut String, found: &Found<'_>) {
+fn by_ball(text: &mut String, found: &Outcome<'_>) {
     *text += "\nball   probings   left (µm, rms)   maximum   predicted without it\n";
     for ball in &found.honesty.balls {
         let predicted = found.held_out.as_ref().ok();
@@ -169,7 +150,7 @@ fn by_ball(text: &mut String, found: &Found<'_>) {
 }
 
 /// Balls and stylus, found and as stated.
-fn places(text: &mut String, found: &Found<'_>) {
+fn places(text: &mut String, found: &Outcome<'_>) {
     *text += &format!(
         "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart\n",
         "found (mm)", "x", "y", "z"
@@ -193,7 +174,7 @@ fn places(text: &mut String, found: &Found<'_>) {
     }
 }
 
-fn checks(text: &mut String, found: &Found<'_>) {
+fn checks(text: &mut String, found: &Outcome<'_>) {
     let left = found.honesty.coordinates * 1e3;
     *text += &format!(
         "\nwhat is left, in the workpiece frame (µm)   {:>14}{:>16}{:>16}\n",
@@ -204,13 +185,7 @@ fn checks(text: &mut String, found: &Found<'_>) {
         "rms", left.x, left.y, left.z
     );
     for checked in &found.honesty.checks {
-        let name = match checked.along {
-            Along::Time(span) => format!("drift over {span:.0} s (k = 2)"),
-            Along::Order => "drift from the first to the last row (k = 2)".to_owned(),
-            Along::Temperature(span) => format!("over {span:.1} K (k = 2)"),
-            Along::Run(run) => format!("run {run} from the others (k = 2)"),
-            Along::Direction(axis) => format!("{axis} from below less from above (k = 2)"),
-        };
+        let name = format!("{} (k = 2)", checked.along);
         *text += &match checked.trend {
             Some(trend) => {
                 let each = (trend.change * 1e3).zip_map(&(trend.uncertainty * 1e3), |c, u| {
@@ -251,14 +226,14 @@ fn bars(text: &mut String, identified: &Identified) {
     }
 }
 
-fn correlations(text: &mut String, identified: &Identified) {
-    let close = correlated(identified);
+fn correlations(text: &mut String, found: &Outcome<'_>) {
+    let close = found.correlated();
     if close.is_empty() {
         return;
     }
     *text += "\ncorrelations above 0.9\n";
     for (i, j, r) in close.iter().take(NAMED) {
-        let [a, b] = [i, j].map(|k| identified.parameters[*k].parameter);
+        let [a, b] = [i, j].map(|k| found.identified.parameters[*k].parameter);
         *text += &format!("  {a} and {b}: {r:.3}\n");
     }
     more(text, close.len());

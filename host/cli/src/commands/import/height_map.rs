@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::height_map::HeightMap;
-use trueaxis_controllers::klipper::{bed_mesh, probe};
+use trueaxis_controllers::klipper::{bed_mesh, kinematics, probe};
 use trueaxis_controllers::reprapfirmware;
 use trueaxis_measure::formats::observations;
 use trueaxis_model::machine::{MAX_AXES, Machine};
@@ -67,6 +67,7 @@ struct Answer<'a> {
 
 pub fn klipper(arguments: &OfProfile) -> Result<Outcome, BadInput> {
     let text = Text::read(&arguments.map.map)?;
+    kinematics::check(&text.text).map_err(|error| text.bad(error))?;
     let map = bed_mesh::read(&text.text, arguments.profile.as_deref());
     let map = map.map_err(|error| text.bad(error))?;
     let offset = probe_offset(&text, &arguments.probe)?;

@@ -6,6 +6,7 @@ use crate::commands::number::finite;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
+use trueaxis_controllers::klipper::kinematics;
 use trueaxis_controllers::klipper::twist::{self, Probe};
 use trueaxis_model::errors::ErrorModel;
 
@@ -37,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     files::prepare(output, &[table, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(table)?;
+    kinematics::check(&text.text).map_err(|error| text.bad(error))?;
     let tables = twist::read(&text.text).map_err(|error| text.bad(error))?;
     let perfect = ErrorModel::perfect(&machine);
     let offset = probe_offset(&text, &arguments.probe)?.ok_or_else(|| {

@@ -106,6 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         table: table.as_deref(),
         enabled: arguments.enable_when_homed,
         pivot: arguments.pivot,
+        temperatures: &[],
     };
     let Setup {
         hal,
@@ -270,15 +271,15 @@ pub fn with_lines_without(
         )
     })?;
     Ok(Changed {
-        copy: kept_at(ini, &before)?,
+        copy: kept_at(ini, before.as_bytes())?,
         before,
         text,
     })
 }
 
 /// Where the contents of a file stay when it is replaced; an older copy is never replaced itself.
-pub fn kept_at(file: &Path, contents: &str) -> Result<PathBuf, BadInput> {
-    files::kept_at(contents.as_bytes(), |number| {
+pub fn kept_at(file: &Path, contents: &[u8]) -> Result<PathBuf, BadInput> {
+    files::kept_at(contents, |number| {
         let mut copy = file.as_os_str().to_owned();
         copy.push(".before-trueaxis");
         if number > 1 {

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use trueaxis_controllers::linuxcnc::{
     Configuration, Finding, Import, Known, Setup, Severity, beforehand, has_imported, is_imported,
-    setup, unknown_pivot,
+    remove, setup, unknown_pivot,
 };
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::Parameter;
@@ -50,6 +50,13 @@ pub struct Arguments {
     /// A dial: positive less negative travel
     #[arg(long, value_name = "X=µm", allow_hyphen_values = true)]
     dial: Vec<String>,
+    /// A temperature sensor: its name, and the HAL pin with its temperature in °C
+    #[arg(long, value_name = "NAME=PIN")]
+    temperature: Vec<String>,
+    /// Growth of the spindle: how much nearer the nose came to the table, while a sensor of --temperature rose by so much
+    /// [from 20 °C]
+    #[arg(long, value_name = "NAME=µm/K")]
+    growth: Vec<String>,
     /// Balls on the table that can be probed
     #[arg(long, value_name = "artefact.toml")]
     balls: Option<PathBuf>,
@@ -66,7 +73,10 @@ pub struct Arguments {
     /// errors.toml
     #[arg(long)]
     install: bool,
-    /// Replace existing files
+    /// Take out of the INI file what --install wrote, and put back what it took out; other files stay
+    #[arg(long, conflicts_with_all = ["install", "table", "scale", "square", "dial", "balls", "temperature", "growth", "pivot", "running", "enable_when_homed", "overwrite"])]
+    remove: bool,
+    /// Replace existing files; what they are now stays in ….before-trueaxis
     #[arg(long)]
     overwrite: bool,
     /// Ask nothing: what no option says is not there, existing files stay
@@ -79,6 +89,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(ini) => ini.clone(),
         None => arguments.ask_ini()?,
     };
+    if arguments.remove {
+        return removed(&ini);
+    }
     let configuration = configuration::read_running(&ini, arguments.running)?;
     let is_installed = configuration.hal.load("trueaxis").is_some();
     let findings = match is_installed {
@@ -107,6 +120,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.steps(&found)
 }
 
+/// Takes the component out of an INI file.
+fn removed(ini: &Path) -> Result<Outcome, BadInput> {
+    files::prepare(ini, &[])?;
+    let text = remove(&Text::read(ini)?.text, HAL).ok_or_else(|| {
+        BadInput::new(
+            format!("{}: it does not have what --install writes", ini.display()),
+            format!("take `{HAL}` out of the file that names it"),
+        )
+    })?;
+    files::write(ini, text.as_bytes())?;
+    files::print(&format!(
+        "{}: without component and panel; {HAL}, machine.toml, errors.toml and machine.trax are still there\n",
+        ini.display()
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// The HAL lines of the component.
+const HAL: &str = "trueaxis.hal";
+
 /// What the configuration says, before anything is written.
 struct Found<'f> {
     ini: &'f Path,
@@ -128,6 +161,21 @@ impl Kept {
             Ok((file.to_owned(), bytes))
         });
         Ok(Self(read.collect::<Result<_, BadInput>>()?))
+    }
+
+    /// Copies of what will be replaced by something else: `written`, and what is compiled.
+    fn copies(&self, written: &[(PathBuf, &str)]) -> Result<Vec<(PathBuf, &[u8])>, BadInput> {
+        let is_same = |file: &Path, before: &[u8]| {
+            let mut all = written.iter().filter(|(path, _)| path == file);
+            all.any(|(_, text)| text.as_bytes() == before)
+        };
+        let replaced = self.0.iter().filter_map(|(file, before)| {
+            let before = before.as_deref()?;
+            (!is_same(file, before)).then_some((file, before))
+        });
+        replaced
+            .map(|(file, before)| Ok((kept_at(file, before)?, before)))
+            .collect()
     }
 
     /// Puts back what has changed.
@@ -263,16 +311,18 @@ impl Arguments {
     /// Everything after the first look at the configuration: asks, then writes, the INI file last.
     fn steps(&self, found: &Found<'_>) -> Result<Outcome, BadInput> {
         let Found { ini, imports, .. } = *found;
-        let files = [
-            "trueaxis.hal",
-            "machine.toml",
-            "errors.toml",
-            "machine.trax",
-        ];
+        let files = [HAL, "machine.toml", "errors.toml", "machine.trax"];
         let [hal, machine, errors, blob] = files.map(|name| ini.with_file_name(name));
-        let made = match self.replaces(found, [&hal, &machine, &errors])? {
-            true => Some(self.made(found)?),
-            false => None,
+        let (sensors, growths) = self.temperatures()?;
+        let made = match self.replaces(found, [&hal, &machine, &errors, &blob])? {
+            true => Some(self.made(found, &sensors)?),
+            false if sensors.is_empty() => None,
+            false => {
+                return Err(BadInput::new(
+                    format!("{}: it stays, and has no --temperature", hal.display()),
+                    "take the component out with --remove if it is in the INI file, then give --overwrite",
+                ));
+            }
         };
         let text = match &made {
             Some(made) => Text {
@@ -307,22 +357,24 @@ impl Arguments {
         };
         let installs_now = installs.as_ref().filter(|_| writes);
         let singles = self.singles(&described, imports, base.as_deref())?;
-        let has_errors = !(singles.is_empty() && imports.is_empty());
+        let has_errors = !(singles.is_empty() && growths.is_empty() && imports.is_empty());
         let (mut balls, mut text) = (self.balls.clone(), None);
         if has_errors {
-            let new = error_file(&described, &singles, base)?;
-            let replaces = |old: &Text| old.text != new || blob.exists();
-            if made.is_none()
-                && old.as_ref().is_some_and(replaces)
+            let new = error_file(&described, &singles, base)? + &thermal(&growths);
+            let differs = |old: &Text| old.text != new;
+            let replaced = match (old.as_ref().is_some_and(differs), blob.exists()) {
+                _ if made.is_some() => None,
+                (true, _) => Some(&errors),
+                (false, true) => Some(&blob),
+                (false, false) => None,
+            };
+            if let Some(file) = replaced.map(|file| file.display())
                 && !self.overwrite
-                && !self.agrees(&format!("{} exists. Replace it?", errors.display()))?
+                && !self.agrees(&format!("{file} exists. Replace it?"))?
             {
                 return Err(BadInput::new(
-                    format!(
-                        "{} exists: it was not replaced, and nothing was compiled",
-                        errors.display()
-                    ),
-                    "give --overwrite, or compile what it says with `trueaxis compile`",
+                    format!("{file} exists: it was not replaced, and nothing was compiled"),
+                    "give --overwrite, or compile errors.toml with `trueaxis compile` into another file",
                 ));
             }
             text = Some(new);
@@ -333,11 +385,6 @@ impl Arguments {
         }
         // Nothing is asked from here on.
         let mut written: Vec<(PathBuf, &str)> = Vec::new();
-        if let (Some(text), Some(old)) = (&text, &old)
-            && old.text != *text
-        {
-            written.push((kept_at(&errors, &old.text)?, &old.text));
-        }
         if let Some(made) = &made {
             written.push((hal, &made.hal));
             written.push((machine.clone(), &made.machine));
@@ -345,10 +392,29 @@ impl Arguments {
         if let Some(text) = &text {
             written.push((errors.clone(), text));
         }
-        let changed = installs_now.iter().flat_map(|c| [ini, &c.copy]);
         let all = written.iter().map(|(file, _)| file.as_path());
-        let kept = Kept::read(all.chain([blob.as_path()]).chain(changed))?;
+        let compiled = has_errors.then_some(blob.as_path());
+        let kept = Kept::read(all.chain(compiled))?;
+        let copies = kept.copies(&written)?;
+        let mut beside: Vec<&Path> = copies.iter().map(|(copy, _)| copy.as_path()).collect();
+        if let Some(changed) = installs_now {
+            beside.extend([ini, &changed.copy]);
+        }
+        let made_beside = Kept::read(beside)?;
+        let stays = match &copies[..] {
+            [] => String::new(),
+            copies => {
+                let names = copies.iter().map(|(copy, _)| copy.display().to_string());
+                format!(
+                    "what was replaced is in {}\n",
+                    names.collect::<Vec<_>>().join(", ")
+                )
+            }
+        };
         let write = || {
+            for (copy, bytes) in &copies {
+                files::write(copy, bytes)?;
+            }
             for (file, text) in &written {
                 files::prepare(file, &[ini])?;
                 files::write(file, text.as_bytes())?;
@@ -358,30 +424,33 @@ impl Arguments {
                     ini,
                     [&machine, &errors, &blob],
                     &singles,
-                    installs.as_ref(),
-                    writes,
+                    installs.as_ref().map(|changed| (changed, writes)),
+                    &stays,
                 );
             }
             if let Some(changed) = installs_now {
                 changed.write(ini)?;
             }
+            files::print(&stays)?;
             without(ini, [&machine, &errors, &blob], balls.as_deref())
         };
         let done = write();
         if !matches!(done, Ok(Outcome::Done)) {
             kept.restore()?;
+            made_beside.restore()?;
         }
         done
     }
 
-    /// Compiles and checks what has been written, then writes the INI file.
+    /// Compiles and checks what has been written, then writes the INI file, if that is wanted. `stays` says where what
+    /// was replaced is.
     fn compiled(
         &self,
         ini: &Path,
         [machine, errors, blob]: [&Path; 3],
         singles: &[Single],
-        installs: Option<&Changed>,
-        writes: bool,
+        installs: Option<(&Changed, bool)>,
+        stays: &str,
     ) -> Result<Outcome, BadInput> {
         let [of_machine, of_errors, of_blob] =
             [machine, errors, blob].map(|path| path.display().to_string());
@@ -395,7 +464,7 @@ impl Arguments {
         };
         // What LinuxCNC would read.
         let future = match installs {
-            Some(Changed { text, .. }) => Text {
+            Some((Changed { text, .. }, _)) => Text {
                 name: ini.display().to_string(),
                 text: text.clone(),
             },
@@ -407,7 +476,8 @@ impl Arguments {
             return refused(ini, &findings);
         }
         let what = match singles.len() {
-            0 => "what LinuxCNC compensated".to_owned(),
+            0 if self.growth.is_empty() => "what LinuxCNC compensated".to_owned(),
+            0 => "growth of the spindle".to_owned(),
             count_of => count(count_of, "reading"),
         };
         let mut lines = format!(
@@ -421,9 +491,10 @@ impl Arguments {
         for finding in &findings {
             lines += &format!("{finding}\n");
         }
+        lines += stays;
         let shown = quoted(ini.display());
         match installs {
-            Some(changed) if writes => {
+            Some((changed, true)) => {
                 changed.write(ini)?;
                 lines += &format!(
                     "{}: with component and panel; what it was is in {}\n",
@@ -490,7 +561,7 @@ impl Arguments {
     }
 
     /// Whether HAL lines and a first machine file are to be written, because they are missing or may be replaced.
-    fn replaces(&self, found: &Found<'_>, files: [&Path; 3]) -> Result<bool, BadInput> {
+    fn replaces(&self, found: &Found<'_>, files: [&Path; 4]) -> Result<bool, BadInput> {
         if found.configuration.hal.load("trueaxis").is_some() {
             return Ok(false);
         }
@@ -514,7 +585,7 @@ impl Arguments {
     }
 
     /// HAL lines, a first machine file, and what LinuxCNC compensates.
-    fn made(&self, found: &Found<'_>) -> Result<Setup, BadInput> {
+    fn made(&self, found: &Found<'_>, sensors: &[Sensor]) -> Result<Setup, BadInput> {
         let configuration = found.configuration;
         let table = match &self.table {
             Some(table) => table.clone(),
@@ -539,7 +610,9 @@ impl Arguments {
                     })?)
                 }
             };
+        let pins: Vec<String> = sensors.iter().map(|sensor| sensor.pin.clone()).collect();
         let known = Known {
+            temperatures: &pins,
             name: &name(configuration, None),
             blob: "machine.trax",
             table: table.as_deref(),
@@ -547,6 +620,38 @@ impl Arguments {
             pivot,
         };
         Ok(setup(configuration, known, found.imports, found.findings))
+    }
+
+    /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths (mm/K), each
+    /// with the name of its sensor.
+    fn temperatures(&self) -> Result<(Vec<Sensor>, Vec<(String, f64)>), BadInput> {
+        let mut sensors: Vec<Sensor> = Vec::new();
+        for text in &self.temperature {
+            let (name, pin) = text
+                .split_once('=')
+                .map_or(("", ""), |(n, p)| (n.trim(), p.trim()));
+            let is_other = sensors.iter().all(|sensor| sensor.name != name);
+            if name.is_empty() || pin.is_empty() || pin.contains(char::is_whitespace) || !is_other {
+                return Err(BadInput::new(
+                    format!("--temperature: `{text}` is not NAME=PIN with a name of its own"),
+                    "give a name and a HAL pin: --temperature bearing=hm2_7i76e.0.thermistor.00",
+                ));
+            }
+            sensors.push(Sensor {
+                name: name.to_owned(),
+                pin: pin.to_owned(),
+            });
+        }
+        let growths = self.growth.iter().map(|text| growth(&sensors, text));
+        let growths: Vec<(String, f64)> = growths.collect::<Result<_, _>>()?;
+        let at = |sensor: &Sensor| {
+            let mut names = growths.iter().map(|(name, _)| name);
+            names
+                .position(|name| *name == sensor.name)
+                .unwrap_or(growths.len())
+        };
+        sensors.sort_by_key(at);
+        Ok((sensors, growths))
     }
 
     /// What has been measured, from options; axes count as their letters do.
@@ -670,7 +775,7 @@ fn base(
         (Some(made), _) if !found.imports.is_empty() => Ok(made.errors.clone()),
         (Some(_), Some(_)) => refused(
             "it has what LinuxCNC compensated, the INI file has not: replacing it would lose that",
-            "put COMP_FILE and BACKLASH back into the INI file, as in its copy .before-trueaxis; or, if they were wrong, move errors.toml away",
+            "put COMP_FILE and BACKLASH back into the INI file (--remove does); or, if they were wrong, move errors.toml away",
         ),
         (Some(_), None) => Ok(None),
         (None, old) => {
@@ -710,6 +815,48 @@ fn free_beside(base: Option<&str>, letters: &[char], single: &Single) -> Result<
         )),
         _ => Ok(()),
     }
+}
+
+/// A temperature sensor.
+struct Sensor {
+    name: String,
+    /// Its pin in HAL, °C.
+    pin: String,
+}
+
+/// Reads `NAME=12/15`: the name of a sensor, and the growth of the spindle (mm/K).
+fn growth(sensors: &[Sensor], text: &str) -> Result<(String, f64), BadInput> {
+    let parsed = text.split_once('=').and_then(|(name, reading)| {
+        let (um, kelvin) = reading.split_once('/')?;
+        let um: f64 = um.trim().parse().ok()?;
+        let kelvin: f64 = kelvin.trim().parse().ok()?;
+        let is_possible = kelvin > 0.0 && um.abs() <= 1000.0 && kelvin <= 200.0;
+        let sensor = sensors.iter().find(|sensor| sensor.name == name.trim())?;
+        is_possible.then(|| (sensor.name.clone(), um * 1e-3 / kelvin))
+    });
+    parsed.ok_or_else(|| {
+        BadInput::new(
+            format!("--growth: `{text}` is not bearing=12/15 with a sensor of --temperature"),
+            "give the sensor, µm and K: --temperature bearing=PIN --growth bearing=12/15",
+        )
+    })
+}
+
+/// The section of an error file about growths of the spindle: a tool that is nearer to the table has moved in −z of the
+/// spindle.
+fn thermal(growths: &[(String, f64)]) -> String {
+    if growths.is_empty() {
+        return String::new();
+    }
+    let entries = growths.iter().map(|(sensor, mm)| {
+        format!(
+            "    {{ per_kelvin = {:.6e}, sensor = {}, reference_celsius = 20.0 }},\n",
+            -mm,
+            toml::Value::from(sensor.as_str())
+        )
+    });
+    let entries: String = entries.collect();
+    format!("\n[thermal]\n# Growth of the spindle.\nEZ0S = [\n{entries}]\n")
 }
 
 /// An error file with what has been read, added to what LinuxCNC compensated.

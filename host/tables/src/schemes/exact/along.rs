@@ -134,15 +134,19 @@ impl Sampler<'_> {
         components: &[Component],
         at: &[f64],
     ) -> Result<Vec<Vec<PerAxis>>, NotConverged> {
-        let key = |c: &Column, x: f64| ((c.component, c.node, v, x.to_bits()), c.monomial);
-        let mut missing: Vec<Key> = Vec::new();
+        let key = |c: &Column, x: f64| {
+            let component = &components[c.component];
+            let switches = (component.on, component.even);
+            ((switches, c.node, v, x.to_bits()), c.monomial)
+        };
+        let mut missing: Vec<(Key, usize)> = Vec::new();
         {
             let known = self.memory.known();
             for x in at {
                 for column in columns {
                     let key = key(column, *x);
                     if !known.contains_key(&key) {
-                        missing.push(key);
+                        missing.push((key, column.component));
                     }
                 }
             }
@@ -151,10 +155,11 @@ impl Sampler<'_> {
         // share most of them.
         missing.sort_unstable();
         missing.dedup();
-        let places: Vec<&[Key]> = missing.chunk_by(|a, b| a.0 == b.0).collect();
+        let places: Vec<&[(Key, usize)]> = missing.chunk_by(|a, b| a.0.0 == b.0.0).collect();
         let made = parallel::try_map(&places, |keys| {
             let values = self.coefficients_at(keys, components)?;
-            Ok::<_, NotConverged>(keys.iter().copied().zip(values).collect::<Vec<_>>())
+            let keys = keys.iter().map(|(key, _)| *key);
+            Ok::<_, NotConverged>(keys.zip(values).collect::<Vec<_>>())
         })?;
         let made = made.into_iter().flatten();
         let mut known = self.memory.known();
@@ -168,15 +173,15 @@ impl Sampler<'_> {
     /// The coefficients at one place.
     fn coefficients_at(
         &self,
-        keys: &[Key],
+        keys: &[(Key, usize)],
         components: &[Component],
     ) -> Result<Vec<PerAxis>, NotConverged> {
         let mut means = vec![PerAxis::default(); keys.len()];
-        let Some(&((component, node, v, x), _)) = keys.first() else {
+        let Some(&(((_, node, v, x), _), component)) = keys.first() else {
             return Ok(means);
         };
         let component = &components[component];
-        let monomials: Vec<usize> = keys.iter().map(|key| key.1).collect();
+        let monomials: Vec<usize> = keys.iter().map(|(key, _)| key.1).collect();
         let mut place = component.place(node);
         let sides = self.variables[v].sides(f64::from_bits(x));
         for side in &sides {

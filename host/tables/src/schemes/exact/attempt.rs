@@ -64,6 +64,22 @@ pub fn bases(
     })
 }
 
+/// True if the target holds the terms that leave out no more than `share` of the tolerance.
+pub fn fits(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: &[Basis],
+    tolerance: &PerAxis,
+    (minimize, target): (Minimize, &Target),
+    share: f64,
+) -> Result<bool, NotConverged> {
+    let entries = core::entries(sampler, components, bases, tolerance, 0.0)?;
+    let cover = Cover::new(&entries, &sampler.variables, bases, minimize);
+    Ok(cover
+        .choose(share, target.tables * 2 / 3, target.terms)
+        .is_some_and(|structure| structure.count() <= target.tables))
+}
+
 /// Finds terms that leave out no more than `share` of the tolerance. `before` is what an earlier attempt had to
 /// leave out.
 pub fn attempt(
@@ -77,31 +93,27 @@ pub fn attempt(
 ) -> Result<Attempt, NotConverged> {
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
-    let cover = Cover::new(&entries, sampler.variables, &bases, minimize).pruned(direction);
+    let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).pruned(direction);
     let choose = |share: f64| {
         let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
-        let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
-        (structure, fits)
+        structure.filter(|s| s.count() <= target.tables)
     };
-    let (mut structure, fits) = choose(share);
-    let is_full = !fits;
-    let mut left_out = share;
+    let (mut structure, mut left_out) = (choose(share), share);
+    let is_full = structure.is_none();
     if is_full {
         // Leave out the smallest entries that the target cannot hold; verification shows the effect. With everything
         // left out it certainly fits: bisect on a logarithmic scale.
         let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
-        structure = choose(enough).0;
         for _ in 0..8 {
             let between = (too_little * enough).sqrt();
-            let (found, fits) = choose(between);
-            if fits {
-                (enough, structure) = (between, found);
-            } else {
-                too_little = between;
+            match choose(between) {
+                None => too_little = between,
+                fits => (enough, structure) = (between, fits),
             }
         }
         left_out = enough;
     }
+    let structure = structure.unwrap_or_default();
     Ok(Attempt {
         bases,
         structure,

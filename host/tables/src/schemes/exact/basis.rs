@@ -464,7 +464,7 @@ mod tests {
         let errors = errors(&machine, table);
         let kinematics = Kinematics::new(&machine, &errors);
         let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
         let components = first_order(&sampler).unwrap();
         let basis = Basis::find(3, &sampler, &components, &TOLERANCE, CHOICE).unwrap();
         assert!(basis.len() > basis.products.len());

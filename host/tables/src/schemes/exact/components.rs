@@ -6,10 +6,20 @@ use super::trials::{random_place, to_corner};
 use super::variables::{Kind, VariableValues};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+
+/// Joint effects of pairs of first-order sets, as far as they have been sampled.
+#[derive(Default)]
+pub struct Joint {
+    /// The largest effect of each union at random places (mm, rad).
+    sizes: OnceLock<Vec<(PerAxis, u32)>>,
+    sampled: Mutex<BTreeMap<u32, Component>>,
+}
 
 /// The part with everything switched off, and all parts of first order. For temperatures also their squares, which
 /// are of second order but large on machines that become warm.
@@ -29,7 +39,7 @@ pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged
 /// The sets of switches that add a first-order part together: each alone; the motions of an axis with its direction
 /// of travel, if measured in both; and a motion or direction with a temperature that changes it.
 fn first(sampler: &Sampler<'_>) -> Vec<u32> {
-    let (variables, errors) = (sampler.variables, sampler.kinematics.errors);
+    let (variables, errors) = (&sampler.variables, sampler.kinematics.errors);
     let mut sets: Vec<u32> = (0..variables.len())
         .filter(|v| variables[*v].is_switch())
         .map(|v| 1 << v)
@@ -62,18 +72,32 @@ fn first(sampler: &Sampler<'_>) -> Vec<u32> {
 /// work (nodes, each counted once for every subset of its switches).
 pub(crate) fn second_order(
     sampler: &Sampler<'_>,
+    joint: &Joint,
     tolerance: &PerAxis,
     most: usize,
 ) -> Result<Vec<Component>, NotConverged> {
     let mut work = 0;
-    let pairs = pairs(sampler, tolerance)?.into_iter();
+    if joint.sizes.get().is_none() {
+        let found = sizes(sampler)?;
+        joint.sizes.get_or_init(|| found);
+    }
+    let sizes = joint.sizes.get().map_or(&[][..], Vec::as_slice);
+    let pairs = significant(sizes, tolerance).into_iter();
     let affordable = pairs.take_while(|on| {
         let nodes = size(sampler, *on, &counts(sampler, *on));
         work += nodes << on.count_ones();
         work <= most
     });
-    let sampled = affordable.map(|on| component(sampler, on, false));
-    sampled.collect()
+    let sampled = || joint.sampled.lock().unwrap_or_else(PoisonError::into_inner);
+    let of = |on: u32| {
+        if let Some(known) = sampled().get(&on) {
+            return Ok(known.clone());
+        }
+        let new = component(sampler, on, false)?;
+        sampled().insert(on, new.clone());
+        Ok(new)
+    };
+    affordable.map(of).collect()
 }
 
 /// Samples the joint effect of the switches in `on`, or the square of the only temperature among them.
@@ -86,7 +110,7 @@ fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, No
 
 /// The number of nodes of each variable with the switches in `on`.
 fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
-    let variables = sampler.variables;
+    let variables = &sampler.variables;
     let active = |v: usize| on >> v & 1 == 1;
     let moving = (0..variables.len())
         .filter(|v| active(*v) && variables[*v].moves)
@@ -125,9 +149,8 @@ fn size(sampler: &Sampler<'_>, on: u32, counts: &[usize]) -> usize {
     rich.map(|v| counts[v]).product()
 }
 
-/// The unions of two first-order sets whose joint effects are significant, the strongest first. The weakest are left
-/// out as long as they are insignificant together.
-fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
+/// The unions of two first-order sets, each with the largest joint effect at random places (mm, rad).
+fn sizes(sampler: &Sampler<'_>) -> Result<Vec<(PerAxis, u32)>, NotConverged> {
     let first = first(sampler);
     let mut unions: Vec<u32> = Vec::new();
     for (k, a) in first.iter().enumerate() {
@@ -139,23 +162,33 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
     let mut random = Pcg64Mcg::seed_from_u64(2);
     let places: Vec<VariableValues> = (0..PAIR_PLACES)
         .map(|number| {
-            let mut place = random_place(sampler.variables, &mut random);
+            let mut place = random_place(&sampler.variables, &mut random);
             if number % 2 == 0 {
-                to_corner(sampler.variables, &mut place);
+                to_corner(&sampler.variables, &mut place);
             }
             place
         })
         .collect();
-    let unions: Vec<u32> = unions.into_iter().collect();
-    let mut sizes = parallel::try_map(&unions, |on| {
-        let mut size = 0.0_f64;
+    parallel::try_map(&unions, |on| {
+        let mut size = PerAxis::default();
         for place in &places {
             let added = sampler.added(place, *on)?;
-            let parts = added.iter().zip(tolerance).map(|(d, t)| d.abs() / t);
-            size = parts.fold(size, f64::max);
+            for (s, d) in size.iter_mut().zip(added) {
+                *s = s.max(d.abs());
+            }
         }
         Ok::<_, NotConverged>((size, *on))
-    })?;
+    })
+}
+
+/// The unions whose joint effects are significant, the strongest first. The weakest are left out as long as they are
+/// insignificant together.
+fn significant(sizes: &[(PerAxis, u32)], tolerance: &PerAxis) -> Vec<u32> {
+    let in_tolerances = |(size, on): &(PerAxis, u32)| {
+        let parts = size.iter().zip(tolerance).map(|(d, t)| d / t);
+        (parts.fold(0.0, f64::max), *on)
+    };
+    let mut sizes: Vec<(f64, u32)> = sizes.iter().map(in_tolerances).collect();
     sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut left_out = 0.0;
     let weak = sizes.iter().rev().take_while(|(size, _)| {
@@ -163,7 +196,7 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
         2.0 * f64::sqrt(left_out) < PAIRS_SHOW
     });
     sizes.truncate(sizes.len() - weak.count());
-    Ok(sizes.into_iter().map(|(_, on)| on).collect())
+    sizes.into_iter().map(|(_, on)| on).collect()
 }
 
 #[cfg(test)]
@@ -179,7 +212,7 @@ mod tests {
         let errors = errors(&machine, lines);
         let kinematics = Kinematics::new(&machine, &errors);
         let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
         let kinds = |on: u32| -> Vec<Kind> {
             let active = variables.iter().enumerate();
             let active = active.filter(|(v, _)| on >> v & 1 == 1);

@@ -2,6 +2,7 @@
 
 use super::basis::Basis;
 use super::core::{Entry, Key, merges};
+use super::limits::BEFORE_FOLDING;
 use super::prune::Spare;
 use super::structure::{Function, Structure, Term};
 use super::variables::Variable;
@@ -171,9 +172,13 @@ impl<'a> Cover<'a> {
     ///
     /// A fibre is the sum of all entries that differ in the function of only one variable; it becomes one term with
     /// one merged table. The fibre with the most significant entries is chosen first; small entries are included at
-    /// no cost or left out. `capacity` limits the number of merged tables. A structure with more than `most` terms
-    /// is useless, so it is abandoned.
-    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Structure {
+    /// no cost or left out. `capacity` limits the number of merged tables. `None` if more than `most` terms are needed.
+    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Option<Structure> {
+        let first_most = if self.prunes {
+            BEFORE_FOLDING * most
+        } else {
+            most
+        };
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
@@ -185,7 +190,10 @@ impl<'a> Cover<'a> {
             .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
             .collect();
         while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
-            if structure.merged.len() >= capacity || structure.terms.len() > most {
+            if structure.terms.len() > first_most {
+                return None;
+            }
+            if structure.merged.len() >= capacity {
                 break;
             }
             let &((output, v, mut key), ref members) = &self.fibres[fibre];
@@ -225,8 +233,8 @@ impl<'a> Cover<'a> {
         }
         // Add the remaining entries, the largest first.
         for &i in &self.order {
-            if structure.terms.len() > most {
-                break;
+            if structure.terms.len() > first_most {
+                return None;
             }
             if !left.is_little(entries[i].output) && left.take(entries, i) {
                 structure.single(&entries[i], variables, bases);
@@ -238,7 +246,7 @@ impl<'a> Cover<'a> {
             structure.prune(bases, &mut spare);
             structure.unshare(bases);
         }
-        structure
+        (structure.terms.len() <= most).then_some(structure)
     }
 }
 
@@ -266,7 +274,7 @@ mod tests {
             peak: 3.0,
         }];
         let cover = Cover::new(&entries, &variables, &bases, Minimize::Tables);
-        cover.choose(0.1, 255, 100)
+        cover.choose(0.1, 255, 100).unwrap()
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub fn draft(
     seen: &BTreeMap<usize, PeakTables>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
-    let (kinematics, variables) = (found.sampler.kinematics, found.sampler.variables);
+    let (kinematics, variables) = (&found.sampler.kinematics, &found.sampler.variables);
     let machine = kinematics.machine;
     let (terms, scales) = weighed(machine, found);
     let scale = |v: usize, function: Function| scales.get(&(v, function)).copied().unwrap_or(1.0);

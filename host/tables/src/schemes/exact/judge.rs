@@ -12,7 +12,7 @@ use crate::validate::{Command, Region, Runtime, holds, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use trueaxis::{AUXILIARIES, Draft, Travel};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged};
@@ -22,21 +22,30 @@ use trueaxis_model::parallel;
 /// Seed of the positions; a proof uses others.
 const SEED: u64 = 0x6a75_6467;
 
-/// Positions with their exact corrections.
-pub struct Judge<'a> {
-    kinematics: &'a Kinematics<'a>,
-    tolerance: Tolerance,
+/// Positions with their exact corrections. They do not depend on the tolerance.
+pub struct Positions<'a> {
+    kinematics: Kinematics<'a>,
     /// The correction at the zero position (mm, rad).
-    zero: PerAxis,
-    places: Vec<JudgedPosition>,
-    /// Positions at which only drafts that are good so far are measured; empty until the first such draft.
-    others: Vec<JudgedPosition>,
-    /// Further positions for fitting, used if there are many weights.
-    further: Vec<JudgedPosition>,
+    pub zero: PerAxis,
+    first: Vec<JudgedPosition>,
+    /// Positions at which only drafts that are good so far are measured; drawn for the first such draft.
+    others: OnceLock<Vec<JudgedPosition>>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
     /// Positions reached by climbs; the next climb visits many of them again.
     climbed: Mutex<HashMap<Bits, JudgedPosition>>,
+}
+
+/// Measures drafts for one tolerance.
+pub struct Judge<'a> {
+    positions: &'a Positions<'a>,
+    tolerance: Tolerance,
+    /// Positions at which a draft failed: those of the latest first. They are measured from then on.
+    missed: Vec<JudgedPosition>,
+    /// True once drafts are also measured at the positions of confirmation.
+    is_confirming: bool,
+    /// Further positions for fitting, used if there are many weights.
+    further: Vec<JudgedPosition>,
 }
 
 /// The bits of a command's numbers, and its directions of travel.
@@ -100,29 +109,72 @@ impl Confirmation {
     }
 }
 
-impl<'a> Judge<'a> {
+impl<'a> Positions<'a> {
     /// Draws the positions: over the travel, and where no motion holds its end value. Half of them have axes at
     /// their ends, where most functions are largest.
-    pub fn new(
-        kinematics: &'a Kinematics<'a>,
-        tolerance: Tolerance,
-        zero: PerAxis,
-    ) -> Result<Self, SchemeError> {
-        let places = places(kinematics, &zero, JUDGED, SEED)?;
+    pub fn new(kinematics: &Kinematics<'a>, zero: PerAxis) -> Result<Self, SchemeError> {
+        let first = places(kinematics, &zero, JUDGED, SEED)?;
         let largest = std::array::from_fn(|i| {
-            let sizes = places.iter().map(|p| p.correction[i].abs());
+            let sizes = first.iter().map(|p| p.correction[i].abs());
             sizes.fold(0.0, f64::max)
         });
         Ok(Self {
-            kinematics,
-            tolerance,
+            kinematics: kinematics.clone(),
             zero,
-            places,
-            others: Vec::new(),
-            further: Vec::new(),
+            first,
+            others: OnceLock::new(),
             largest,
             climbed: Mutex::default(),
         })
+    }
+
+    /// The positions for confirmation, drawn on the first call only.
+    fn others(&self) -> Result<&[JudgedPosition], SchemeError> {
+        if self.others.get().is_none() {
+            let drawn = places(&self.kinematics, &self.zero, CONFIRMED, !SEED)?;
+            return Ok(self.others.get_or_init(|| drawn));
+        }
+        Ok(self.others.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// The negligible fraction of a correction: a little of the tolerance relative to the largest correction.
+    pub(crate) fn smallest_part(&self, tolerance: &Tolerance) -> f64 {
+        let sizes = self.largest.iter().zip(&tolerance.axes).map(|(l, t)| l / t);
+        0.02 / sizes.fold(1.0, f64::max)
+    }
+
+    /// [`JudgedPosition::inside`], computed once for each command.
+    fn climbed_to(&self, command: Command) -> Result<JudgedPosition, NotConverged> {
+        let bits = (
+            command.axes.map(f32::to_bits),
+            command.travel.map(|travel| travel as u8),
+            command.auxiliaries.map(f32::to_bits),
+        );
+        let known = || self.climbed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = known().get(&bits) {
+            return Ok(place.clone());
+        }
+        let place = JudgedPosition::inside(&self.kinematics, &self.zero, command)?;
+        known().insert(bits, place.clone());
+        Ok(place)
+    }
+}
+
+impl<'a> Judge<'a> {
+    /// Measures at these positions.
+    pub fn new(positions: &'a Positions<'a>, tolerance: Tolerance) -> Self {
+        Self {
+            positions,
+            tolerance,
+            missed: Vec::new(),
+            is_confirming: false,
+            further: Vec::new(),
+        }
+    }
+
+    /// The positions that are measured first.
+    fn places(&self) -> impl Iterator<Item = &JudgedPosition> {
+        self.missed.iter().chain(&self.positions.first)
     }
 
     /// The tolerance of each axis (mm, rad), the unit of errors.
@@ -135,19 +187,10 @@ impl<'a> Judge<'a> {
         self.tolerance.is_of_tool()
     }
 
-    /// The negligible fraction of a correction: a little of the tolerance relative to the largest correction.
-    pub(crate) fn smallest_part(&self) -> f64 {
-        let sizes = self
-            .largest
-            .iter()
-            .zip(self.tolerance())
-            .map(|(l, t)| l / t);
-        0.02 / sizes.fold(1.0, f64::max)
-    }
-
     /// Measures a draft; `None` if a blob or the target cannot hold it.
     pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
-        let places = self.places.iter().chain(&self.others).collect();
+        let others = self.positions.others.get().filter(|_| self.is_confirming);
+        let places = self.places().chain(others.into_iter().flatten()).collect();
         self.measure_at(places, draft, target, f64::INFINITY)
     }
 
@@ -159,7 +202,7 @@ impl<'a> Judge<'a> {
         target: &Target,
         most: f64,
     ) -> Option<Verdict> {
-        self.measure_at(self.places.iter().collect(), draft, target, most)
+        self.measure_at(self.places().collect(), draft, target, most)
     }
 
     fn measure_at(
@@ -193,7 +236,8 @@ impl<'a> Judge<'a> {
         draft: &Draft,
         factor: f64,
     ) -> Result<Confirmation, SchemeError> {
-        self.draw_others()?;
+        let others = self.positions.others()?;
+        self.is_confirming = true;
         let blob = draft.encode();
         let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
             return Ok(Confirmation {
@@ -201,21 +245,19 @@ impl<'a> Judge<'a> {
                 verdict: Verdict::NOTHING,
             });
         };
-        let verdicts: Vec<Verdict> = parallel::map(&self.others, |place| self.at(place, &runtime));
+        let verdicts: Vec<Verdict> = parallel::map(others, |place| self.at(place, &runtime));
         let mut order: Vec<usize> = (0..verdicts.len()).collect();
         order.sort_by(|a, b| verdicts[*b].error.total_cmp(&verdicts[*a].error));
         let misses = |verdict: &Verdict| verdict.error > factor;
         let missed = order.iter().take_while(|i| misses(&verdicts[**i]));
-        let missed = missed.take(MOST_MISSED).map(|i| self.others[*i].clone());
+        let missed = missed.take(MOST_MISSED).map(|i| others[*i].clone());
         let mut missed: Vec<JudgedPosition> = missed.collect();
         let mut worst = verdicts
             .iter()
             .copied()
             .fold(Verdict::NOTHING, Verdict::worse);
         let starts = order.iter().take(CLIMBS);
-        let starts: Vec<_> = starts
-            .map(|i| (verdicts[*i], self.others[*i].clone()))
-            .collect();
+        let starts: Vec<_> = starts.map(|i| (verdicts[*i], others[*i].clone())).collect();
         let climbed = parallel::try_map(&starts, |(verdict, place)| {
             self.climb(*verdict, place.clone(), &runtime)
         })?;
@@ -225,7 +267,7 @@ impl<'a> Judge<'a> {
         }
         let is_kept = missed.is_empty();
         // Measured first from now on: a draft that fails there needs no further test.
-        self.places.splice(0..0, missed);
+        self.missed.splice(0..0, missed);
         Ok(Confirmation {
             is_kept,
             verdict: worst,
@@ -240,8 +282,9 @@ impl<'a> Judge<'a> {
         mut place: JudgedPosition,
         runtime: &Runtime<'_>,
     ) -> Result<(Verdict, JudgedPosition), NotConverged> {
-        let axes = self.kinematics.machine.axes.len();
-        let moves = moves(self.kinematics);
+        let kinematics = &self.positions.kinematics;
+        let axes = kinematics.machine.axes.len();
+        let moves = moves(kinematics);
         for _ in 0..CLIMB_ROUNDS {
             let before = verdict.error;
             for &(input, end) in &moves {
@@ -250,7 +293,7 @@ impl<'a> Judge<'a> {
                     End::Position(x) => *position(&mut command, axes, input) = x,
                     End::Travel(travel) => command.travel[input] = travel,
                 }
-                let next = self.climbed_to(command)?;
+                let next = self.positions.climbed_to(command)?;
                 let found = self.at(&next, runtime);
                 if found.error > verdict.error {
                     (verdict, place) = (found, next);
@@ -263,36 +306,22 @@ impl<'a> Judge<'a> {
         Ok((verdict, place))
     }
 
-    /// [`JudgedPosition::inside`], computed once for each command.
-    fn climbed_to(&self, command: Command) -> Result<JudgedPosition, NotConverged> {
-        let bits = (
-            command.axes.map(f32::to_bits),
-            command.travel.map(|travel| travel as u8),
-            command.auxiliaries.map(f32::to_bits),
-        );
-        let known = || self.climbed.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(place) = known().get(&bits) {
-            return Ok(place.clone());
-        }
-        let place = JudgedPosition::inside(self.kinematics, &self.zero, command)?;
-        known().insert(bits, place.clone());
-        Ok(place)
-    }
-
     /// The draft with fitted weights. The fit uses the positions at which it is measured and some of those at which
     /// it is confirmed, and further ones if there are many weights. The remaining confirmation positions show
     /// whether the fit was right.
     pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
-        self.draw_others()?;
+        let positions = self.positions;
+        let others = positions.others()?;
+        self.is_confirming = true;
         let wanted = FIT_SAMPLES * most_terms(draft);
-        let have = self.places.len() + self.others.len() / 3 + self.further.len();
+        let have = self.places().count() + others.len() / 3 + self.further.len();
         if wanted > have {
             let seed = SEED.rotate_left(7) ^ have as u64;
-            let more = places(self.kinematics, &self.zero, wanted - have, seed)?;
+            let more = places(&positions.kinematics, &positions.zero, wanted - have, seed)?;
             self.further.extend(more);
         }
-        let machine = self.kinematics.machine;
-        let places = self.places.iter().chain(self.others.iter().step_by(3));
+        let machine = positions.kinematics.machine;
+        let places = self.places().chain(others.iter().step_by(3));
         let samples: Vec<Sample> = places
             .chain(&self.further)
             .filter(|place| !place.holds)
@@ -308,23 +337,15 @@ impl<'a> Judge<'a> {
         ))
     }
 
-    /// Draws the positions for confirmation, on the first call only.
-    fn draw_others(&mut self) -> Result<(), SchemeError> {
-        if self.others.is_empty() {
-            self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
-        }
-        Ok(())
-    }
-
     /// Measures tables at one position.
     fn at(&self, place: &JudgedPosition, runtime: &Runtime<'_>) -> Verdict {
-        let machine = self.kinematics.machine;
+        let machine = self.positions.kinematics.machine;
         let table = runtime.evaluate(&place.command).map(f64::from);
         let table = machine.to_kinematic(&table);
         let deviation = std::array::from_fn(|i| table[i] - place.correction[i]);
         let mut harm = 0.0_f64;
         for (i, deviation) in deviation.iter().enumerate().take(machine.axes.len()) {
-            let most = self.tolerance.axes[i].max(self.largest[i]);
+            let most = self.tolerance.axes[i].max(self.positions.largest[i]);
             harm = harm.max(deviation.abs() / most);
         }
         Verdict {
@@ -516,7 +537,8 @@ mod tests {
         let errors = errors(&machine, "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\n");
         let kinematics = Kinematics::new(&machine, &errors);
         let tolerance = Tolerance::new(&kinematics, 1e-3);
-        let judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let positions = Positions::new(&kinematics, PerAxis::default()).unwrap();
+        let judge = Judge::new(&positions, tolerance);
         let mut draft = blank(&kinematics);
         let target = Target::default();
         let nothing = judge.measure(&draft, &target).unwrap();
@@ -541,14 +563,15 @@ mod tests {
         let errors = errors(&machine, "[parameters]\nEAX1 = 1e-7\nEX0A = 1e-3\n");
         let kinematics = Kinematics::new(&machine, &errors);
         let tolerance = Tolerance::new(&kinematics, 1e-3);
-        let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let positions = Positions::new(&kinematics, PerAxis::default()).unwrap();
+        let mut judge = Judge::new(&positions, tolerance);
         let draft = blank(&kinematics);
         let blob = draft.encode().unwrap();
         let runtime = Runtime::load(&blob).unwrap();
         // The error grows towards the ends of several axes at the same time.
         let at = |axes: &[f64]| {
             let command = Command::at(&machine, axes);
-            let place = JudgedPosition::inside(&kinematics, &judge.zero, command).unwrap();
+            let place = JudgedPosition::inside(&kinematics, &positions.zero, command).unwrap();
             (judge.at(&place, &runtime), place)
         };
         let (start, place) = at(&[10.0, 20.0, -30.0, 5.0]);
@@ -565,9 +588,9 @@ mod tests {
         assert!(!corner.holds);
         // Positions where the tables exceed the limit are measured from then on.
         assert!(judge.confirm(&draft, most * 1.01).unwrap().is_kept);
-        let before = judge.places.len();
+        let before = judge.places().count();
         assert!(!judge.confirm(&draft, most * 0.9).unwrap().is_kept);
-        assert!(judge.places.len() > before);
+        assert!(judge.places().count() > before);
     }
 
     #[test]
@@ -575,12 +598,8 @@ mod tests {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
         let kinematics = Kinematics::new(&machine, &errors);
-        let judge = Judge::new(
-            &kinematics,
-            Tolerance::new(&kinematics, 1.0),
-            PerAxis::default(),
-        )
-        .unwrap();
+        let positions = Positions::new(&kinematics, PerAxis::default()).unwrap();
+        let judge = Judge::new(&positions, Tolerance::new(&kinematics, 1.0));
         let draft = blank(&kinematics);
         let mut target = Target::default();
         assert!(judge.measure(&draft, &target).is_some());

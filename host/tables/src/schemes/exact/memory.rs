@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use trueaxis_model::machine::PerAxis;
 
-/// Component, node, variable, and the bits of the position along it.
-type Place = (usize, usize, usize, u64);
+/// Switches of a component and whether it is even, node, variable, and the bits of the position along it.
+type Place = ((u32, bool), usize, usize, u64);
 
 /// A place, and a monomial.
 pub type Key = (Place, usize);

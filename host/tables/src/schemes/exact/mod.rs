@@ -47,66 +47,117 @@ mod variables;
 use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
 pub use cover::Minimize;
-use judge::Judge;
+use judge::{Judge, Positions};
 use sampling::Sampler;
-use search::Search;
+pub use search::Effort;
+use search::{Sampled, Search};
 use tolerance::Tolerance;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// Finds tables and terms that reproduce the kinematic correction within the tolerance.
-///
-/// If the tolerance cannot be met, the best result is returned, which may have been made for a coarser tolerance. No
-/// axis deviates from the kinematic correction by more than its largest correction or the tolerance, whichever is
-/// larger; if nothing better is found, there are no tables.
-///
-/// # Errors
-/// [`SchemeError`].
-pub fn compile(
-    machine: &Machine,
-    errors: &ErrorModel,
+/// Finds tables and terms that reproduce the kinematic correction within a tolerance. What does not depend on the
+/// tolerance is sampled once.
+pub struct Exact<'a> {
     minimize: Minimize,
-    options: &Options,
-) -> Result<schemes::SchemeResult, SchemeError> {
-    let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
-    let whole = Tolerance::new(&kinematics, options.tolerance);
-    let tolerance = whole.axes;
-    let zero = options.zero(machine, errors)?;
-    let judge = Judge::new(&kinematics, whole, zero)?;
-    let variables = variables::variables(&kinematics, judge.smallest_part());
-    let sampler = Sampler::new(&kinematics, &variables, zero);
-    let mut search = Search::new(minimize, options, sampler, judge)?;
-    // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
-    // is lacking: then the smallest parts have been left out already.
-    if !search.run(&tolerance)?
-        && !search.fit()?
-        && !search.lacks_room()
-        && !search.finer(&tolerance)?
-        && !search.fit()?
-    {
-        search.coarser(&tolerance)?;
-        search.fit()?;
+    kinematics: Kinematics<'a>,
+    positions: Positions<'a>,
+    /// One for each choice of nodes.
+    sampled: Vec<Sampled<'a>>,
+}
+
+impl<'a> Exact<'a> {
+    /// Draws the positions at which tables are measured. The tolerance and the target in `options` do not matter.
+    ///
+    /// # Errors
+    /// [`SchemeError`].
+    pub fn new(
+        machine: &'a Machine,
+        errors: &'a ErrorModel,
+        minimize: Minimize,
+        options: &Options,
+    ) -> Result<Self, SchemeError> {
+        let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
+        let zero = options.zero(machine, errors)?;
+        Ok(Self {
+            minimize,
+            positions: Positions::new(&kinematics, zero)?,
+            kinematics,
+            sampled: Vec::new(),
+        })
     }
-    let Some(best) = search.best else {
-        return Ok(schemes::SchemeResult {
-            draft: blank(&kinematics),
-            structure_error: None,
-            meets: None,
+
+    /// The place of the samples at the nodes for a tolerance.
+    fn sampled(&mut self, tolerance: &Tolerance) -> Result<usize, SchemeError> {
+        let relative = self.positions.smallest_part(tolerance);
+        let variables = variables::variables(&self.kinematics, relative);
+        let is_it = |known: &Sampled<'_>| known.sampler.variables == variables;
+        if let Some(place) = self.sampled.iter().position(is_it) {
+            return Ok(place);
+        }
+        let sampler = Sampler::new(&self.kinematics, variables, self.positions.zero);
+        self.sampled.push(Sampled::new(sampler)?);
+        Ok(self.sampled.len() - 1)
+    }
+
+    /// Finds the tables for the tolerance and the target in `options`.
+    ///
+    /// If the tolerance cannot be met, the best result is returned, which may have been made for a coarser tolerance.
+    /// No axis deviates from the kinematic correction by more than its largest correction or the tolerance, whichever
+    /// is larger; if nothing better is found, there are no tables.
+    ///
+    /// `None` if the effort does not allow for a result.
+    ///
+    /// # Errors
+    /// [`SchemeError`].
+    pub fn find(
+        &mut self,
+        options: &Options,
+        effort: Effort,
+    ) -> Result<Option<schemes::SchemeResult>, SchemeError> {
+        let whole = Tolerance::new(&self.kinematics, options.tolerance);
+        let tolerance = whole.axes;
+        let place = self.sampled(&whole)?;
+        let judge = Judge::new(&self.positions, whole);
+        let sampled = &self.sampled[place];
+        let mut search = Search::new(self.minimize, options, effort, sampled, judge);
+        if !search.is_worth_while(&tolerance)? {
+            return Ok(None);
+        }
+        // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
+        // is lacking: then the smallest parts have been left out already.
+        if !search.run(&tolerance)?
+            && !search.fit()?
+            && !search.lacks_room()
+            && !search.finer(&tolerance)?
+            && !search.fit()?
+        {
+            search.coarser(&tolerance)?;
+            search.fit()?;
+        }
+        if !search.is_near_enough() {
+            return Ok(None);
+        }
+        let Some(best) = search.best else {
+            return Ok(Some(schemes::SchemeResult {
+                draft: blank(&self.kinematics),
+                structure_error: None,
+                meets: None,
+                is_full: search.is_full,
+                notes: vec!["no tables were found that do no harm".to_owned()],
+            }));
+        };
+        Ok(Some(schemes::SchemeResult {
+            meets: best.meets().map(|factor| options.tolerance * factor),
+            draft: best.draft,
+            structure_error: Some(best.structure_error),
             is_full: search.is_full,
-            notes: vec!["no tables were found that do no harm".to_owned()],
-        });
-    };
-    Ok(schemes::SchemeResult {
-        meets: best.meets().map(|factor| options.tolerance * factor),
-        draft: best.draft,
-        structure_error: Some(best.structure_error),
-        is_full: search.is_full,
-        notes: match best.pairs {
-            0 => Vec::new(),
-            pairs => vec![format!(
-                "pairs of motions whose joint second order is taken in: {pairs}"
-            )],
-        },
-    })
+            notes: match best.pairs {
+                0 => Vec::new(),
+                pairs => vec![format!(
+                    "pairs of motions whose joint second order is taken in: {pairs}"
+                )],
+            },
+        }))
+    }
 }

@@ -14,8 +14,8 @@ const STEP: f64 = 5e-11;
 
 /// The exact correction as a function of the variables.
 pub struct Sampler<'a> {
-    pub kinematics: &'a Kinematics<'a>,
-    pub variables: &'a [Variable],
+    pub kinematics: Kinematics<'a>,
+    pub variables: Vec<Variable>,
     /// Subtracted everywhere: the correction at the zero position (mm, rad).
     pub zero: PerAxis,
     /// Replacement values of motions that are switched off: their middle values, which minimize the interactions of
@@ -52,7 +52,7 @@ const MIDDLES: usize = 200;
 
 impl<'a> Sampler<'a> {
     /// Finds the replacement values of motions that are switched off.
-    pub fn new(kinematics: &'a Kinematics<'a>, variables: &'a [Variable], zero: PerAxis) -> Self {
+    pub fn new(kinematics: &Kinematics<'a>, variables: Vec<Variable>, zero: PerAxis) -> Self {
         let (machine, errors) = (kinematics.machine, kinematics.errors);
         let situation = Situation::default();
         let mut instead = [[0.0; 6]; MAX_AXES];
@@ -77,7 +77,7 @@ impl<'a> Sampler<'a> {
             }
         }
         Self {
-            kinematics,
+            kinematics: kinematics.clone(),
             variables,
             zero,
             instead,
@@ -500,7 +500,7 @@ impl Component {
 
 #[cfg(test)]
 mod tests {
-    use super::super::components::{first_order, second_order};
+    use super::super::components::{Joint, first_order, second_order};
     use super::super::specimen::{errors, with_rotary};
     use super::super::variables::variables;
     use super::*;
@@ -514,9 +514,10 @@ mod tests {
         let errors = errors(&machine, RICH);
         let kinematics = Kinematics::new(&machine, &errors);
         let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
         let mut components = first_order(&sampler).unwrap();
-        components.extend(second_order(&sampler, &[1e-6; MAX_AXES], 600_000).unwrap());
+        components
+            .extend(second_order(&sampler, &Joint::default(), &[1e-6; MAX_AXES], 600_000).unwrap());
         assert!(components.len() > 6);
         for component in &components {
             for monomial in 0..component.monomials.len() {
@@ -545,7 +546,7 @@ mod tests {
         );
         let kinematics = Kinematics::new(&machine, &errors);
         let variables = variables(&kinematics, 1e-6);
-        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let sampler = Sampler::new(&kinematics, variables.clone(), PerAxis::default());
         let switches = (0..variables.len()).filter(|v| variables[*v].is_switch());
         let all: u32 = switches.map(|v| 1 << v).sum();
         let mut place = [0.0; MAX_VARIABLES];

@@ -3,12 +3,13 @@
 use super::attempt::{self, Attempt, attempt};
 use super::basis::Basis;
 use super::budget::Budget;
+use super::components::Joint;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
     CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
-    HARMLESS, HOPELESS, LEAST_POINT_SHARE, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, SHARES,
-    STARVING, STUCK, TOOL_SHARE,
+    HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
+    MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
 };
 use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
@@ -19,7 +20,41 @@ use crate::schemes::{Options, SchemeError};
 use crate::target::Target;
 use std::collections::BTreeMap;
 use trueaxis::Draft;
+use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+
+/// Samples at the nodes that resolve a machine's functions, which hardly depend on the tolerance.
+pub struct Sampled<'a> {
+    pub sampler: Sampler<'a>,
+    trials: Trials,
+    first: Vec<Component>,
+    joint: Joint,
+}
+
+impl<'a> Sampled<'a> {
+    /// Samples the first-order components.
+    pub fn new(sampler: Sampler<'a>) -> Result<Self, NotConverged> {
+        Ok(Self {
+            trials: Trials::new(&sampler)?,
+            first: components::first_order(&sampler)?,
+            joint: Joint::default(),
+            sampler,
+        })
+    }
+}
+
+/// How much work a tolerance is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// The result that deviates least, even if it misses the tolerance.
+    Best,
+    /// A coarser tolerance will be tried next: no result if the target clearly holds too little for this one.
+    IfWithinReach,
+    /// The same, and no result that clearly misses the tolerance either.
+    IfNearlyMet,
+    /// No result unless the target holds everything that the tolerance needs.
+    IfItFits,
+}
 
 /// A structure that was tried.
 struct Tried {
@@ -64,9 +99,11 @@ impl Candidate {
 pub struct Search<'a> {
     minimize: Minimize,
     options: &'a Options,
-    sampler: Sampler<'a>,
-    trials: Trials,
+    effort: Effort,
+    sampled: &'a Sampled<'a>,
     judge: Judge<'a>,
+    /// The first structure for the requested tolerance, once it has been found.
+    first: Option<Tried>,
     /// The components of the correction.
     components: Vec<Component>,
     /// How many of them are joint effects, once these have been searched.
@@ -78,24 +115,66 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Samples the first-order components.
+    /// Begins with the first-order components.
     pub fn new(
         minimize: Minimize,
         options: &'a Options,
-        sampler: Sampler<'a>,
+        effort: Effort,
+        sampled: &'a Sampled<'a>,
         judge: Judge<'a>,
-    ) -> Result<Self, SchemeError> {
-        Ok(Self {
+    ) -> Self {
+        Self {
             minimize,
             options,
-            trials: Trials::new(&sampler)?,
-            components: components::first_order(&sampler)?,
+            effort,
+            first: None,
+            components: sampled.first.clone(),
             pairs: None,
             judge,
-            sampler,
+            sampled,
             is_full: false,
             best: None,
-        })
+        }
+    }
+
+    /// The share of the tolerance that a structure may leave out at first.
+    fn first_share(&self) -> f64 {
+        match self.judge.is_of_tool() {
+            true => FIRST_TOOL_SHARE,
+            false => FIRST_SHARE,
+        }
+    }
+
+    /// False if the effort only allows for a result that nearly meets the tolerance, and the best one does not.
+    pub fn is_near_enough(&self) -> bool {
+        let error = self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.verdict.error);
+        self.effort != Effort::IfNearlyMet || error <= NEARLY_MET
+    }
+
+    /// False if the effort is not worth while for the requested tolerance, before any table has been sampled.
+    pub fn is_worth_while(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+        let share = self.first_share();
+        if self.effort == Effort::Best {
+            return Ok(true);
+        }
+        let Sampled { sampler, first, .. } = self.sampled;
+        let bases = attempt::bases(sampler, first, tolerance, self.minimize, share)?;
+        let target = (self.minimize, &self.options.target);
+        if self.effort == Effort::IfItFits {
+            return Ok(attempt::fits(
+                sampler, first, &bases, tolerance, target, share,
+            )?);
+        }
+        let first = self.attempt_with(&bases, tolerance, share, false)?;
+        self.is_full |= first.attempt.is_full;
+        // Otherwise joint effects may be the cause.
+        let is_explained = first.error <= CUT * first.attempt.left_out;
+        let is_out_of_reach = first.attempt.is_full && is_explained && first.error > MOST_FITTED;
+        self.first = Some(first);
+        Ok(!is_out_of_reach)
     }
 
     /// Searches a draft that meets a tolerance; true if one was found.
@@ -107,11 +186,11 @@ impl<'a> Search<'a> {
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
             return self.finish(tolerance, &second, true);
         }
-        let share = match self.judge.is_of_tool() {
-            true => FIRST_TOOL_SHARE,
-            false => FIRST_SHARE,
+        let share = self.first_share();
+        let mut first = match self.first.take() {
+            Some(first) => first,
+            None => self.attempt(tolerance, share, false)?,
         };
-        let mut first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help if most of the error was left out for lack of capacity.
         let hopeless = first.error > HOPELESS;
@@ -150,7 +229,8 @@ impl<'a> Search<'a> {
         first: &mut Tried,
         share: f64,
     ) -> Result<bool, SchemeError> {
-        if !self.judge.is_of_tool() || first.error < STARVING {
+        // What fills the target is cut off by its capacity.
+        if !self.judge.is_of_tool() || first.error < STARVING || first.attempt.is_full {
             return self.finish(tolerance, first, false);
         }
         // The functions are the same, because their permitted residual hardly differs.
@@ -175,10 +255,13 @@ impl<'a> Search<'a> {
         let seen = PeakTables::all(&found)?;
         let share = self.first_point_share(tried.error);
         let grids = points::grids(&found, &seen, self.options, share, false)?;
-        let mut cost = tried.attempt.structure.cost(self.sampler.variables);
+        let mut cost = tried
+            .attempt
+            .structure
+            .cost(&self.sampled.sampler.variables);
         for (v, (bent, _)) in found.tables() {
             if let Some(grid) = grids.get(&v) {
-                let samples = grid.samples(self.sampler.variables[v].wraps);
+                let samples = grid.samples(self.sampled.sampler.variables[v].wraps);
                 cost += cubic::stored(bent.len() * samples, self.options.format);
             }
         }
@@ -206,24 +289,26 @@ impl<'a> Search<'a> {
     /// Bundles everything that the tables of a structure are sampled from.
     fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Decomposition<'t> {
         let components = &self.components[..self.count(tried.pairs)];
-        tried.attempt.found(&self.sampler, components, tolerance)
+        tried
+            .attempt
+            .found(&self.sampled.sampler, components, tolerance)
     }
 
     /// True if motions were measured somewhere; otherwise there are no measured points to go between.
     fn is_measured(&self) -> bool {
-        let mut variables = self.sampler.variables.iter();
+        let mut variables = self.sampled.sampler.variables.iter();
         variables.any(|v| v.kinks.len() > v.ends.len())
     }
 
     /// Reduces the share as long as that helps; true if the tolerance is met.
     fn closer(&mut self, tolerance: &PerAxis, pairs: bool) -> Result<bool, SchemeError> {
-        let shares: &[f64] = if pairs {
-            &SHARES
-        } else {
-            &SHARES[SHARES.len() - 2..]
+        // Joint effects are new; otherwise only smaller shares than the first one can help.
+        let most = match pairs {
+            true => f64::INFINITY,
+            false => LITTLE_LESS * self.first_share(),
         };
         let mut last: Option<Tried> = None;
-        for &share in shares {
+        for share in SHARES.into_iter().filter(|share| *share < most) {
             let next = self.attempt(tolerance, share, pairs)?;
             if self.finish(tolerance, &next, false)? {
                 return Ok(true);
@@ -252,7 +337,7 @@ impl<'a> Search<'a> {
     /// Fits the weights of the best candidate; true if it then meets the tolerance. If it nearly does, repeats the
     /// fit with the positions at which it fails.
     pub fn fit(&mut self) -> Result<bool, SchemeError> {
-        for _ in 0..FITS {
+        for round in 0..FITS {
             let Some(best) = self.best.as_mut().filter(|b| !b.is_fitted) else {
                 return Ok(false);
             };
@@ -274,6 +359,8 @@ impl<'a> Search<'a> {
                 meets,
                 target,
             )?;
+            // Of the same positions.
+            let before = best.verdict.error;
             let keeps = is_confirmed || best.meets().is_none();
             let harmless = verdict.harm <= HARMLESS;
             if keeps && harmless && verdict.error < best.verdict.error {
@@ -283,7 +370,11 @@ impl<'a> Search<'a> {
             if good && is_confirmed && harmless {
                 return Ok(true);
             }
-            if verdict.error > OUT_OF_REACH {
+            // If all further rounds gained as much as this one, they would still miss the tolerance.
+            let gain = verdict.error / before;
+            let left = i32::try_from(FITS - 1 - round).unwrap_or(0);
+            let is_missed = verdict.error * gain.min(1.0).powi(left) > GOOD;
+            if verdict.error > OUT_OF_REACH || self.effort != Effort::Best && is_missed {
                 break;
             }
         }
@@ -340,7 +431,12 @@ impl<'a> Search<'a> {
     /// Number of motion pairs whose joint effect is significant and fits into the given work.
     fn joint(&mut self, tolerance: &PerAxis, work: usize) -> Result<usize, SchemeError> {
         if self.pairs.is_none() {
-            let joint = components::second_order(&self.sampler, tolerance, work)?;
+            let joint = components::second_order(
+                &self.sampled.sampler,
+                &self.sampled.joint,
+                tolerance,
+                work,
+            )?;
             self.pairs = Some(joint.len());
             self.components.extend(joint);
         }
@@ -357,7 +453,13 @@ impl<'a> Search<'a> {
     /// pairs.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
-        let bases = attempt::bases(&self.sampler, components, tolerance, self.minimize, share)?;
+        let bases = attempt::bases(
+            &self.sampled.sampler,
+            components,
+            tolerance,
+            self.minimize,
+            share,
+        )?;
         self.attempt_with(&bases, tolerance, share, pairs)
     }
 
@@ -370,14 +472,14 @@ impl<'a> Search<'a> {
         pairs: bool,
     ) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
-        let sampler = &self.sampler;
+        let Sampled {
+            sampler, trials, ..
+        } = self.sampled;
         let target = (self.minimize, &self.options.target);
         let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
             let bases = bases.to_vec();
             let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
-            let error = self
-                .trials
-                .error(&next.found(&self.sampler, components, tolerance))?;
+            let error = trials.error(&next.found(sampler, components, tolerance))?;
             Ok((next, error))
         };
         let (mut attempt, mut error) = try_with(0.0)?;
@@ -412,7 +514,7 @@ impl<'a> Search<'a> {
             return Ok(false);
         }
         let components = &self.components[..self.count(tried.pairs)];
-        let found = attempt.found(&self.sampler, components, tolerance);
+        let found = attempt.found(&self.sampled.sampler, components, tolerance);
         let own;
         let seen = match &tried.seen {
             Some(seen) => seen,

@@ -74,9 +74,9 @@ impl Trials {
         };
         let seen: Vec<Vec<f64>> = sampler.variables.iter().map(looks).collect();
         for number in 0..TRIALS {
-            let mut place = random_place(sampler.variables, &mut random);
+            let mut place = random_place(&sampler.variables, &mut random);
             if number % 2 == 0 {
-                to_corner(sampler.variables, &mut place);
+                to_corner(&sampler.variables, &mut place);
             }
             for (x, seen) in place.iter_mut().zip(&seen) {
                 *x = nearest(seen, *x);

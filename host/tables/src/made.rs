@@ -1,21 +1,17 @@
-//! Makes and proves a compensation before anything is written.
+//! One compensation, made for the tolerance that was asked for or the finest one that fits, proven, and judged: what
+//! may be written, and what is to be said of it.
 
-use std::path::PathBuf;
+use crate::compile::{
+    Best, CompileError, Options, Progress, Refusal, Warning, best, over_bounds, worse,
+};
+use crate::reversal::{Reversal, reversals};
+use crate::target::Shortage;
+use crate::uncertainty::{OverTravel, over_travel};
+use crate::validate::Runtime;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::compile::{Best, CompileError, Options, Progress, Refusal, best};
-use trueaxis_tables::reversal::{Reversal, reversals};
-use trueaxis_tables::target::Shortage;
-use trueaxis_tables::uncertainty::{OverTravel, over_travel};
-use trueaxis_tables::validate::Runtime;
 
-/// A compensation to make, and its output file.
-pub struct Wanted {
-    pub output: PathBuf,
-    pub options: Options,
-}
-
-/// The result.
+/// What was made.
 pub enum Made {
     /// The target lacks the capacity.
     NoRoom(Vec<Shortage>),
@@ -25,9 +21,14 @@ pub enum Made {
 
 /// A compensation and everything known about it.
 pub struct Whole {
+    /// The bytes, and the tolerance that they are judged by.
     pub best: Best,
+    /// The 95 % band of the error that uncertain parameters leave.
     pub uncertainty: Option<OverTravel>,
+    /// What happens where axes reverse.
     pub reversals: Vec<Reversal>,
+    /// What to look at although it may be written.
+    pub warnings: Vec<Warning>,
     /// Reasons not to write it.
     pub refusals: Vec<Refusal>,
     /// Limits missed by a scheme that guarantees none.
@@ -35,7 +36,10 @@ pub struct Whole {
 }
 
 impl Made {
-    /// Makes and proves it for the given tolerance (µm), or else for the one that [`best`] finds.
+    /// For the given tolerance (µm), or else for the one that [`best`] finds.
+    ///
+    /// # Errors
+    /// [`CompileError`] if there are no such tables.
     pub fn new(
         machine: &Machine,
         errors: &ErrorModel,
@@ -58,7 +62,11 @@ impl Made {
             true => (refusals, Vec::new()),
             false => (Vec::new(), refusals),
         };
+        let mut warnings = best.built.warnings.clone();
+        warnings.extend(over_bounds(&best.built.bounds, &best.proof.travel.largest));
+        warnings.extend(worse(&best.proof, best.tolerance));
         Ok(Self::Proven(Box::new(Whole {
+            warnings,
             best,
             uncertainty,
             reversals,
@@ -68,6 +76,7 @@ impl Made {
     }
 
     /// The tolerance (µm) that it was judged by; `None` if it does not fit.
+    #[must_use]
     pub fn tolerance(&self) -> Option<f64> {
         match self {
             Self::NoRoom(_) => None,
@@ -76,6 +85,7 @@ impl Made {
     }
 
     /// True if there is nothing to refuse.
+    #[must_use]
     pub fn is_right(&self) -> bool {
         match self {
             Self::NoRoom(_) => false,
@@ -84,6 +94,7 @@ impl Made {
     }
 
     /// True if it may be written; `best_effort` waives the refusals that allow it.
+    #[must_use]
     pub fn may_be_written(&self, best_effort: bool) -> bool {
         match self {
             Self::NoRoom(_) => false,

@@ -1,0 +1,13 @@
+//! Error motions that runs show, which `trueaxis identify` keeps as tables.
+
+use super::super::measured::motions;
+use super::study::Outcome;
+
+/// The tables on the screen.
+pub fn lines(text: &mut String, found: &Outcome<'_>) {
+    let Some(kept) = &found.kept else {
+        return;
+    };
+    *text += "\nkept as tables\n";
+    motions(text, found.machine, found.runs, kept);
+}

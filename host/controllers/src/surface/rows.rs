@@ -1,0 +1,79 @@
+//! Rows of X, Y and Z, and bCNC's `.probe`, which begins with three lines about the grid.
+
+use super::{Format, Point};
+use crate::text_lines::{Line, lines};
+use trueaxis_model::source::FileError;
+
+/// Distance (in the unit of the file) within which bCNC's six digits are a corner of its grid.
+const CORNER: f64 = 1e-2;
+
+/// The points, and who wrote them.
+pub fn read(text: &str) -> Result<(Vec<Point>, Format), FileError> {
+    let all = lines(text);
+    let rows: Vec<(&Line<'_>, Vec<f64>)> = all
+        .iter()
+        .filter(|line| !is_remark(line.text))
+        .map(|line| Ok((line, numbers(line)?)))
+        .collect::<Result<_, FileError>>()?;
+    let (points, format) = match counted(&rows) {
+        None => (&rows[..], Format::Rows),
+        Some(count) if rows.len() == 3 + count => (&rows[3..], Format::Bcnc),
+        Some(count) => {
+            return Err(rows[0].0.bad(
+                format!(
+                    "bCNC's first lines say {count} points, and {} follow",
+                    rows.len() - 3
+                ),
+                "probe the whole grid, and save it again",
+            ));
+        }
+    };
+    let point = |(line, values): &(&Line<'_>, Vec<f64>)| {
+        ([values[0], values[1], values[2]], line.span.clone())
+    };
+    Ok((points.iter().map(point).collect(), format))
+}
+
+fn is_remark(line: &str) -> bool {
+    let line = line.trim_start_matches('\u{feff}').trim_start();
+    line.is_empty() || line.starts_with(['#', ';', '(', '%'])
+}
+
+/// Three numbers or more: LinuxCNC logs those of all nine axes.
+fn numbers(line: &Line<'_>) -> Result<Vec<f64>, FileError> {
+    let words = line
+        .text
+        .trim_start_matches('\u{feff}')
+        .split([' ', '\t', ',']);
+    let words = words.filter(|word| !word.is_empty());
+    let found: Vec<f64> = words
+        .map(|word| line.number(word))
+        .collect::<Result<_, _>>()?;
+    match found.len() {
+        3.. => Ok(found),
+        count => Err(line.bad(
+            format!("{count} numbers, where X, Y and Z belong"),
+            "write X, Y and Z with spaces between them, or give a map of bCNC, Candle or OpenCNCPilot",
+        )),
+    }
+}
+
+/// The number of points that bCNC's three lines say, if these are the first ones: two ranges with counts, a range of Z and
+/// a feed; the first point is at the corner.
+fn counted(rows: &[(&Line<'_>, Vec<f64>)]) -> Option<usize> {
+    let [x, y, z, first, ..] = rows else {
+        return None;
+    };
+    let head = [x, y, z].map(|(_, values)| values);
+    if head
+        .iter()
+        .any(|values| values.len() != 3 || values[0] >= values[1])
+    {
+        return None;
+    }
+    let [x, y, _] = head;
+    let is_count = |n: f64| n.fract() == 0.0 && (2.0..=1000.0).contains(&n);
+    let is_corner = |k: usize, low: f64| (first.1[k] - low).abs() < CORNER;
+    let is_one = is_count(x[2]) && is_count(y[2]) && is_corner(0, x[0]) && is_corner(1, y[0]);
+    is_one.then(|| (x[2] * y[2]) as usize)
+}

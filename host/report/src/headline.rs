@@ -1,0 +1,122 @@
+//! The first line of a report: how large the error was, how large it is with the tables, and what that rests on.
+
+use super::Volumetric;
+use super::words::{rounded_up, sensible};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_tables::validate::{Quality, Statistics};
+
+/// Errors below this (µm, µrad) count as zero.
+const NOTHING: f64 = 5e-5;
+
+/// One sentence, for someone with no time. Figures are those that 95 % of positions do not exceed; with uncertainties, the
+/// second holds with 95 % probability.
+pub fn headline(volumetric: &Volumetric, errors: &ErrorModel) -> String {
+    let tip = |quality: &Quality| quality.translation_um;
+    let direction = |quality: &Quality| quality.direction_urad;
+    match &volumetric.before {
+        before if tip(before).max >= NOTHING => said(volumetric, errors, "Tip error", "µm", tip),
+        before if direction(before).max >= NOTHING => said(
+            volumetric,
+            errors,
+            "Tool direction error",
+            "µrad",
+            direction,
+        ),
+        _ => "No error is known: there is nothing to correct".to_owned(),
+    }
+}
+
+fn said(
+    volumetric: &Volumetric,
+    errors: &ErrorModel,
+    what: &str,
+    unit: &str,
+    of: impl Fn(&Quality) -> Statistics,
+) -> String {
+    let before = sensible(of(&volumetric.before).p95);
+    let measured = match errors.unseen.is_empty() {
+        true => "",
+        false => ", as far as it was measured",
+    };
+    match (&volumetric.after, &volumetric.known) {
+        (None, None) => format!("{what} {before} {unit}, if the errors are as entered"),
+        (None, Some(_)) => format!("{what} {before} {unit}{measured}"),
+        (Some(after), None) => format!(
+            "{what} {before} → {} {unit} with the tables, if the errors are as entered",
+            sensible(of(after).p95)
+        ),
+        (Some(after), Some(known)) => format!(
+            "{what} {before} → at most {} {unit} with the tables{measured} (95 %)",
+            rounded_up(of(after).p95 + of(&known.at_most).p95)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Known;
+    use super::*;
+
+    fn quality(tip: f64, direction: f64) -> Quality {
+        let all = |v: f64| Statistics {
+            mean: v,
+            rms: v,
+            p95: v,
+            max: v,
+        };
+        Quality {
+            translation_um: all(tip),
+            direction_urad: all(direction),
+        }
+    }
+
+    fn found(before: Quality, after: Option<Quality>, band: Option<Quality>) -> Volumetric {
+        Volumetric {
+            positions: 1,
+            before,
+            after,
+            kinematic: None,
+            difference_um: None,
+            difference_urad: None,
+            meets_tolerance: None,
+            um_per_mm_of_tool_length: None,
+            known: band.map(|at_most| Known {
+                at_most,
+                ..Known::default()
+            }),
+        }
+    }
+
+    #[test]
+    fn before_after_and_what_it_rests_on_stand_in_one_line() {
+        let text = include_str!("../../../examples/huron-k2x8/machine.toml");
+        let machine = trueaxis_model::machine::Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        let before = quality(68.3, 90.0);
+        let after = Some(quality(0.002, 0.1));
+        let said = |after, band, errors: &ErrorModel| headline(&found(before, after, band), errors);
+        assert_eq!(
+            said(None, None, &errors),
+            "Tip error 68 µm, if the errors are as entered"
+        );
+        assert_eq!(
+            said(after, None, &errors),
+            "Tip error 68 → below 0.01 µm with the tables, if the errors are as entered"
+        );
+        let band = Some(quality(9.1, 5.0));
+        assert_eq!(
+            said(after, band, &errors),
+            "Tip error 68 → at most 9.2 µm with the tables (95 %)"
+        );
+        let unseen = trueaxis_model::errors::Parameter::parse("EXX1").unwrap();
+        errors.unseen.insert(unseen, 4.0);
+        assert_eq!(
+            said(after, band, &errors),
+            "Tip error 68 → at most 9.2 µm with the tables, as far as it was measured (95 %)"
+        );
+        assert_eq!(
+            headline(&found(quality(0.0, 30.0), None, None), &errors),
+            "Tool direction error 30 µrad, if the errors are as entered"
+        );
+    }
+}

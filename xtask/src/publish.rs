@@ -1,0 +1,78 @@
+//! `cargo xtask publish`: what `cargo publish` would send of every crate, and the command installed from it: with no
+//! file of this workspace and with cargo's own profile, as whoever runs `cargo install trueaxis-cli` gets it.
+
+use crate::files;
+use crate::process::{cargo, output, root, run, shipped_trueaxis, target};
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// How much slower the installed command may be than the shipped one, which is optimised across crates.
+const SLOWER: f64 = 1.3;
+/// Shortest of this many runs.
+const RUNS: usize = 5;
+
+/// # Errors
+/// If a crate would not be accepted, or the command does not install, or is slow.
+pub fn execute() -> Result<(), String> {
+    run(cargo().args(["publish", "--workspace", "--dry-run", "--allow-dirty"]))?;
+    let folder = target("published");
+    let _ = std::fs::remove_dir_all(&folder);
+    let sources = files::folder(folder.join("sources"))?;
+    let mut install = Command::new("cargo");
+    install.args(["install", "--quiet", "--root"]).arg(&folder);
+    for package in files::list(&target("package"), "crate")? {
+        run(Command::new("tar")
+            .arg("-xf")
+            .arg(&package)
+            .arg("-C")
+            .arg(&sources))?;
+        let name = package.file_stem().unwrap_or_default().to_string_lossy();
+        let (name, _) = name.rsplit_once('-').unwrap_or((&name, ""));
+        let source = sources.join(package.file_stem().unwrap_or_default());
+        if name == "trueaxis-cli" {
+            install.arg("--path").arg(&source);
+        } else {
+            // The registry that does not have it yet.
+            let patch = format!("patch.crates-io.{name}.path={:?}", source.to_string_lossy());
+            install.args(["--config", &patch]);
+        }
+    }
+    let start = Instant::now();
+    run(install
+        .env("CARGO_TARGET_DIR", folder.join("target"))
+        .current_dir(&folder))?;
+    let built = start.elapsed();
+    let installed = folder.join("bin/trueaxis");
+    println!("{}", output(Command::new(&installed).arg("--version"))?);
+    let (own, shipped) = (fastest(&installed)?, fastest(&shipped_trueaxis()?)?);
+    let ratio = own.as_secs_f64() / shipped.as_secs_f64();
+    println!(
+        "installed in {} s; `compile` of the Huron takes {:.3} s, {ratio:.2} times the shipped command's",
+        built.as_secs(),
+        own.as_secs_f64()
+    );
+    if ratio > SLOWER {
+        return Err(format!("more than {SLOWER} times"));
+    }
+    Ok(())
+}
+
+/// Shortest time that a command takes to compile the Huron.
+fn fastest(program: &Path) -> Result<Duration, String> {
+    let folder = files::folder(target("published").join("work"))?;
+    let mut fastest = Duration::MAX;
+    for _ in 0..RUNS {
+        let mut compile = Command::new(program);
+        let example = root().join("examples/huron-k2x8");
+        compile
+            .arg("compile")
+            .args(["machine.toml", "errors-13.toml"].map(|name| example.join(name)))
+            .args(["-o", "huron.trax"])
+            .current_dir(&folder);
+        let start = Instant::now();
+        output(&mut compile)?;
+        fastest = fastest.min(start.elapsed());
+    }
+    Ok(fastest)
+}

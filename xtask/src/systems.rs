@@ -1,0 +1,356 @@
+//! `cargo xtask systems`: the command as one file for Windows, for Linux on ARM and for macOS. That for Windows runs
+//! under Wine, that for ARM in QEMU: the same commands on all examples write the same bytes as the command of this
+//! computer. That for macOS is built, not run.
+
+mod windows;
+
+use crate::process::{NOT_RUN, cargo, judged, output, root, run, said, target, trueaxis, works};
+use crate::{files, packages};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A system that the command is built for.
+#[derive(Clone, Copy)]
+pub enum System {
+    Windows,
+    Arm,
+    Mac,
+}
+use System::{Arm, Mac, Windows};
+
+impl System {
+    pub const ALL: [Self; 3] = [Windows, Arm, Mac];
+
+    /// Name of the system in the arguments of this command.
+    fn name(self) -> &'static str {
+        match self {
+            Windows => "windows",
+            Arm => "arm",
+            Mac => "macos",
+        }
+    }
+
+    /// Rust's name of the target.
+    pub fn target(self) -> &'static str {
+        match self {
+            Windows => "x86_64-pc-windows-gnu",
+            Arm => "aarch64-unknown-linux-musl",
+            Mac => "aarch64-apple-darwin",
+        }
+    }
+
+    /// File name of the program.
+    pub fn program(self) -> &'static str {
+        match self {
+            Windows => "trueaxis.exe",
+            Arm | Mac => "trueaxis",
+        }
+    }
+
+    /// Builds the command with a profile; `None`, with a reason printed, if this computer cannot build it.
+    ///
+    /// # Errors
+    /// If it does not build.
+    pub fn build(self, profile: &str) -> Result<Option<PathBuf>, String> {
+        works(Command::new("rustup").args(["target", "add", self.target()]));
+        let words = [
+            "-q",
+            "-p",
+            "trueaxis-cli",
+            "--bin",
+            "trueaxis",
+            "--profile",
+            profile,
+        ];
+        let mut build = cargo();
+        match self {
+            Windows => {
+                packages::provide(
+                    "x86_64-w64-mingw32-gcc",
+                    &["gcc-mingw-w64-x86-64"],
+                    "the command for Windows",
+                )?;
+                build.arg("build");
+            }
+            // Rust's own linker and C library: nothing of the system is needed.
+            Arm => {
+                build
+                    .arg("build")
+                    .env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER", "rust-lld");
+            }
+            Mac => {
+                let Some(path) = zig()? else {
+                    return Ok(None);
+                };
+                build.arg("zigbuild").env("PATH", path);
+            }
+        }
+        run(build
+            .args(words)
+            .args(["--target", self.target()])
+            .env("TRUEAXIS_BUILD", build_name(profile)?))?;
+        let folder = target(self.target()).join(profile);
+        Ok(Some(folder.join(self.program())))
+    }
+
+    /// The command that runs this system's programs here.
+    fn runner(self) -> Result<Option<Command>, String> {
+        match self {
+            Windows => {
+                packages::provide("wine", &["wine64", "wine"], "programs for Windows")?;
+                windows::wine("wine").map(Some)
+            }
+            Arm => {
+                packages::provide("qemu-aarch64", &["qemu-user"], "programs for ARM")?;
+                Ok(Some(Command::new("qemu-aarch64")))
+            }
+            Mac => Ok(None),
+        }
+    }
+}
+
+/// What `trueaxis --version` says of a build: profile and commit.
+///
+/// # Errors
+/// Outside of a checkout.
+pub fn build_name(profile: &str) -> Result<String, String> {
+    let commit = output(
+        Command::new("git")
+            .args(["describe", "--always", "--dirty", "--abbrev=10"])
+            .current_dir(root()),
+    )?;
+    Ok(format!("{profile}, commit {}", commit.trim_end()))
+}
+
+/// The search path with Zig, which links for macOS, from Python's registry.
+fn zig() -> Result<Option<std::ffi::OsString>, String> {
+    let environment = target("systems").join("zig");
+    let python = environment.join("bin/python");
+    let installed = works(Command::new(&python).args(["-m", "ziglang", "version"]))
+        || (works(
+            Command::new("python3")
+                .args(["-m", "venv"])
+                .arg(&environment),
+        ) && works(Command::new(&python).args([
+            "-m",
+            "pip",
+            "install",
+            "-q",
+            "ziglang",
+            "cargo-zigbuild",
+        ])));
+    if !installed {
+        eprintln!(
+            "{NOT_RUN}the command for macOS: ziglang and cargo-zigbuild from the Python registry could not be installed"
+        );
+        return Ok(None);
+    }
+    let mut path = environment.join("bin").into_os_string();
+    path.push(":");
+    path.push(std::env::var_os("PATH").unwrap_or_default());
+    Ok(Some(path))
+}
+
+/// A program for all machines: a square with rounded corners.
+const SQUARE: &str =
+    "G21 G90 G94 G17\nG0 X10 Y10\nG1 X30 F600\nG3 X40 Y20 I0 J10\nG1 Y40\nX10\nY10\nM2\n";
+
+/// `cargo xtask systems [windows|arm|macos]…`
+///
+/// # Errors
+/// If a program does not build, or differs from that of this computer.
+pub fn execute(names: &[&str]) -> Result<(), String> {
+    let systems: Vec<System> = match names {
+        [] => System::ALL.to_vec(),
+        _ => names
+            .iter()
+            .map(|name| {
+                let found = System::ALL
+                    .into_iter()
+                    .find(|system| system.name() == *name);
+                found.ok_or_else(|| format!("no system {name}: windows, arm, macos"))
+            })
+            .collect::<Result<_, _>>()?,
+    };
+    for system in systems {
+        if let Some(program) = system.build("release")? {
+            check(system, &program)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks a program for a system: it says its version, and does the jobs of this computer's.
+///
+/// # Errors
+/// If it does not, or writes other bytes.
+pub fn check(system: System, program: &Path) -> Result<(), String> {
+    if system.runner()?.is_none() {
+        println!("{}: built, not run", system.target());
+        return Ok(());
+    }
+    let here = Place::fresh("here", &trueaxis()?, None)?;
+    let there = Place::fresh(system.name(), program, Some(system))?;
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for job in jobs(&here.folder)? {
+        let (ours, theirs) = (here.does(&job)?, there.does(&job)?);
+        count += 1;
+        if ours != theirs {
+            wrong.push(format!(
+                "{}: {}: {}",
+                system.name(),
+                job.join(" "),
+                difference(&ours, &theirs)
+            ));
+        }
+    }
+    let (ours, theirs) = (files_of(&here.folder)?, files_of(&there.folder)?);
+    for (name, bytes) in &ours {
+        if theirs.get(name) != Some(bytes) {
+            wrong.push(format!("{}: {name} is not the same file", system.name()));
+        }
+    }
+    judged(&wrong)?;
+    println!(
+        "{}: {count} commands and {} files, the bytes of this computer",
+        system.target(),
+        ours.len()
+    );
+    match system {
+        Windows => windows::check(&there),
+        Arm | Mac => Ok(()),
+    }
+}
+
+fn difference(ours: &str, theirs: &str) -> String {
+    let differing = ours.lines().zip(theirs.lines()).find(|(a, b)| a != b);
+    match differing {
+        Some((ours, theirs)) => format!("`{theirs}` in place of `{ours}`"),
+        None => format!(
+            "{} lines in place of {}",
+            theirs.lines().count(),
+            ours.lines().count()
+        ),
+    }
+}
+
+/// A program and the folder that it works in, whose name is not plain.
+struct Place {
+    folder: PathBuf,
+    program: PathBuf,
+    /// For a program of another system.
+    system: Option<System>,
+}
+
+impl Place {
+    fn fresh(name: &str, program: &Path, system: Option<System>) -> Result<Self, String> {
+        let folder = target("systems").join(name).join("Fräse 5 Achsen");
+        let _ = fs::remove_dir_all(&folder);
+        let folder = files::folder(folder)?;
+        run(Command::new("cp")
+            .arg("-r")
+            .arg(root().join("examples"))
+            .arg(&folder))?;
+        files::write(&folder.join("square.ngc"), SQUARE)?;
+        if matches!(system, Some(Windows)) {
+            windows::provide_random_numbers(program)?;
+            windows::keep_server()?;
+        }
+        Ok(Self {
+            folder,
+            program: program.to_owned(),
+            system,
+        })
+    }
+
+    fn command(&self) -> Result<Command, String> {
+        let runner = self.system.map_or(Ok(None), System::runner)?;
+        let mut command = match runner {
+            None => Command::new(&self.program),
+            Some(mut runner) => {
+                runner.arg(&self.program);
+                runner
+            }
+        };
+        command.current_dir(&self.folder).env("NO_COLOR", "1");
+        Ok(command)
+    }
+
+    /// Exit code, output and messages of a job.
+    fn does(&self, job: &[String]) -> Result<String, String> {
+        let said = said(self.command()?.args(job))?;
+        let code = said.status.code().unwrap_or(-1);
+        let text = format!("exit code {code}\n{}{}", said.output, said.errors);
+        // What Windows and its programs are called, and what they call a file that is not there.
+        Ok(text
+            .replace("trueaxis.exe", "trueaxis")
+            .replace("File not found.", "No such file or directory"))
+    }
+}
+
+/// The files below a folder, with their contents.
+fn files_of(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, String> {
+    let list = output(
+        Command::new("find")
+            .args([".", "-type", "f"])
+            .current_dir(folder),
+    )?;
+    list.lines()
+        .map(|name| Ok((name.to_owned(), files::read(&folder.join(name))?)))
+        .collect()
+}
+
+/// What is done with every example, and mistakes.
+fn jobs(folder: &Path) -> Result<Vec<Vec<String>>, String> {
+    let list = output(
+        Command::new("find")
+            .args(["examples", "-name", "errors*.toml"])
+            .current_dir(folder),
+    )?;
+    let mut names: Vec<&str> = list.lines().collect();
+    // Others take minutes to compile, and nothing that these do not show.
+    names.retain(|name| !["-30", "-81", "-84"].iter().any(|many| name.contains(many)));
+    names.sort_unstable();
+    let mut jobs = vec![words("compile missing.toml errors.toml -o missing.trax")];
+    for errors in names {
+        let (example, _) = errors.rsplit_once('/').unwrap_or((".", errors));
+        let machine = format!("{example}/machine.toml");
+        let blob = errors.replace(".toml", ".trax");
+        let mut job = |line: &str| {
+            let named = |word: &str| match word {
+                "MACHINE" => machine.clone(),
+                "ERRORS" => errors.to_owned(),
+                "BLOB" => blob.clone(),
+                _ => word.replace("STEM", errors.trim_end_matches(".toml")),
+            };
+            jobs.push(line.split(' ').map(named).collect());
+        };
+        job("compile MACHINE ERRORS -o BLOB");
+        job("verify MACHINE ERRORS BLOB --random 2000");
+        job("inspect BLOB");
+        job("report MACHINE ERRORS BLOB -o STEM.html");
+        job("export cec BLOB -o STEM.cec");
+        job("export isg MACHINE ERRORS -o STEM.csv");
+        job("import isg STEM.csv --machine MACHINE -o STEM-isg.toml");
+        job("gcode square.ngc -o STEM.ngc --compensation BLOB --units mm");
+        job("generate BLOB -o STEM.rs");
+        job("generate BLOB -o STEM.c");
+    }
+    for example in ["hu40", "kolibri"] {
+        let folder = format!("examples/{example}");
+        let errors = format!(
+            "{folder}/errors-1{}.toml",
+            if example == "hu40" { 3 } else { 2 }
+        );
+        jobs.push(words(&format!("simulate probings {folder}/machine.toml {errors} --artefact {folder}/artefact.toml --strategy {folder}/strategy.csv --noise 1 -o {folder}/probings.csv")));
+        jobs.push(words(&format!("identify {folder}/machine.toml {folder}/probings.csv --artefact {folder}/artefact.toml -o {folder}/found.toml")));
+    }
+    Ok(jobs)
+}
+
+fn words(line: &str) -> Vec<String> {
+    line.split(' ').map(str::to_owned).collect()
+}
