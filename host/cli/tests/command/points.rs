@@ -106,7 +106,11 @@ fn z_follows_a_surface_where_it_was_probed() {
     };
     assert!((bound(&geometry) + bound(&map) - bound(&both)).abs() < 1e-6);
     let again = folder.at("again.trax");
-    let add = [&import[..], &["X=0,Y=0", "--add-to", &both, "-o", &again]].concat();
+    let add = [
+        &import[..],
+        &["X=120.5,Y=80", "--add-to", &both, "-o", &again],
+    ]
+    .concat();
     refused(&add, &["it has a map of Z already"]);
 }
 

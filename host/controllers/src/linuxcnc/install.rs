@@ -285,7 +285,7 @@ mod tests {
             }
         }
         for ini in inis {
-            for taken_out in [&[][..], &[2], &[2, 3]] {
+            for taken_out in [&[][..], &[2]] {
                 let installed = install(&ini, "trueaxis.hal", taken_out).unwrap();
                 let removed = remove(&installed, "trueaxis.hal");
                 assert_eq!(removed.as_deref(), Some(&*ini), "{installed:?}");
