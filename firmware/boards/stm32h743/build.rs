@@ -17,5 +17,7 @@ fn main() {
     fs::copy(map, out.join("memory.x")).expect("the memory map can be copied");
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    if board("LOG") || board("QEMU") {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    }
 }

@@ -8,7 +8,6 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::DWT;
 use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
-use defmt_rtt as _;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, OutputOpenDrain, Pull, Speed};
@@ -18,7 +17,9 @@ use embassy_stm32::usart::{Config as SerialConfig, Uart};
 use embassy_stm32::wdg::IndependentWatchdog;
 use trueaxis::link::{Restart, Tail};
 use trueaxis_cortex_m::{Cycling, leave, stop};
-use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell, Watchdog, log};
+#[cfg(not(feature = "log"))]
+use trueaxis_firmware::controller::Event;
+use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell, Watchdog};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::double_buffer::DoubleBuffer;
@@ -32,6 +33,8 @@ use trueaxis_stm32h743::stm32h743::{
     BAUD, CORE, Motion, Random, SecondBank, Serial, Silence, clocks, supply,
 };
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
+#[cfg(feature = "log")]
+use {defmt_rtt as _, trueaxis_firmware::controller::log};
 
 /// State owned by the servo interrupt.
 struct Servo {
@@ -54,7 +57,12 @@ const BITES: u32 = 10_000;
 static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
 
+#[cfg(feature = "log")]
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
+
+/// Without a probe nobody reads events.
+#[cfg(not(feature = "log"))]
+fn log(_: Event) {}
 
 /// Holds it between servo interrupts.
 static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
@@ -85,16 +93,11 @@ fn main() -> ! {
         fail(line!(), "started twice")
     };
     let restart = trueaxis_cortex_m::start(supply::flags(), bare::fault_pin_low);
-    if restart.is_fault() {
-        defmt::warn!("started after: {}", restart);
-    }
     // Without its clock it waits here, with the fault pin low.
     let chip = embassy_stm32::init(clocks());
     supply::watch_clock();
     supply::wait_for_probe();
-    if supply::watch_over() {
-        defmt::info!("brown-out level set");
-    }
+    supply::watch_over();
     core.DCB.enable_trace();
     DWT::unlock();
     core.DWT.enable_cycle_counter();

@@ -22,15 +22,15 @@ pub fn flags() -> Flags {
 }
 
 /// Makes sure that the chip is held in reset below 2.7 V (brown-out level 3): with a nominal supply of 3.3 V that means
-/// the supply is failing, and flash must not be programmed then. Returns true if the level has just been set, which
-/// happens once in the life of a chip because the option bytes keep it.
+/// the supply is failing, and flash must not be programmed then. It is written once in
+/// the life of a chip because the option bytes keep it.
 ///
 /// RM0433, 4.4.3. Changes only this level in the option bytes, and nothing on a read-protected chip. Call it before the
 /// servo interrupt starts, because the program waits meanwhile.
-pub fn watch_over() -> bool {
+pub fn watch_over() {
     let options = FLASH.optsr_cur().read();
     if options.bor_lev() == LEVEL || options.rdp() != OPEN {
-        return false;
+        return;
     }
     let busy = || FLASH.optsr_cur().read().opt_busy();
     while busy() {}
@@ -43,7 +43,6 @@ pub fn watch_over() -> bool {
     FLASH.optcr().modify(|w| w.set_optstart(true));
     while busy() {}
     FLASH.optcr().modify(|w| w.set_optlock(true));
-    FLASH.optsr_cur().read().bor_lev() == LEVEL
 }
 
 /// Makes the processor detect a stopped external clock: a non-maskable exception (NMI).
