@@ -185,7 +185,7 @@ fn off(number: usize, outside: Outside, random: &mut Fixed) -> Vec<f64> {
 
 #[test]
 fn thermal_coefficients_are_within_their_intervals_whatever_was_chosen() {
-    // Ten machines have some 25 coefficients: three may be beyond chance.
+    // Six machines have some 25 coefficients: three may be beyond chance.
     let (count, least) = usual_or_all((6, 0.85), (60, 0.93));
     let mut random = Fixed::new(180);
     let mut all = Vec::new();
