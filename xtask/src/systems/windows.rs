@@ -17,6 +17,26 @@ pub fn provide_random_numbers(program: &Path) -> Result<(), String> {
     )
 }
 
+/// A program of Wine, with a Windows of its own and without a screen.
+///
+/// # Errors
+/// If there is no place for it.
+pub fn wine(program: &str) -> Result<Command, String> {
+    let mut wine = Command::new(program);
+    wine.env("WINEPREFIX", files::folder(target("systems").join("wine"))?)
+        .env("WINEDEBUG", "-all")
+        .env("DISPLAY", "");
+    Ok(wine)
+}
+
+/// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last.
+///
+/// # Errors
+/// If it does not start.
+pub fn keep_server() -> Result<(), String> {
+    run(wine("wineserver")?.arg("-p60"))
+}
+
 fn compile(
     source: &str,
     output: &Path,

@@ -622,9 +622,8 @@ impl Arguments {
         Ok(setup(configuration, known, found.imports, found.findings))
     }
 
-    /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths (mm/K), each
-    /// with the name of its sensor.
-    fn temperatures(&self) -> Result<(Vec<Sensor>, Vec<(String, f64)>), BadInput> {
+    /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths.
+    fn temperatures(&self) -> Result<(Vec<Sensor>, Vec<Growth>), BadInput> {
         let mut sensors: Vec<Sensor> = Vec::new();
         for text in &self.temperature {
             let (name, pin) = text
@@ -643,7 +642,7 @@ impl Arguments {
             });
         }
         let growths = self.growth.iter().map(|text| growth(&sensors, text));
-        let growths: Vec<(String, f64)> = growths.collect::<Result<_, _>>()?;
+        let growths: Vec<Growth> = growths.collect::<Result<_, _>>()?;
         let at = |sensor: &Sensor| {
             let mut names = growths.iter().map(|(name, _)| name);
             names
@@ -817,6 +816,9 @@ fn free_beside(base: Option<&str>, letters: &[char], single: &Single) -> Result<
     }
 }
 
+/// Name of a sensor, and how far the spindle grows with it (mm/K).
+type Growth = (String, f64);
+
 /// A temperature sensor.
 struct Sensor {
     name: String,
@@ -825,7 +827,7 @@ struct Sensor {
 }
 
 /// Reads `NAME=12/15`: the name of a sensor, and the growth of the spindle (mm/K).
-fn growth(sensors: &[Sensor], text: &str) -> Result<(String, f64), BadInput> {
+fn growth(sensors: &[Sensor], text: &str) -> Result<Growth, BadInput> {
     let parsed = text.split_once('=').and_then(|(name, reading)| {
         let (um, kelvin) = reading.split_once('/')?;
         let um: f64 = um.trim().parse().ok()?;
@@ -844,7 +846,7 @@ fn growth(sensors: &[Sensor], text: &str) -> Result<(String, f64), BadInput> {
 
 /// The section of an error file about growths of the spindle: a tool that is nearer to the table has moved in −z of the
 /// spindle.
-fn thermal(growths: &[(String, f64)]) -> String {
+fn thermal(growths: &[Growth]) -> String {
     if growths.is_empty() {
         return String::new();
     }
