@@ -174,7 +174,7 @@ fn a_wrong_stated_uncertainty_is_reported_for_its_kind_alone() {
         }
     }
     let found = found(&case, &parameters, &case.noisy(3), &all, Options::default());
-    assert_eq!(found.components.len(), 5);
+    assert_eq!(found.components.len(), 1 + ALL.len());
     for one in &found.components {
         let is_wrong = one.source == Source::Observations(Kind::Length);
         assert_eq!(one.is_misstated(), is_wrong, "{one:?}");

@@ -52,7 +52,7 @@ fn the_page_is_one_small_file_without_addresses_and_the_same_every_time() {
     let cause = "The spindle's Z position (EZ0S) causes 56 of 68 µm on average.";
     assert!(said.contains(headline) && said.contains(cause), "{said}");
     assert!(text(&first).contains(&format!("<p>{headline}")));
-    let short = "<p class=\"verdict\">Tip error 101 → at most 14 µm with the tables (95 %).";
+    let short = "<p class=\"verdict\">Tip error 102 → at most 14 µm with the tables (95 %).";
     assert!(
         text(&first).contains(short),
         "{}",

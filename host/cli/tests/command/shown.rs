@@ -116,7 +116,11 @@ impl Drop for Controller {
 
 /// Runs the commands of a page, in a folder with the files of earlier commands.
 #[track_caller]
-fn check(folder: &Folder, controller: &mut Option<Controller>, shown: &Shown) {
+fn check(
+    folder: &Folder,
+    controller: &mut Option<Controller>,
+    shown: &Shown,
+) -> Result<(), String> {
     let Shown {
         place,
         words,
@@ -125,7 +129,7 @@ fn check(folder: &Folder, controller: &mut Option<Controller>, shown: &Shown) {
     let (program, arguments) = words.split_first().unwrap();
     if program == "cat" {
         folder.file(&arguments[0], lines.join("\n") + "\n");
-        return;
+        return Ok(());
     }
     assert_eq!(program, "trueaxis", "{place}");
     let local = |word: &String| match word.strip_prefix("examples/") {
@@ -164,15 +168,19 @@ fn check(folder: &Folder, controller: &mut Option<Controller>, shown: &Shown) {
     let end = lines.iter().rposition(|line| !line.trim().is_empty());
     for line in &lines[..end.map_or(0, |end| end + 1)] {
         if line == "…" {
-            return;
+            return Ok(());
         }
         let found = printed_lines.next().unwrap_or("nothing");
-        assert!(
-            same(found, line, least),
-            "{place} shows\n{line}\nbut it is\n{found}\nin\n{printed}"
-        );
+        if !same(found, line, least) {
+            return Err(format!(
+                "{place} shows\n{line}\nbut it is\n{found}\nin\n{printed}"
+            ));
+        }
     }
-    assert_eq!(printed_lines.next(), None, "{place} shows no more");
+    match printed_lines.next() {
+        None => Ok(()),
+        Some(more) => Err(format!("{place} does not show\n{more}")),
+    }
 }
 
 #[test]
@@ -187,6 +195,7 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
     }
     pages.sort();
     let mut count = 0;
+    let mut wrong = Vec::new();
     for path in &pages {
         let folder = Folder::new();
         // The copy of an error file with a mistyped name in the manual.
@@ -196,9 +205,10 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
         count += commands.len();
         let mut controller = None;
         for command in &commands {
-            check(&folder, &mut controller, command);
+            wrong.extend(check(&folder, &mut controller, command).err());
         }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
     // A change of the pages must not leave this test without anything to check.
     assert!(count >= 8, "only {count} outputs were found");
 }
