@@ -44,6 +44,11 @@ def files(name, errors):
     return folder, machine, trueaxis.Errors.from_file(folder / errors, machine)
 
 
+def spoken(text):
+    """Words of a message without the marks that frame it on a screen."""
+    return " ".join(word for word in text.split() if word not in "│|=")
+
+
 class Beside(unittest.TestCase):
     """Against the command."""
 
@@ -166,14 +171,14 @@ class Beside(unittest.TestCase):
         for file in options.get("observations", []):
             words += ["--observations", file]
         done = subprocess.run([*map(str, words), "--json"], capture_output=True, text=True)
-        said = " ".join(word for word in done.stderr.split() if word not in "│|=")
+        said = spoken(done.stderr)
         try:
             read = trueaxis.Probings.from_file(probings, machine)
             found = trueaxis.identify(machine, read, artefact=artefact, **options)
         except trueaxis.Error as error:
             self.assertEqual(done.returncode, 2, f"{name}: {error}")
             for words in (error.message, error.remedy):
-                self.assertIn(" ".join(words.split()), said, name)
+                self.assertIn(spoken(words), said, name)
             return 2
         self.assertEqual(done.returncode, int(found.is_doubtful), f"{name}: {said}")
         self.alike(json.loads(found.to_json()), json.loads(done.stdout), name)
@@ -269,7 +274,7 @@ class Beside(unittest.TestCase):
             for option, value in options.items():
                 words += [f"--{option}", value]
             done = subprocess.run([COMMAND, "compile", *map(str, words)], capture_output=True, text=True)
-            said = " ".join(word for word in done.stderr.split() if word not in "│|=")
+            said = spoken(done.stderr)
             place = f"{name} {errors} {options}"
             try:
                 model = trueaxis.Errors.from_file(file, machine)
@@ -277,7 +282,7 @@ class Beside(unittest.TestCase):
             except trueaxis.Error as error:
                 self.assertNotEqual(done.returncode, 0, f"{place}: {error}")
                 for part in error.message.split("; "):
-                    self.assertIn(" ".join(part.split()), said, place)
+                    self.assertIn(spoken(part), said, place)
                 continue
             self.assertEqual(done.returncode, 0, f"{place}: {said}")
             self.assertEqual(made.to_bytes(), out.read_bytes(), place)
