@@ -163,7 +163,11 @@ impl Partial {
         write(&mut sink)?;
         let written = sink.sum.finalize();
         if let Ok(old) = std::fs::metadata(old) {
-            file.set_permissions(old.permissions())?;
+            match file.set_permissions(old.permissions()) {
+                // A browser has none.
+                Err(error) if error.kind() == ErrorKind::Unsupported => {}
+                done => done?,
+            }
         }
         file.sync_all()?;
         file.rewind()?;
