@@ -396,6 +396,12 @@ async function builds(browser, kind) {
       return Math.max(...all(".ideal").map(corners).map(far));
     });
   await tab.$eval("#pause", (button) => button.click());
+  // Where X is farthest out, which shows its scale best.
+  await tab.evaluate(() => {
+    const { stage } = window.trueaxisPage;
+    stage.turn = 0;
+    stage.draw();
+  });
   const off = await apart();
   await tab.$eval("#tables-switch", (button) => button.click());
   await tab.waitForFunction(() => window.trueaxisPage.stage.acts === 1);

@@ -275,7 +275,11 @@ impl Place {
                 runner
             }
         };
-        command.current_dir(&self.folder).env("NO_COLOR", "1");
+        command
+            .current_dir(&self.folder)
+            .env("NO_COLOR", "1")
+            // Pages have the date of the build otherwise, and midnight would lie between two of them.
+            .env("SOURCE_DATE_EPOCH", "0");
         Ok(command)
     }
 

@@ -9,15 +9,16 @@ use trueaxis_tables::validate::{Quality, Statistics};
 const NOTHING: f64 = 5e-5;
 
 /// One sentence, for someone with no time. Figures are those that 95 % of positions do not exceed; with uncertainties, the
-/// second holds with 95 % probability.
+/// second holds with 95 % probability, and is a limit unless an error was not measured.
 pub fn headline(volumetric: &Volumetric, errors: &ErrorModel) -> String {
     let tip = |quality: &Quality| quality.translation_um;
     let direction = |quality: &Quality| quality.direction_urad;
+    let is_seen = errors.unseen.is_empty();
     match &volumetric.before {
-        before if tip(before).max >= NOTHING => said(volumetric, errors, "Tip error", "µm", tip),
+        before if tip(before).max >= NOTHING => said(volumetric, is_seen, "Tip error", "µm", tip),
         before if direction(before).max >= NOTHING => said(
             volumetric,
-            errors,
+            is_seen && errors.is_direction_measured(),
             "Tool direction error",
             "µrad",
             direction,
@@ -28,13 +29,13 @@ pub fn headline(volumetric: &Volumetric, errors: &ErrorModel) -> String {
 
 fn said(
     volumetric: &Volumetric,
-    errors: &ErrorModel,
+    is_limit: bool,
     what: &str,
     unit: &str,
     of: impl Fn(&Quality) -> Statistics,
 ) -> String {
     let before = sensible(of(&volumetric.before).p95);
-    let measured = match errors.unseen.is_empty() {
+    let measured = match is_limit {
         true => "",
         false => ", as far as it was measured",
     };
@@ -45,10 +46,21 @@ fn said(
             "{what} {before} → {} {unit} with the tables, if the errors are as entered",
             sensible(of(after).p95)
         ),
-        (Some(after), Some(known)) => format!(
-            "{what} {before} → at most {} {unit} with the tables{measured} (95 %)",
-            rounded_up(of(after).p95 + of(&known.at_most).p95)
-        ),
+        (Some(after), Some(known)) => {
+            let most = rounded_up(of(&known.with_tables(after)).p95);
+            let zone = match known.is_of_zone {
+                true => " in the probed zone",
+                false => "",
+            };
+            match is_limit {
+                true => {
+                    format!("{what} {before} → at most {most} {unit} with the tables{zone} (95 %)")
+                }
+                false => format!(
+                    "{what} {before} → about {most} {unit} with the tables{zone}, by the errors that were measured (95 %)"
+                ),
+            }
+        }
     }
 }
 
@@ -112,7 +124,13 @@ mod tests {
         errors.unseen.insert(unseen, 4.0);
         assert_eq!(
             said(after, band, &errors),
-            "Tip error 68 → at most 9.2 µm with the tables, as far as it was measured (95 %)"
+            "Tip error 68 → about 9.2 µm with the tables, by the errors that were measured (95 %)"
+        );
+        let mut probed = found(before, after, band);
+        probed.known.as_mut().unwrap().is_of_zone = true;
+        assert_eq!(
+            headline(&probed, &ErrorModel::perfect(&machine)),
+            "Tip error 68 → at most 9.2 µm with the tables in the probed zone (95 %)"
         );
         assert_eq!(
             headline(&found(quality(0.0, 30.0), None, None), &errors),

@@ -456,7 +456,7 @@ impl<'a> Calibration<'a> {
         self.identified(|found| {
             let errors = identify::write(found, &self.file("errors.toml"))?;
             identify::show(found, &errors)?;
-            let _ = self.known.set(Known::of(found));
+            self.known.get_or_init(|| Known::of(found));
             Ok(identify::warn(found))
         })
     }
@@ -703,13 +703,13 @@ impl<'a> Calibration<'a> {
 
     /// What identification found, of the files in the folder if that step was done before.
     fn known(&self) -> Result<&Known, BadInput> {
-        if self.known.get().is_none() {
-            let known = self.identified(|found| Ok(Known::of(found)))?;
-            let _ = self.known.set(known);
+        match self.known.get() {
+            Some(known) => Ok(known),
+            None => {
+                let known = self.identified(|found| Ok(Known::of(found)))?;
+                Ok(self.known.get_or_init(|| known))
+            }
         }
-        self.known
-            .get()
-            .ok_or_else(|| BadInput::new("nothing is identified", "begin with --from identify"))
     }
 
     /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).

@@ -38,8 +38,8 @@ struct Arranged {
     notes: Vec<String>,
 }
 
-/// The tables of Chapter 7 for any machine with two rotary axes, or with three under `orientation` and `position`. The weights of the errors in `adjustable` can be
-/// set on the controller.
+/// The tables of Chapter 7 for any machine with two rotary axes, or with three under `orientation` and `position`. The
+/// weights of the errors in `adjustable` can be set on the controller.
 ///
 /// # Errors
 /// [`SchemeError`].
