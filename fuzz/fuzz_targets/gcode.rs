@@ -7,11 +7,11 @@ use libfuzzer_sys::fuzz_target;
 use trueaxis::{
     AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
 };
-use trueaxis_controllers::gcode::check::{Corrected, check};
-use trueaxis_controllers::gcode::modal::{Retract, Units};
-use trueaxis_controllers::gcode::offsets::System;
-use trueaxis_controllers::gcode::setup::Decimals;
-use trueaxis_controllers::gcode::{
+use trueaxis_gcode::check::{Corrected, check};
+use trueaxis_gcode::modal::{Retract, Units};
+use trueaxis_gcode::offsets::System;
+use trueaxis_gcode::setup::Decimals;
+use trueaxis_gcode::{
     Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream, subprograms,
 };
 use trueaxis_model::machine::Machine;

@@ -10,14 +10,14 @@ mod programs;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::io::BufReader;
-use trueaxis_controllers::gcode::cycle::Part;
-use trueaxis_controllers::gcode::modal::{Retract, Units};
-use trueaxis_controllers::gcode::moves::{Move, Rate};
-use trueaxis_controllers::gcode::offsets::System;
-use trueaxis_controllers::gcode::stream::{Lines, look_for_computing};
-use trueaxis_controllers::gcode::trace::Path;
-use trueaxis_controllers::gcode::words::Block;
-use trueaxis_controllers::gcode::{Dialect, Refusal, Rules, Setup, State};
+use trueaxis_gcode::cycle::Part;
+use trueaxis_gcode::modal::{Retract, Units};
+use trueaxis_gcode::moves::{Move, Rate};
+use trueaxis_gcode::offsets::System;
+use trueaxis_gcode::stream::{Lines, look_for_computing};
+use trueaxis_gcode::trace::Path;
+use trueaxis_gcode::words::Block;
+use trueaxis_gcode::{Dialect, Refusal, Rules, Setup, State};
 
 /// The machine of `rs274 -g`: in mm, at zero, offsets zero.
 fn rules(tools: &[(u32, f64)]) -> Rules {
@@ -71,8 +71,8 @@ impl Asked {
 fn run(name: &str, asked: &Asked) -> Result<(), String> {
     let open = || std::fs::File::open(name).map(BufReader::new);
     let failed = |e: std::io::Error| format!("other {e}");
-    let refused = |e: trueaxis_controllers::gcode::stream::StreamError| match e {
-        trueaxis_controllers::gcode::stream::StreamError::Refused(r) => {
+    let refused = |e: trueaxis_gcode::stream::StreamError| match e {
+        trueaxis_gcode::stream::StreamError::Refused(r) => {
             format!("{:?} {} {r}", r.kind, r.word)
         }
         other => format!("other {other}"),
@@ -189,11 +189,9 @@ fn main() {
     let mut asked = Asked::default();
     for argument in arguments {
         if let Some(letter) = argument.strip_prefix("--wrapped=") {
-            asked.wrapped.extend(
-                letter
-                    .bytes()
-                    .filter_map(trueaxis_controllers::gcode::axes::index),
-            );
+            asked
+                .wrapped
+                .extend(letter.bytes().filter_map(trueaxis_gcode::axes::index));
             continue;
         }
         if let Some(tool) = argument.strip_prefix("--tool=") {

@@ -1,4 +1,4 @@
-//! Interfaces to controllers: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link to a
+//! Interfaces to controllers: tables of a Sinumerik, configurations of LinuxCNC, the link to a
 //! board, compensations on trial.
 //!
 //! Builds on `trueaxis-model` and `trueaxis-tables`.
@@ -8,7 +8,6 @@ pub mod cec;
 pub mod difference;
 pub mod fanuc;
 pub mod formats;
-pub mod gcode;
 pub mod heidenhain;
 pub mod height_map;
 pub mod isg;

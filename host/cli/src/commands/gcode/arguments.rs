@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
-use trueaxis_controllers::gcode::modal::Units;
-use trueaxis_controllers::gcode::{self, Dialect, Rules, Setup, Tables};
+use trueaxis_gcode::modal::Units;
+use trueaxis_gcode::{self as gcode, Dialect, Rules, Setup, Tables};
 
 /// Correct a program before it runs, for a controller that has no compensation
 ///

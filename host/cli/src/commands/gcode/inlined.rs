@@ -6,10 +6,10 @@ use super::{bad_program, open};
 use crate::commands::bad_input::BadInput;
 use std::io::{Read, Write};
 use std::path::Path;
-use trueaxis_controllers::gcode::check::CheckResult;
-use trueaxis_controllers::gcode::stream::StreamError;
-use trueaxis_controllers::gcode::subprograms::{self, Inlined};
-use trueaxis_controllers::gcode::{Refusal, Report, Rules};
+use trueaxis_gcode::check::CheckResult;
+use trueaxis_gcode::stream::StreamError;
+use trueaxis_gcode::subprograms::{self, Inlined};
+use trueaxis_gcode::{Refusal, Report, Rules};
 
 /// A program without calls in a temporary file.
 pub struct Program {

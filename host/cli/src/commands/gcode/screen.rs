@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 use std::path::Path;
-use trueaxis_controllers::gcode::axes;
-use trueaxis_controllers::gcode::check::{CheckResult, Statistics};
-use trueaxis_controllers::gcode::modal::Units;
-use trueaxis_controllers::gcode::{Backlash, Options, Report, Tables};
+use trueaxis_gcode::axes;
+use trueaxis_gcode::check::{CheckResult, Statistics};
+use trueaxis_gcode::modal::Units;
+use trueaxis_gcode::{Backlash, Options, Report, Tables};
 use trueaxis_model::machine::Machine;
 
 /// The largest correction of an axis.

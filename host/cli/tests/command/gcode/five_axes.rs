@@ -2,8 +2,8 @@
 
 use crate::program::{Folder, answer, blob, example};
 use trueaxis::AlignedBlob;
-use trueaxis_controllers::gcode::program::{Event, Program};
-use trueaxis_controllers::gcode::{Rules, Setup, Tables, Tip};
+use trueaxis_gcode::program::{Event, Program};
+use trueaxis_gcode::{Rules, Setup, Tables, Tip};
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::Runtime;
 

@@ -3,11 +3,11 @@
 
 use crate::program::{Folder, answer, example};
 use trueaxis::{AlignedBlob, Axis, Draft, DraftGrid, GridAxis, SampleFormat};
-use trueaxis_controllers::gcode::axes::{self, COUNT, PerLetter};
-use trueaxis_controllers::gcode::modal::Units;
-use trueaxis_controllers::gcode::offsets::System;
-use trueaxis_controllers::gcode::program::{Event, Program};
-use trueaxis_controllers::gcode::{Corrector, Options, Rules, Setup, Tables};
+use trueaxis_gcode::axes::{self, COUNT, PerLetter};
+use trueaxis_gcode::modal::Units;
+use trueaxis_gcode::offsets::System;
+use trueaxis_gcode::program::{Event, Program};
+use trueaxis_gcode::{Corrector, Options, Rules, Setup, Tables};
 use trueaxis_measure::ballbar::{Hemisphere, PathPoint, program};
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};

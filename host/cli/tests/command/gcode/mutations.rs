@@ -1,10 +1,10 @@
 //! What the check must refuse: corrected programs with one mistake each, as a writer might make it.
 
 use super::random::{Bench, rules};
-use trueaxis_controllers::gcode::check::{CheckError, CheckResult, Corrected, check};
-use trueaxis_controllers::gcode::line_map::{Entry, LineMap, Role};
-use trueaxis_controllers::gcode::offsets::System;
-use trueaxis_controllers::gcode::{Corrector, Options, Rules, Tables, stream};
+use trueaxis_gcode::check::{CheckError, CheckResult, Corrected, check};
+use trueaxis_gcode::line_map::{Entry, LineMap, Role};
+use trueaxis_gcode::offsets::System;
+use trueaxis_gcode::{Corrector, Options, Rules, Tables, stream};
 use trueaxis_tables::validate::Runtime;
 
 /// Moves that are divided, reversals, arcs, an offset, cycles, feeds that change, modes and words M.

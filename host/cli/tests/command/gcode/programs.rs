@@ -4,10 +4,10 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
-use trueaxis_controllers::gcode::axes::{self, COUNT, PerLetter};
-use trueaxis_controllers::gcode::modal::{Distance, Units};
-use trueaxis_controllers::gcode::words::Block;
-use trueaxis_controllers::gcode::{Rules, State};
+use trueaxis_gcode::axes::{self, COUNT, PerLetter};
+use trueaxis_gcode::modal::{Distance, Units};
+use trueaxis_gcode::words::Block;
+use trueaxis_gcode::{Rules, State};
 
 /// Modes, with what they need.
 const MODES: [&str; 22] = [

@@ -7,15 +7,13 @@ use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
 use trueaxis::AlignedBlob;
-use trueaxis_controllers::gcode::axes::{self, COUNT};
-use trueaxis_controllers::gcode::check::{CheckResult, Corrected, Exact, check};
-use trueaxis_controllers::gcode::fault::Refusal;
-use trueaxis_controllers::gcode::modal::Units;
-use trueaxis_controllers::gcode::offsets::System;
-use trueaxis_controllers::gcode::stream::StreamError;
-use trueaxis_controllers::gcode::{
-    Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
-};
+use trueaxis_gcode::axes::{self, COUNT};
+use trueaxis_gcode::check::{CheckResult, Corrected, Exact, check};
+use trueaxis_gcode::fault::Refusal;
+use trueaxis_gcode::modal::Units;
+use trueaxis_gcode::offsets::System;
+use trueaxis_gcode::stream::StreamError;
+use trueaxis_gcode::{Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::Runtime;

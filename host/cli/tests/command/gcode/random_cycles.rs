@@ -4,7 +4,7 @@ use super::random::{Trial, backlash, one, try_five};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
-use trueaxis_controllers::gcode::{Dialect, Options};
+use trueaxis_gcode::{Dialect, Options};
 
 /// Why a hole may be refused: what moves with the spindle cannot be written out, and R may come to lie below
 /// the bottom.

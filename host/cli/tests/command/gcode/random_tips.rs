@@ -4,7 +4,7 @@ use super::random::{Trial, backlash, one, try_five};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
-use trueaxis_controllers::gcode::{Dialect, Options};
+use trueaxis_gcode::{Dialect, Options};
 use trueaxis_tests::usual_or_all;
 
 /// Why a program may be refused: nobody asked whether the machine gets there.

@@ -1,0 +1,130 @@
+//! A cycle as single moves.
+
+use crate::correct::Corrector;
+use crate::correct::given::{Given, Moving};
+use crate::correct::piece::{Piece, Shape, Timing};
+use crate::correct::write::Change;
+use crate::cycle::{Cycle, Part};
+use crate::fault::Fault;
+use crate::line_map::Role;
+use crate::modal::{Motion, Spindle};
+use crate::moves::Rate;
+use crate::number;
+use crate::trace::Path;
+
+impl Corrector<'_> {
+    /// The cycle as single moves, the first of them in its line.
+    pub(super) fn write_out(
+        &mut self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        parts: &[Part],
+        moving: &Moving,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let given = self.with_end(given);
+        let mut at = cycle.from;
+        let mut first = true;
+        let mut done = 0.0;
+        for part in parts {
+            let (rate, to) = match part {
+                Part::Dwell(p) => {
+                    let mut wait = b"G4 P".to_vec();
+                    number::write(&mut wait, p.value, 6, 0, p.point);
+                    self.write_between(&given, &wait, out)?;
+                    continue;
+                }
+                Part::SpindleStops => {
+                    self.write_between(&given, Spindle::Stands.word().as_bytes(), out)?;
+                    continue;
+                }
+                Part::SpindleTurns => {
+                    // Known, or the cycle was refused.
+                    if let Some(spindle) = self.nominal.spindle {
+                        self.write_between(&given, spindle.word().as_bytes(), out)?;
+                    }
+                    continue;
+                }
+                Part::Rapid(to) => (Rate::Rapid, *to),
+                Part::Feed(to) => (cycle.rate, *to),
+            };
+            let path = Path::Line(at, to);
+            let timing = self.timing(rate, &path);
+            let pieces = match rate {
+                Rate::Rapid => {
+                    self.stretches(&path, moving)?;
+                    vec![Piece::whole(Shape::Rapid, self.end(&to, 0, false, moving)?)]
+                }
+                _ => {
+                    self.trace(&path, moving)?;
+                    let (field, limits) = (self.field(), self.limits());
+                    let pieces = self.runs(&field, &path, &limits);
+                    pieces.map_err(|lost| moving.lost(lost))?
+                }
+            };
+            self.joined = true;
+            for piece in pieces {
+                let piece = Piece {
+                    until: done + piece.until,
+                    ..piece
+                };
+                // Motion words of the line become those of its first move.
+                let motion = self.nominal.motion.replace(Motion::Rapid);
+                let done = self.write_part(&given, &piece, &timing, first, out);
+                self.nominal.motion = motion;
+                done?;
+                first = false;
+            }
+            done += 1.0;
+            at = to;
+        }
+        if given.step.after {
+            self.write_after(&given, out)?;
+        }
+        Ok(())
+    }
+
+    /// A line between two moves.
+    fn write_between(
+        &mut self,
+        given: &Given<'_>,
+        words: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let mut text = Vec::new();
+        if given.block.deleted {
+            text.push(b'/');
+        }
+        text.extend_from_slice(words);
+        self.follow(&text, None)?;
+        out.extend_from_slice(&text);
+        out.extend_from_slice(given.eol);
+        self.note(Role::Plain);
+        Ok(())
+    }
+
+    /// A move of the cycle, in the line of the program or behind it.
+    fn write_part(
+        &mut self,
+        given: &Given<'_>,
+        piece: &Piece,
+        timing: &Timing,
+        first: bool,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        if !first {
+            return self.write_next(given, piece, timing, out);
+        }
+        let change = Change {
+            piece,
+            timing,
+            wanted: 0,
+            gone: u16::MAX,
+            without: b"RQPLK",
+            without_after: given.step.after,
+        };
+        self.write_first(given, &change, out)?;
+        out.extend_from_slice(given.eol);
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+//! Pieces as lines: the line of the program with its words changed, and further ones.
+
+mod extrusion;
+mod inserted_lines;
+mod rewritten_line;
+mod wording;
+
+use super::Corrector;
+use super::given::Given;
+use super::piece::{Piece, Shape, Timing};
+use crate::axes::{self, PerLetter};
+use crate::codes::{Code, Machine};
+use crate::dialect::Dialect;
+use crate::fault::Fault;
+use crate::interpret::{Step, bits};
+use crate::line_map::Role;
+use crate::modal::Motion;
+use crate::words::{Block, Word};
+pub(super) use extrusion::Extrusion;
+pub(super) use wording::replace_number;
+
+/// How a line is changed.
+pub(super) struct Change<'p> {
+    pub piece: &'p Piece,
+    pub timing: &'p Timing,
+    /// Axes that have to be written, whatever they are.
+    pub wanted: u16,
+    /// Axes whose words go, rather than staying with other values.
+    pub gone: u16,
+    /// Letters that go.
+    pub without: &'p [u8],
+    /// True if words behind the motion go too, for they are written later.
+    pub without_after: bool,
+}
+
+impl Corrector<'_> {
+    /// All pieces of a motion, of which there is one at least: the first one in its line, the others behind it.
+    pub(super) fn write_all(
+        &mut self,
+        given: &Given<'_>,
+        pieces: &[Piece],
+        timing: &Timing,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let several = pieces.len() > 1;
+        let words = given.block.words.iter();
+        let axes = words.filter_map(|word| axes::index(word.letter));
+        let wanted = axes.fold(0, |mask, axis| mask | 1 << axis);
+        let is_arc = matches!(
+            self.nominal.motion,
+            Some(Motion::Clockwise | Motion::Counterclockwise)
+        );
+        // A full turn has no end of its own, which rounding could make another one.
+        let gone = match pieces[0].shape {
+            Shape::Arc(arc) => arc.closed(),
+            _ => 0,
+        };
+        let change = Change {
+            piece: &pieces[0],
+            timing,
+            wanted: wanted & !gone,
+            gone,
+            without: match pieces[0].shape {
+                _ if !is_arc => b"",
+                Shape::Arc(_) => b"R",
+                // Chords.
+                _ => b"IJKRP",
+            },
+            without_after: several && given.step.after,
+        };
+        self.extrusion = match several {
+            true => self.extrusion(given)?,
+            false => None,
+        };
+        self.write_first(given, &change, out)?;
+        let given = match several {
+            true => self.with_end(given),
+            false => *given,
+        };
+        out.extend_from_slice(given.eol);
+        for piece in &pieces[1..] {
+            self.write_next(&given, piece, timing, out)?;
+        }
+        self.all_is_extruded()?;
+        if several && given.step.after {
+            self.write_after(&given, out)?;
+        }
+        Ok(())
+    }
+
+    /// What the line of a piece is.
+    fn role(piece: &Piece) -> Role {
+        match piece.share {
+            None => Role::Step,
+            Some(_) => Role::Until(piece.until),
+        }
+    }
+
+    /// A line with an end, so that another one can stand beside it: the last one of a program may have none.
+    pub(super) fn with_end<'l>(&self, given: &Given<'l>) -> Given<'l> {
+        let eol = match given.eol {
+            [] => self.eol,
+            eol => eol,
+        };
+        Given { eol, ..*given }
+    }
+
+    /// Words that belong behind the motion, in a line of their own.
+    pub(super) fn write_after(
+        &mut self,
+        given: &Given<'_>,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let mut text = Vec::new();
+        if given.block.deleted {
+            text.push(b'/');
+        }
+        let words = given.block.words.iter();
+        for word in words.filter(|w| is_after(w, self.rules.dialect)) {
+            if text.len() > usize::from(given.block.deleted) {
+                text.push(b' ');
+            }
+            text.extend_from_slice(&given.line[word.span()]);
+        }
+        self.follow(&text, None)?;
+        out.extend_from_slice(&text);
+        out.extend_from_slice(given.eol);
+        self.note(Role::Plain);
+        Ok(())
+    }
+
+    /// What the controller makes of a line that is written: it must lead where it was meant to.
+    pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<Step, Fault> {
+        let table = self.rules.dialect.table();
+        let longest = table.longest_line;
+        let length = match table.counts_words_alone {
+            true => stored(text),
+            false => text.len(),
+        };
+        if length > longest {
+            return Err(Fault::new(
+                0..0,
+                format!(
+                    "the corrected line has more than {longest} bytes, which controllers cut off"
+                ),
+                "shorten its comment",
+            ));
+        }
+        if let Some(before) = self.before_modes.take() {
+            self.written = before;
+        }
+        let mut block = std::mem::take(&mut self.check);
+        block.scan(text, self.rules.dialect)?;
+        // A word without a point is not meant in least increments here: all have one, or are unchanged.
+        let mut step = Step::default();
+        let done = self.written.step_into(&block, self.rules, &mut step);
+        self.check = block;
+        done?;
+        let leads = to.is_none_or(|to| {
+            bits(self.tables.axes).all(|i| (self.written.position.at[i] - to[i]).abs() < 1e-6)
+        });
+        if leads {
+            return Ok(step);
+        }
+        Err(Fault::new(
+            0..0,
+            format!(
+                "what would be written is wrong: `{}`",
+                String::from_utf8_lossy(text)
+            ),
+            "this is a mistake of trueaxis: please report the line; nothing is written",
+        ))
+    }
+}
+
+/// True if a word G53 is in the line.
+pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
+    let is_g53 = |word: &Word| word.code(dialect) == Some(Code::MachineCoordinates);
+    block.has_codes && block.words.iter().any(is_g53)
+}
+
+/// Bytes of a line that Grbl keeps: neither spaces nor comments.
+fn stored(text: &[u8]) -> usize {
+    let mut in_comment = false;
+    let kept = text.iter().take_while(|b| **b != b';').filter(|b| {
+        in_comment |= **b == b'(';
+        let keeps = !in_comment && !b.is_ascii_whitespace();
+        in_comment &= **b != b')';
+        keeps
+    });
+    kept.count()
+}
+
+fn is_after(word: &Word, dialect: Dialect) -> bool {
+    matches!(
+        word.machine(dialect),
+        Some(Machine::Pause | Machine::End | Machine::After)
+    )
+}

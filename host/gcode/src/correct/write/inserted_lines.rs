@@ -1,0 +1,92 @@
+//! Lines inserted where a motion is split.
+
+use crate::axes;
+use crate::correct::Corrector;
+use crate::correct::given::Given;
+use crate::correct::piece::{Piece, Timing};
+use crate::fault::Fault;
+use crate::interpret::bits;
+use crate::number;
+use crate::words::Block;
+
+impl Corrector<'_> {
+    /// Writes a further line, unless it would move nothing.
+    pub(in crate::correct) fn write_next(
+        &mut self,
+        given: &Given<'_>,
+        piece: &Piece,
+        timing: &Timing,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let wording = self.wording(given.block, piece, timing, 0)?;
+        let words = &wording.words;
+        let extruded = self.extruder_word(piece);
+        if !words.moves && wording.centre.is_none() && extruded.is_none() {
+            return Ok(());
+        }
+        let point = self.point();
+        let mut text = std::mem::take(&mut self.text);
+        text.clear();
+        if given.block.deleted {
+            text.push(b'/');
+        }
+        self.sub_number(given.block, &mut text);
+        if wording.machine {
+            text.extend_from_slice(b"G53 ");
+        }
+        if let Some(motion) = wording.motion
+            && (self.written.motion != Some(motion) || self.rules.dialect.table().printer)
+        {
+            text.extend_from_slice(motion.word().as_bytes());
+            text.push(b' ');
+        }
+        for axis in bits(words.written) {
+            let decimals = usize::from(words.decimals[axis]);
+            text.push(axes::LETTERS[axis]);
+            number::write(&mut text, words.value[axis], decimals, 0, point);
+            text.push(b' ');
+        }
+        for (letter, value) in wording.centre.iter().flatten() {
+            let decimals = self.options.decimals(0, self.units());
+            text.push(*letter);
+            number::write(&mut text, *value, decimals, 0, point);
+            text.push(b' ');
+        }
+        if wording.turns > 1 {
+            text.push(b'P');
+            number::write(&mut text, f64::from(wording.turns), 0, 0, false);
+            text.push(b' ');
+        }
+        if let Some((value, decimals)) = extruded {
+            text.push(b'E');
+            number::write(&mut text, value, decimals, 0, point);
+            text.push(b' ');
+        }
+        if let Some(feed) = self.feed_word(&wording) {
+            self.needs_feed_point(given.block)?;
+            self.report.feeds += 1;
+            text.push(b'F');
+            number::write_feed(&mut text, feed, point);
+            text.push(b' ');
+        }
+        while text.last() == Some(&b' ') {
+            text.pop();
+        }
+        let done = self.follow(&text, Some(&words.to));
+        out.extend_from_slice(&text);
+        out.extend_from_slice(given.eol);
+        self.text = text;
+        self.note(Self::role(piece));
+        done.map(|_| ())
+    }
+
+    /// The number of an inserted line, if it gets one.
+    fn sub_number(&mut self, block: &Block, text: &mut Vec<u8>) {
+        let Some(word) = block.word(b'N').filter(|_| self.options.sub_numbers) else {
+            return;
+        };
+        let inserted = self.lines.iter().rev().position(|entry| entry.begins);
+        let number = inserted.map_or(1, |before| before + 1);
+        text.extend_from_slice(format!("N{}.{number} ", word.value).as_bytes());
+    }
+}

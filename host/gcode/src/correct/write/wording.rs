@@ -1,0 +1,290 @@
+//! What a line has to say: words of axes, of a centre, of the motion and of the feed.
+
+use super::is_machine;
+use crate::arc::Arc;
+use crate::axes::{self, COUNT, PerLetter, is_rotary};
+use crate::correct::Corrector;
+use crate::correct::feed::same_feed;
+use crate::correct::given::span_of;
+use crate::correct::piece::{Piece, Shape, Timing};
+use crate::edit::Edits;
+use crate::fault::Fault;
+use crate::interpret::{bits, offset_in_doubt, word_of_wrapped};
+use crate::modal::{Distance, Motion, Units};
+use crate::moves::Rate;
+use crate::number;
+use crate::setup::Decimals;
+use crate::state::Rules;
+use crate::words::{Block, Word};
+
+/// Words of axes of a line that is written.
+pub(super) struct Words {
+    /// Axes (bits) that are written.
+    pub written: u16,
+    /// Value in units of the program, of each of them.
+    pub value: PerLetter,
+    pub decimals: [u8; COUNT],
+    /// Axes (bits) whose words go.
+    pub left_out: u16,
+    /// Where the rounded words lead.
+    pub to: PerLetter,
+    /// True if they lead anywhere else than where it is.
+    pub moves: bool,
+}
+
+impl Words {
+    fn says(&mut self, axis: usize, value: f64, decimals: usize) {
+        self.written |= 1 << axis;
+        self.value[axis] = value;
+        self.decimals[axis] = decimals as u8;
+    }
+}
+
+/// All that a line with a piece has to say.
+pub(super) struct Wording {
+    pub words: Words,
+    pub feed: Option<f64>,
+    /// True if the feed has to be written whatever it was before: G93.
+    pub inverse: bool,
+    pub motion: Option<Motion>,
+    /// The letters of a centre, with their values in units of the program.
+    pub centre: Option<[(u8, f64); 2]>,
+    /// The letter of a centre along the normal of its plane, which goes.
+    pub normal: Option<u8>,
+    /// How many turns an arc begins: its P, which 1 needs not.
+    pub turns: u32,
+    /// True if words are machine coordinates: G53.
+    pub machine: bool,
+}
+
+impl Corrector<'_> {
+    /// The unit of the program: known where words of lengths are read or written, which is asked before.
+    pub(in crate::correct) fn units(&self) -> Units {
+        self.nominal.units.unwrap_or(Units::Millimetre)
+    }
+
+    /// What the line of a piece has to say; `wanted` are axes (bits) that it names, whatever they are.
+    pub(super) fn wording(
+        &mut self,
+        block: &Block,
+        piece: &Piece,
+        timing: &Timing,
+        wanted: u16,
+    ) -> Result<Wording, Fault> {
+        let machine = is_machine(block, self.rules.dialect);
+        let words = self.words(block, &piece.to, wanted, machine)?;
+        Ok(Wording {
+            feed: self.feed(piece, timing, &words.to),
+            inverse: matches!(timing.rate, Rate::Inverse(_)),
+            motion: self.motion_word(piece),
+            centre: match piece.shape {
+                Shape::Arc(arc) => Some(self.centre_words(&arc)),
+                _ => None,
+            },
+            normal: match piece.shape {
+                Shape::Arc(arc) => b"IJK".get(arc.axes[2]).copied(),
+                _ => None,
+            },
+            turns: match piece.shape {
+                Shape::Arc(arc) => arc.turns(),
+                _ => 1,
+            },
+            machine,
+            words,
+        })
+    }
+
+    /// The feed, if it has to be written.
+    pub(super) fn feed_word(&self, wording: &Wording) -> Option<f64> {
+        let before = self.written.feed;
+        let holds = |feed: f64| before.is_some_and(|before| same_feed(feed, before));
+        wording.feed.filter(|f| wording.inverse || !holds(*f))
+    }
+
+    /// A feed that is written has a point: the program's must have one too, because F100 and F100. count different units.
+    pub(super) fn needs_feed_point(&self, block: &Block) -> Result<(), Fault> {
+        let counts_alike = self.rules.setup.decimals == Some(Decimals::Calculator);
+        if !self.point() || counts_alike || self.nominal.feed_has_point {
+            return Ok(());
+        }
+        let span = block.word(b'F').map_or_else(|| span_of(block), Word::span);
+        Err(Fault::new(
+            span,
+            "an F without a decimal point holds, and this move needs another F: what F100 counts is a parameter of the controller",
+            "write F with a decimal point, like F100., or give the setup decimals = \"calculator\" if F100 is F100. there",
+        ))
+    }
+
+    /// How many of the decimals of a word stay.
+    pub(in crate::correct) fn kept(&self, decimals: usize) -> usize {
+        match self.options.decimals {
+            None => decimals.min(9),
+            Some(_) => 0,
+        }
+    }
+
+    /// True if every number has a point.
+    pub(in crate::correct) fn point(&self) -> bool {
+        self.rules.dialect.table().needs_points
+    }
+
+    /// Decimals of an axis in this line.
+    fn decimals(&mut self, block: &Block, axis: usize) -> usize {
+        let needed = self.options.decimals(axis, self.units());
+        let word = block.word(axes::LETTERS[axis]);
+        if let Some(word) = word {
+            self.report.decimals[0] = self.report.decimals[0].max(word.decimals);
+        }
+        let decimals = word.map_or(0, |w| self.kept(w.decimals)).max(needed);
+        self.report.decimals[1] = self.report.decimals[1].max(decimals);
+        decimals
+    }
+
+    /// The words that lead to a position.
+    fn words(
+        &mut self,
+        block: &Block,
+        to: &PerLetter,
+        wanted: u16,
+        machine: bool,
+    ) -> Result<Words, Fault> {
+        let unit = self.unit();
+        let relative = !machine && self.nominal.distance == Some(Distance::Incremental);
+        let at = self.written.position;
+        let (target, here) = if machine {
+            (*to, at.at)
+        } else {
+            (
+                self.written.offsets.program(to),
+                self.written.offsets.program(&at.at),
+            )
+        };
+        let mut words = Words {
+            written: 0,
+            value: [0.0; COUNT],
+            decimals: [0; COUNT],
+            left_out: 0,
+            to: at.at,
+            moves: false,
+        };
+        let mut program = here;
+        let (units, is_turned) = (self.units(), self.written.offsets.is_turned());
+        for axis in bits(self.tables.axes) {
+            let unit = if is_rotary(axis) { 1.0 } else { unit };
+            let decimals = self.decimals(block, axis);
+            let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
+            let by = in_units(target[axis] - here[axis]);
+            let value = if relative { by } else { in_units(target[axis]) };
+            let rounded = number::rounded(value, decimals);
+            let finest = number::finest(decimals);
+            let known = at.knows(axis);
+            // An axis that the motion does not name appears only where its correction changes by more than the last digit.
+            if wanted & (1 << axis) == 0 && known {
+                let last = match is_turned {
+                    true => finest,
+                    false => number::last_digit(self.options.decimals(axis, units)),
+                };
+                if by.abs() <= last {
+                    continue;
+                }
+            }
+            if axis == 2 && !machine && self.written.offset_in_doubt {
+                return Err(offset_in_doubt(span_of(block)));
+            }
+            if !relative && !machine && known && self.rules.setup.wrapped[axis] == Some(true) {
+                if by.abs() < finest {
+                    // A word that moves nothing could mean a whole turn.
+                    words.left_out |= 1 << axis;
+                    continue;
+                }
+                let dialect = self.rules.dialect;
+                let word = word_of_wrapped(dialect, here[axis], target[axis], decimals);
+                let (word, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
+                words.says(axis, word, decimals);
+                program[axis] = leads;
+                words.moves = true;
+                continue;
+            }
+            words.says(axis, rounded, decimals);
+            program[axis] = if relative {
+                here[axis] + rounded * unit
+            } else {
+                rounded * unit
+            };
+            words.moves |= !known || by.abs() >= finest;
+        }
+        words.to = if machine {
+            program
+        } else if self.written.offsets.is_turned() {
+            self.written.offsets.machine(&program)
+        } else {
+            let mut to = at.at;
+            for axis in bits(words.written) {
+                to[axis] = self.written.offsets.machine_axis(axis, program[axis]);
+            }
+            to
+        };
+        Ok(words)
+    }
+
+    fn motion_word(&self, piece: &Piece) -> Option<Motion> {
+        match piece.shape {
+            // Threads keep their word.
+            _ if self.nominal.motion.is_none() => None,
+            Shape::Rapid => Some(Motion::Rapid),
+            Shape::Feed => Some(Motion::Feed),
+            Shape::Arc(arc) if arc.sweep < 0.0 => Some(Motion::Clockwise),
+            Shape::Arc(_) => Some(Motion::Counterclockwise),
+        }
+    }
+
+    /// The words of a centre, in units of the program.
+    fn centre_words(&self, arc: &Arc) -> [(u8, f64); 2] {
+        let [i, j, _] = arc.axes;
+        let unit = self.unit();
+        let values = if self.nominal.arc_distance == Distance::Incremental {
+            let at = self.written.position.at;
+            let by = [arc.centre[0] - at[i], arc.centre[1] - at[j]];
+            match self.written.offsets.is_turned() {
+                true => self.written.offsets.turned_back(by),
+                false => by,
+            }
+        } else {
+            let mut centre = self.written.position.at;
+            [centre[i], centre[j]] = arc.centre;
+            let program = self.written.offsets.program(&centre);
+            [program[i], program[j]]
+        };
+        [(b"IJK"[i], values[0] / unit), (b"IJK"[j], values[1] / unit)]
+    }
+}
+
+/// A correction that makes half a turn, or a whole one, out of something else.
+fn no_word_of_wrapped(block: &Block, axis: usize) -> Fault {
+    let word = block.word(axes::LETTERS[axis]);
+    Fault::new(
+        word.map_or(0..block.end, Word::span),
+        format!(
+            "the corrected word of {}, which is wrapped, would turn it another way",
+            axes::name(axis)
+        ),
+        "write the move as two, each of less than half a turn",
+    )
+}
+
+/// Gives a word another number, if it is another.
+pub(in crate::correct) fn replace_number(
+    edits: &mut Edits,
+    rules: &Rules,
+    word: &Word,
+    value: f64,
+    decimals: usize,
+) {
+    let point = rules.dialect.table().needs_points;
+    let counts = rules.counts(word, false, Units::Millimetre) != 1.0;
+    if counts || number::rounded(word.value, 9) != value {
+        edits.replace(word.number..word.end, |to| {
+            number::write(to, value, decimals, word.decimals.min(decimals), point)
+        });
+    }
+}

@@ -1,0 +1,196 @@
+//! Arcs from their words: I, J, K or R, in the plane that holds.
+
+use super::preconditions::axis_span;
+use super::{Asked, whole};
+use crate::arc::{Arc, centre_by_radius};
+use crate::axes::{COUNT, PerLetter};
+use crate::fault::Fault;
+use crate::modal::{Distance, Plane, Units};
+use crate::state::State;
+use crate::words::Word;
+
+/// Least radius (mm): of less, the last digits of words and the steps at reversals are a part that counts.
+const LEAST_RADIUS: f64 = 1e-2;
+/// How far the radii at both ends may differ for words that seem to be absolute (mm).
+const ABSOLUTE: f64 = 0.03;
+/// Most turns of a line.
+const MOST_TURNS: u32 = 1000;
+
+impl State {
+    /// The plane, where it must be known.
+    pub(super) fn plane(&self, asked: &Asked<'_>) -> Result<Plane, Fault> {
+        let plane = self.plane.ok_or_else(|| {
+            Fault::new(
+                axis_span(asked.block),
+                "the plane is not known here",
+                "write G17, G18 or G19 before it",
+            )
+        })?;
+        if self.offsets.is_turned() && plane != Plane::Xy {
+            return Err(Fault::new(
+                axis_span(asked.block),
+                "an arc or a cycle outside the XY plane under a rotation",
+                "write it without rotation",
+            ));
+        }
+        Ok(plane)
+    }
+
+    /// G2, G3.
+    pub(super) fn arc(&self, asked: &Asked<'_>, clockwise: bool) -> Result<Arc, Fault> {
+        if let Some((_, word)) = asked.once {
+            // P would be that of both, and I, J, K alone are no motion there.
+            return Err(Fault::new(
+                word.span(),
+                "an arc in a line with G4 or another word that acts once",
+                "write two lines",
+            ));
+        }
+        let plane = self.plane(asked)?.axes();
+        let [i, j, _] = plane;
+        if let Some(axis) = self.position.missing(asked.rules.axes) {
+            return Err(self.missing(asked, axis));
+        }
+        let from = self.position.at;
+        let to = self.target(asked, asked.free, false)?.at;
+        // The letters I, J, K belong to X, Y, Z.
+        let letters = plane.map(|axis| b"IJK"[axis]);
+        if let Some(word) = asked.word(letters[2])
+            && word.value != 0.0
+        {
+            return Err(Fault::new(
+                word.span(),
+                "a centre along the normal of the plane",
+                "check the plane: G17, G18 or G19",
+            ));
+        }
+        let turns = match asked.word(b'P') {
+            Some(word) => match whole(word)?.max(1) {
+                turns if turns > MOST_TURNS => {
+                    return Err(Fault::new(
+                        word.span(),
+                        format!("an arc of more than {MOST_TURNS} turns"),
+                        "write several arcs",
+                    ));
+                }
+                turns => turns,
+            },
+            None => 1,
+        };
+        let radius = asked.word(b'R');
+        let offsets = [asked.word(letters[0]), asked.word(letters[1])];
+        let given = offsets.iter().flatten().next().copied();
+        if let Some(word) = given.or(radius) {
+            // Full turns have no words of axes, and are written with them.
+            self.needs_system(word)?;
+        }
+        let centre = match (radius, given) {
+            (Some(word), None) => {
+                let r = self.length_of(asked, word)?;
+                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise).map_err(
+                    |cause| Fault::new(word.span(), cause, "check the radius and the end"),
+                )?
+            }
+            (Some(word), Some(_)) => {
+                return Err(Fault::new(
+                    word.span(),
+                    "a radius and a centre",
+                    "write one of them",
+                ));
+            }
+            (None, None) => {
+                return Err(Fault::new(
+                    axis_span(asked.block),
+                    "an arc without a centre or a radius",
+                    "write I, J, K or R",
+                ));
+            }
+            (None, Some(given)) => self.centre(asked, &from, [i, j], offsets, given)?,
+        };
+        let arc = Arc::new(from, to, plane, centre, clockwise, turns);
+        let [r0, r1] = arc.radii();
+        let off = (r0 - r1).abs();
+        let spiral = asked.rules.dialect.table().spiral;
+        let allowed = spiral[usize::from(self.units == Some(Units::Inch))];
+        let fits = off <= 0.5 && (off <= allowed || off <= 1e-3 * r0.max(r1));
+        let span = given.or(radius).map_or(0..asked.block.end, Word::span);
+        if fits && r0.min(r1) < LEAST_RADIUS {
+            return Err(Fault::new(
+                span,
+                format!(
+                    "an arc with a radius of {:.4} mm, less than {LEAST_RADIUS} mm: the last digits of words would be its path",
+                    r0.min(r1)
+                ),
+                "check the centre, or write the arc as a straight move",
+            ));
+        }
+        if !fits {
+            let remedy = match self.is_absolute(asked, offsets, &arc) {
+                true => {
+                    "the words of the centre fit if they are absolute: give the setup [start] arcs = \"G90.1\" if the \
+                     controller reads them so, or post the program with I, J and K from the start of the arc"
+                }
+                false => "check the centre and the end",
+            };
+            return Err(Fault::new(
+                span,
+                format!(
+                    "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
+                ),
+                remedy,
+            ));
+        }
+        Ok(arc)
+    }
+
+    /// True if the words of a centre would fit if they were coordinates of the program.
+    fn is_absolute(&self, asked: &Asked<'_>, words: [Option<&Word>; 2], arc: &Arc) -> bool {
+        let [i, j, _] = arc.axes;
+        let mut program: PerLetter = [0.0; COUNT];
+        for (axis, word) in [i, j].into_iter().zip(words) {
+            let value = word.map(|word| self.length_of(asked, word));
+            match value {
+                Some(Ok(value)) => program[axis] = value,
+                _ => return false,
+            }
+        }
+        let at = self.offsets.machine(&program);
+        let radius = |p: &PerLetter| libm::hypot(p[i] - at[i], p[j] - at[j]);
+        self.arc_distance == Distance::Incremental
+            && (radius(&arc.from) - radius(&arc.to)).abs() < ABSOLUTE
+    }
+
+    /// The centre from I, J, K; `given` is the first of the words.
+    fn centre(
+        &self,
+        asked: &Asked<'_>,
+        from: &PerLetter,
+        [i, j]: [usize; 2],
+        words: [Option<&Word>; 2],
+        given: &Word,
+    ) -> Result<[f64; 2], Fault> {
+        let mut by = [0.0; 2];
+        for (by, word) in by.iter_mut().zip(words) {
+            if let Some(word) = word {
+                *by = self.length_of(asked, word)?;
+            }
+        }
+        if self.arc_distance == Distance::Incremental {
+            if self.offsets.is_turned() {
+                by = self.offsets.turned(by);
+            }
+            return Ok([from[i] + by[0], from[j] + by[1]]);
+        }
+        let [Some(_), Some(_)] = words else {
+            return Err(Fault::new(
+                given.span(),
+                "one half of a centre under G90.1",
+                "write both words of the centre",
+            ));
+        };
+        let mut program: PerLetter = [0.0; COUNT];
+        [program[i], program[j]] = by;
+        let at = self.offsets.machine(&program);
+        Ok([at[i], at[j]])
+    }
+}

@@ -1,0 +1,255 @@
+//! What the words of a line ask for, before anything is done.
+
+use super::unknown;
+use crate::axes;
+use crate::codes::{Code, Group, Length};
+use crate::dialect::Dialect;
+use crate::fault::Fault;
+use crate::modal::{Motion, Units};
+use crate::state::Rules;
+use crate::words::{Block, Word};
+
+/// A line whose words G and letters are all known, at most one of each group.
+pub(super) struct Asked<'l> {
+    /// The line.
+    pub block: &'l Block,
+    /// What is the same for all lines.
+    pub rules: &'l Rules,
+    /// Group 1.
+    pub motion: Option<(Code, &'l Word)>,
+    /// Group 0.
+    pub once: Option<(Code, &'l Word)>,
+    /// G80 where cycles are a group of their own.
+    pub cancels: Option<&'l Word>,
+    /// G53.
+    pub machine_coordinates: Option<&'l Word>,
+    /// G20, G21.
+    pub units: Option<(Units, &'l Word)>,
+    /// Axes that have words, a bit each.
+    pub axes: u16,
+    /// Those that are left for the motion.
+    pub free: u16,
+    /// True if a word is passed although nobody knows it: letters may belong to it.
+    pub passes: bool,
+}
+
+impl<'l> Asked<'l> {
+    /// # Errors
+    /// A word that is not known, or a second one of a group.
+    pub fn read(block: &'l Block, rules: &'l Rules) -> Result<Self, Fault> {
+        let mut asked = Self {
+            block,
+            rules,
+            motion: None,
+            once: None,
+            cancels: None,
+            machine_coordinates: None,
+            units: None,
+            axes: axis_words(block),
+            free: 0,
+            passes: false,
+        };
+        if block.has_codes {
+            asked.look_at_g()?;
+            if !rules.dialect.table().cycles_apart && asked.motion.is_none() {
+                // No other motion holds then.
+                asked.motion = asked.cancels.take().map(|word| (Code::NoMotion, word));
+            }
+            asked.passes |= block.words.iter().any(|word| {
+                word.letter == b'M'
+                    && word.machine(rules.dialect).is_none()
+                    && is_passed(word, rules)
+            });
+        }
+        let (once, lengths) = asked.takers();
+        if let (true, Some(word)) = (once, lengths) {
+            return Err(Fault::new(
+                word.span(),
+                "two words in the line that take the axes",
+                "write two lines",
+            ));
+        }
+        if !once && lengths.is_none() {
+            asked.free = asked.axes;
+        }
+        Ok(asked)
+    }
+
+    /// The word of a letter other than G and M.
+    pub fn word(&self, letter: u8) -> Option<&'l Word> {
+        self.block.word(letter)
+    }
+
+    /// The words, if there are any of G or M among them.
+    pub(crate) fn coded(&self) -> &'l [Word] {
+        match self.block.has_codes {
+            true => &self.block.words,
+            false => &[],
+        }
+    }
+
+    /// What a word G asks for.
+    pub fn code(&self, word: &Word) -> Option<Code> {
+        word.code(self.rules.dialect)
+    }
+
+    /// True with G0 or G1.
+    pub(crate) fn cuts_or_positions(&self) -> bool {
+        matches!(
+            self.motion,
+            Some((Code::Motion(Motion::Rapid | Motion::Feed), _))
+        )
+    }
+
+    /// True if the line has words that only a cycle of a lathe takes.
+    fn takes_a_cycle(&self) -> bool {
+        let table = self.rules.dialect.table();
+        let letters: &[u8] = if table.chooses_d { b"QP" } else { b"QPDUW" };
+        letters.iter().any(|letter| self.word(*letter).is_some())
+    }
+
+    /// What takes the axes other than a word of motion: true for one that acts once, and the word of G43.1.
+    fn takers(&self) -> (bool, Option<&'l Word>) {
+        let once = match self.once {
+            Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _)) => true,
+            // Its time may be X.
+            Some((Code::Dwell, _)) => self.rules.dialect.table().dwells_by_axis,
+            _ => false,
+        };
+        let of_words = |word: &&Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
+        (once, self.coded().iter().find(of_words))
+    }
+
+    fn look_at_g(&mut self) -> Result<(), Fault> {
+        let mut groups = 0_u32;
+        for word in self.block.words.iter().filter(|w| w.letter == b'G') {
+            let Some(code) = self.code(word) else {
+                let other = Unfollowed::of(word, self.rules.dialect);
+                if !is_passed(word, self.rules) || other.is_some_and(|other| !other.passes) {
+                    return Err(unknown_g(word, other));
+                }
+                self.passes = true;
+                if self.axes == 0 {
+                    continue;
+                }
+                return Err(Fault::new(
+                    word.span(),
+                    "axes in a line with a G word that is passed: what they mean is not known",
+                    "write two lines",
+                ));
+            };
+            // Inches and mm of Mach and Sinumerik; with words of their own they are cycles of lathes.
+            if let (Some(700 | 710), true) = (word.tenths(), self.takes_a_cycle()) {
+                return Err(unknown_g(word, Unfollowed::of(word, self.rules.dialect)));
+            }
+            // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
+            if code == Code::MachineCoordinates {
+                self.machine_coordinates = Some(word);
+                continue;
+            }
+            if code == Code::NoMotion && self.rules.dialect.table().g80_beside_motion {
+                self.cancels = Some(word);
+                continue;
+            }
+            let bit = 1 << code.group() as u32;
+            if groups & bit != 0 {
+                return Err(Fault::new(
+                    word.span(),
+                    match code.group() {
+                        Group::Motion => "a second motion word in the line",
+                        _ => "a second word of its group in the line",
+                    },
+                    "write two lines",
+                ));
+            }
+            groups |= bit;
+            match code {
+                Code::Units(units) => self.units = Some((units, word)),
+                code if code.group() == Group::Motion => self.motion = Some((code, word)),
+                code if code.group() == Group::Once => self.once = Some((code, word)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The axes that have words, a bit each.
+fn axis_words(block: &Block) -> u16 {
+    let axes = block.words.iter().filter_map(|w| axes::index(w.letter));
+    axes.fold(0, |mask, axis| mask | 1 << axis)
+}
+
+/// True if a word is passed although nobody knows it.
+pub(super) fn is_passed(word: &Word, rules: &Rules) -> bool {
+    let name = format!("{}{}", char::from(word.letter), word.value);
+    rules
+        .pass
+        .iter()
+        .any(|passed| passed.eq_ignore_ascii_case(&name))
+}
+
+/// A G word of some controllers that is not followed.
+#[derive(Clone, Copy)]
+struct Unfollowed {
+    cause: &'static str,
+    remedy: &'static str,
+    /// True if it may be passed all the same: it does nothing itself, or nothing that is seen here.
+    passes: bool,
+}
+
+impl Unfollowed {
+    fn of(word: &Word, dialect: Dialect) -> Option<Self> {
+        const FLAT: &str =
+            "write the program out with G0 to G3, or use the compensation in the controller";
+        const MOVES: &str =
+            "a G word that moves the machine or changes coordinates, and is not followed";
+        let tenths = word.tenths()?;
+        // How far Fanuc's controllers look ahead; splines and lathes elsewhere.
+        if dialect.table().looks_ahead && matches!(tenths, 50 | 51 | 80) {
+            return None;
+        }
+        let cause = match tenths {
+            50..=59 => "splines (G5) are not corrected",
+            70 | 80 => "lathes (G7, G8) are not corrected",
+            150 | 160 => "polar coordinates (G15, G16) are not followed",
+            435 => "tool directions as vectors (G43.5) are not followed",
+            500 | 501 | 510 | 511 => "scaled and mirrored coordinates (G50, G51) are not followed",
+            650 | 660..=669 => "macro calls (G65, G66) compute",
+            680..=689 => "rotated coordinates (G68) are not followed",
+            700 | 710 => {
+                "finishing and roughing cycles of lathes (G70, G71) are not corrected; inches and mm are G20 and G21"
+            }
+            760 => "threading cycles of lathes, or fine boring (G76), are not corrected",
+            870 | 880 => "cycles with a stopped spindle (G87, G88) are not corrected",
+            // Cylinders, pockets, skipping, a negative offset.
+            71 | 120..=139 | 310..=319 | 440 => MOVES,
+            // One direction, further offsets, a pocket, planes and tool directions.
+            600 | 1100..=1299 | 1500 | 2340 | 2540 => MOVES,
+            _ => return None,
+        };
+        Some(Self {
+            cause,
+            remedy: match cause {
+                MOVES => "write the program out with G0 to G3 and G54 to G59",
+                _ => FLAT,
+            },
+            // What ends a mode that never began, and macros of which the user says that they move nothing.
+            passes: matches!(tenths, 80 | 150 | 500 | 501 | 650),
+        })
+    }
+}
+
+fn unknown_g(word: &Word, other: Option<Unfollowed>) -> Fault {
+    match other {
+        Some(other) => unknown(word, other.cause, other.remedy),
+        None => unknown(
+            word,
+            "no G word that is known in this dialect",
+            &format!(
+                "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
+                word.value
+            ),
+        ),
+    }
+}

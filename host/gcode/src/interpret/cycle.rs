@@ -1,0 +1,276 @@
+//! Canned cycles from their words, and those that stay from the line before.
+
+use super::preconditions::axis_span;
+use super::{Asked, bits, whole};
+use crate::axes::{self, COUNT};
+use crate::cycle::{Cycle, Frame, Sticky, Wait};
+use crate::fault::Fault;
+use crate::modal::{Distance, FeedMode, Retract};
+use crate::rate::Rate;
+use crate::state::State;
+use crate::words::Word;
+
+/// Most pecks of a line: a hundred holes of a hundred pecks.
+const MOST_PECKS: f64 = 10_000.0;
+/// A hole is deeper (mm), or it is none: words have four decimals.
+const SHALLOWEST: f64 = 5e-4;
+
+impl State {
+    /// G73, G74, G81 to G86, G89.
+    pub(super) fn canned(&mut self, asked: &Asked<'_>, code: u16) -> Result<Cycle, Fault> {
+        let block = asked.block;
+        let plane = self.plane(asked)?.axes();
+        let n = plane[2];
+        if self.tip {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle under tool-centre-point control",
+                "write it out",
+            ));
+        }
+        if self.cutter && asked.rules.dialect.table().cycles_need_g40 {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle under G41 or G42, which LinuxCNC refuses",
+                "write G40 before it",
+            ));
+        }
+        if let Some(axis) = self.position.missing(asked.rules.axes) {
+            return Err(self.missing(asked, axis));
+        }
+        if let Some(axis) = bits(asked.free).find(|axis| !plane.contains(axis)) {
+            let word = asked.word(axes::LETTERS[axis]);
+            return Err(Fault::new(
+                word.map_or(0..block.end, Word::span),
+                "an axis outside the plane in a cycle",
+                "write a line before",
+            ));
+        }
+        let relative = self.needs_distance(block)? == Distance::Incremental;
+        let from = self.position.at;
+        let retract = self.retract.ok_or_else(|| {
+            Fault::new(
+                axis_span(block),
+                "a cycle, and neither G98 nor G99 before it: to which level it returns depends on the program that ran \
+                 before",
+                "write G98 (to the level before the cycle) or G99 (to R) before it, or give the setup [start] retract",
+            )
+        })?;
+        let frame = self.frame_of_series(asked, n, relative, retract)?;
+        let mut sticky = self.sticky(asked, code, frame, relative)?;
+        if asked.rules.dialect.table().keeps_levels {
+            self.keep_levels(asked, &mut sticky);
+        }
+        let rate = self.rate_of_cycle(asked)?;
+        let repeat = repeats(asked)?;
+        let first = self.target(asked, asked.free & !(1 << n), false)?.at;
+        let (r, bottom, by);
+        if relative {
+            by = std::array::from_fn(|i| first[i] - from[i]);
+            r = sticky.initial + sticky.r;
+            bottom = r + sticky.depth;
+        } else {
+            by = [0.0; COUNT];
+            r = self.offsets.machine_axis(n, sticky.r);
+            bottom = self.offsets.machine_axis(n, sticky.depth);
+        }
+        if bottom > r {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle whose depth is above R",
+                "check R and the depth",
+            ));
+        }
+        if r - bottom < SHALLOWEST {
+            return Err(Fault::new(
+                axis_span(block),
+                "a hole of less than half a micrometre",
+                "check R and the depth: they are the same, or a hole apart",
+            ));
+        }
+        let pecks = match (code, sticky.q) {
+            (730 | 830, Some(q)) => ((r - bottom) / q).ceil(),
+            _ => 1.0,
+        };
+        if pecks * f64::from(repeat) > MOST_PECKS {
+            return Err(Fault::new(
+                asked.word(b'Q').map_or(axis_span(block), Word::span),
+                format!("a cycle of more than {MOST_PECKS} pecks in one line"),
+                "check Q: it is the depth of a peck",
+            ));
+        }
+        self.cycle = Some(sticky);
+        Ok(Cycle {
+            code,
+            axes: plane,
+            from,
+            first,
+            by,
+            repeat,
+            r,
+            bottom,
+            initial: sticky.initial,
+            retract,
+            q: sticky.q,
+            p: sticky.p,
+            rate,
+            feeds_to_clear: asked.rules.dialect.table().g89_feeds_to_level,
+        })
+    }
+
+    /// What numbers of the series mean, which do not change their meaning within it.
+    fn frame_of_series(
+        &self,
+        asked: &Asked<'_>,
+        normal: usize,
+        relative: bool,
+        retract: Retract,
+    ) -> Result<Frame, Fault> {
+        let span = axis_span(asked.block);
+        let now = Frame {
+            normal,
+            units: self.needs_units(span.clone())?,
+            zero: self.offsets.machine_axis(normal, 0.0),
+        };
+        let Some(series) = self.cycle.map(|c| c.frame) else {
+            return Ok(now);
+        };
+        let same_numbers = series.normal == now.normal && series.units == now.units;
+        let has_level = relative || retract == Retract::Initial;
+        // Offsets are sums of decimal numbers.
+        let same_zero = (series.zero - now.zero).abs() < 1e-9;
+        if same_numbers && (same_zero || !has_level) {
+            return Ok(series);
+        }
+        Err(Fault::new(
+            span,
+            "a series of cycles that goes on with another plane, unit or offset: to which level it returns \
+             differs from controller to controller",
+            "write G80 in a line before it, and the cycle with all its words",
+        ))
+    }
+
+    fn rate_of_cycle(&self, asked: &Asked<'_>) -> Result<Rate, Fault> {
+        match (self.feed.filter(|f| *f > 0.0), self.feed_mode) {
+            (Some(f), FeedMode::PerMinute) => Ok(Rate::PerMinute(f)),
+            (Some(f), FeedMode::PerRevolution) => Ok(Rate::PerRevolution(f)),
+            (None, _) | (_, FeedMode::InverseTime) => Err(Fault::new(
+                axis_span(asked.block),
+                "a cycle without a feed per minute or revolution",
+                "write F before it",
+            )),
+        }
+    }
+
+    /// Fanuc's R and depth of a line before are levels, which stay where they are if G90 becomes G91, or the reverse.
+    fn keep_levels(&self, asked: &Asked<'_>, sticky: &mut Sticky) {
+        let Some(before) = self.cycle.filter(|c| c.code == sticky.code) else {
+            return;
+        };
+        if before.relative == sticky.relative {
+            return;
+        }
+        // An increment of R counts from the level before the series, one of the depth from R.
+        let height = |relative: bool, from: f64, word: f64| match relative {
+            true => from + word,
+            false => sticky.frame.zero + word,
+        };
+        let word = |from: f64, height: f64| match sticky.relative {
+            true => height - from,
+            false => height - sticky.frame.zero,
+        };
+        let r_before = height(before.relative, before.initial, before.r);
+        let mut r = sticky.r;
+        if asked.word(b'R').is_none() {
+            r = word(sticky.initial, r_before);
+        }
+        if asked.word(axes::LETTERS[sticky.frame.normal]).is_none() {
+            let depth = height(before.relative, r_before, before.depth);
+            sticky.depth = word(height(sticky.relative, sticky.initial, r), depth);
+        }
+        sticky.r = r;
+    }
+
+    /// The words of a cycle: those of the line, otherwise those of the line before in its series.
+    fn sticky(
+        &self,
+        asked: &Asked<'_>,
+        code: u16,
+        frame: Frame,
+        relative: bool,
+    ) -> Result<Sticky, Fault> {
+        let normal = frame.normal;
+        let before = self.cycle.filter(|c| c.code == code);
+        let initial = self.cycle.map_or(self.position.at[normal], |c| c.initial);
+        let lacking = |what: &str| {
+            Fault::new(
+                axis_span(asked.block),
+                format!("a cycle without {what}"),
+                format!("write {what}"),
+            )
+        };
+        let length = |letter: u8, before: Option<f64>| match asked.word(letter) {
+            Some(word) => self.length_of(asked, word).map(Some),
+            None => Ok(before),
+        };
+        let r = length(b'R', before.map(|c| c.r))?.ok_or_else(|| lacking("R"))?;
+        let letter = axes::LETTERS[normal];
+        let depth = length(letter, before.map(|c| c.depth))?;
+        let depth = depth.ok_or_else(|| lacking(&format!("{}, its depth", char::from(letter))))?;
+        let q = length(b'Q', before.and_then(|c| c.q))?;
+        let p = asked.word(b'P').map(|w| Wait {
+            value: w.value,
+            point: w.point,
+        });
+        let p = p.or(before.and_then(|c| c.p));
+        if matches!(code, 730 | 830) && q.is_none_or(|q| q <= 0.0) {
+            return Err(lacking("Q, the depth of a peck, which is positive"));
+        }
+        // Fanuc's G86 has no P.
+        let waits =
+            matches!(code, 820 | 890) || code == 860 && asked.rules.dialect.table().g86_waits;
+        if waits && p.is_none() {
+            return Err(lacking("P, the time at the bottom"));
+        }
+        Ok(Sticky {
+            code,
+            initial,
+            frame,
+            relative,
+            r,
+            depth,
+            q,
+            p,
+        })
+    }
+}
+
+/// How often a cycle is done: L, or Fanuc's K.
+fn repeats(asked: &Asked<'_>) -> Result<u32, Fault> {
+    let word = match (asked.word(b'L'), asked.word(b'K')) {
+        (None, None) => return Ok(1),
+        (Some(_), Some(word)) => {
+            return Err(Fault::new(
+                word.span(),
+                "a second word in the line of how often a cycle is done",
+                "write K or L",
+            ));
+        }
+        (None, Some(word)) if word.point => {
+            return Err(Fault::new(
+                word.span(),
+                "a cycle with a K that is a length",
+                "write the cycle with one depth of its pecks, Q; how often it is done is a K without point",
+            ));
+        }
+        (Some(word), None) | (None, Some(word)) => word,
+    };
+    match whole(word)? {
+        times @ 1..=10_000 => Ok(times),
+        _ => Err(Fault::new(
+            word.span(),
+            "a cycle that is done never or too often",
+            "write it with its first hole, or leave the line out",
+        )),
+    }
+}

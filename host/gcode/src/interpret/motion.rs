@@ -1,0 +1,379 @@
+//! The motion of a line: straight moves, and what leads to arcs and cycles.
+
+use super::preconditions::{axis_span, first_axis};
+use super::{Asked, Step, bits};
+use crate::axes::{self, Position};
+use crate::codes::Code;
+use crate::fault::Fault;
+use crate::modal::{Distance, FeedMode, Motion};
+use crate::moves::{Move, Rate, Straight};
+use crate::state::{Lost, State};
+use crate::words::Word;
+
+impl State {
+    /// Words of axes that the machine does not have: they are passed if they never move.
+    ///
+    /// # Errors
+    /// One that moves.
+    pub(super) fn pass_others(&mut self, asked: &mut Asked<'_>) -> Result<(), Fault> {
+        let others = asked.free & !asked.rules.axes;
+        for axis in bits(others) {
+            let Some(word) = asked.word(axes::LETTERS[axis]) else {
+                continue;
+            };
+            let stays = match self.distance {
+                Some(Distance::Incremental) => word.value == 0.0,
+                _ => self.others[axis].is_none_or(|before| before == word.value),
+            };
+            if !stays {
+                let letter = axes::name(axis);
+                return Err(Fault::new(
+                    word.span(),
+                    format!("the compensation has no axis {letter}, and it moves here"),
+                    "give the compensation of the machine that the program is for",
+                ));
+            }
+            self.others[axis] = Some(word.value);
+        }
+        asked.free &= !others;
+        Ok(())
+    }
+
+    /// Moves, with the axes that no other word of the line has taken.
+    pub(super) fn do_motion(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
+        let block = asked.block;
+        match asked.motion {
+            Some((Code::NoMotion, word)) => {
+                self.motion = None;
+                self.cycle = None;
+                return match asked.free {
+                    0 => Ok(()),
+                    _ => Err(Fault::new(
+                        word.span(),
+                        "axes in a line with G80",
+                        "write two lines",
+                    )),
+                };
+            }
+            Some((Code::Probe, word)) => {
+                asked.machine_coordinates.map_or(Ok(()), alone)?;
+                self.not_with_tip(word)?;
+                bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
+                self.lose_turned(asked.free);
+                step.passed = Some("probing");
+                self.motion = None;
+                return Ok(());
+            }
+            Some((Code::Threading(tenths), word)) => {
+                asked.machine_coordinates.map_or(Ok(()), alone)?;
+                step.motion = Some(self.thread(asked, tenths, word)?);
+                return Ok(());
+            }
+            _ => {}
+        }
+        let motion = self.motion_of(asked);
+        if let Some((Code::Motion(motion), _)) = asked.motion {
+            if !matches!(motion, Motion::Cycle(_)) {
+                self.cycle = None;
+            }
+            self.motion = Some(motion);
+            if !matches!(motion, Motion::Cycle(_)) {
+                self.before_cycles = Some(motion);
+            }
+        }
+        let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
+        let has_centre = is_arc && b"IJKR".iter().any(|l| asked.word(*l).is_some());
+        let turns = has_centre && asked.once.is_none();
+        if asked.free == 0 && !turns {
+            return Ok(());
+        }
+        // A full turn beside G43.1, whose words are not those of the arc.
+        if asked.free == 0 && asked.axes & asked.rules.axes != 0 {
+            return Err(Fault::new(
+                axis_span(block),
+                "an arc in a line whose axes another word takes",
+                "write two lines",
+            ));
+        }
+        let Some(motion) = motion else {
+            return Err(Fault::new(
+                axis_span(block),
+                "axes without a motion word, and none holds",
+                "write G0, G1, G2 or G3, or give the setup the one that holds: [start] motion = \"G0\"",
+            ));
+        };
+        if let Some(word) = asked.machine_coordinates {
+            self.allows_machine_coordinates(asked, word, motion)?;
+        }
+        let motion = match motion {
+            // Printers do not tell G0 and G1 apart.
+            Motion::Rapid if asked.word(b'E').is_some() => Motion::Feed,
+            motion => motion,
+        };
+        if self.move_before_known(asked, step)? {
+            return Ok(());
+        }
+        step.motion = Some(match motion {
+            Motion::Rapid | Motion::Feed => self.straight(asked, motion)?,
+            Motion::Clockwise | Motion::Counterclockwise => {
+                let rate = self.rate(asked)?;
+                let arc = self.arc(asked, motion == Motion::Clockwise)?;
+                self.position.at = arc.to;
+                self.command(asked.free, false);
+                Move::Arc(arc, rate)
+            }
+            Motion::Cycle(code) => {
+                let cycle = self.canned(asked, code)?;
+                self.position.at = cycle.to();
+                self.command(1 << cycle.axes[2] | asked.free, false);
+                Move::Cycle(Box::new(cycle))
+            }
+        });
+        Ok(())
+    }
+
+    /// Words of these axes (bits) have been done.
+    fn command(&mut self, words: u16, machine: bool) {
+        if machine {
+            // A way out of the way: what holds behind it, the program says again.
+            self.commanded &= !words;
+            self.doubt_offset(words);
+        } else if self.distance == Some(Distance::Absolute) {
+            self.commanded |= self.together(words);
+        }
+    }
+
+    /// Axes (bits) that move where these have words: under a rotation X and Y both, or none.
+    pub(crate) fn together(&self, words: u16) -> u16 {
+        match self.offsets.is_turned() && words & 0b11 != 0 {
+            true => words | 0b11,
+            false => words,
+        }
+    }
+
+    /// Axes (bits) that a rapid with these words is to bring to their corrected places.
+    fn due(&self, words: u16, machine: bool) -> u16 {
+        match self.distance {
+            _ if machine => words,
+            Some(Distance::Absolute) => self.together(self.commanded | words),
+            // Increments drag nothing along.
+            _ => u16::MAX,
+        }
+    }
+
+    /// Fanuc's controllers cancel the tool offset of an axis that goes home or in machine coordinates, for that motion
+    /// or for good.
+    pub(super) fn doubt_offset(&mut self, axes: u16) {
+        self.offset_in_doubt |=
+            axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.doubts_tool_offset;
+    }
+
+    /// The motion that words of axes go on with.
+    pub(super) fn motion_of(&self, asked: &Asked<'_>) -> Option<Motion> {
+        match asked.motion {
+            Some((Code::Motion(motion), _)) => Some(motion),
+            Some(_) => None,
+            None => self.motion,
+        }
+    }
+
+    /// G53 holds with G0 and G1 under G90 only.
+    fn allows_machine_coordinates(
+        &self,
+        asked: &Asked<'_>,
+        word: &Word,
+        motion: Motion,
+    ) -> Result<(), Fault> {
+        if !matches!(motion, Motion::Rapid | Motion::Feed) {
+            return alone(word);
+        }
+        if self.distance != Some(Distance::Absolute) {
+            return Err(Fault::new(
+                word.span(),
+                "G53 under G91",
+                "write G90 before it",
+            ));
+        }
+        if asked.rules.dialect.table().has_names && self.offsets.tool != [0.0; axes::COUNT] {
+            return Err(Fault::new(
+                word.span(),
+                "SUPA, G53 or G153 while a tool offset holds: whether it counts is a setting of the machine",
+                "write D0 in the line",
+            ));
+        }
+        self.not_with_tip(word)
+    }
+
+    /// G0, G1.
+    fn straight(&mut self, asked: &Asked<'_>, motion: Motion) -> Result<Move, Fault> {
+        let machine = asked.machine_coordinates.is_some();
+        let from = self.position;
+        let to = self.target(asked, asked.free, machine)?;
+        let rate = match motion {
+            Motion::Rapid => Rate::Rapid,
+            _ => self.rate(asked)?,
+        };
+        let all = asked.rules.axes;
+        let needed = match motion {
+            Motion::Rapid => to.missing(all),
+            _ if asked.rules.dialect.table().printer => to.missing(all),
+            _ => to.missing(all).or(from.missing(all)),
+        };
+        if let Some(axis) = needed {
+            return Err(self.missing(asked, axis));
+        }
+        self.position = to;
+        self.command(asked.free, machine);
+        let due = match motion {
+            Motion::Rapid => self.due(asked.free, machine),
+            _ => all,
+        };
+        let straight = Straight {
+            from,
+            to: to.at,
+            machine,
+            due,
+            with_spindle: false,
+            comes_back: false,
+        };
+        Ok(Move::Straight(straight, rate))
+    }
+
+    /// G33, G33.1.
+    fn thread(&mut self, asked: &Asked<'_>, tenths: u16, word: &Word) -> Result<Move, Fault> {
+        if asked.word(b'K').is_none_or(|k| k.value <= 0.0) {
+            return Err(Fault::new(
+                asked.word(b'K').map_or(word.span(), Word::span),
+                "G33 without K, the way per revolution, which is positive",
+                "write K",
+            ));
+        }
+        let from = self.position;
+        if let Some(axis) = from.missing(asked.rules.axes) {
+            return Err(self.missing(asked, axis));
+        }
+        let to = self.target(asked, asked.free, false)?;
+        let straight = Straight {
+            from,
+            to: to.at,
+            machine: false,
+            due: asked.rules.axes,
+            with_spindle: true,
+            comes_back: tenths == 331,
+        };
+        self.motion = None;
+        self.cycle = None;
+        if !straight.comes_back {
+            self.command(asked.free, false);
+            self.position = to;
+        }
+        Ok(Move::Straight(straight, Rate::Rapid))
+    }
+
+    /// Where words of some axes lead.
+    pub(super) fn target(
+        &self,
+        asked: &Asked<'_>,
+        words: u16,
+        machine: bool,
+    ) -> Result<Position, Fault> {
+        let mut to = self.position;
+        let Some(first) = first_axis(asked.block) else {
+            return Ok(to);
+        };
+        if machine {
+            for axis in bits(words) {
+                if asked.rules.setup.wrapped[axis] == Some(true) {
+                    return Err(Fault::new(
+                        first.span(),
+                        format!("G53 with {}, which is wrapped", axes::name(axis)),
+                        "turn it in a line without G53",
+                    ));
+                }
+                to.set(axis, self.value(asked, axis)?);
+            }
+            return Ok(to);
+        }
+        let relative = self.needs_distance(asked.block)? == Distance::Incremental;
+        self.needs_system(first)?;
+        if words & 0b100 != 0 && self.offset_in_doubt {
+            let word = asked.word(b'Z').unwrap_or(first);
+            return Err(offset_in_doubt(word.span()));
+        }
+        let turned = self.offsets.is_turned() && words & 0b11 != 0;
+        if turned {
+            // A word of X moves both, so both must be known unless both are given.
+            let needed = if relative || words & 0b11 != 0b11 {
+                0b11
+            } else {
+                0
+            };
+            if let Some(axis) = self.position.missing(needed) {
+                return Err(self.not_known(asked.rules, first, axis));
+            }
+            let mut program = self.offsets.program(&self.position.at);
+            for axis in bits(words & 0b11) {
+                let value = self.value(asked, axis)?;
+                program[axis] = if relative {
+                    program[axis] + value
+                } else {
+                    value
+                };
+            }
+            let at = self.offsets.machine(&program);
+            to.set(0, at[0]);
+            to.set(1, at[1]);
+        }
+        let single = if turned { words & !0b11 } else { words };
+        for axis in bits(single) {
+            if relative {
+                if !self.position.knows(axis) {
+                    return Err(self.not_known(asked.rules, first, axis));
+                }
+                to.set(axis, self.position.at[axis] + self.value(asked, axis)?);
+            } else {
+                to.set(axis, self.absolute(asked, axis)?);
+            }
+        }
+        Ok(to)
+    }
+
+    /// F as it holds for a move.
+    fn rate(&self, asked: &Asked<'_>) -> Result<Rate, Fault> {
+        let feed = self.feed.filter(|f| *f > 0.0);
+        let Some(feed) = feed else {
+            let cause = match self.feed_mode {
+                FeedMode::InverseTime => "a move without F under G93",
+                _ => "a feed that is not known",
+            };
+            return Err(Fault::new(
+                axis_span(asked.block),
+                cause,
+                "write F in this line or before it",
+            ));
+        };
+        Ok(match self.feed_mode {
+            FeedMode::InverseTime => Rate::Inverse(feed),
+            FeedMode::PerMinute => Rate::PerMinute(feed),
+            FeedMode::PerRevolution => Rate::PerRevolution(feed),
+        })
+    }
+}
+
+/// A place along Z that depends on the controller.
+pub(crate) fn offset_in_doubt(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "Z after G28, G30, G53 or M6: whether the tool offset of G43 still holds depends on the controller",
+        "write G43 with H, or G49, before Z moves again",
+    )
+}
+
+/// G53 with what it does not hold with.
+fn alone(word: &Word) -> Result<(), Fault> {
+    Err(Fault::new(
+        word.span(),
+        "G53 without G0 or G1",
+        "write G0 or G1",
+    ))
+}

@@ -1,0 +1,137 @@
+//! Positions and modes that a word requires.
+
+use super::{Asked, bits, unknown};
+use crate::axes;
+use crate::fault::Fault;
+use crate::modal::{Distance, Units};
+use crate::offsets::{System, system_name};
+use crate::state::{Lost, Rules, State};
+use crate::words::{Block, Word};
+use std::ops::Range;
+
+/// The first word of an axis, or the line.
+pub(super) fn axis_span(block: &Block) -> Range<usize> {
+    first_axis(block).map_or(0..block.end, Word::span)
+}
+
+/// The first word of an axis.
+pub(super) fn first_axis(block: &Block) -> Option<&Word> {
+    block.words.iter().find(|w| axes::index(w.letter).is_some())
+}
+
+impl State {
+    /// A position that is needed and not known.
+    pub(crate) fn not_known(&self, rules: &Rules, word: &Word, axis: usize) -> Fault {
+        self.position_not_known(rules, word.span(), axis)
+    }
+
+    /// The same at the first word of an axis.
+    pub(super) fn missing(&self, asked: &Asked<'_>, axis: usize) -> Fault {
+        self.position_not_known(asked.rules, axis_span(asked.block), axis)
+    }
+
+    fn position_not_known(&self, rules: &Rules, span: Range<usize>, axis: usize) -> Fault {
+        let letter = axes::name(axis);
+        let (behind, remedy) = match self.lost[axis] {
+            None => {
+                let of: String = bits(rules.axes)
+                    .map(axes::name)
+                    .flat_map(|l| [' ', l])
+                    .collect();
+                let machine = match rules.machine.as_str() {
+                    "" => String::new(),
+                    name => format!("; the compensation is for the axes{of} of {name}"),
+                };
+                let remedy = format!(
+                    "give it in the setup, [start] {letter} = …, or command {letter} before{machine}"
+                );
+                (None, remedy)
+            }
+            Some(Lost::Home(home)) => {
+                let home = ["G28", "G30"][home];
+                let remedy =
+                    format!("give the setup where {home} goes: [home.{home}] {letter} = …");
+                (Some(home), remedy)
+            }
+            Some(Lost::Probed) => (
+                Some("probing"),
+                format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
+            ),
+            Some(Lost::Turned) => (
+                Some("G28, G30 or probing under a rotation"),
+                format!("move {letter} to a known place first: G53 G0 {letter}…"),
+            ),
+            Some(Lost::Reference) => (
+                Some("G30 to another point than its second"),
+                format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
+            ),
+            Some(Lost::Command) => (
+                Some("a command that homes, probes or parks"),
+                format!("move {letter} to a known place after it: G1 {letter}… under G90"),
+            ),
+            Some(Lost::ToolOffset) => (
+                Some("G43 or G49 without an absolute Z"),
+                "write Z in that line, under G90: some controllers move by the offset there, others do not"
+                    .to_owned(),
+            ),
+            Some(Lost::ToolChange) => (
+                Some("a tool change"),
+                format!(
+                    "give the setup where it goes: [tool_change] {letter} = …, or move {letter} to a known place first"
+                ),
+            ),
+        };
+        let after = behind.map_or(String::new(), |what| format!(" after {what}"));
+        Fault::new(
+            span,
+            format!("the position of {letter} is not known here{after}"),
+            remedy,
+        )
+    }
+
+    /// The system, where it must be known.
+    pub(super) fn needs_system(&self, word: &Word) -> Result<&System, Fault> {
+        self.offsets.active().ok_or_else(|| {
+            let name = system_name(self.offsets.selected());
+            Fault::new(
+                word.span(),
+                format!("the offset of {name} is not known"),
+                format!("give it in the setup: [offset.\"{name}\"] X = …, Y = …, Z = …"),
+            )
+        })
+    }
+
+    /// G20 or G21, where it must be known.
+    pub(crate) fn needs_units(&self, span: Range<usize>) -> Result<Units, Fault> {
+        self.units.ok_or_else(|| {
+            Fault::new(
+                span,
+                "mm or inches: that is not known here",
+                "write G20 or G21 before it, or give the setup with its units",
+            )
+        })
+    }
+
+    /// G90 or G91, where it must be known.
+    pub(super) fn needs_distance(&self, block: &Block) -> Result<Distance, Fault> {
+        self.distance.ok_or_else(|| {
+            Fault::new(
+                axis_span(block),
+                "absolute or incremental: that is not known here",
+                "write G90 or G91 before it",
+            )
+        })
+    }
+
+    /// Tool-centre-point control must be off.
+    pub(super) fn not_with_tip(&self, word: &Word) -> Result<(), Fault> {
+        if !self.tip {
+            return Ok(());
+        }
+        Err(unknown(
+            word,
+            "this word under tool-centre-point control",
+            "switch tool-centre-point control off before it",
+        ))
+    }
+}

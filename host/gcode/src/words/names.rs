@@ -1,0 +1,312 @@
+//! Words of a Sinumerik that are more than a letter and a number.
+
+use super::digits::{Number, number_at};
+use super::{Block, Word};
+use crate::fault::{FLAT, Fault, Kind};
+
+/// Nothing that positions depend on: how smoothly it goes, messages, looking ahead, the spindle.
+const NEUTRAL: [&str; 26] = [
+    "MSG",
+    "STOPRE",
+    "SOFT",
+    "BRISK",
+    "FFWON",
+    "FFWOF",
+    "COMPCAD",
+    "COMPON",
+    "COMPCURV",
+    "COMPOF",
+    "COMPSURF",
+    "CYCLE832",
+    "FIFOCTRL",
+    "UPATH",
+    "SPATH",
+    "SETMS",
+    "SPOS",
+    "SPOSA",
+    "LIMS",
+    "CFC",
+    "CFIN",
+    "CFTCP",
+    "WORKPIECE",
+    "ADIS",
+    "ADISPOS",
+    "ORIAXES",
+];
+
+/// Frames, which nothing but an end of them may name.
+const FRAMES: [&str; 9] = [
+    "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "ROTS",
+];
+
+/// What computes or jumps.
+const FLOW: [&str; 18] = [
+    "DEF", "PROC", "EXTERN", "CALL", "PCALL", "MCALL", "IF", "ELSE", "ENDIF", "FOR", "ENDFOR",
+    "WHILE", "ENDWHILE", "LOOP", "GOTO", "GOTOF", "GOTOB", "REPEAT",
+];
+
+/// A tool's name as the number by which it is known here: beyond those that programs write.
+#[must_use]
+pub(crate) fn number_of_name(name: &str) -> u32 {
+    // FNV-1a.
+    let hash = name.bytes().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte.to_ascii_uppercase())).wrapping_mul(0x100_0000_01B3)
+    });
+    2_000_000 + (hash % 90_000_000) as u32
+}
+
+impl Block {
+    /// A word at a letter, and where it ends.
+    pub(super) fn named_word(&mut self, line: &[u8], start: usize) -> Result<usize, Fault> {
+        let is_name = |b: &&u8| b.is_ascii_alphanumeric() || **b == b'_';
+        let length = line[start..].iter().take_while(is_name).count();
+        let name = String::from_utf8_lossy(&line[start..start + length]).to_ascii_uppercase();
+        let after = skip_blanks(line, start + length);
+        let assigns = line.get(after) == Some(&b'=');
+        let mut letters = name.bytes().take_while(u8::is_ascii_alphabetic);
+        let is_letter = letters.by_ref().count() == 1;
+        if is_letter && name.starts_with('R') && (assigns || length > 1) {
+            return Err(
+                Fault::new(start..line.len(), "a parameter: the program computes", FLAT)
+                    .kind(Kind::Parameter),
+            );
+        }
+        if is_letter && !assigns {
+            return self.word_at(line, start);
+        }
+        let value = skip_blanks(line, after + 1);
+        if assigns && (is_letter || name == "CR") {
+            let letter = match name.as_str() {
+                "CR" => b'R',
+                _ => name.as_bytes()[0],
+            };
+            return self.assigned(line, start..start + length, letter, value);
+        }
+        let end = match (assigns, line.get(after)) {
+            (true, _) => number_at(line, value).map_or(value, |number| number.end),
+            (false, Some(b'(')) => arguments(line, after)?,
+            (false, _) => start + length,
+        };
+        let span = start..end.max(start + 1);
+        let turns = [("TRAORI", 428.9), ("TRAFOOF", 429.9)];
+        let turns = turns.iter().find(|(turn, _)| *turn == name);
+        if name == "SUPA" {
+            return self.add(pseudo(b'G', 53.0, start, start + length));
+        }
+        if let Some((_, value)) = turns {
+            return self.add(pseudo(b'M', *value, start, end));
+        }
+        let alone = line[end..]
+            .iter()
+            .take_while(|b| **b != b';')
+            .all(u8::is_ascii_whitespace);
+        let ends_frame =
+            FRAMES.contains(&name.as_str()) && alone && self.words.iter().all(|w| w.letter == b'N');
+        if NEUTRAL.contains(&name.as_str()) || ends_frame {
+            self.has_text = true;
+            return Ok(end);
+        }
+        let (cause, remedy, kind) = if FRAMES.contains(&name.as_str()) {
+            (
+                "a frame: coordinates that are moved, turned, scaled or mirrored are not followed",
+                "post the part in G54 to G57 alone",
+                Kind::Word,
+            )
+        } else if name == "CYCLE800" || name == "PLANE" {
+            (
+                "CYCLE800: a swivelled plane is not followed",
+                "post the part with TRAORI, or as three-axis moves for each position of the rotary axes",
+                Kind::Word,
+            )
+        } else if name.starts_with("CYCLE")
+            || name.starts_with("POCKET")
+            || name.starts_with("HOLES")
+        {
+            (
+                "a cycle of a Sinumerik is not read",
+                "post cycles as single moves: G0 and G1",
+                Kind::Word,
+            )
+        } else if FLOW.contains(&name.as_str()) || line.get(after) == Some(&b':') {
+            (
+                "a jump, a loop or a subprogram: the program computes",
+                FLAT,
+                Kind::Flow,
+            )
+        } else {
+            (
+                "no word of a Sinumerik that is known",
+                "check --dialect, or take it out if it moves nothing",
+                Kind::Word,
+            )
+        };
+        Err(Fault::new(span, cause, remedy).kind(kind))
+    }
+
+    /// `X=1.5`, `T="NAME"`, `S1=3000`, `CR=10`.
+    fn assigned(
+        &mut self,
+        line: &[u8],
+        name: std::ops::Range<usize>,
+        letter: u8,
+        value: usize,
+    ) -> Result<usize, Fault> {
+        let start = name.start;
+        if letter == b'T' && line.get(value) == Some(&b'"') {
+            let rest = &line[value + 1..];
+            let Some(length) = rest.iter().position(|b| *b == b'"') else {
+                return Err(Fault::new(
+                    start..line.len(),
+                    "a name that does not end",
+                    "end it with \"",
+                ));
+            };
+            let name = String::from_utf8_lossy(&rest[..length]).into_owned();
+            let number = name.parse().unwrap_or_else(|_| number_of_name(&name));
+            return self.add(pseudo(b'T', f64::from(number), start, value + length + 2));
+        }
+        let indexed = name.len() > 1 && letter != b'R';
+        if indexed && !matches!(letter, b'S' | b'M') {
+            return Err(Fault::new(
+                start..value,
+                "an axis or a value with a number: it is not followed",
+                "write the letter alone",
+            )
+            .kind(Kind::Word));
+        }
+        let Some(Number {
+            value: number,
+            end,
+            decimals,
+            point,
+        }) = number_at(line, value)
+        else {
+            return Err(Fault::new(
+                start..line.len(),
+                "a value that is no number: AC, IC, DC, or an expression",
+                "write numbers, absolute under G90 and incremental under G91",
+            )
+            .kind(Kind::Expression));
+        };
+        self.add(Word {
+            letter,
+            value: number,
+            start,
+            number: value,
+            end,
+            decimals,
+            point,
+        })
+    }
+}
+
+/// A word whose bytes are not a letter and a number.
+fn pseudo(letter: u8, value: f64, start: usize, end: usize) -> Word {
+    Word {
+        letter,
+        value,
+        start,
+        number: start,
+        end,
+        decimals: 0,
+        point: false,
+    }
+}
+
+fn skip_blanks(line: &[u8], from: usize) -> usize {
+    let rest = line.get(from..).unwrap_or_default();
+    from + rest
+        .iter()
+        .take_while(|b| matches!(b, b' ' | b'\t'))
+        .count()
+}
+
+/// Behind what stands in brackets, texts in quotes among it.
+fn arguments(line: &[u8], open: usize) -> Result<usize, Fault> {
+    let (mut depth, mut quoted) = (0, false);
+    for (at, byte) in line.iter().enumerate().skip(open) {
+        match byte {
+            b'"' => quoted = !quoted,
+            b'(' if !quoted => depth += 1,
+            b')' if !quoted => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Ok(at + 1);
+        }
+    }
+    Err(Fault::new(
+        open..line.len(),
+        "a bracket that does not end",
+        "end it with `)` in the same line",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Dialect;
+    use crate::codes::Code;
+    use crate::fault::Kind;
+    use crate::words::Block;
+    use proptest::prelude::*;
+
+    fn scan(line: &str) -> Result<Block, Kind> {
+        let mut block = Block::default();
+        let done = block.scan(line.as_bytes(), Dialect::Siemens);
+        done.map(|()| block).map_err(|fault| fault.kind)
+    }
+
+    #[test]
+    fn names_and_assignments_are_words_of_a_letter_and_a_number() {
+        let words = |line: &str| -> Vec<(char, f64)> {
+            let block = scan(line).unwrap();
+            let words = block.words.iter();
+            words.map(|w| (char::from(w.letter), w.value)).collect()
+        };
+        assert_eq!(
+            words("N10 G2 X=1.5 Y-2 CR=10.5 F=100 ; to (here"),
+            [
+                ('N', 10.0),
+                ('G', 2.0),
+                ('X', 1.5),
+                ('Y', -2.0),
+                ('R', 10.5),
+                ('F', 100.0)
+            ]
+        );
+        assert_eq!(
+            words("G0 SUPA Z0 D0"),
+            [('G', 0.0), ('G', 53.0), ('Z', 0.0), ('D', 0.0)]
+        );
+        let [supa, own] = ["SUPA Z0", "G153 Z0"].map(|line| scan(line).unwrap());
+        for block in [supa, own] {
+            let code = block.words[0].code(Dialect::Siemens);
+            assert_eq!(code, Some(Code::MachineCoordinates));
+        }
+        assert_eq!(words("T=\"12\""), [('T', 12.0)]);
+        assert_eq!(words("S1=3000 M1=3"), [('S', 3000.0), ('M', 3.0)]);
+        assert_eq!(words("MSG(\"a ) b\") TRAORI(1)"), [('M', 428.9)]);
+        assert_eq!(words("CYCLE832(0.01,_FINISH,1)"), []);
+        assert_eq!(words("TRANS"), []);
+    }
+
+    #[test]
+    fn what_is_not_followed_is_named() {
+        assert_eq!(scan("R1=5").unwrap_err(), Kind::Parameter);
+        assert_eq!(scan("X=IC(5)").unwrap_err(), Kind::Expression);
+        assert_eq!(scan("CYCLE83(1,2)").unwrap_err(), Kind::Word);
+        assert_eq!(scan("TRANS X10").unwrap_err(), Kind::Word);
+        assert_eq!(scan("IF R1>5").unwrap_err(), Kind::Flow);
+        assert_eq!(scan("AGAIN: X5").unwrap_err(), Kind::Flow);
+        assert_eq!(scan("T=\"MILL").unwrap_err(), Kind::Other);
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_makes_the_scanner_panic(line in proptest::collection::vec(any::<u8>(), 0..60), text in "[A-Z0-9=\"() ;_.]{0,40}") {
+            let mut block = Block::default();
+            let _ = block.scan(&line, Dialect::Siemens);
+            let _ = block.scan(text.as_bytes(), Dialect::Siemens);
+        }
+    }
+}

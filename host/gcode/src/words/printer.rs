@@ -1,0 +1,234 @@
+//! Lines of a printer's program. Only those that move the axes or say how are read as words; all others pass as they are:
+//! words M with text after them, words T, macros of Klipper.
+
+use super::digits::number_at;
+use super::{Block, Word};
+use crate::fault::Fault;
+
+/// What a line that is not read does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// It leaves the axes where they are, or brings them back.
+    Stays,
+    /// It homes, probes or parks: where the axes are then is not known.
+    Moves,
+    /// It brings back a position and modes that were stored.
+    Restores,
+}
+
+/// Words G (in tenths) that do not move the axes, or bring them back: retractions of the firmware, a stored position.
+const STAY: [u16; 5] = [100, 110, 220, 230, 600];
+/// Words G (in tenths) that home, probe, level, clean or park.
+const MOVE: [u16; 21] = [
+    120, 260, 270, 290, 291, 292, 300, 320, 330, 340, 350, 380, 381, 382, 383, 384, 385, 760, 800,
+    810, 4250,
+];
+/// The word G, in tenths, that homes.
+const HOME: u16 = 280;
+/// Goes to a stored position.
+const STORED: u16 = 610;
+
+impl Block {
+    /// Reads a line that is not read as words.
+    ///
+    /// # Errors
+    /// A program that is not text, and a command that corrects the axes a second time.
+    pub(super) fn scan_printer(&mut self, line: &[u8]) -> Result<bool, Fault> {
+        let start = line.iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let rest = &line[start..];
+        if rest.starts_with(b"GCDE") {
+            return Err(Fault::new(
+                0..4,
+                "binary G-code",
+                "switch binary G-code off in the slicer, in the settings of the printer",
+            ));
+        }
+        let is_name = |b: &&u8| b.is_ascii_alphabetic() || **b == b'_';
+        let name = &rest[..rest.iter().take_while(is_name).count()];
+        let number = match name {
+            [_] => number_at(line, start + 1),
+            _ => None,
+        };
+        let tenths = number.as_ref().and_then(|number| {
+            let word = Word {
+                letter: b'G',
+                value: number.value,
+                start,
+                number: start + 1,
+                end: number.end,
+                decimals: number.decimals,
+                point: number.point,
+            };
+            word.tenths().map(|tenths| (word, tenths))
+        });
+        let command = match (name, tenths) {
+            ([b'G' | b'g'], Some((word, HOME))) => {
+                self.home(line, word);
+                return Ok(true);
+            }
+            ([b'G' | b'g'], Some((_, tenths))) => match tenths {
+                STORED => Command::Restores,
+                100 if has_axis(&line[start + 1..]) => return Err(shifts(start..line.len())),
+                tenths if STAY.contains(&tenths) => Command::Stays,
+                tenths if MOVE.contains(&tenths) => Command::Moves,
+                _ => return Ok(false),
+            },
+            ([b'M' | b'm'], Some((_, 820 | 830))) => return Ok(false),
+            // Pops the modes in RepRapFirmware.
+            ([b'M' | b'm'], Some((_, 1210))) => Command::Restores,
+            ([b'M' | b'm'], Some((_, 5560 | 8520))) => return Err(corrects(start..line.len())),
+            ([b'M' | b'm'], Some((_, 2060))) if has_axis(&line[start + 1..]) => {
+                return Err(shifts(start..line.len()));
+            }
+            ([b'M' | b'm'], Some((_, 4280))) => return Err(shifts(start..line.len())),
+            ([b'M' | b'm'], Some(_)) | ([b'T' | b't'], _) => Command::Stays,
+            ([] | [_], _) => return Ok(false),
+            (name, _) => match name.to_ascii_uppercase().as_slice() {
+                b"RESTORE_GCODE_STATE" => Command::Restores,
+                b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => {
+                    return Err(corrects(start..line.len()));
+                }
+                b"SET_KINEMATIC_POSITION" => return Err(shifts(start..line.len())),
+                b"SET_GCODE_OFFSET" if offsets_xy(rest) => {
+                    return Err(shifts(start..line.len()));
+                }
+                _ => Command::Stays,
+            },
+        };
+        self.command = Some(command);
+        self.has_text = true;
+        self.end = line.len();
+        Ok(true)
+    }
+
+    /// G28: its axes are letters alone, and others of its letters mean other things.
+    fn home(&mut self, line: &[u8], word: Word) {
+        let mut at = word.end;
+        self.push(word);
+        self.has_text = true;
+        while let Some(&byte) = line.get(at) {
+            let letter = byte.to_ascii_uppercase();
+            match letter {
+                b';' | b'(' => break,
+                b'X'..=b'Z' if self.word(letter).is_none() => self.push(Word {
+                    letter,
+                    value: 0.0,
+                    start: at,
+                    number: at + 1,
+                    end: at + 1,
+                    decimals: 0,
+                    point: false,
+                }),
+                _ => {}
+            }
+            at += 1;
+        }
+        self.end = line.len();
+    }
+}
+
+/// True for a command that switches Klipper's skew correction off, or stores it.
+fn clears(line: &[u8]) -> bool {
+    let line = line.to_ascii_uppercase();
+    let has = |text: &[u8]| line.windows(text.len()).any(|part| part == text);
+    has(b"CLEAR=1") || has(b"SAVE=") || has(b"REMOVE=")
+}
+
+/// True if letters of X, Y or Z follow, comments aside.
+fn has_axis(rest: &[u8]) -> bool {
+    let mut code = rest.iter().take_while(|b| !b";(".contains(b));
+    code.any(|b| b"XYZ".contains(&b.to_ascii_uppercase()))
+}
+
+/// True for an offset of Klipper's in X or Y that may be another than zero; Z has one for the first layer.
+fn offsets_xy(line: &[u8]) -> bool {
+    let line = String::from_utf8_lossy(line).to_ascii_uppercase();
+    let code = line.split([';', '#']).next().unwrap_or_default();
+    code.split_whitespace().any(|part| {
+        let Some((name, value)) = part.split_once('=') else {
+            return false;
+        };
+        matches!(name, "X" | "Y" | "X_ADJUST" | "Y_ADJUST") && value.parse() != Ok(0.0_f64)
+    })
+}
+
+/// Words would mean other places than those where the correction is looked up.
+fn shifts(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "the command moves the coordinates in the firmware, and that is not followed",
+        "take the line out, and slice the part where it is to be printed, or shift it with G92",
+    )
+}
+
+/// The firmware would correct what is corrected here.
+fn corrects(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "the program sets the skew correction of the firmware, and the axes would be corrected twice",
+        "take the line out, and switch that correction off: SET_SKEW CLEAR=1, M852 I0 J0 K0, M556 S1 X0 Y0 Z0",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dialect::Dialect;
+
+    fn read(line: &str) -> Block {
+        let mut block = Block::default();
+        block.scan(line.as_bytes(), Dialect::Printer).unwrap();
+        block
+    }
+
+    fn letters(line: &str) -> String {
+        let words = read(line).words;
+        words.iter().map(|w| char::from(w.letter)).collect()
+    }
+
+    #[test]
+    fn lines_that_move_are_words_and_others_are_commands() {
+        assert_eq!(letters("G1 X1 Y2 E.5 F1800 ; wall"), "GXYEF");
+        assert_eq!(letters("g1x1e-.5"), "GXE");
+        assert_eq!(letters("M83"), "M");
+        assert_eq!(letters("G28 W ; home all"), "G");
+        assert_eq!(letters("G28 X Y0"), "GXY");
+        for (line, command) in [
+            ("M117 Layer 3 (of 40", Command::Stays),
+            ("M862.3 P \"MK3S\"", Command::Stays),
+            ("T?", Command::Stays),
+            ("T1", Command::Stays),
+            ("EXCLUDE_OBJECT_START NAME=cube_id_0", Command::Stays),
+            ("START_PRINT BED_TEMP=60", Command::Stays),
+            ("G10", Command::Stays),
+            ("SET_SKEW CLEAR=1", Command::Stays),
+            ("G10 P0 S205 R140 ; X", Command::Stays),
+            ("M206", Command::Stays),
+            ("SET_GCODE_OFFSET Z_ADJUST=.02 MOVE=1", Command::Stays),
+            ("SET_GCODE_OFFSET X=0 Y=0.0", Command::Stays),
+            ("G29 P1", Command::Moves),
+            ("G80", Command::Moves),
+            ("RESTORE_GCODE_STATE NAME=a MOVE=1", Command::Restores),
+        ] {
+            assert_eq!(read(line).command, Some(command), "{line}");
+            assert!(read(line).words.is_empty());
+        }
+        assert_eq!(read("; comment").command, None);
+        assert_eq!(read("").command, None);
+        let mut block = Block::default();
+        for line in [
+            "SKEW_PROFILE LOAD=a",
+            "M852 I.001",
+            "GCDE\u{1}",
+            "G10 L2 P1 X50",
+            "g10p1x0y-9",
+            "M206 X5",
+            "M428",
+            "SET_GCODE_OFFSET Y=1.5",
+            "set_gcode_offset x_adjust=0.1 z=0",
+            "SET_KINEMATIC_POSITION X=0",
+        ] {
+            assert!(block.scan(line.as_bytes(), Dialect::Printer).is_err());
+        }
+    }
+}
