@@ -2,6 +2,11 @@
 //! general evaluation of the blob.
 //!
 //! Uses `trueaxis-tables`.
+
+// Modules, each of which uses only those before it: `program` (straight-line code as a tree) · `lower` (from a
+// compensation to it) · `interpret`, `proof` (what it computes, beside the general evaluation) · `rust`, `c`
+// (printed).
+
 #![forbid(unsafe_code)]
 
 mod c;

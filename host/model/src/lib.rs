@@ -2,6 +2,11 @@
 //! each parameter. Built around the types of `trueaxis-kinematics`.
 //!
 //! Uses the kinematics and, for positions as a controller reads them, the runtime.
+
+// Modules, each of which uses only those before it: `source` (places in files, errors with remedies) · `formats` (CSV;
+// units) · `machine`, `errors` (their files, names, uncertainties) · `kinematics` (paths of the kinematics in the
+// host) · `positions`, `motion`, `pose` (rows of positions, tool and axes there) · `explain`.
+
 #![forbid(unsafe_code)]
 
 pub mod errors;

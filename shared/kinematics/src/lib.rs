@@ -44,6 +44,12 @@
 //! assert!((dq[3] + 50e-6 / (1.0 + 0.1 * 0.1)).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+
+// Modules, each of which uses only those before it: `machine`, `axis`, `check` (the chain, and whether it can be
+// corrected) · `parameter`, `motion`, `errors` (its errors) · `nominal` (poses and Jacobian without errors) · `chain`,
+// `policy`, `correction`, `linearised`, `sensitivity` (with errors) · `stored` (machine and errors in a file) · `sine`
+// (the source of sine and cosine).
+
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
