@@ -18,18 +18,16 @@ pub fn execute() -> Result<(), String> {
     run(cargo().args(["publish", "--workspace", "--dry-run", "--allow-dirty"]))?;
     let folder = target("published");
     let _ = std::fs::remove_dir_all(&folder);
-    let sources = files::folder(folder.join("sources"))?;
     let mut install = Command::new("cargo");
     install.args(["install", "--quiet", "--root"]).arg(&folder);
-    for package in files::list(&target("package"), "crate")? {
-        run(Command::new("tar")
-            .arg("-xf")
-            .arg(&package)
-            .arg("-C")
-            .arg(&sources))?;
-        let name = package.file_stem().unwrap_or_default().to_string_lossy();
-        let (name, _) = name.rsplit_once('-').unwrap_or((&name, ""));
-        let source = sources.join(package.file_stem().unwrap_or_default());
+    // Unpacked by `cargo publish`, which has built them.
+    let packages = std::fs::read_dir(target("package")).map_err(|e| e.to_string())?;
+    for package in packages {
+        let source = package.map_err(|e| e.to_string())?.path();
+        let name = source.file_name().unwrap_or_default().to_string_lossy();
+        let Some(name) = name.strip_suffix(concat!("-", env!("CARGO_PKG_VERSION"))) else {
+            continue;
+        };
         if name == "trueaxis-cli" {
             install.arg("--path").arg(&source);
         } else {
@@ -38,6 +36,7 @@ pub fn execute() -> Result<(), String> {
             install.args(["--config", &patch]);
         }
     }
+    files::folder(folder.clone())?;
     let start = Instant::now();
     run(install
         .env("CARGO_TARGET_DIR", folder.join("target"))
