@@ -38,7 +38,7 @@ pub struct Volumetric {
 /// How well the errors are known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
-    /// 95 % band of the error that uncertain parameters, measured motions and errors that the model lacks leave.
+    /// 95 % interval of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
     /// What mean, 95 % and largest error of a machine by the same do not exceed, each with 95 %. A mean of the band is none
     /// of these.

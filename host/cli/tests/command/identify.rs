@@ -642,7 +642,7 @@ fn what_the_stylus_takes_up_stays_known_as_not_seen() {
         &["compile", &machine, &found, "-o", &folder.at("tables.trax")],
     );
     assert!(
-        said.contains("the errors that were measured leave the tip off by about"),
+        said.contains("the measured errors put the tip off by about"),
         "{said}"
     );
     assert!(

@@ -32,7 +32,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
     let errors = folder.file("errors.toml", &text);
     let said = compiled(&folder, &errors, &[]);
     assert!(
-        said.contains("95 % band of what uncertain parameters leave"),
+        said.contains("95 % interval of the error from uncertain parameters"),
         "{said}"
     );
     assert!(!said.contains("uncorrelated"), "{said}");

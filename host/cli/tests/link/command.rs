@@ -206,7 +206,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     ];
     let text = says(1, &compile);
     assert!(
-        text.contains("the target desktop holds too little for 0.05"),
+        text.contains("the target desktop is too small for 0.05"),
         "{text}"
     );
     assert!(text.contains(" of 2000 bytes"), "{text}");
