@@ -524,7 +524,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         ),
         (
             &limit("quantity = \"EXX2\"\num = 1.0"),
-            &["line 3", "EXX2 is a coefficient", "limit what it does"],
+            &["line 3", "EXX2 is a coefficient", "limit its effect"],
         ),
         (
             &limit("quantity = \"EA0Z\"\num = 1.0"),
@@ -622,7 +622,7 @@ fn an_identification_of_another_machine_is_refused() {
             "--identification",
             &found,
         ],
-        &["found.json", "of another machine", "leave it out"],
+        &["found.json", "of another machine", "or no identification"],
     );
     assert!(!std::path::Path::new(&out).exists());
 }

@@ -60,7 +60,7 @@ fn what_is_identified_can_be_compiled() {
         ],
     );
     // The text output.
-    let said = answer(0, &["identify", &machine, &probings]);
+    let said = answer(0, &["identify", &machine, &probings, "--verbose"]);
     for part in [
         "10 parameters from 168 probings of 4 balls",
         "Not measured, and not in these figures: EX0C, EY0A, EZ0A, EXX1.",

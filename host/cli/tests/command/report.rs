@@ -234,7 +234,7 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     );
     assert!(
         report.verdict[0].starts_with("Without tables the machine is off by")
-            && report.verdict[2].ends_with("is not said."),
+            && report.verdict[2].ends_with("The errors have no uncertainties."),
         "{:?}",
         report.verdict
     );

@@ -299,6 +299,7 @@ fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_trave
             random,
             "--policy",
             "orientation",
+            "--verbose",
         ];
         answer(0, &words)
     };

@@ -255,7 +255,7 @@ fn said(factor_tables: cec::FactorTables) -> &'static str {
 fn for_tool(length: Option<f64>) -> String {
     match length {
         Some(length) => format!("{length} mm"),
-        None => "the origin of the machine file it was compiled with".to_owned(),
+        None => "the length in the machine file it was compiled with".to_owned(),
     }
 }
 

@@ -43,6 +43,7 @@ pub fn screen(found: &Outcome<'_>, is_verbose: bool) -> String {
         by_ball(&mut text, found);
         checks(&mut text, found);
     }
+    senses(&mut text, found);
     observed::setups(&mut text, found);
     if is_verbose {
         bars(&mut text, identified);
@@ -169,6 +170,10 @@ fn places(text: &mut String, found: &Outcome<'_>) {
             _ => "          -\n".to_owned(),
         };
     }
+}
+
+/// Axes whose sense the probings do not show.
+fn senses(text: &mut String, found: &Outcome<'_>) {
     if let Some(axes) = &found.unseen_senses {
         *text += &format!(
             "these rows would fit as well if {axes} counted the other way: nothing here shows it without nominal_mm of a ball in the artefact\n"
