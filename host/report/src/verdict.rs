@@ -289,6 +289,7 @@ mod tests {
                 band: quality(2.06, 4.0),
                 at_most: quality(3.0, 6.0),
                 is_of_zone: false,
+                after: None,
                 is_direction_measured: true,
                 uncertain: 1,
                 exact: 0,
