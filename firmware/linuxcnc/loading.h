@@ -49,7 +49,7 @@ static const char *const TROUBLES[] = {
     "no fault any more",
     "the file cannot be read",
     "the file is refused",
-    "the axes of the file are not those of axes=",
+    "the axes of the file differ from axes=",
     "the file needs more pins",
     "the file was not taken because corrections are active, and its axes, travels or inputs differ: set enable to 0, wait for active to become false, and reload",
     "pos-in of a joint is not connected, or not a number",

@@ -296,7 +296,7 @@ pub fn compile(
         Made::NoRoom(shortages) => {
             let name = &options.tables.target.name;
             return Err(raise(
-                format!("the target {name} holds too little: {}", all(&shortages)),
+                format!("the target {name} is too small: {}", all(&shortages)),
                 options.scheme.smaller(),
             ));
         }

@@ -180,7 +180,7 @@ impl<'s> Walk<'s> {
         }
         let _ = writeln!(
             told,
-            "  tip, {CALIBRATIONS} calibrations with {POSITIONS} positions each: {before:.2} µm before, {left:.2} µm left (mean); in the 95 % band (mean {band:.2} µm) at {:.1} %",
+            "  tip, {CALIBRATIONS} calibrations with {POSITIONS} positions each: {before:.2} µm before, {left:.2} µm left (mean); in the 95 % interval (mean {band:.2} µm) at {:.1} %",
             100.0 * inside
         );
         Ok(told)

@@ -136,7 +136,7 @@ pub struct Facts {
 }
 
 /// Code that computes corrections: from the positions in the order of the axes, the auxiliary inputs, the direction in
-/// which each axis last moved (1, -1, or 0 if it is not known), and the weights of the adjustable terms.
+/// which each axis last moved (1, -1, or 0 if unknown), and the weights of the adjustable terms.
 pub(crate) type Evaluate = unsafe extern "C" fn(
     positions: *const f32,
     auxiliaries: *const f32,

@@ -36,7 +36,7 @@ pub enum IsgError {
     )]
     Axes(String),
     /// What was written is not read.
-    #[error("what was written is not read: {}", .0.message)]
+    #[error("the written file cannot be read back: {}", .0.message)]
     Read(FileError),
 }
 

@@ -74,7 +74,7 @@ pub fn check(map: &HeightMap) -> Result<(), String> {
     let [x, y] = [0, 1].map(|axis| map.grid.nodes[axis]);
     if x.count > MOST_ALONG || x.count * y.count > MOST_POINTS {
         return Err(format!(
-            "{} × {} points are more than the firmware holds: at most {MOST_ALONG} along the first axis and {MOST_POINTS} in \
+            "{} × {} points are more than the firmware has room for: at most {MOST_ALONG} along the first axis and {MOST_POINTS} in \
              all",
             x.count, y.count
         ));

@@ -38,7 +38,7 @@ pub enum SkewError {
     #[error("the compensation is for the axes {0}, and these firmwares correct X, Y and Z")]
     Axes(String),
     /// What was written is not understood.
-    #[error("what was written is not read: `{0}`")]
+    #[error("the written file cannot be read back: `{0}`")]
     Read(String),
     /// A number is larger than the firmware accepts.
     #[error("a skew of {0} is more than the firmware accepts")]

@@ -155,7 +155,7 @@ pub(crate) fn centre_by_radius(
     let chord = libm::hypot(dx, dy);
     if chord < 1e-9 {
         return Err(
-            "an arc by its radius whose ends are the same: its centre is not known".to_owned(),
+            "an arc by its radius whose ends are the same: its centre is undefined".to_owned(),
         );
     }
     let half = 0.5 * chord;

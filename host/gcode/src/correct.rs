@@ -118,14 +118,14 @@ impl<'a> Corrector<'a> {
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
                 return Err(format!(
-                    "the position of {} before the first line is not known: give it in the setup under [start]",
+                    "the position of {} before the first line is unknown: give it in the setup under [start]",
                     axes::name(axis)
                 ));
             }
             let length = nominal.field_length(rules, tables.takes_length);
             if tables.takes_length && length.is_none() {
                 return Err(
-                    "the compensation depends on the tool length, which is not known before the first line: \
+                    "the compensation depends on the tool length, which is unknown before the first line: \
                      give the setup [start] tool and the length of this tool"
                         .to_owned(),
                 );

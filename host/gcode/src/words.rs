@@ -375,7 +375,7 @@ impl Block {
             return Err(Fault::new(
                 word.span(),
                 format!("a number beyond {:.0e}", axes::LARGEST),
-                "write what the machine can reach: so large a number holds no µm",
+                "write a position within reach: so large a number has no digits for µm",
             ));
         }
         if self.words.len() == MOST {

@@ -61,10 +61,10 @@ pub fn header(program: &Program, head: &Head<'_>) -> String {
     text += "/* The corrections to add to the commanded positions, in mm and degrees.\n";
     text += &format!(" * inputs: {}.\n", head.inputs());
     if program.is_directional {
-        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
+        text += " * travel: the direction in which each axis last moved: 1, -1, or 0 if unknown.\n";
     }
     if program.weights > 0 {
-        text += " * weights: those of the adjustable terms, in their order.\n";
+        text += " * weights: of the adjustable terms, in their order.\n";
     }
     text += &format!(
         " * corrections: in the order of the axes: {}. */\n",

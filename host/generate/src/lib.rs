@@ -123,7 +123,7 @@ pub enum GenerateError {
     #[error(transparent)]
     Differs(#[from] Differs),
     /// What a servo needs cannot be written.
-    #[error("what a servo needs beside the code cannot be written: {0}")]
+    #[error("the data of the servo cannot be written: {0}")]
     Facts(#[from] trueaxis::EncodeError),
 }
 

@@ -123,7 +123,7 @@ fn body(program: &Program, head: &Head<'_>) -> String {
     text += &format!("/// `inputs`: {}.\n", head.inputs());
     let mut arguments = vec![format!("inputs: &[f32; {}]", program.inputs)];
     if program.is_directional {
-        text += "///\n/// `travel`: the direction in which each axis last moved: 1, -1, or 0 if it is not known.\n";
+        text += "///\n/// `travel`: the direction in which each axis last moved: 1, -1, or 0 if unknown.\n";
         arguments.push(format!("travel: &[i8; {}]", program.axes));
     }
     if program.weights > 0 {

@@ -136,7 +136,7 @@ pub enum QualifyError {
     },
     /// The ball was moved between rotary positions.
     #[error(
-        "{off:.2} mm are between where the rotary positions see the ball, {rest:.3} mm without that of touch {touch}: no errors of a working machine are as large"
+        "the centres of the ball at the rotary positions are {off:.2} mm apart, {rest:.3} mm without the one of touch {touch}: more than the errors of a working machine"
     )]
     Moved {
         /// Root mean square distance (mm) with all rotary positions.

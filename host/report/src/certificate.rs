@@ -248,7 +248,7 @@ fn judged(
             decision,
             why: match (found, interval) {
                 (Err(why), _) => Some(why.to_owned()),
-                (Ok(_), None) => Some("its uncertainty is not known".to_owned()),
+                (Ok(_), None) => Some("its uncertainty is unknown".to_owned()),
                 _ => doubt,
             },
             limit: limit.clone(),
@@ -372,7 +372,7 @@ fn missing(report: &Report, stated: &Calibration, validation: Option<&Validation
     );
     add(
         report.tables.is_none(),
-        "No compensation is given: all results are those of the uncorrected machine.",
+        "No compensation is given: all results are for the uncorrected machine.",
     );
     add(
         validation.is_none(),

@@ -317,8 +317,8 @@ pub fn balls(identification: &Identification) -> Option<String> {
         })
         .collect();
     let bars = Bars {
-        title: "What is left at each ball, in µm".to_owned(),
-        label: "left at a ball, with its probings (µm)".to_owned(),
+        title: "Residual at each ball, in µm".to_owned(),
+        label: "residual at a ball, with its probings (µm)".to_owned(),
         legend: ["root mean square", "maximum", ""].map(str::to_owned),
         ink: Ink::After,
         bars,
@@ -337,7 +337,7 @@ pub fn validation(found: &Validation) -> String {
     let measured = |name: &str, scatter: Scatter| bar(name, scatter.rms_um, scatter.largest_um);
     let predicted = match found.unseen.is_empty() {
         true => "predicted, at most",
-        false => "predicted of what was measured",
+        false => "predicted from the measured errors",
     };
     let bars = Bars {
         title: "Scatter of the tip around the balls, before, after and as predicted, in µm"
@@ -391,6 +391,6 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         true => Scale::exact("time (min)", [low, high]),
         false => Scale::exact("probing", [low, high]),
     };
-    let title = "What is left of each probing, in the workpiece frame, in µm".to_owned();
-    (!rows.is_empty()).then(|| chart(title, x, "left (µm)", Vec::new(), all))
+    let title = "Residual of each probing, in the workpiece frame, in µm".to_owned();
+    (!rows.is_empty()).then(|| chart(title, x, "residual (µm)", Vec::new(), all))
 }

@@ -159,7 +159,7 @@ pub fn report(
         let is_this = found.machine == machine.name;
         if !is_this {
             remarks.push(format!(
-                "The identification is left out: it is of the machine `{}`.",
+                "The identification is left out: it belongs to the machine `{}`.",
                 found.machine
             ));
         }

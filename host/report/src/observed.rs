@@ -98,7 +98,7 @@ fn of_term(term: &Term) -> [String; 5] {
 
 fn sentence(warmed: &Temperatures) -> String {
     if warmed.terms.is_empty() {
-        return "No temperature predicts warm-ups that were left out better than none.".to_owned();
+        return "No temperature improves the prediction of left-out warm-ups.".to_owned();
     }
     format!(
         "Warm-ups predicted from the others are off by {} µm with these terms and by {} µm without (rms of a coordinate). Another one stays within ± {} µm (95 % of coordinates).",

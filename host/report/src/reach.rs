@@ -17,9 +17,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         if max >= MATTERS {
             let why = match (rotary, subject.policy) {
                 (0, _) => "the machine has no rotary axis that could turn the tool back",
-                (_, Policy::Position) => {
-                    "the policy `position` leaves rotary axes as they are commanded"
-                }
+                (_, Policy::Position) => "the policy `position` does not correct rotary axes",
                 (1, _) => "one rotary axis can turn the tool back in one plane only",
                 (_, Policy::Orientation) => {
                     "the policy `orientation` weighs rotation about the tool's own axis as much as its direction"
@@ -29,7 +27,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
                 }
             };
             sentences.push(format!(
-                "Of the tool's direction {} µrad stay on average, {} at most: {why}.",
+                "Direction errors of {} µrad remain on average, {} at most: {why}.",
                 figure(mean),
                 figure(max)
             ));
@@ -61,7 +59,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         && um >= 1e-3
     {
         sentences.push(format!(
-            "The tables hold for one length of the tool: {} µm more for each mm that it is longer or shorter.",
+            "The tables are for one tool length: each mm more or less adds up to {} µm.",
             figure(um)
         ));
     }
@@ -70,7 +68,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         && let Some(outside) = &compensation.proof.outside
     {
         sentences.push(format!(
-            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave up to {} µm at random positions there.",
+            "Outside of the calibrated ranges, where nothing was measured, the errors keep their end values. With these, up to {} µm remain there with the tables.",
             figure(outside.after.translation_um.max)
         ));
     }

@@ -146,7 +146,7 @@ pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
     }
     if tests.circles.len() < 3 {
         remarks.push(format!(
-            "Travels of less than {} mm leave no room for a circular test.",
+            "Travels of less than {} mm have no room for a circular test.",
             2.0 * BARS[BARS.len() - 1]
         ));
     }

@@ -9,9 +9,13 @@ use trueaxis_tables::validate::{Quality, Statistics};
 const NOTHING: f64 = 5e-5;
 /// A single error differs from the whole by other random positions only.
 const ROUNDING: f64 = 0.02;
+/// The smallest share of the direction error that rotary axes must be able to correct, so that it counts as corrected.
+const REACHED: f64 = 0.01;
+/// Mean direction errors (µrad) beyond the reach of the axes that are worth a word.
+const REMAINS: f64 = 0.1;
 
-/// The verdict, one sentence each: the expected error of the machine, its main cause, and what the tables leave. Figures
-/// are means over the travel unless they say otherwise.
+/// The verdict, one sentence each: the expected error of the machine, its main cause, and the effect of the tables.
+/// Figures are means over the travel unless they say otherwise.
 pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
@@ -20,11 +24,10 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel)
     if is_nothing(before) {
         return vec!["The errors that are known change nothing at the tool.".to_owned()];
     }
-    let mut all = vec![
-        expected(volumetric, errors),
-        cause(before, shares),
-        left(volumetric),
-    ];
+    let mut all = match expected(volumetric, errors) {
+        Some(expected) => vec![expected, cause(before, shares), remaining(volumetric)],
+        None => vec![remaining(volumetric), cause(before, shares)],
+    };
     all.extend(unseen(errors));
     all
 }
@@ -32,7 +35,7 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel)
 /// Most errors that the sentence names.
 const NAMED: usize = 4;
 
-/// What the measurements could not show.
+/// The parameters that the measurements could not show.
 fn unseen(errors: &ErrorModel) -> Option<String> {
     let mut all: Vec<_> = errors.unseen.iter().collect();
     all.sort_by(|a, b| b.1.total_cmp(a.1));
@@ -48,59 +51,64 @@ fn unseen(errors: &ErrorModel) -> Option<String> {
         _ => "10 µm",
     };
     Some(format!(
-        "Not measured, and not in these figures: {}{more}. {unit} of {most} alone moves the tip by {} µm over the travel; the error file says what would show each.",
+        "Not measured, and not in these figures: {}{more}. {unit} of {most} alone moves the tip by {} µm over the travel; the error file names a measurement for each.",
         names.join(", "),
         figure(**um)
     ))
 }
 
-/// The expected error: with tables, what they leave plus the effect of uncertain parameters.
-fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> String {
-    match (&volumetric.after, &volumetric.known) {
-        (None, _) => format!(
+/// The expected error; with tables, their remaining error plus the effect of uncertain parameters, which must be known.
+fn expected(volumetric: &Volumetric, errors: &ErrorModel) -> Option<String> {
+    let Some(after) = &volumetric.after else {
+        return Some(format!(
             "Without tables the machine is off by {} on average over the travel.",
             means(&volumetric.before)
+        ));
+    };
+    let known = volumetric.known.as_ref()?;
+    let most = known.with_tables(after);
+    let [mean, p95, largest] = most_of(&most.translation_um);
+    let [of_mean, of_p95, of_largest] = most_of(&most.direction_urad);
+    let of_direction = format!("{of_mean}, {of_p95} and {of_largest} µrad");
+    // Balls show how errors outside the model move the tip, not how they turn the tool.
+    let (and_direction, direction) = match errors.is_direction_measured() {
+        true => (
+            format!(", and the tool direction by {of_direction}"),
+            String::new(),
         ),
-        (Some(_), None) => {
-            "The errors have no uncertainties: what the tables leave holds if the errors are as entered."
-                .to_owned()
-        }
-        (Some(after), Some(known)) => {
-            let exact = match known.exact {
-                0 => String::new(),
-                exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
-            };
-            let three = |most: &Statistics| [most.mean, most.p95, most.max].map(rounded_up);
-            let most = known.with_tables(after);
-            let [mean, p95, largest] = three(&most.translation_um);
-            let [of_mean, of_p95, of_largest] = three(&most.direction_urad);
-            let where_ = zone(known);
-            let of_direction = format!("{of_mean}, {of_p95} and {of_largest} µrad");
-            let (and_direction, direction) = match errors.is_direction_measured() {
-                true => (format!(", and the tool direction by {of_direction}"), String::new()),
-                // Balls show how errors that the model lacks move the tip, not how they turn the tool.
-                false => (
-                    String::new(),
-                    format!(
-                        " The tool's direction was not measured: what is not known of its parameters and what the tables leave turn it by {of_direction}, and other errors are not known."
-                    ),
-                ),
-            };
-            let how_far = match errors.unseen.is_empty() {
-                true => "the tip will be off by no more than about",
-                false => "the errors that were measured leave the tip off by about",
-            };
+        false => (
+            String::new(),
             format!(
-                "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 %, over the {where_}), by what is not known of its parameters{exact} and what the tables leave.{direction}"
-            )
-        }
-    }
+                " The tool direction was not measured: the errors of the model turn it by up to {of_direction}; other errors are unknown."
+            ),
+        ),
+    };
+    let how_far = match errors.unseen.is_empty() {
+        true => "the tip is off by no more than about",
+        false => "the measured errors put the tip off by about",
+    };
+    let exact = match known.exact {
+        0 => String::new(),
+        exact => format!(
+            ", of which {exact} of {} count as exact",
+            exact + known.uncertain
+        ),
+    };
+    Some(format!(
+        "With these tables {how_far} {mean} µm on average, {p95} µm at 95 % of positions and {largest} µm at the worst{and_direction} (each with 95 % probability, over the {}). This includes the uncertainty of the parameters{exact}, and the remaining error of the tables.{direction}",
+        zone(known)
+    ))
 }
 
-/// Where a band holds.
+/// Mean, 95 % of positions and largest, rounded up.
+fn most_of(statistics: &Statistics) -> [String; 3] {
+    [statistics.mean, statistics.p95, statistics.max].map(rounded_up)
+}
+
+/// The zone of an interval.
 fn zone(known: &Known) -> &'static str {
     match known.is_of_zone {
-        true => "probed zone; beyond it, errors that the model lacks are not known",
+        true => "probed zone; outside of it, errors beyond the model are unknown",
         false => "travel",
     }
 }
@@ -156,16 +164,16 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
     }
 }
 
-/// What a correction leaves, and how well the parameters are known.
-fn left(volumetric: &Volumetric) -> String {
-    let left = match (&volumetric.after, &volumetric.kinematic) {
-        (Some(after), _) => format!("The tables themselves leave {} on average", means(after)),
-        (None, Some(best)) => format!("The best tables would leave {} on average", means(best)),
-        (None, None) => "What tables would leave cannot be said".to_owned(),
+/// The error that remains with a correction if the errors are as entered, and how well they are known.
+fn remaining(volumetric: &Volumetric) -> String {
+    let remaining = match (&volumetric.after, &volumetric.kinematic) {
+        (Some(after), _) => with(volumetric, after, "the tables reduce"),
+        (None, Some(best)) => with(volumetric, best, "the best tables would reduce"),
+        (None, None) => "Tables cannot correct this machine".to_owned(),
     };
     match &volumetric.known {
         Some(known) => format!(
-            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %{}).",
+            "{remaining}. The parameters are known to ±{} µm and ±{} µrad (95 %{}).",
             figure(known.band.translation_um.mean),
             figure(known.band.direction_urad.mean),
             match known.is_of_zone {
@@ -173,17 +181,64 @@ fn left(volumetric: &Volumetric) -> String {
                 false => "",
             }
         ),
-        // Already stated in the first sentence.
-        None if volumetric.after.is_some() => format!("{left}."),
-        None => format!("{left}; how well the parameters are known is not said."),
+        None => format!("{remaining}. The errors have no uncertainties."),
     }
 }
 
-/// What the thermal changes leave, if it is known.
+/// The effect of a correction on the mean errors, apart from what no correction with these axes can change.
+fn with(volumetric: &Volumetric, after: &Quality, reduce: &str) -> String {
+    let before = &volumetric.before;
+    let mut parts = Vec::new();
+    if before.translation_um.max >= NOTHING {
+        parts.push(format!(
+            "the tip error from {} to {} µm",
+            figure(before.translation_um.mean),
+            figure(after.translation_um.mean)
+        ));
+    }
+    let [was, is] = [before, after].map(|quality| quality.direction_urad.mean);
+    let best = volumetric.kinematic.as_ref();
+    let best = best.map_or(0.0, |quality| quality.direction_urad.mean);
+    let is_reached = best < was * (1.0 - REACHED);
+    if before.direction_urad.max >= NOTHING && is_reached {
+        parts.push(format!(
+            "the direction error from {} to {} µrad",
+            figure(was),
+            figure(is)
+        ));
+    }
+    let beyond = match (is_reached, was >= NOTHING) {
+        (false, true) => Some(format!(
+            "no table can correct the direction error of {} µrad on this machine",
+            figure(was)
+        )),
+        _ if best >= REMAINS && best > is / 2.0 => Some(format!(
+            "{} µrad of it are beyond the reach of the rotary axes",
+            figure(best)
+        )),
+        _ => None,
+    };
+    match (parts.is_empty(), beyond) {
+        (true, beyond) => {
+            capital(&beyond.unwrap_or_else(|| "no table changes these errors".to_owned()))
+        }
+        (false, beyond) => format!(
+            "{}, {reduce} {} (means){}",
+            match volumetric.known {
+                Some(_) => "With exact parameters",
+                None => "If the errors are as entered",
+            },
+            parts.join(" and "),
+            beyond.map_or_else(String::new, |beyond| format!("; {beyond}"))
+        ),
+    }
+}
+
+/// The drift that the thermal model does not predict, if it is known.
 pub fn thermal(errors: &ErrorModel) -> Option<String> {
     let left = errors.thermal_left?;
     Some(format!(
-        "Beside that, drift with temperature stays within ± {} µm in each direction (95 % of another warm-up or cool-down).",
+        "In addition, drift with temperature stays within ± {} µm in each direction (in 95 % of other warm-ups or cool-downs).",
         figure(left * 1e3)
     ))
 }
@@ -234,6 +289,7 @@ mod tests {
                 band: quality(2.06, 4.0),
                 at_most: quality(3.0, 6.0),
                 is_of_zone: false,
+                after: None,
                 is_direction_measured: true,
                 uncertain: 1,
                 exact: 0,
@@ -258,7 +314,7 @@ mod tests {
         let said = sentences(&found, &[], &errors);
         assert!(
             said[0].starts_with(
-                "With these tables the errors that were measured leave the tip off by about 3.1 µm"
+                "With these tables the measured errors put the tip off by about 3.1 µm"
             ),
             "{said:?}"
         );
@@ -266,7 +322,7 @@ mod tests {
         assert_eq!(
             said[3],
             "Not measured, and not in these figures: EX0C, EXX1. 10 µm of EX0C alone moves the tip by 20 µm over the \
-             travel; the error file says what would show each."
+             travel; the error file names a measurement for each."
         );
     }
 
@@ -278,9 +334,9 @@ mod tests {
         let said = sentences(&found, &[], &errors);
         assert!(
             said[0].ends_with(
-                " 6.1 µm at the worst (each with 95 %, over the travel), by what is not known of its parameters and what the \
-                 tables leave. The tool's direction was not measured: what is not known of its parameters and what the tables \
-                 leave turn it by 7.7, 7.7 and 16 µrad, and other errors are not known."
+                " 6.1 µm at the worst (each with 95 % probability, over the travel). This includes the uncertainty of the \
+                 parameters, and the remaining error of the tables. The tool direction was not measured: the errors of the \
+                 model turn it by up to 7.7, 7.7 and 16 µrad; other errors are unknown."
             ),
             "{said:?}"
         );
@@ -293,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_at_the_tip_is_named_and_what_the_tables_leave() {
+    fn the_largest_at_the_tip_is_named_and_the_effect_of_the_tables() {
         let shares = [
             share("EZ0S", "the spindle's Z position", 55.6, 0.0),
             share("EA0Z", "the inclination of axis Z about X", 21.0, 106.0),
@@ -302,35 +358,33 @@ mod tests {
         assert_eq!(
             sentences(&found, &shares, &none()),
             [
-                "With these tables the tip will be off by no more than about 3.1 µm on average, 3.1 µm at 95 % of positions \
-                 and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 %, over the travel), \
-                 by what is not known of its parameters and what the tables leave.",
+                "With these tables the tip is off by no more than about 3.1 µm on average, 3.1 µm at 95 % of positions \
+                 and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 % probability, over \
+                 the travel). This includes the uncertainty of the parameters, and the remaining error of the tables.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
-                "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
-                 the parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
+                "With exact parameters, the tables reduce the tip error from 66 to 0.050 µm and the direction error \
+                 from 89 to 1.7 µrad (means). The parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
             ]
         );
     }
 
     #[test]
-    fn what_is_not_known_is_said_first() {
+    fn errors_that_count_as_exact_are_counted_and_errors_without_uncertainties_named() {
         let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         if let Some(known) = &mut found.known {
             known.exact = 2;
         }
         let said = sentences(&found, &[], &none());
         assert!(
-            said[0].contains("its parameters (2 of 3 count as exact) and"),
+            said[0].contains("the parameters, of which 2 of 3 count as exact, and"),
             "{said:?}"
         );
         found.known = None;
         let said = sentences(&found, &[], &none());
         assert!(
-            said[0].ends_with("holds if the errors are as entered."),
-            "{said:?}"
-        );
-        assert!(
-            said[2].starts_with("The tables themselves leave 0.050 µm"),
+            said[0].starts_with(
+                "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm"
+            ) && said[0].ends_with("(means). The errors have no uncertainties."),
             "{said:?}"
         );
         found.after = None;
@@ -359,6 +413,32 @@ mod tests {
         assert_eq!(
             found[1],
             "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
+        );
+    }
+
+    #[test]
+    fn direction_errors_that_no_table_can_correct_are_named_as_such() {
+        let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 89.0)));
+        found.known = None;
+        found.kinematic = Some(quality(0.0, 89.0));
+        assert_eq!(
+            sentences(&found, &[], &none())[0],
+            "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm (means); no table can \
+             correct the direction error of 89 µrad on this machine. The errors have no uncertainties."
+        );
+        found.after = Some(quality(0.05, 1.75));
+        found.kinematic = Some(quality(0.0, 1.7));
+        assert!(sentences(&found, &[], &none())[0].contains(
+            "from 89 to 1.8 µrad (means); 1.7 µrad of it are beyond the reach of the rotary axes"
+        ));
+        // Direction errors alone, and no axis to correct them.
+        let mut found = volumetric(quality(0.0, 89.0), Some(quality(0.0, 89.0)));
+        found.known = None;
+        found.kinematic = Some(quality(0.0, 89.0));
+        assert!(
+            sentences(&found, &[], &none())[0].starts_with(
+                "No table can correct the direction error of 89 µrad on this machine."
+            )
         );
     }
 

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
-use trueaxis_tables::uncertainty::over_travel;
-use trueaxis_tables::validate::{Quality, Region, Statistics, direction, random_commands};
+use trueaxis_tables::uncertainty::{over_travel, probed_zone};
+use trueaxis_tables::validate::{Command, Quality, Region, Statistics, direction, random_commands};
 
 /// Number of random positions, unless a proof of a compensation has its own.
 pub const POSITIONS: usize = 5000;
@@ -38,7 +38,7 @@ pub struct Volumetric {
 /// How well the errors are known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
-    /// 95 % band of the error that uncertain parameters, measured motions and errors that the model lacks leave.
+    /// 95 % interval of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
     /// What mean, 95 % and largest error of a machine by the same do not exceed, each with 95 %. A mean of the band is none
     /// of these.
@@ -48,6 +48,9 @@ pub struct Known {
     /// known.
     #[serde(default)]
     pub is_of_zone: bool,
+    /// With the tables, in these ranges; `None` if the interval is for the whole travel.
+    #[serde(default)]
+    pub after: Option<Quality>,
     /// True if directions were measured. If not, their figures are those of parameters and tabulated motions alone.
     #[serde(default)]
     pub is_direction_measured: bool,
@@ -58,10 +61,11 @@ pub struct Known {
 }
 
 impl Known {
-    /// What mean, 95 % and largest error of the machine with tables that leave `after` do not exceed, each with 95 %: the
-    /// length of a sum does not exceed the sum of the lengths.
+    /// What mean, 95 % and largest error of the machine with tables do not exceed, each with 95 %, if their own error is
+    /// `after` over the travel: the length of a sum does not exceed the sum of the lengths.
     #[must_use]
     pub fn with_tables(&self, after: &Quality) -> Quality {
+        let after = self.after.as_ref().unwrap_or(after);
         let sum = |left: &Statistics, most: &Statistics| Statistics {
             mean: left.mean + most.mean,
             rms: left.rms + most.rms,
@@ -85,9 +89,19 @@ pub fn volumetric(
         Some(compensation) => compensation.uncertainty.cloned(),
         None => over_travel(&kinematics, subject.seed)?,
     };
+    let after = match &known {
+        Some(found) if found.zone.is_some() && subject.compensation.is_some() => {
+            let zone = probed_zone(subject.machine, subject.errors);
+            let zone = Kinematics::new(&zone, subject.errors);
+            let commands = random_commands(&zone, Region::Travel, POSITIONS, subject.seed)?;
+            Some(remaining(subject, &commands)?)
+        }
+        _ => None,
+    };
     let known = known.map(|found| Known {
         at_most: found.at_most,
         is_of_zone: found.zone.is_some(),
+        after,
         is_direction_measured: subject.errors.is_direction_measured(),
         band: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,
@@ -135,6 +149,28 @@ pub fn volumetric(
         um_per_mm_of_tool_length: None,
         known,
     })
+}
+
+/// The error at commands, with the tables if there are any.
+pub(crate) fn remaining(
+    subject: &Subject<'_>,
+    commands: &[Command],
+) -> Result<Quality, ReportError> {
+    let machine = subject.machine;
+    let kinematics = Kinematics::new(machine, subject.errors);
+    let zero = subject.subtracted.zero(machine, subject.errors)?;
+    let errors: Vec<[f64; 2]> = parallel::map(commands, |command| {
+        let (q, situation) = command.kinematic(machine);
+        let mut dq = zero;
+        if let Some(compensation) = subject.compensation {
+            let corrections = compensation.runtime.evaluate(command).map(f64::from);
+            let tables = machine.to_kinematic(&corrections);
+            dq = std::array::from_fn(|i| zero[i] + tables[i]);
+        }
+        let error = kinematics.volumetric_error(&q, &dq, &situation);
+        [error.t.norm(), direction(machine, &error)]
+    });
+    Ok(quality(errors.into_iter()))
 }
 
 /// Statistics of errors of tip (mm) and direction (rad).

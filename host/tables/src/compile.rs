@@ -116,8 +116,8 @@ pub enum CompileError {
     /// The encoded blob cannot be loaded.
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
-    /// The target holds too little for a scheme that does not adapt to it, or not even the axes.
-    #[error("the target {target} holds too little: {}", list(.shortages))]
+    /// The target is too small for a scheme that does not adapt to it, or not even the axes.
+    #[error("the target {target} is too small: {}", list(.shortages))]
     NoRoom {
         /// Name of the target.
         target: String,

@@ -23,7 +23,7 @@ pub enum Made {
 pub struct Whole {
     /// The bytes, and the tolerance that they are judged by.
     pub best: Best,
-    /// The 95 % band of the error that uncertain parameters leave.
+    /// The 95 % interval of the error that uncertain parameters leave.
     pub uncertainty: Option<OverTravel>,
     /// What happens where axes reverse.
     pub reversals: Vec<Reversal>,

@@ -38,7 +38,7 @@ fn sample_format<S: Serializer>(format: &SampleFormat, to: S) -> Result<S::Ok, S
 
 /// A capacity that a compensation exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
-#[error("{needed} {what} are needed, {held} are held")]
+#[error("{needed} {what} are needed, there is room for {held}")]
 pub struct Shortage {
     /// `axes`, `banks`, `tables`, `terms`, `grids` or `bytes`.
     pub what: &'static str,
@@ -186,8 +186,8 @@ mod tests {
         assert_eq!(
             short,
             [
-                "257 terms are needed, 256 are held",
-                "261761 bytes are needed, 261760 are held"
+                "257 terms are needed, there is room for 256",
+                "261761 bytes are needed, there is room for 261760"
             ]
         );
         size.bytes = usize::MAX;

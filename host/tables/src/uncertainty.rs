@@ -2,7 +2,7 @@
 //!
 //! Tables compensate the errors as given. If these are off by δ, normally distributed with a covariance C, the tip
 //! is off by J·δ and the tool direction by D·δ, with the exact derivatives J and D of the actual machine. Both are
-//! vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the length that the vector does
+//! vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % interval* at a position is the length that the vector does
 //! not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it lies along one line, 2.80 times
 //! that of a coordinate if all three are equal. The values of a tabulated motion are independent of each other, so
 //! at one position it counts as one more parameter, independent of all others.
@@ -104,7 +104,7 @@ pub fn leaves(
     parallel::map(positions, |(q, situation)| uncertain.leaves(q, situation))
 }
 
-/// The 95 % bands over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
+/// The 95 % intervals over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
 /// [`Leaves::direction_band`] (µrad).
 #[must_use]
 pub fn band(

@@ -235,8 +235,8 @@ impl Region {
     fn of_positions(self) -> &'static str {
         match self {
             Self::Travel => "in the travel",
-            Self::Inside => "where no error motion holds its end value",
-            Self::Outside => "where one holds its end value",
+            Self::Inside => "inside the ranges of the error motions",
+            Self::Outside => "outside the ranges of the error motions",
         }
     }
 }

@@ -132,7 +132,7 @@ const WAYS: [(&str, bool); 3] = [("12", true), ("12", false), ("auto", true)];
 struct Kept {
     outside: Outside,
     way: (&'static str, bool),
-    /// The share of positions in the probed zone at which the tip is within its 95 % band.
+    /// The share of positions in the probed zone at which the tip is within its 95 % interval.
     band: f64,
     /// Largest, mean and 95 % of the errors in the probed zone, as a part of what the verdict says they do not exceed.
     most: [f64; 3],
@@ -236,7 +236,7 @@ impl Place {
     }
 }
 
-/// The share of positions in the probed zone at which the tip of a machine is within its 95 % band, and how far off it is.
+/// The share of positions in the probed zone at which the tip of a machine is within its 95 % interval, and how far off it is.
 fn off(case: &Case, errors: &ErrorModel, seed: u64) -> (f64, Statistics) {
     let machine = &case.machine;
     let known = errors.covariance();

@@ -202,7 +202,7 @@ impl<'a> Calibration<'a> {
             self.plan()?;
         } else {
             files::print(&format!(
-                "begins with the files of the steps before; unless the new compensation is kept, {} is in the end what it is now\n",
+                "begins with the files of the earlier steps; {} changes only if the new compensation is kept\n",
                 site.place()
             ))?;
         }
@@ -455,7 +455,7 @@ impl<'a> Calibration<'a> {
         self.show(&words)?;
         self.identified(|found| {
             let errors = identify::write(found, &self.file("errors.toml"))?;
-            identify::show(found, &errors)?;
+            identify::show(found, &errors, false)?;
             self.known.get_or_init(|| Known::of(found));
             Ok(identify::warn(found))
         })
@@ -542,7 +542,7 @@ impl<'a> Calibration<'a> {
         let benefit = self.over_the_travel(OVER_TRAVEL, |kinematics| benefit(kinematics, SEED))?;
         if !benefit.is_sure() || self.band()? >= benefit.before_um {
             files::print(&format!(
-                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would be left, \
+                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would remain, \
                  because so much is not known of them\n",
                 benefit.before_um, benefit.after_um
             ))?;
@@ -607,7 +607,7 @@ impl<'a> Calibration<'a> {
         } = validation;
         let predicted = match unseen.is_empty() {
             true => "predicted, at most",
-            false => "predicted of what was measured",
+            false => "predicted from the measured errors",
         };
         files::print(&format!(
             "\nvalidation at {} other positions    rms (µm)   largest\n  \

@@ -7,6 +7,6 @@ use trueaxis_controllers::cec::AxesError;
 pub fn axes(error: &AxesError) -> BadInput {
     BadInput::new(
         format!("--axes: {error}"),
-        "write what the controller calls each axis, by number or name: X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5",
+        "write the controller's number or name of each axis: X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5",
     )
 }

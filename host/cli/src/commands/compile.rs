@@ -89,6 +89,9 @@ pub struct Arguments {
     date: Option<String>,
     #[command(flatten)]
     random: Random,
+    /// Print every figure: other regions, the ideal correction, the worst positions, bounds of every axis
+    #[arg(short, long)]
+    verbose: bool,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -290,6 +293,7 @@ impl Arguments {
             smaller: wanted.options.scheme.smaller(),
             full: None,
             fits_um: None,
+            is_verbose: self.verbose,
             is_default: self.tolerance.is_none(),
         };
         match made {

@@ -244,7 +244,7 @@ fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
             "give the letters of the compensation in use, for example XYZ, or all or none"
         }
         ControlError::NothingBefore => {
-            "the other slot holds none that was in use; see `trueaxis control … show`, and `activate` for one that waits"
+            "the other slot has no compensation that was in use; see `trueaxis control … show`, and `activate` for one that waits"
         }
     };
     BadInput::new(format!("{}: {error}", port.port), remedy)

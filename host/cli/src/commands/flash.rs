@@ -24,7 +24,7 @@ use trueaxis_tables::validate::Runtime;
 /// the compensation, if given, as an upload would.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate\n\nWhat the controller holds:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+    after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate\n\nContents of the controller:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
 )]
 pub struct Arguments {
     /// The compensation

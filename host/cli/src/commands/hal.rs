@@ -21,7 +21,7 @@ const FAULTS: [&str; 13] = [
     "none",
     "the file cannot be read",
     "the file is damaged, of another format or too large",
-    "the axes of the file are not those of axes=",
+    "the axes of the file differ from axes=",
     "the file needs more temperature pins",
     "the file was not accepted while corrections are active: disable, reload, enable",
     "pos-in of a joint is not connected",

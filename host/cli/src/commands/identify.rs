@@ -102,6 +102,9 @@ pub struct Arguments {
     /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
+    /// Print every figure: balls and stylus, residuals by ball and direction, all models that were tried
+    #[arg(short, long)]
+    verbose: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -133,7 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     match arguments.json {
         true => files::print_json(&found)?,
-        false => show(&found, &model)?,
+        false => show(&found, &model, arguments.verbose)?,
     }
     Ok(warn(&found))
 }
@@ -217,10 +220,18 @@ fn errors(found: &study::Outcome<'_>) -> Result<ErrorModel, BadInput> {
 }
 
 /// Prints what people read.
-pub fn show(found: &study::Outcome<'_>, model: &ErrorModel) -> Result<(), BadInput> {
+pub fn show(
+    found: &study::Outcome<'_>,
+    model: &ErrorModel,
+    is_verbose: bool,
+) -> Result<(), BadInput> {
     let told = report::verdict(found.machine, model, None, SEED);
     let told = told.map_err(|error| super::report::bad(&error))?;
-    files::print(&(screen::screen(found) + &verdict::lines(&told)))
+    let verdict = match is_verbose {
+        true => verdict::lines(&told),
+        false => verdict::sentences(&told),
+    };
+    files::print(&(screen::screen(found, is_verbose) + &verdict))
 }
 
 /// Prints what to check; the check fails if the parameters should not be trusted.

@@ -274,7 +274,7 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
     for (k, value) in report.auxiliaries.iter().enumerate() {
         let lost = match (report.sensors_lost >> k) & 1 {
             0 => "",
-            _ => " (sensor lost, held)",
+            _ => " (sensor lost, last value kept)",
         };
         *t += &format!("auxiliary {k}  {value:.3}{lost}\n");
     }

@@ -17,7 +17,7 @@ use trueaxis_tables::validate::is_partly_calibrated;
 ///
 /// Each repetition has other noise, and lengths of bars and stylus that are off within their uncertainty. Shows how
 /// far parameters are off, in units of the standard uncertainty that the identification states, and how often the
-/// remaining volumetric error is inside its 95 % band.
+/// remaining volumetric error is inside its 95 % interval.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --model 10 --seeds 1000"
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     if is_partly_calibrated(&machine, &errors) {
         eprintln!(
-            "warning: error motions of this machine hold their end values in a part of the travel; those that are looked for do not, and cannot be right there"
+            "warning: error motions of this machine keep their end values in a part of the travel; the identified ones do not, and are wrong there"
         );
     }
     let artefact = files::read_artefact(&arguments.artefact, &machine)?;
@@ -158,7 +158,7 @@ fn screen(arguments: &Arguments, machine: &str, found: &identify::Outcome) -> St
         );
     }
     text += &format!(
-        "\ninside the 95 % band of the volumetric error, of {} positions: tip {:.2} %, direction {:.2} %\n",
+        "\ninside the 95 % interval of the volumetric error, of {} positions: tip {:.2} %, direction {:.2} %\n",
         found.positions,
         100.0 * part(found.tips_inside, found.positions),
         100.0 * part(found.directions_inside, found.positions)

@@ -489,7 +489,7 @@ impl Arguments {
             return found.strategy.ok_or_else(|| {
                 BadInput::new(
                     format!(
-                        "none of the strategies tried with {} probings or fewer leaves nothing less known",
+                        "no measurement plan with {} probings or fewer identifies all parameters as well",
                         other.strategy.rows.len()
                     ),
                     "allow more positions (--indexings, --balls, --cone), or judge the strategy itself with --strategy",

@@ -83,7 +83,7 @@ impl PortArguments {
                 "compile it with the --target that `trueaxis flash --dry-run` prints, or build the firmware with larger capacities"
             }
             FlashError::Link(error) => remedy(error),
-            FlashError::NotReady(_) => "`trueaxis monitor` shows what it is waiting for",
+            FlashError::NotReady(_) => "`trueaxis monitor` shows the reason",
             FlashError::NotVerified(_) => {
                 "flash it again; if that does not help, the flash memory is worn out"
             }
@@ -120,7 +120,7 @@ fn remedy(error: &LinkError) -> &'static str {
             }
             Refusal::NoCompensation => "flash one with --activate first",
             Refusal::NotValid => {
-                "`trueaxis monitor` shows what the slots hold; flash a compensation with --activate"
+                "`trueaxis monitor` shows the slots; flash a compensation with --activate"
             }
             Refusal::Suspended => "wait until the upload is over, or until it is given up",
             Refusal::Weight(_) => {

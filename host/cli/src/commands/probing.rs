@@ -90,12 +90,10 @@ fn stop_on_signals(session: &Session) -> Result<(), BadInput> {
         let end = move || std::process::exit(128 + signal);
         std::thread::spawn(move || {
             stopper.stop();
-            say("stopped: the machine stands; what was probed is in the log");
+            say("stopped: the machine stands; the log has the touches");
             end()
         });
-        say(
-            "\nstopping: the machine stops; kinematics, compensation and enable return to what they were",
-        );
+        say("\nstopping: the machine stops; kinematics, compensation and enable are restored");
         // Once more: the end of this program stops the machine, too.
         if signals.next().is_some() {
             end();

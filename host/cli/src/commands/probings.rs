@@ -169,11 +169,11 @@ fn said(found: &LogContents, is_known: bool) -> String {
     }
     if !is_known {
         for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
-            text += &format!("ball {ball}: {radius:.4} mm from its centre to that of the stylus\n");
+            text += &format!("ball {ball}: {radius:.4} mm from its centre to the stylus centre\n");
         }
     }
     text += &format!(
-        "noise of a touch {:.2} µm, from the median of what is left\n",
+        "noise of a touch {:.2} µm, from the median residual\n",
         fitted.noise * 1e3
     );
     for (probing, touches) in &fitted.doubtful {

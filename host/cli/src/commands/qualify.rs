@@ -286,7 +286,7 @@ fn screen(found: &Qualified, worst: usize, known: &Known) -> String {
     }
     if let Some(apart) = found.apart {
         text += &format!(
-            "the rotary positions see the ball {:.2} µm apart (rms): errors of the machine, and in what is said of the tip\n",
+            "the centres of the ball at the rotary positions are {:.2} µm apart (rms): errors of the machine, and of the stated tip\n",
             um(apart)
         );
     } else if known.place.is_none() && file.tip.iter().any(Option::is_some) {

@@ -192,12 +192,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 "{}: this identification is of another machine",
                 path.display()
             ),
-            "give what `trueaxis identify --json` printed for this machine, or leave it out",
+            "give the output of `trueaxis identify --json` for this machine, or no identification",
         ));
     }
     if let Some(mismatch) = &mismatch {
         let remark = format!(
-            "The compensation is left out: {mismatch}. What is shown is the machine without it."
+            "The compensation is left out: {mismatch}. The report shows the machine without it."
         );
         eprintln!("warning: {remark}");
         report.remarks.insert(0, remark);

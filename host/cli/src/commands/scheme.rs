@@ -120,7 +120,7 @@ impl SchemeArguments {
             let why = match option {
                 // Applies to every scheme that folds several errors into one table, not only `poly25`.
                 "--adjust" => {
-                    ": its tables are those of all errors together, and no weight is that of one error"
+                    ": its tables belong to all errors together, and no weight to one error"
                 }
                 _ => "",
             };

@@ -7,7 +7,57 @@ use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{Quality, Statistics, Verification};
 
 /// The region where tables can follow the correction.
-const INSIDE: &str = "where no error motion holds its end value";
+const INSIDE: &str = "inside the ranges of the error motions";
+/// The rest of the travel, where error motions keep their end values.
+const OUTSIDE: &str = "outside the ranges of the error motions";
+
+/// Effects of the tool length below this (µm per mm) are of no interest.
+const LENGTH_MATTERS: f64 = 0.01;
+
+/// Volumetric errors before and after, a line each: what most users want to know.
+pub fn summary(proof: &Proof) -> String {
+    let mut text = format!(
+        "{:34}{:>21}{:>27}\n{:34}{:>10} {:>10}      {:>10} {:>10}\n",
+        "volumetric error",
+        "tool tip (µm)",
+        "tool direction (µrad)",
+        "",
+        "mean",
+        "largest",
+        "mean",
+        "largest"
+    );
+    let mut rows = |before: &str, after: &str, found: &Verification| {
+        for (name, quality) in [(before, &found.before), (after, &found.after)] {
+            let [tip, direction] = [&quality.translation_um, &quality.direction_urad]
+                .map(|s| format!("{:>10} {:>10}", number(s.mean), number(s.max)));
+            text += &format!("{name:34}{tip}      {direction}\n");
+        }
+    };
+    match (&proof.held, &proof.inside, &proof.outside) {
+        (Some(held), ..) => rows(
+            "before, at these rotary positions",
+            "with the tables",
+            &held.found,
+        ),
+        (None, Some(inside), outside) if proof.partly_calibrated => {
+            rows(
+                "before, inside the calibrated ranges",
+                "with the tables",
+                inside,
+            );
+            if let Some(outside) = outside {
+                rows("before, outside of them", "with the tables", outside);
+            }
+        }
+        _ => rows(
+            "before, over the whole travel",
+            "with the tables",
+            &proof.travel,
+        ),
+    }
+    text
+}
 
 /// Volumetric errors before and after, in each region that differs. Regions that differ by next to nothing are shown
 /// as one; if only that makes the tolerance fail, a line says so.
@@ -27,7 +77,7 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
         region(&mut text, &name, &held.found);
     }
     if proof.partly_calibrated {
-        for (name, found) in [(INSIDE, &proof.inside), ("elsewhere", &proof.outside)] {
+        for (name, found) in [(INSIDE, &proof.inside), (OUTSIDE, &proof.outside)] {
             if let Some(found) = found {
                 region(&mut text, name, found);
             }
@@ -134,7 +184,7 @@ pub fn uncertainty(found: Option<&OverTravel>) -> String {
         return String::new();
     };
     let mut text = format!(
-        "95 % band of what uncertain parameters leave, {} random positions\n",
+        "95 % interval of the error from uncertain parameters, {} random positions\n",
         found.positions
     );
     let mut region = |name: &str, quality| {
@@ -194,9 +244,9 @@ pub fn size(size: &Size) -> String {
 /// The reference of before and after, if the tables subtract the correction of a position.
 pub fn zero(zero_at: Option<&str>) -> String {
     match zero_at {
-        Some(position) => format!(
-            "the correction at {position} is left out: before and after are relative to it\n"
-        ),
+        Some(position) => {
+            format!("before and after are relative to the correction at {position}\n")
+        }
         None => String::new(),
     }
 }
@@ -246,7 +296,7 @@ pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
         let place: Vec<String> = rotary
             .map(|(other, q)| format!("{} = {q:.1}", other.axis))
             .collect();
-        format!("that of {} at {}", bound.axis, place.join(", "))
+        format!("{} at {}", bound.axis, place.join(", "))
     });
     let places: Vec<String> = places.collect();
     if places.is_empty() {
@@ -255,13 +305,13 @@ pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
     format!("largest rotary corrections: {}\n", places.join("; "))
 }
 
-/// The effect of another tool.
+/// The effect of another tool, if it matters.
 pub fn tool_length(proof: &Proof) -> String {
     match proof.um_per_mm_of_tool_length {
-        Some(um) => format!(
-            "{} µm of error per mm of tool length: the length is not an input (length_range_mm makes it one)\n",
+        Some(um) if um >= LENGTH_MATTERS => format!(
+            "Each mm of another tool length adds up to {} µm of error; length_range_mm in the machine file makes the length an input.\n",
             number(um)
         ),
-        None => String::new(),
+        _ => String::new(),
     }
 }

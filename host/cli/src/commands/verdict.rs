@@ -23,11 +23,17 @@ fn is_coloured() -> bool {
     std::io::stdout().is_terminal() && !asked_for_none
 }
 
-fn text(verdict: &Verdict, coloured: bool) -> String {
+/// The sentences, behind an empty line.
+pub fn sentences(verdict: &Verdict) -> String {
     let mut text = String::from("\n");
     for sentence in &verdict.sentences {
         text += &format!("{sentence}\n");
     }
+    text
+}
+
+fn text(verdict: &Verdict, coloured: bool) -> String {
+    let mut text = sentences(verdict);
     let mean = |share: &Share| share.alone.translation_um.mean;
     let does = verdict.shares.iter().filter(|share| mean(share) >= NOTHING);
     let named: Vec<&Share> = does.take(NAMED).collect();

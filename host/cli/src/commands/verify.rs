@@ -68,7 +68,7 @@ struct Answer<'a> {
     size: Size,
     #[serde(flatten)]
     proof: &'a Proof,
-    /// 95 % band of the error that uncertain parameters leave.
+    /// 95 % interval of the error that uncertain parameters leave.
     uncertainty: Option<OverTravel>,
 }
 

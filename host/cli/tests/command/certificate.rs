@@ -150,7 +150,7 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
         "{said}"
     );
     assert!(
-        read(&page).contains("not decided : its uncertainty is not known"),
+        read(&page).contains("not decided : its uncertainty is unknown"),
         "{}",
         read(&page)
     );
@@ -483,11 +483,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         ),
         (
             "operator = \" \"\n",
-            &[
-                "line 1",
-                "this text is empty",
-                "leave out what is not known",
-            ],
+            &["line 1", "this text is empty", "leave out unknown ones"],
         ),
         (
             "[[temperature]]\nplace = \"air\"\ncelsius = [293.0, 294.0]\n",
@@ -506,7 +502,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             &[
                 "line 2",
                 "-0.3 µm is not a standard uncertainty",
-                "Leave out what is not known",
+                "Leave out unknown ones",
             ],
         ),
         (&seven, &["line 13", "7 instruments", "room for 6"]),
@@ -528,7 +524,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         ),
         (
             &limit("quantity = \"EXX2\"\num = 1.0"),
-            &["line 3", "EXX2 is a coefficient", "limit what it does"],
+            &["line 3", "EXX2 is a coefficient", "limit its effect"],
         ),
         (
             &limit("quantity = \"EA0Z\"\num = 1.0"),
@@ -626,7 +622,7 @@ fn an_identification_of_another_machine_is_refused() {
             "--identification",
             &found,
         ],
-        &["found.json", "of another machine", "leave it out"],
+        &["found.json", "of another machine", "or no identification"],
     );
     assert!(!std::path::Path::new(&out).exists());
 }

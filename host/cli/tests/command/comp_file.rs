@@ -86,7 +86,7 @@ fn squareness_is_left_and_said() {
     assert_eq!(done.status.code(), Some(1));
     let said = plain(&done.stderr);
     assert!(
-        said.contains("more than 1 µm is left, and nothing is written"),
+        said.contains("more than 1 µm remains, and nothing is written"),
         "{said}"
     );
     assert_eq!(folder.names(), ["loops.hal", "mill.ini"]);

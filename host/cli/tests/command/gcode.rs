@@ -270,7 +270,7 @@ fn words_that_are_named_are_passed_and_pass_nothing_else() {
     refuses(
         "G21 G90\nG187 X0\nM30\n",
         &["--pass", "G187"],
-        &["line 2", "G187", "what they mean is not known"],
+        &["line 2", "G187", "their meaning is unknown"],
     );
 }
 

@@ -60,7 +60,7 @@ fn what_is_identified_can_be_compiled() {
         ],
     );
     // The text output.
-    let said = answer(0, &["identify", &machine, &probings]);
+    let said = answer(0, &["identify", &machine, &probings, "--verbose"]);
     for part in [
         "10 parameters from 168 probings of 4 balls",
         "Not measured, and not in these figures: EX0C, EY0A, EZ0A, EXX1.",
@@ -642,7 +642,7 @@ fn what_the_stylus_takes_up_stays_known_as_not_seen() {
         &["compile", &machine, &found, "-o", &folder.at("tables.trax")],
     );
     assert!(
-        said.contains("the errors that were measured leave the tip off by about"),
+        said.contains("the measured errors put the tip off by about"),
         "{said}"
     );
     assert!(

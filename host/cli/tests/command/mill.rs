@@ -125,7 +125,7 @@ fn instruments_alone_give_no_limit_where_motions_were_not_measured() {
     // The tip stays 36 µm off.
     assert!(!said.contains("no more than"), "{said}");
     assert!(
-        said.contains("With these tables the errors that were measured leave the tip off by about"),
+        said.contains("With these tables the measured errors put the tip off by about"),
         "{said}"
     );
     assert!(

@@ -48,7 +48,7 @@ fn the_page_is_one_small_file_without_addresses_and_the_same_every_time() {
     for address in ["http", "src=", "href=\"/", "url(", "@import", "//www"] {
         assert!(!first.contains(address), "{address}");
     }
-    let headline = "With these tables the tip will be off by no more than about ";
+    let headline = "With these tables the tip is off by no more than about ";
     let cause = "The spindle's Z position (EZ0S) causes 56 of 68 µm on average.";
     assert!(said.contains(headline) && said.contains(cause), "{said}");
     assert!(text(&first).contains(&format!("<p>{headline}")));
@@ -234,7 +234,7 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     );
     assert!(
         report.verdict[0].starts_with("Without tables the machine is off by")
-            && report.verdict[2].ends_with("is not said."),
+            && report.verdict[2].ends_with("The errors have no uncertainties."),
         "{:?}",
         report.verdict
     );
@@ -410,7 +410,7 @@ fn a_validation_is_shown_as_measured_and_found_beside_its_files() {
     let page = text(&page);
     assert!(page.contains("Not measured, and not in it: EX0C, EZ0A."));
     assert!(
-        page.contains("predicted of what was measured") && !page.contains("predicted, at most")
+        page.contains("predicted from the measured errors") && !page.contains("predicted, at most")
     );
     let report = figures(&files);
     assert_eq!(report.validation.map(|v| v.after.rms_um), Some(1.68));

@@ -83,7 +83,10 @@ fn there_is_a_grid_for_each_position_of_the_rotary_axes_or_none() {
         1,
         &[&grid[..], &two, &["--target", &small]].concat(),
     );
-    assert!(said.contains("bytes are needed, 200 are held"), "{said}");
+    assert!(
+        said.contains("bytes are needed, there is room for 200"),
+        "{said}"
+    );
     assert!(said.contains("raise --threshold"), "{said}");
     assert_eq!(folder.names(), ["small.toml"]);
     let twice = ["--rotary", "A=30", "--rotary", "C=0,A=30"];
@@ -182,7 +185,7 @@ fn what_a_scheme_cannot_do_is_refused_with_what_would_work() {
     for (scheme, tables) in [("poly25", 25), ("trigo23", 23)] {
         let (_, said) = compile(&folder, 1, &["--scheme", scheme, "--target", &small]);
         assert!(
-            said.contains(&format!("{tables} tables are needed, 20 are held")),
+            said.contains(&format!("{tables} tables are needed, there is room for 20")),
             "{said}"
         );
         assert!(
@@ -264,7 +267,7 @@ fn schemes_that_cannot_do_a_machine_are_listed_with_the_reason() {
         "5",
     ];
     let text = answer(0, &arguments);
-    let reason = "compensability is not known: the error file has no parameters";
+    let reason = "no compensability: the error file has no parameters";
     assert_eq!(text.matches(reason).count(), 1, "{text}");
 }
 

@@ -34,7 +34,7 @@ fn what_is_left_decides_whether_lines_are_written() {
         assert_eq!(done.status.code(), Some(1));
         let said = plain(&done.stderr);
         assert!(
-            said.contains("more than 1 µm is left, and nothing is written"),
+            said.contains("more than 1 µm remains, and nothing is written"),
             "{said}"
         );
         assert!(!std::path::Path::new(&out).exists());

@@ -67,10 +67,7 @@ fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
     assert_eq!(full["used"][2]["what"], "bytes");
     assert_eq!(full["used"][2]["held"], held);
     assert_eq!(full["used"][2]["used"], answer["bytes"]);
-    assert!(
-        said.contains("small holds too little for 0.05 µm"),
-        "{said}"
-    );
+    assert!(said.contains("small is too small for 0.05 µm"), "{said}");
     assert!(said.contains("k.trax stays as it was; --best-effort would write it"));
     // The tolerance that it reports as met is met.
     let fits = full["fits_um"].as_f64().unwrap();
@@ -146,7 +143,7 @@ fn too_few_tables_are_told_as_what_is_used() {
         1,
         &["--target", &small, "--tolerance", "0.05", "--best-effort"],
     );
-    assert!(said.contains("small holds too little"), "{said}");
+    assert!(said.contains("small is too small"), "{said}");
     assert!(said.contains("k.trax is written all the same"), "{said}");
 }
 
@@ -214,7 +211,7 @@ fn a_target_without_room_for_the_axes_gets_nothing() {
     let more = ["--target", &small, "--best-effort"];
     let (shown, said) = compile(&folder, 1, &more);
     assert_eq!(shown, "");
-    let axes = "small holds too little: 5 axes are needed, 3 are held";
+    let axes = "small is too small: 5 axes are needed, there is room for 3";
     assert!(said.contains(axes), "{said}");
     assert!(said.ends_with("k.trax stays as it was"), "{said}");
     let (shown, _) = compile(&folder, 1, &[&more[..], &["--json"]].concat());

@@ -30,9 +30,9 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
     let lines = text.lines().filter(|line| !line.starts_with("misfit_um"));
     let text: String = lines.map(|line| line.to_owned() + "\n").collect();
     let errors = folder.file("errors.toml", &text);
-    let said = compiled(&folder, &errors, &[]);
+    let said = compiled(&folder, &errors, &["--verbose"]);
     assert!(
-        said.contains("95 % band of what uncertain parameters leave"),
+        said.contains("95 % interval of the error from uncertain parameters"),
         "{said}"
     );
     assert!(!said.contains("uncorrelated"), "{said}");
@@ -57,7 +57,7 @@ fn compile_and_verify_print_what_uncertain_parameters_leave() {
         "",
     );
     let alone = folder.file("alone.toml", &alone);
-    let said = compiled(&folder, &alone, &[]);
+    let said = compiled(&folder, &alone, &["--verbose"]);
     assert!(
         said.contains("10 of 10 parameters are taken as uncorrelated"),
         "{said}"
@@ -296,7 +296,7 @@ fn what_runs_scatter_is_in_the_band_of_their_tables() {
     let said = answer(
         0,
         &[
-            "compile", &machine, &beside, "-o", &blob, "--random", "1000",
+            "compile", &machine, &beside, "-o", &blob, "--random", "1000", "-v",
         ],
     );
     assert!(

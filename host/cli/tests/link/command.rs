@@ -158,7 +158,10 @@ fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let text = says(2, &["flash", &files.at("large"), "--port", &served.port]);
-    assert!(text.contains("bytes, the controller holds 24192"), "{text}");
+    assert!(
+        text.contains("bytes, the controller has room for 24192"),
+        "{text}"
+    );
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }
@@ -206,7 +209,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     ];
     let text = says(1, &compile);
     assert!(
-        text.contains("the target desktop holds too little for 0.05"),
+        text.contains("the target desktop is too small for 0.05"),
         "{text}"
     );
     assert!(text.contains(" of 2000 bytes"), "{text}");
@@ -217,7 +220,10 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let text = says(0, &[&arguments[..], &[&files.at("first")]].concat());
     assert!(text.contains("first fits"), "{text}");
     let text = says(2, &[&arguments[..], &[&files.at("large")]].concat());
-    assert!(text.contains("bytes, the controller holds 24192"), "{text}");
+    assert!(
+        text.contains("bytes, the controller has room for 24192"),
+        "{text}"
+    );
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }

@@ -16,7 +16,7 @@ pub enum PlanError {
     Axes(usize),
     /// A tool length was given, but is not an input.
     #[error(
-        "the tool length is not an input of the compensation: its tables hold for one tool already"
+        "the tool length is not an input of the compensation: its tables are for one tool already"
     )]
     NoLength,
     /// Products of functions of more than two axes.
@@ -85,7 +85,7 @@ impl PlanError {
                 "leave out --tool-length, or compile with length_range_mm in the machine file"
             }
             Self::Long(_) => {
-                "accept the cost with --long-products drop or hold (each as stated), or compile with a larger \
+                "accept the stated cost with --long-products drop or hold, or compile with a larger \
                  --tolerance or --policy position"
             }
             Self::Tables { .. } => {

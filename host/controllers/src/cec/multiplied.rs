@@ -34,13 +34,13 @@ pub(crate) fn check_products(
         if named == index && reading.factor_tables == FactorTables::Added {
             return Err(error(
                 "a table is multiplied by itself, where factor tables are added",
-                "it is not known whether it is added too then: multiply by a copy of it",
+                "whether it is then added too is not documented: multiply by a copy of it",
             ));
         }
         if named != index && factor.times.is_some() {
             return Err(error(
                 "the factor is itself multiplied by a table",
-                "it is not known whether that would be a product of three: copy the factor, with MULT_BY_TABLE=0",
+                "whether that is a product of three is not documented: copy the factor, with MULT_BY_TABLE=0",
             ));
         }
         if let Some(weighted) = [index, named]
@@ -51,13 +51,13 @@ pub(crate) fn check_products(
                 at(Known::Weight, weighted),
                 "a table of a product has a weight",
                 "here",
-                "it is not known whether weights enter products: multiply the values by it, and leave it out",
+                "whether weights enter products is not documented: multiply the values by it, and leave it out",
             ));
         }
         if units == Some(Units::Inch) && !reading.axes.is_rotary(table.output) {
             return Err(error(
                 "a product of tables in inches",
-                "it is not known in which unit the controller multiplies: write the file in METRIC",
+                "the unit in which the controller multiplies is not documented: write the file in METRIC",
             ));
         }
     }

@@ -61,13 +61,13 @@ impl Proof {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProveError {
     /// It cannot be read.
-    #[error("what was written is not read: {0}")]
+    #[error("the written file cannot be read back: {0}")]
     Read(#[from] FileError),
     /// It cannot be encoded as a blob.
-    #[error("what was written is not a compensation: {0}")]
+    #[error("the written file is not a compensation: {0}")]
     Encode(#[from] EncodeError),
     /// The blob cannot be loaded.
-    #[error("what was written is not a compensation: {0}")]
+    #[error("the written file is not a compensation: {0}")]
     Load(#[from] LoadError),
 }
 

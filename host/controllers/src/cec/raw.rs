@@ -103,7 +103,7 @@ impl<'t> Raw<'t> {
         doubts.push(self.error(
             format!("{} has no {name}: taken as 0", key.said()),
             "this table",
-            "on a controller it keeps what was loaded before: state it",
+            "a controller keeps the old value: state it",
         ));
         Ok((0.0, self.span.clone()))
     }
@@ -298,7 +298,7 @@ impl<'t> Raw<'t> {
             Some(EncoderValues::Corrections) => Ok(1.0),
             Some(EncoderValues::Opposite) => Ok(-1.0),
             None => Err(self.error(
-                "it is not said what the values of $AA_ENC_COMP are".to_owned(),
+                "the meaning of the values of $AA_ENC_COMP is not stated".to_owned(),
                 "the first of them",
                 "give --encoder-values corrections if they are to be added to the command, or opposite if the \
                  position that is read is corrected by them",

@@ -271,8 +271,11 @@ impl<'t> Reader<'t, '_> {
         }
         if tables.len() > MOST_TABLES {
             return Err(FileError::whole(
-                format!("the file has {} tables, and a blob holds 255", tables.len()),
-                "import those of some axes at a time",
+                format!(
+                    "the file has {} tables, and a compensation file at most 255",
+                    tables.len()
+                ),
+                "import the tables of some axes at a time",
             ));
         }
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();

@@ -41,7 +41,7 @@ pub enum FlashError {
         axes: String,
     },
     /// The controller's capacity is too small.
-    #[error("the compensation has {} {}, the controller holds {}", .0.needed, .0.what, .0.held)]
+    #[error("the compensation has {} {}, the controller has room for {}", .0.needed, .0.what, .0.held)]
     TooLarge(Shortage),
     /// The controller refuses it, or the link fails.
     #[error("{0}")]
@@ -50,7 +50,7 @@ pub enum FlashError {
     #[error("the controller does not get ready: {0:?}")]
     NotReady(Upload),
     /// The content of the slot differs from what was sent.
-    #[error("slot {0} does not hold what was sent")]
+    #[error("slot {0} differs from the data that was sent")]
     NotVerified(Slot),
 }
 

@@ -138,7 +138,7 @@ pub enum ExportError {
     #[error("the compensation has the axis {0}, and no joint of the INI file moves it")]
     NoJoint(char),
     /// What was written is not read.
-    #[error("what was written is not read: {}, in {}", .0.message, .1)]
+    #[error("the written file cannot be read back: {}, in {}", .0.message, .1)]
     Read(BadLine, String),
 }
 

@@ -238,7 +238,7 @@ pub(super) fn errors(
         let Some(axis) = axis.filter(|axis| !(axis.endless && is_table)) else {
             let why = match axis {
                 Some(_) => "the errors of an axis without end must close after a turn",
-                None => "the direction of this axis is not known",
+                None => "the direction of this axis is unknown",
             };
             tables += &format!("{head}\n# CHECK: not imported: {why}.\n");
             continue;

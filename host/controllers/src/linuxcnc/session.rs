@@ -326,6 +326,6 @@ impl Drop for Session {
 fn ended() -> SessionError {
     SessionError {
         error: "the connection to LinuxCNC has ended".to_owned(),
-        remedy: "look at its screen and at what was printed above".to_owned(),
+        remedy: "look at its screen and at the messages above".to_owned(),
     }
 }

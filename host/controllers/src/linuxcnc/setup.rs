@@ -359,7 +359,7 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
             line(
                 "max_reversal_acceleration",
                 format!("{:?}", rounded(room.max(LEAST_REVERSAL))),
-                &format!("{unit}: what STEPGEN_MAXACCEL leaves"),
+                &format!("{unit}: the rest of STEPGEN_MAXACCEL"),
             );
         }
     }

@@ -21,7 +21,7 @@ const MOST: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasuredError {
     /// They cannot be the diagonals and a side of one parallelogram.
-    #[error("diagonals of {0} and {1} mm and a side of {2} mm are not those of one rectangle")]
+    #[error("diagonals of {0} and {1} mm and a side of {2} mm do not belong to one rectangle")]
     Lengths(f64, f64, f64),
     /// Not a printer.
     #[error("the machine has no axes X, Y and Z along x, y and z")]
@@ -117,7 +117,7 @@ pub fn printer(travels: [[f64; 2]; 3]) -> String {
     let range = |[low, high]: [f64; 2]| format!("range = [{low:?}, {high:?}]");
     let [x, y, z] = travels.map(range);
     format!(
-        "# A printer, written by `trueaxis skew`. Ranges (mm) are those of the firmware: position_min and position_max,\n\
+        "# A printer, written by `trueaxis skew`. Ranges (mm) as in the firmware: position_min and position_max,\n\
          # X_MIN_POS and X_MAX_POS, M208. Squareness does not depend on which part moves: here all\n\
          # motions are those of the nozzle.\n\
          name = \"Printer\"\n\n\

@@ -125,10 +125,10 @@ pub enum CheckError {
     )]
     More(u64),
     /// The map cannot be read.
-    #[error("what the corrected lines are cannot be read: {0}")]
+    #[error("the table of corrected lines cannot be read: {0}")]
     Map(std::io::Error),
     /// A line of the corrected program that does something else than the map says.
-    #[error("line {0} of the corrected program does not do what it was written for")]
+    #[error("line {0} of the corrected program has not the intended effect")]
     Unexplained(u64),
     /// A mode that is another one.
     #[error("line {line} of the corrected program: {what} differs from the program")]

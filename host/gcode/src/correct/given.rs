@@ -61,7 +61,7 @@ impl Moving {
             ),
             Lost::NoLength => Fault::new(
                 span,
-                "the compensation depends on the tool length, which is not known here",
+                "the compensation depends on the tool length, which is unknown here",
                 "give the setup the tool in the spindle, [start] tool = 1, and its length, [tool.1] length = …",
             ),
         }
@@ -73,7 +73,7 @@ impl Moving {
         Fault::new(
             self.span.clone(),
             format!(
-                "the compensation depends on the direction in which {letter} moved last, which is not known here"
+                "the compensation depends on the direction in which {letter} moved last, which is unknown here"
             ),
             format!("give it in the setup: [start] travel = {{ {letter} = \"+\" }}, or \"-\""),
         )

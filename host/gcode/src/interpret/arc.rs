@@ -22,7 +22,7 @@ impl State {
         let plane = self.plane.ok_or_else(|| {
             Fault::new(
                 axis_span(asked.block),
-                "the plane is not known here",
+                "the plane is unknown here",
                 "write G17, G18 or G19 before it",
             )
         })?;

@@ -134,7 +134,7 @@ impl<'l> Asked<'l> {
                 }
                 return Err(Fault::new(
                     word.span(),
-                    "axes in a line with a G word that is passed: what they mean is not known",
+                    "axes in a line with a G word that is passed on: their meaning is unknown",
                     "write two lines",
                 ));
             };

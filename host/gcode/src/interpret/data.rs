@@ -53,7 +53,7 @@ impl State {
             let name = system_name(number);
             return Err(Fault::new(
                 word.span(),
-                format!("{name} is set for some axes, and its value for the others is not known"),
+                format!("{name} is set for some axes, and its value for the others is unknown"),
                 format!("give the setup [offset.\"{name}\"], or write all axes here"),
             ));
         }
@@ -62,7 +62,7 @@ impl State {
             let name = system_name(number);
             return Err(Fault::new(
                 word.span(),
-                format!("{name} is set, and its rotation is not known"),
+                format!("{name} is set, and its rotation is unknown"),
                 format!("give the setup [offset.\"{name}\"], or write R, its rotation, here"),
             ));
         }
@@ -74,7 +74,7 @@ impl State {
             if holds && rotation.value != system.rotation && (g92[0] != 0.0 || g92[1] != 0.0) {
                 return Err(unknown(
                     rotation,
-                    "another rotation of the system that holds, under G92: LinuxCNC then takes the position for \
+                    "another rotation of the active system, under G92: LinuxCNC then takes the position for \
                      another one",
                     "write G92.1 before it",
                 ));
@@ -98,7 +98,7 @@ impl State {
         let Some(mut offset) = self.tool_offset(tool, asked.rules) else {
             return Err(Fault::new(
                 word.span(),
-                format!("tool {tool} is set, and whether it is in the tool table is not known"),
+                format!("tool {tool} is set, and may not be in the tool table"),
                 format!("give it in the setup: [tool.{tool}] length = …"),
             ));
         };

@@ -75,9 +75,7 @@ pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
         Wrapping::Shorter => {
             let by = (word - here).rem_euclid(360.0);
             if (by - 180.0).abs() < NOTHING {
-                return Err(
-                    "half a turn of a wrapped axis: which way it goes is not known".to_owned(),
-                );
+                return Err("half a turn of a wrapped axis: its direction is unknown".to_owned());
             }
             Ok(here + if by > 180.0 { by - 360.0 } else { by })
         }

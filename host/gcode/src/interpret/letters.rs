@@ -35,7 +35,7 @@ impl State {
                             "for the program of a printer give --dialect printer",
                         ),
                         0 => (
-                            "a word that nothing in its line uses: its meaning is not known",
+                            "a word that nothing in its line uses: its meaning is unknown",
                             "check the G word of the line and --dialect, or take it out",
                         ),
                         _ => ("a word that two others of its line use", "write two lines"),

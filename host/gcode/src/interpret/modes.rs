@@ -86,7 +86,7 @@ impl State {
                 let Some(number) = asked.word(b'Q') else {
                     return Err(Fault::new(
                         word.span(),
-                        "M61 without Q: which tool is in the spindle is not known",
+                        "M61 without Q: the tool in the spindle is unknown",
                         "write Q with its number",
                     ));
                 };

@@ -98,8 +98,8 @@ impl State {
         let Some(motion) = motion else {
             return Err(Fault::new(
                 axis_span(block),
-                "axes without a motion word, and none holds",
-                "write G0, G1, G2 or G3, or give the setup the one that holds: [start] motion = \"G0\"",
+                "axes without a motion word, and none is active",
+                "write G0, G1, G2 or G3, or give the setup the active one: [start] motion = \"G0\"",
             ));
         };
         if let Some(word) = asked.machine_coordinates {
@@ -197,7 +197,7 @@ impl State {
         if asked.rules.dialect.table().has_names && self.offsets.tool != [0.0; axes::COUNT] {
             return Err(Fault::new(
                 word.span(),
-                "SUPA, G53 or G153 while a tool offset holds: whether it counts is a setting of the machine",
+                "SUPA, G53 or G153 while a tool offset is active: whether it counts is a setting of the machine",
                 "write D0 in the line",
             ));
         }
@@ -344,7 +344,7 @@ impl State {
         let Some(feed) = feed else {
             let cause = match self.feed_mode {
                 FeedMode::InverseTime => "a move without F under G93",
-                _ => "a feed that is not known",
+                _ => "an unknown feed",
             };
             return Err(Fault::new(
                 axis_span(asked.block),
@@ -364,7 +364,7 @@ impl State {
 pub(crate) fn offset_in_doubt(span: std::ops::Range<usize>) -> Fault {
     Fault::new(
         span,
-        "Z after G28, G30, G53 or M6: whether the tool offset of G43 still holds depends on the controller",
+        "Z after G28, G30, G53 or M6: whether the tool offset of G43 is still active depends on the controller",
         "write G43 with H, or G49, before Z moves again",
     )
 }

@@ -32,7 +32,7 @@ impl State {
                 self.offsets.g92 = self.offsets.g92_stored.ok_or_else(|| {
                     Fault::new(
                         word.span(),
-                        "the offsets that G92.3 brings back are not known",
+                        "the offsets that G92.3 restores are unknown",
                         "give LinuxCNC's parameters with --var, or write G92 in the program",
                     )
                 })?;
@@ -150,7 +150,7 @@ impl State {
         Err(unknown(
             word,
             &format!(
-                "{this} while {other} holds: what becomes of both is a parameter of the controller"
+                "{this} while {other} is active: the result depends on a parameter of the controller"
             ),
             &format!("take {other} back before it"),
         ))

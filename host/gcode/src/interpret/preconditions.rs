@@ -84,7 +84,7 @@ impl State {
         let after = behind.map_or(String::new(), |what| format!(" after {what}"));
         Fault::new(
             span,
-            format!("the position of {letter} is not known here{after}"),
+            format!("the position of {letter} is unknown here{after}"),
             remedy,
         )
     }
@@ -95,7 +95,7 @@ impl State {
             let name = system_name(self.offsets.selected());
             Fault::new(
                 word.span(),
-                format!("the offset of {name} is not known"),
+                format!("the offset of {name} is unknown"),
                 format!("give it in the setup: [offset.\"{name}\"] X = …, Y = …, Z = …"),
             )
         })
@@ -106,7 +106,7 @@ impl State {
         self.units.ok_or_else(|| {
             Fault::new(
                 span,
-                "mm or inches: that is not known here",
+                "mm or inches is unknown here",
                 "write G20 or G21 before it, or give the setup with its units",
             )
         })
@@ -117,7 +117,7 @@ impl State {
         self.distance.ok_or_else(|| {
             Fault::new(
                 axis_span(block),
-                "absolute or incremental: that is not known here",
+                "absolute or incremental is unknown here",
                 "write G90 or G91 before it",
             )
         })

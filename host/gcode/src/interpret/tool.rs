@@ -85,7 +85,7 @@ impl State {
                 let Some(number) = number else {
                     return Err(Fault::new(
                         word.span(),
-                        "G43 without H: which tool it means is not known",
+                        "G43 without H: its tool is unknown",
                         "write H, or give the setup the tool in the spindle: [start] tool = …",
                     ));
                 };
@@ -106,7 +106,7 @@ impl State {
                 let Some(offset) = self.tool_offset(number, asked.rules) else {
                     return Err(Fault::new(
                         word.span(),
-                        format!("the length of tool {number} is not known"),
+                        format!("the length of tool {number} is unknown"),
                         format!("give it in the setup: [tool.{number}] length = …"),
                     ));
                 };
@@ -135,14 +135,14 @@ impl State {
         let Some(tool) = self.tool else {
             return Err(Fault::new(
                 word.span(),
-                "which tool is in the spindle is not known",
+                "the tool in the spindle is unknown",
                 "write T and M6 before it, or give the setup [start] tool = …",
             ));
         };
         let Some(offset) = self.tool_offset(tool, rules) else {
             return Err(Fault::new(
                 word.span(),
-                "the length of the tool in the spindle is not known",
+                "the length of the tool in the spindle is unknown",
                 "give it in the setup, by its number or name: [tool.1] length = …, or [tool.\"MILL 10\"]",
             ));
         };

@@ -95,7 +95,7 @@ impl Setup {
             self.selected = Some(number.ok_or_else(|| {
                 FileError::at(
                     span.clone(),
-                    "parameter 5220, the coordinate system that holds, is none of 1 to 9",
+                    "parameter 5220, the active coordinate system, is none of 1 to 9",
                     "here",
                     "give the file as LinuxCNC has written it",
                 )

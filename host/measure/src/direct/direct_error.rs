@@ -59,7 +59,7 @@ impl DirectError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Mixed { .. } => {
-                "give the runs that read in other directions in the same command: their frames or the turning axis mix what the instrument shows"
+                "give the runs that read in other directions in the same command: their frames or the turning axis mix the readings"
             }
             Self::Twice { .. } => {
                 "give one file of each; repeated runs are columns of one file, or import them one after the other with --update"

@@ -410,7 +410,7 @@ mod tests {
             (
                 &format!("{head}time_s,z_um\n0,0\n1,1e9\n"),
                 Some(4),
-                "beyond what is measured",
+                "larger than any value of such a test",
             ),
             (
                 &format!("{head}time_s,z_um\n0,0\n"),

@@ -100,9 +100,9 @@ impl Doubt {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Abbe { .. } => {
-                "measure it too, or pass what is known about it with --update: the result holds on the measured line"
+                "measure it too, or give its known value with --update: the result is for the measured line"
             }
-            Self::Oblique { .. } => "measure it too, or pass what is known about it with --update",
+            Self::Oblique { .. } => "measure it too, or give its known value with --update",
             Self::Misread { remedy, .. } => remedy,
             Self::ShortTravel { .. } => {
                 "write `range` and all other lengths of the machine file in mm; if the axis is as short, ignore this"

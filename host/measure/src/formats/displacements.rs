@@ -138,7 +138,7 @@ pub(super) fn within(
         true => Ok(value),
         false => Err(row.error(
             column,
-            format!("{value} {unit} is beyond what is measured in such a test"),
+            format!("{value} {unit} is larger than any value of such a test"),
             "here",
             VALUES,
         )),

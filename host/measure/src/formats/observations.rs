@@ -401,7 +401,7 @@ fn observation(
                         k,
                         format!("`{}` is not a direction", row.cells[k].text),
                         "here",
-                        "write 1 after positive travel, -1 after negative travel, 0 if it is not known",
+                        "write 1 after positive travel, -1 after negative travel, 0 if unknown",
                     ));
                 }
                 one.direction[i] = value;

@@ -196,7 +196,7 @@ fn probing(
                     k,
                     format!("`{}` is not a direction", row.cells[k].text),
                     "here",
-                    "write 1 after positive travel, -1 after negative travel, 0 if it is not known",
+                    "write 1 after positive travel, -1 after negative travel, 0 if unknown",
                 ));
             }
             Column::Spindle => probing.spindle = value,

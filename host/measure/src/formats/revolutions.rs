@@ -86,7 +86,7 @@ pub fn read(text: &str) -> Result<Turns, FileError> {
     if turns.len() < 2 || all.len() < FEWEST {
         return Err(FileError::whole(
             format!(
-                "{} turns with {} angles do not show what is the same in every turn",
+                "{} turns with {} angles do not show the part that repeats in every turn",
                 turns.len(),
                 all.len()
             ),
@@ -189,7 +189,7 @@ mod tests {
             ),
             (
                 "turn,angle_deg,x1_um\n1,0,99999\n".to_owned(),
-                "beyond what is measured",
+                "larger than any value of such a test",
             ),
         ] {
             let said = message(&text);

@@ -30,14 +30,14 @@ pub enum IdentifyError {
         parameter: Parameter,
     },
     /// The iteration does not converge.
-    #[error("the probings fit no machine of this model: {rms:.3} mm are left on average")]
+    #[error("the probings fit no machine of this model: {rms:.3} mm remain on average")]
     NotConverged {
         /// Root mean square distance from tip to ball (mm).
         rms: f64,
     },
     /// The set of identifiable unknowns or of trusted rows changes from round to round.
     #[error(
-        "after {rounds} rounds it is not settled {what}: {rms:.4} mm are left on average, and most in line {line}"
+        "after {rounds} rounds it is not settled {what}: {rms:.4} mm remain on average, and most in line {line}"
     )]
     Unsettled {
         /// Number of rounds.

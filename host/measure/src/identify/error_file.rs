@@ -158,7 +158,7 @@ pub fn error_file(
     if let Some(left) = observations.thermal.as_ref().and_then(|t| t.left) {
         let _ = writeln!(
             text,
-            "thermal_um = {:.2}  # what [thermal] leaves of another warm-up or cool-down, 95 %",
+            "thermal_um = {:.2}  # another warm-up or cool-down differs from [thermal] by up to this, 95 %",
             left * 1e3
         );
     }

@@ -177,8 +177,8 @@ fn dead_length(own: &Problem<'_>, setup: usize, at_first: f64) -> Option<Mistake
 
 fn shown(mm: f64) -> String {
     match mm < 0.1 {
-        true => format!("{:.1} µm are left", mm * 1e3),
-        false => format!("{mm:.2} mm are left"),
+        true => format!("{:.1} µm remain", mm * 1e3),
+        false => format!("{mm:.2} mm remain"),
     }
 }
 

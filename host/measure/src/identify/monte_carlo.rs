@@ -62,7 +62,7 @@ pub struct Outcome {
     /// Number of positions in the probed range at which the volumetric error was evaluated, over all
     /// identifications.
     pub positions: usize,
-    /// Number of these at which the remaining tip error is within its 95 % band.
+    /// Number of these at which the remaining tip error is within its 95 % interval.
     pub tips_inside: usize,
     /// The same for the tool direction.
     pub directions_inside: usize,

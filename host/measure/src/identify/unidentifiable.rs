@@ -231,7 +231,7 @@ impl Unseen {
         if !setup.is_empty() {
             return from(
                 [setup, parameters].concat(),
-                "state what is known about the set-up, or observe at more positions",
+                "state the set-up as far as it is known, or observe at more positions",
             );
         }
         if !parameters.is_empty() {
@@ -314,7 +314,7 @@ pub fn grouped(all: &[&Unseen]) -> Vec<(String, Vec<usize>)> {
         let says = match &first.says {
             Says::From(with) if is_same => format!("{names} cannot be distinguished from {with}"),
             Says::From(_) => {
-                format!("{names} cannot be distinguished from what is in brackets")
+                format!("{names} cannot be distinguished from those in brackets")
             }
             Says::Scale(others) => format!("{names} and {others} differ by a common scale only"),
             Says::NotKnown => format!("{names} {} not known", if is_one { "is" } else { "are" }),

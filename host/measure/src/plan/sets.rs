@@ -127,7 +127,7 @@ impl SetError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Axes { .. } => {
-                "leave --set out: a strategy is then proposed for any machine, of balls and what turns them"
+                "leave --set out: a measurement plan is then proposed for this machine"
             }
             Self::OneBall { .. } => "name one ball with --balls, or use --set rumba",
             Self::NoBar => {

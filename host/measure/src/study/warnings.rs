@@ -140,7 +140,7 @@ impl Outcome<'_> {
             false => format!("add {add} to the model"),
         };
         format!(
-            "the model lacks a motion: {one}, which explains {:.0} % of what is left (squares); {how}, or measure it directly with runs",
+            "the model lacks a motion: {one}, which explains {:.0} % of the residuals (squares); {how}, or measure it directly with runs",
             one.explains * 1e2
         )
     }

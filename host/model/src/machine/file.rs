@@ -271,7 +271,7 @@ impl ToolEntry {
         if along == 0.0 {
             return Err(FileError::at(
                 self.tip_mm.span(),
-                "the tip is in the plane of the spindle's face, so the side to which the tool extends is not known",
+                "the tip is in the plane of the spindle's face, so the side to which the tool extends is undefined",
                 "0 along the tool axis",
                 "give tip_mm a length along the tool axis: its sign is the side",
             ));

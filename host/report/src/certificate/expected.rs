@@ -3,7 +3,7 @@
 
 use super::limits::Quantity;
 use crate::tested::{self, CircleFound, PositioningFound, Tests};
-use crate::volumetric::quality;
+use crate::volumetric::remaining;
 use crate::{ReportError, Subject};
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -14,7 +14,7 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, probed_zone};
-use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
+use trueaxis_tables::validate::{Command, Quality, Region, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
 pub(crate) const DRAWS: usize = 1000;
@@ -209,28 +209,13 @@ fn values(
     commands: &[Vec<Command>; 2],
     quantities: &[Quantity],
 ) -> Result<Vec<Option<Sampled>>, ReportError> {
-    let (machine, errors) = (subject.machine, subject.errors);
     let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
     let at = |is_of_zone: bool| -> Result<Option<Quality>, ReportError> {
         let is_this = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { is_probed, .. } if *is_probed == is_of_zone);
         if !quantities.iter().any(is_this) {
             return Ok(None);
         }
-        let kinematics = Kinematics::new(machine, errors);
-        let zero = subject.subtracted.zero(machine, errors)?;
-        let left = commands[usize::from(is_of_zone)].iter().map(|command| {
-            let (q, situation) = command.kinematic(machine);
-            let mut dq = zero;
-            if let Some(compensation) = subject.compensation {
-                let corrections = compensation.runtime.evaluate(command).map(f64::from);
-                let tables = machine.to_kinematic(&corrections);
-                dq = std::array::from_fn(|i| zero[i] + tables[i]);
-            }
-            let error = kinematics.volumetric_error(&q, &dq, &situation);
-            [error.t.norm(), direction(machine, &error)]
-        });
-        let left: Vec<[f64; 2]> = left.collect();
-        Ok(Some(quality(left.into_iter())))
+        remaining(subject, &commands[usize::from(is_of_zone)]).map(Some)
     };
     let volumetric = [at(false)?, at(true)?];
     let tests = match quantities.iter().all(is_volumetric) {

@@ -153,10 +153,10 @@ impl<'a> Grounds<'a> {
             () if self.stated.instruments.is_empty() => "no instrument is stated",
             () if self.stated.date.is_none() => "no date of the measurement is stated",
             () if identification.is_none() && of_model => {
-                "no identification is given: whether the residuals fit is not known"
+                "no identification is given: whether the residuals fit is unknown"
             }
             () if identification.is_some_and(|found| !found.is_judged()) && of_model => {
-                "no noise is stated and no place was measured twice: whether the residuals fit is not known"
+                "no noise is stated and no place was measured twice: whether the residuals fit is unknown"
             }
             () => return None,
         };

@@ -109,7 +109,7 @@ impl Quantity {
                 Some(_) => Ok(Self::Parameter(parameter)),
                 None => Err((
                     format!("{one} is a coefficient, not a deviation"),
-                    "limit what it does instead: \"tip mean\", \"G XY\" or \"E X\"".to_owned(),
+                    "limit its effect instead: \"tip mean\", \"G XY\" or \"E X\"".to_owned(),
                 )),
             };
         }

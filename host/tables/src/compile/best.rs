@@ -69,7 +69,7 @@ fn of(options: &Options, tolerance: f64) -> Options {
 /// deviates least. So the result for a finer tolerance never deviates more than that for a coarser one of these, or
 /// for the finest of them that is met. The tolerance in `options` is ignored.
 ///
-/// [`CompileError`]; if the target holds too little, only when none of the tolerances fits.
+/// [`CompileError`]; if the target is too small, only when none of the tolerances fits.
 pub fn best(
     machine: &Machine,
     errors: &ErrorModel,

@@ -58,7 +58,7 @@ impl Proof {
     }
 
     /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by the equivalent
-    /// under the policy, where no error motion holds its end value.
+    /// under the policy, inside the ranges of the error motions.
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
         self.inside().meets(um)

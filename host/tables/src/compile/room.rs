@@ -1,4 +1,4 @@
-//! Reports that a target holds too little for the tolerance.
+//! Reports that a target is too small for the tolerance.
 
 use super::verdict::wanted;
 use super::{Built, Options, Proof};
@@ -11,7 +11,7 @@ use trueaxis_model::kinematics::Policy;
 /// A target that is full before the tolerance is met.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
-    "the target {target} holds too little for {}; the best that fits takes {}{}{}",
+    "the target {target} is too small for {}; the best that fits takes {}{}{}",
     wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um), or_unlimited(.unlimited)
 )]
 pub struct Full {
@@ -106,7 +106,7 @@ mod tests {
             fits_um: Some(0.5),
             unlimited: None,
         };
-        let text = "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms";
+        let text = "the target small is too small for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms";
         let fits = "; with --tolerance 0.5 it fits";
         assert_eq!(full.to_string(), text.to_owned() + fits);
         full.fits_um = None;

@@ -244,8 +244,8 @@ pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
         (Some(inside), outside) if proof.partly_calibrated => {
             let outside = outside
                 .iter()
-                .map(|found| (found, ", where an error motion holds its end value"));
-            let inside = (inside, ", where no error motion holds its end value");
+                .map(|found| (found, ", where an error motion keeps its end value"));
+            let inside = (inside, ", inside the ranges of the error motions");
             std::iter::once(inside).chain(outside).collect()
         }
         _ => vec![(&proof.travel, "")],

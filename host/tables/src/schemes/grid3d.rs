@@ -119,7 +119,7 @@ pub fn compile(
     let is_short = |(i, zone): (usize, [f64; 2])| zone != machine.axes[i].travel;
     if axes.into_iter().zip(zone).any(is_short) {
         notes.push(
-            "the grid ends with the calibrated range: beyond it the correction of its end holds, which is wrong kinematics"
+            "the grid ends with the calibrated range: beyond it the correction keeps its end value, which is wrong kinematics"
                 .to_owned(),
         );
     }

@@ -32,7 +32,7 @@ pub enum SchemeError {
     #[error(transparent)]
     Draw(DrawError),
     /// More tables than a blob can number.
-    #[error("{tables} tables are needed, a blob holds at most 255")]
+    #[error("{tables} tables are needed, a compensation file has at most 255")]
     TooManyTables {
         /// The number needed.
         tables: usize,
@@ -51,7 +51,7 @@ pub enum SchemeError {
     },
     /// No grid up to the largest is large enough.
     #[error(
-        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
+        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the remaining error by {change_um:.3} µm"
     )]
     Threshold {
         /// The requested threshold (µm).
@@ -67,7 +67,7 @@ pub enum SchemeError {
     )]
     NoClosedForm,
     /// More adjustable weights than a blob can hold.
-    #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
+    #[error("{needed} adjustable terms are needed, a compensation has at most {held}")]
     TooManyWeights {
         /// The number needed.
         needed: usize,
@@ -81,7 +81,7 @@ pub enum SchemeError {
         name: String,
     },
     /// More tables were requested than the target holds.
-    #[error("{asked} tables are asked for, the target holds {held}")]
+    #[error("{asked} tables are asked for, the target has room for {held}")]
     MoreThanTarget {
         /// The number requested.
         asked: usize,
@@ -150,7 +150,7 @@ impl SchemeError {
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::Threshold { .. } => {
-                "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
+                "raise --threshold above that, or --max-nodes if the controller has room for more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
             Self::NoClosedForm => {
                 "use --scheme exact, which takes any machine; with three rotary axes also --policy orientation"

@@ -86,7 +86,7 @@ pub fn compile(
     };
     let (banks, terms) = fitted.tables(&points, free.as_deref(), options.format);
     let letter = machine.axes[basis.rotary[rotary]].letter;
-    let mut notes = vec![format!("functions are those of {letter}")];
+    let mut notes = vec![format!("functions of {letter}")];
     notes.extend(super::without_direction(machine, errors));
     Ok(SchemeResult {
         draft: Draft {

@@ -43,7 +43,7 @@ fn count(
     }
     Err(FileError::at(
         found.span(),
-        format!("no controller holds {value} {what}"),
+        format!("no controller has {value} {what}"),
         "this many",
         format!("write a number from {least} to {most}"),
     ))
@@ -143,9 +143,9 @@ mod tests {
                 "tables = 96",
                 "tables = 256",
                 4,
-                "no controller holds 256 tables",
+                "no controller has 256 tables",
             ),
-            ("axes = 8", "axes = 0", 2, "no controller holds 0 axes"),
+            ("axes = 8", "axes = 0", 2, "no controller has 0 axes"),
             ("terms = 256", "terms = -1", 5, "invalid value"),
             ("grids = 2", "grid = 2", 6, "unknown field `grid`"),
             (

@@ -43,7 +43,7 @@ pub struct OverTravel {
     pub exact_tables: usize,
 }
 
-/// The 95 % bands over the travel, with the policy and the random directions of travel, tool lengths and
+/// The 95 % intervals over the travel, with the policy and the random directions of travel, tool lengths and
 /// temperatures of a proof; `None` if no parameter and no tabulated motion has an uncertainty.
 ///
 /// # Errors

@@ -222,7 +222,7 @@ impl<'a> Measured<'a> {
         Some(self.over(|sample| !sample.holds && !sample.near)).filter(|found| found.positions > 0)
     }
 
-    /// Results within one correction of a measured point, where no error motion holds its end value; `None` if there
+    /// Results within one correction of a measured point, inside the ranges of the error motions; `None` if there
     /// are no such positions.
     #[must_use]
     pub fn near_points(&self) -> Option<Verification> {

@@ -68,7 +68,7 @@ fn bad_board(port: &PortArguments, error: BoardError) -> BadInput {
         BoardError::Link(error) => port.bad(&error),
         other => BadInput::new(
             format!("{}: {other}", port.port),
-            "`trueaxis monitor` shows what the board is waiting for: axes that are not referenced, positions that do not arrive",
+            "`trueaxis monitor` shows the reason: axes that are not referenced, positions that do not arrive",
         ),
     }
 }

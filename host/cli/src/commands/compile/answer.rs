@@ -50,6 +50,9 @@ pub struct Answer<'a> {
     pub full: Option<&'a Full>,
     /// A coarser tolerance (µm) that is met, if this one is missed.
     pub fits_um: Option<f64>,
+    /// Whether every figure is printed.
+    #[serde(skip)]
+    pub is_verbose: bool,
     /// Whether the tolerance was chosen by the command rather than given.
     #[serde(skip)]
     pub is_default: bool,
@@ -64,7 +67,7 @@ pub struct Proven<'a> {
     reversals: &'a [Reversal],
     #[serde(flatten)]
     proof: &'a Proof,
-    /// 95 % band of the error that uncertain parameters leave.
+    /// 95 % interval of the error that uncertain parameters leave.
     uncertainty: Option<&'a OverTravel>,
     notes: &'a [String],
     warnings: Vec<Message>,
@@ -115,16 +118,21 @@ impl Answer<'_> {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
             text += &screen::zero(self.zero_at);
-            text += &screen::policy(self.stored);
-            text.push('\n');
-            text += &screen::quality(proven.proof, self.tolerance_um);
-            text += &screen::uncertainty(proven.uncertainty);
-            text.push('\n');
-            text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
-            text += &screen::largest(self.stored, proven.axes);
-            text += &screen::reversals(proven.reversals);
-            text += &screen::tool_length(proven.proof);
+            if self.is_verbose {
+                text += &screen::policy(self.stored);
+                text.push('\n');
+                text += &screen::quality(proven.proof, self.tolerance_um);
+                text += &screen::uncertainty(proven.uncertainty);
+                text.push('\n');
+                text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
+                text += &screen::largest(self.stored, proven.axes);
+            } else {
+                text.push('\n');
+                text += &screen::summary(proven.proof);
+            }
             text += verdict;
+            text += &screen::tool_length(proven.proof);
+            text += &screen::reversals(proven.reversals);
             files::print(&text)?;
         }
         if let Some(proven) = &self.proven {
@@ -142,10 +150,7 @@ impl Answer<'_> {
             eprintln!("{refusal}");
         }
         for shortage in self.shortages {
-            eprintln!(
-                "the target {} holds too little: {shortage}",
-                self.target.name
-            );
+            eprintln!("the target {} is too small: {shortage}", self.target.name);
         }
         if !self.shortages.is_empty() {
             eprintln!("  {}", self.smaller);
@@ -174,14 +179,16 @@ impl Answer<'_> {
         if self.is_default && tolerance > FINEST {
             let beside = leaves.map_or_else(String::new, |leaves| {
                 let bought = far.map_or("", |_| ", so a finer one buys nothing");
-                format!("; the parameters' own uncertainty leaves up to {leaves:.2} µm{bought}")
+                format!(
+                    "; the uncertainty of the parameters alone causes up to {leaves:.2} µm{bought}"
+                )
             });
             eprintln!(
                 "note: the tolerance is {tolerance} µm, the finest of 0.05, 0.1, 0.2, 0.5 and 1 that is met{beside}"
             );
         } else if let (false, Some(leaves)) = (self.is_default, far) {
             eprintln!(
-                "note: the parameters' own uncertainty leaves up to {leaves:.2} µm: a tolerance below {:.2} µm buys nothing",
+                "note: the uncertainty of the parameters alone causes up to {leaves:.2} µm: a tolerance below {:.2} µm buys nothing",
                 leaves / NOTHING_BOUGHT
             );
         }

@@ -198,7 +198,7 @@ fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
     if !cec::is_name(axis) {
         return Err(BadInput::new(
             format!("--probe: `{axis}` is not a name of an axis"),
-            "write what the controller calls the axis whose compensation is looked at, like AX1",
+            "write the controller's name of the axis to look at, like AX1",
         ));
     }
     files::prepare(&arguments.output, &[])?;
@@ -255,7 +255,7 @@ fn said(factor_tables: cec::FactorTables) -> &'static str {
 fn for_tool(length: Option<f64>) -> String {
     match length {
         Some(length) => format!("{length} mm"),
-        None => "that of the machine file it was compiled with".to_owned(),
+        None => "the length in the machine file it was compiled with".to_owned(),
     }
 }
 

@@ -82,7 +82,7 @@ impl Arguments {
             return Ok(Outcome::Done);
         }
         eprintln!(
-            "more than {} µm is left{}: {stays}",
+            "more than {} µm remains{}: {stays}",
             self.tolerance,
             match written {
                 true => "",
@@ -95,7 +95,7 @@ impl Arguments {
 
 fn table(found: &[Difference], positions: u32) -> String {
     let mut text = format!(
-        "\nread again, {positions} random positions\naxis  largest correction          left\n"
+        "\nread again, {positions} random positions\naxis  largest correction     remaining\n"
     );
     for axis in found {
         text += &format!(

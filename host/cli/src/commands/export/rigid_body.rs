@@ -119,7 +119,7 @@ impl Common {
             return Ok(Outcome::Done);
         }
         eprintln!(
-            "more than {} µm is left at the tip{}: the control knows no direction of travel, and straight lines between points",
+            "more than {} µm remains at the tip{}: the control knows no direction of travel, and straight lines between points",
             self.tolerance,
             match written {
                 true => "",
@@ -132,7 +132,7 @@ impl Common {
 
 fn fault(error: &FileError) -> BadInput {
     BadInput::new(
-        format!("what was written is not read: {}", error.message),
+        format!("the written file cannot be read back: {}", error.message),
         "this is a fault of trueaxis: please report it with the files",
     )
 }

@@ -138,7 +138,7 @@ fn write(
     }
     if !meets {
         eprintln!(
-            "more than {tolerance} µm is left{}: {}",
+            "more than {tolerance} µm remains{}: {}",
             match written {
                 true => "",
                 false => ", and nothing is written (--best-effort would)",
@@ -155,13 +155,13 @@ fn write(
 
 fn screen(text: &str, found: &Found) -> String {
     let mut shown = format!(
-        "{text}\nlargest, µm, {} random positions\naxis  correction   left   with steps per mm multiplied by\n",
+        "{text}\nlargest, µm, {} random positions\naxis  correction   remaining   with steps per mm multiplied by\n",
         found.positions
     );
     let axes = found.axes.iter().zip(found.steps).zip(['X', 'Y', 'Z']);
     for ((axis, steps), letter) in axes {
         shown += &format!(
-            "{letter}     {:>10.1} {:>6.1} {:>6.1}   {steps:.6}\n",
+            "{letter}     {:>10.1} {:>11.1} {:>6.1}   {steps:.6}\n",
             axis.largest_um, axis.left_um, axis.left_with_steps_um
         );
     }

@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return Ok(Outcome::Done);
     }
     eprintln!(
-        "more than {tolerance} µm is left{}: the tables add a value over X and one over Y",
+        "more than {tolerance} µm remains{}: the tables add a value over X and one over Y",
         match written {
             true => "",
             false => ", and nothing is written (--best-effort would)",

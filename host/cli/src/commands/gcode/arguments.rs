@@ -249,7 +249,7 @@ impl Arguments {
 pub fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
     setup.units.ok_or_else(|| {
         BadInput::new(
-            format!("{option}: mm or inches, that is not known"),
+            format!("{option}: mm or inches is unknown"),
             "give --units mm or --units inch, as [TRAJ] LINEAR_UNITS of the machine's INI file",
         )
     })

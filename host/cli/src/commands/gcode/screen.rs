@@ -185,7 +185,7 @@ pub fn report(file: &Path, report: &Report, options: &Options) -> String {
     }
     if *feeds > 0 {
         text += &format!(
-            "{feeds} words F keep the time of a move, or come back to that of the program\n"
+            "{feeds} words F keep the time of a move, or restore the feed of the program\n"
         );
     }
     if *under_cutter > 0 {
@@ -299,7 +299,7 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
         );
     }
     if !found.holds(options) {
-        text += "check: does not hold\n";
+        text += "check: failed\n";
     }
     text
 }

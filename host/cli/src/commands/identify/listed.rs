@@ -12,7 +12,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
     match &published.fit {
         Ok(fit) => {
             *text += &format!(
-                "{} of them seen here: they leave {:.2} µm\n",
+                "{} of them seen here, with a residual of {:.2} µm\n",
                 fit.parameters,
                 fit.left * 1e3
             );
@@ -50,6 +50,6 @@ pub fn published(text: &mut String, published: Option<&Published>) {
     let besides = published.besides.iter().map(ToString::to_string);
     list(published.besides.len(), "also kept: ", besides.collect());
     if published.is_same {
-        *text += "  as many, and they leave the same: the same errors in other coefficients\n";
+        *text += "  as many, with the same residual: the same errors in other coefficients\n";
     }
 }

@@ -13,8 +13,8 @@ use trueaxis_measure::identify::{Identified, Level, Row};
 /// Largest number of rows listed.
 const NAMED: usize = 10;
 
-/// The text output.
-pub fn screen(found: &Outcome<'_>) -> String {
+/// The text output; only if it is verbose, everything that the result was checked with.
+pub fn screen(found: &Outcome<'_>, is_verbose: bool) -> String {
     let Outcome {
         machine,
         probings: measured,
@@ -38,14 +38,17 @@ pub fn screen(found: &Outcome<'_>) -> String {
     observed::noise(&mut text, found);
     if measured.rows.is_empty() {
         misfit(&mut text, found);
-    } else {
+    } else if is_verbose {
         places(&mut text, found);
         by_ball(&mut text, found);
         checks(&mut text, found);
     }
+    senses(&mut text, found);
     observed::setups(&mut text, found);
-    bars(&mut text, identified);
-    correlations(&mut text, found);
+    if is_verbose {
+        bars(&mut text, identified);
+        correlations(&mut text, found);
+    }
     unidentifiable::lines(
         &mut text,
         "in these probings",
@@ -54,7 +57,7 @@ pub fn screen(found: &Outcome<'_>) -> String {
         &identified.unseen,
         &found.remedies,
     );
-    if !measured.rows.is_empty() {
+    if is_verbose && !measured.rows.is_empty() {
         levels(&mut text, &found.levels);
     }
     published(&mut text, found.published.as_ref());
@@ -123,13 +126,13 @@ fn misfit(text: &mut String, found: &Outcome<'_>) {
 }
 
 fn by_ball(text: &mut String, found: &Outcome<'_>) {
-    *text += "\nball   probings   left (µm, rms)   maximum   predicted without it\n";
+    *text += "\nball   probings   residual (µm, rms)   maximum   predicted without it\n";
     for ball in &found.honesty.balls {
         let predicted = found.held_out.as_ref().ok();
         let predicted = predicted.and_then(|p| p.balls.iter().find(|(name, _)| *name == ball.name));
         let predicted = predicted.map_or("-".to_owned(), |(_, rms)| format!("{:.2}", rms * 1e3));
         *text += &format!(
-            "  {:<7}{:>6}{:>17.2}{:>10.2}{predicted:>23}\n",
+            "  {:<7}{:>6}{:>21.2}{:>10.2}{predicted:>23}\n",
             ball.name,
             ball.rows,
             ball.rms * 1e3,
@@ -167,6 +170,10 @@ fn places(text: &mut String, found: &Outcome<'_>) {
             _ => "          -\n".to_owned(),
         };
     }
+}
+
+/// Axes whose sense the probings do not show.
+fn senses(text: &mut String, found: &Outcome<'_>) {
     if let Some(axes) = &found.unseen_senses {
         *text += &format!(
             "these rows would fit as well if {axes} counted the other way: nothing here shows it without nominal_mm of a ball in the artefact\n"
@@ -177,7 +184,7 @@ fn places(text: &mut String, found: &Outcome<'_>) {
 fn checks(text: &mut String, found: &Outcome<'_>) {
     let left = found.honesty.coordinates * 1e3;
     *text += &format!(
-        "\nwhat is left, in the workpiece frame (µm)   {:>14}{:>16}{:>16}\n",
+        "\nresiduals in the workpiece frame (µm)       {:>14}{:>16}{:>16}\n",
         "x", "y", "z"
     );
     *text += &format!(
@@ -198,7 +205,7 @@ fn checks(text: &mut String, found: &Outcome<'_>) {
     }
     if let Some(repeats) = found.honesty.repeats {
         *text += &format!(
-            "{} probed again repeat to {:.2} µm (pooled standard deviation of a coordinate, {} degrees of freedom); {:.2} times that is left\n",
+            "{} probed again repeat to {:.2} µm (pooled standard deviation of a coordinate, {} degrees of freedom); the residual is {:.2} times that\n",
             count(repeats.places, "place"),
             repeats.deviation * 1e3,
             repeats.freedom,
@@ -243,7 +250,7 @@ fn levels(text: &mut String, levels: &[Level]) {
     if levels.is_empty() {
         return;
     }
-    *text += "\nmodel                    parameters   left (µm)   elsewhere (µm)\n";
+    *text += "\nmodel                    parameters   residual (µm)   elsewhere (µm)\n";
     for level in levels {
         let tried = level.tried.to_string();
         *text += &match &level.found {
@@ -252,7 +259,7 @@ fn levels(text: &mut String, levels: &[Level]) {
                     .elsewhere
                     .map_or("-".to_owned(), |off| format!("{:.2}", off * 1e3));
                 let (parameters, left) = (fit.parameters, fit.left * 1e3);
-                format!("{tried:<22}{parameters:>13}{left:>12.2}{elsewhere:>17}\n")
+                format!("{tried:<22}{parameters:>13}{left:>16.2}{elsewhere:>17}\n")
             }
             Err(error) => format!("{tried:<22}   {error}\n"),
         };

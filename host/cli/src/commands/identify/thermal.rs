@@ -12,7 +12,7 @@ pub fn lines(text: &mut String, found: &Outcome<'_>) {
         count(warmed.cycles.len(), "cycle")
     );
     if found.identified.thermal.is_empty() {
-        *text += "  no temperature predicts left-out cycles better than none\n";
+        *text += "  no temperature improves the prediction of left-out cycles\n";
     }
     for change in &found.identified.thermal {
         let input = &warmed.model.inputs[change.input];
@@ -30,7 +30,7 @@ pub fn lines(text: &mut String, found: &Outcome<'_>) {
         );
     }
     *text += &format!(
-        "  left of left-out cycles: {without:.2} µm without temperatures (rms of a coordinate)\n"
+        "  residual of left-out cycles: {without:.2} µm without temperatures (rms of a coordinate)\n"
     );
     for taken in &warmed.taken {
         *text += &format!("    {:.2} µm with {}\n", taken.left_out * 1e3, taken.sensor);

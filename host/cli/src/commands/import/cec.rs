@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         draft.encode().map_err(|error| {
             BadInput::new(
                 format!("{}: {error}", text.name),
-                "no blob holds these tables: look at their values, MIN, MAX and STEP",
+                "these tables fit no compensation file: check their values, MIN, MAX and STEP",
             )
         })
     };

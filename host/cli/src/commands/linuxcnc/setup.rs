@@ -334,7 +334,8 @@ fn text(
     );
     if let Some(copy) = copy {
         let copy = copy.display();
-        return text + &format!("{ini}: with component and panel; what it was is in {copy}\n");
+        return text
+            + &format!("{ini}: with component and panel; a copy of the old file is in {copy}\n");
     }
     text += &format!(
         "then below [HAL] of {ini}, after the other HALFILE lines: HALFILE = trueaxis.hal\n\

@@ -406,7 +406,7 @@ impl Arguments {
             copies => {
                 let names = copies.iter().map(|(copy, _)| copy.display().to_string());
                 format!(
-                    "what was replaced is in {}\n",
+                    "the old files are in {}\n",
                     names.collect::<Vec<_>>().join(", ")
                 )
             }
@@ -497,7 +497,7 @@ impl Arguments {
             Some((changed, true)) => {
                 changed.write(ini)?;
                 lines += &format!(
-                    "{}: with component and panel; what it was is in {}\n",
+                    "{}: with component and panel; a copy of the old file is in {}\n",
                     ini.display(),
                     changed.copy.display()
                 );

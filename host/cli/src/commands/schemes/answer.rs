@@ -159,7 +159,7 @@ impl<'a> Answer<'a> {
             .collect();
         reasons.dedup();
         for reason in reasons {
-            *text += &format!("\ncompensability is not known: {reason}\n");
+            *text += &format!("\nno compensability: {reason}\n");
         }
     }
 }
@@ -188,7 +188,7 @@ impl<'a> One<'a> {
                 let axes = held.axes.iter();
                 let axes: Vec<String> = axes.map(|(axis, q)| format!("{axis} = {q}")).collect();
                 lines.push(format!(
-                    "at {} it leaves {} µm in the mean and {} µm at most; its distance from the correction is that there",
+                    "at {} the remaining error is {} µm in the mean and {} µm at most; its distance from the correction is that there",
                     axes.join(", "),
                     number(after.mean),
                     number(after.max)

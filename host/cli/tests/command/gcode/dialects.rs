@@ -372,7 +372,7 @@ fn behind_home_z_moves_again_with_its_offset_alone() {
     for line in ["Z50.", "G1 X20. F100.", "G91 Z5."] {
         let parts = [
             "line 7",
-            "whether the tool offset of G43 still holds",
+            "whether the tool offset of G43 is still active",
             "G43 with H",
         ];
         let options = [&FANUC[..], &["--decimals", "4"]].concat();

@@ -85,7 +85,11 @@ fn a_motion_before_the_first_word_is_that_of_grbl_or_of_the_setup() {
     let folder = Folder::new();
     let out = corrected(&folder, program, &["--check", "--dialect", "grbl"]);
     assert!(words(&out, 'X').len() >= 2, "{out}");
-    refuses(program, &[], &["line 2", "none holds", "[start] motion"]);
+    refuses(
+        program,
+        &[],
+        &["line 2", "none is active", "[start] motion"],
+    );
     let setup = SETUP.replace("[start]\n", "[start]\nmotion = \"G0\"\n");
     with_setup(program, &setup, &[]);
     corrected(
@@ -255,7 +259,7 @@ fn an_ordinary_program_of_a_sinumerik_is_corrected() {
         ("X=IC(10)", "no number"),
         ("GOTOF END", "jump"),
         ("G0 X10 D2", "further cutting edge"),
-        ("D1", "which tool is in the spindle"),
+        ("D1", "the tool in the spindle is unknown"),
     ] {
         refuses(
             format!("G71 G90\n{line}\nM30\n"),

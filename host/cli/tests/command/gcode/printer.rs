@@ -284,7 +284,7 @@ fn a_program_in_its_place_stays_as_it_is_if_the_check_fails() {
     let names = folder.names();
     let done = trueaxis(&[&words[..], &more].concat());
     assert_eq!(done.status.code(), Some(1));
-    assert!(plain(&done.stdout).contains("check: does not hold"));
+    assert!(plain(&done.stdout).contains("check: failed"));
     assert!(
         plain(&done.stderr).contains("part.gcode: the check fails, and the program is unchanged")
     );

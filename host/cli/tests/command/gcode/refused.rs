@@ -58,7 +58,7 @@ fn bad_programs_are_refused_by_line_and_word() {
             "G28\nG0 X5",
             &[
                 "line 4",
-                "position of Y is not known here after G28",
+                "position of Y is unknown here after G28",
                 "[home.G28] Y = ",
             ],
         ),
@@ -158,11 +158,11 @@ fn what_is_not_built_is_refused_by_its_name() {
         ("G43.5 H1", &["G43.5", "vectors"]),
         (
             "G52 X1.\nG92 X0.",
-            &["line 4", "G92 while G52 holds", "take G52 back"],
+            &["line 4", "G92 while G52 is active", "take G52 back"],
         ),
         (
             "G92 X0.\nG52 X1.",
-            &["line 4", "G52 while G92 holds", "take G92 back"],
+            &["line 4", "G52 while G92 is active", "take G92 back"],
         ),
         ("M98 P1000", &["M98", "no program O1000", "append"]),
         ("G99 G81 X1. Z2. R2. F90.", &["half a micrometre"]),
@@ -274,7 +274,7 @@ fn a_compensation_or_a_machine_for_other_axes_is_refused() {
     refuses_files(
         &folder,
         &["--setup", &setup, "--compensation", &trunnion],
-        &["line 2", "position of A is not known", "[start] A"],
+        &["line 2", "position of A is unknown", "[start] A"],
     );
 }
 

@@ -53,9 +53,9 @@ fn another_tool_length_is_warned_of_with_its_micrometres() {
     };
     let per_mm = compiled
         .lines()
-        .find_map(|l| l.split_once(" µm of error per mm of tool length"))
+        .find_map(|l| l.split_once(" µm of error; length_range_mm"))
         .unwrap();
-    let per_mm: f64 = per_mm.0.parse().unwrap();
+    let per_mm: f64 = per_mm.0.rsplit(" ").next().unwrap().parse().unwrap();
     let um = number(&warned, "up to");
     assert!(
         um > 0.5 && um <= 50.0 * per_mm * 1.02,

@@ -33,7 +33,7 @@ pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
     if let Some(lathe) = lathe.filter(|entry| is_true(&entry.value)) {
         found.refuse(
             &lathe.place,
-            "this is a lathe, whose errors are not those of a machine with axes along X, Y and Z: it cannot be compensated"
+            "this is a lathe: only machines with axes along X, Y and Z can be compensated"
                 .to_owned(),
             "nothing: COMP_FILE and BACKLASH of LinuxCNC itself correct each joint".to_owned(),
         );
@@ -45,7 +45,7 @@ pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
         found.refuse(
             &module.place,
             format!(
-                "under {} joints are not known to be axes of the machine: the component would add corrections of axes to joints",
+                "under {} joints may not be axes of the machine: the component would add corrections of axes to joints",
                 module.name
             ),
             write.to_owned(),
@@ -74,7 +74,7 @@ pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
         };
         found.refuse(
             place,
-            format!("{name} is a program: what it loads and connects is not known from its text"),
+            format!("{name} is a program: its text does not show what it loads and connects"),
             write,
         );
     }
@@ -130,7 +130,7 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
             Some((_, "")) => {}
             Some((_, after)) if !after.starts_with(['#', ';']) => found.refuse(
                 place,
-                format!("[{section}]{key} is `{value}`, no number: `{after}` is left over"),
+                format!("[{section}]{key} is `{value}`, no number: `{after}` is too much"),
                 format!("{key} = a number"),
             ),
             Some((number, after)) => found.warn(
@@ -196,7 +196,7 @@ impl Found {
                 self.refuse(
                     &configuration.start,
                     format!(
-                        "{pin} is not connected by any HAL file: the drive of {} is not known",
+                        "{pin} is not connected by any HAL file: the drive of {} is unknown",
                         joint.letter
                     ),
                     format!("net SIGNAL {pin}, with the drive, in a HAL file"),

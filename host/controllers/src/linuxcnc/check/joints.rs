@@ -144,7 +144,7 @@ impl Checked<'_> {
             if room < 0.0 {
                 self.refuse(
                     &place,
-                    format!("{key} of joint {} is {value}, outside the travel of the compensation, which ends at {}: beyond, tables hold their end values", joint.number, limit / unit),
+                    format!("{key} of joint {} is {value}, outside the travel of the compensation, which ends at {}: beyond, tables keep their end values", joint.number, limit / unit),
                     write,
                 );
             } else if room < bound * (1.0 - 1e-6) {

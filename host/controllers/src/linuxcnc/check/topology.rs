@@ -32,7 +32,7 @@ impl Checked<'_> {
             if machine.name != compiled || of_machine != letters {
                 self.refuse(
                     &module.place,
-                    format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file is that of `{}` with axes {of_machine}", machine.name),
+                    format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file describes `{}` with axes {of_machine}", machine.name),
                     "--machine with the file from which the compensation was made".to_owned(),
                 );
                 return;

@@ -35,7 +35,7 @@ impl Corrector<'_> {
         let Some(by) = given.step.extruded else {
             let (cause, remedy) = match state.extruder.distance(state.distance) {
                 Some(_) => (
-                    "an absolute E, and where E stands before it is not known",
+                    "an absolute E, and the position of E before it is unknown",
                     "write G92 E0 before it",
                 ),
                 None => (

@@ -110,7 +110,7 @@ impl Corrector<'_> {
         let span = block.word(b'F').map_or_else(|| span_of(block), Word::span);
         Err(Fault::new(
             span,
-            "an F without a decimal point holds, and this move needs another F: what F100 counts is a parameter of the controller",
+            "an F without a decimal point is active, and this move needs another F: what F100 counts is a parameter of the controller",
             "write F with a decimal point, like F100., or give the setup decimals = \"calculator\" if F100 is F100. there",
         ))
     }

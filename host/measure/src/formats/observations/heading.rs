@@ -159,7 +159,7 @@ impl Entry {
                     sigma.span(),
                     format!("{} cannot be a standard uncertainty", sigma.get_ref()),
                     "here",
-                    "write it in the unit of its name, more than 0; leave it out if it is not known",
+                    "write it in the unit of its name, more than 0; leave it out if unknown",
                 ));
             }
         }

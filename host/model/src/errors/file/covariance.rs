@@ -28,7 +28,7 @@ impl ErrorModel {
                     left.span(),
                     format!("thermal_um is not a number from 0 to {MOST_THERMAL}"),
                     "here",
-                    "write in µm what the thermal changes leave, as identify does, or leave it out",
+                    "write in µm the error beside the thermal changes, as identify does, or leave it out",
                 ));
             }
             self.thermal_left = Some(um * 1e-3);

@@ -197,8 +197,7 @@ fn table(
             if value.is_nan() || value.abs() > limit(component) {
                 let mut error = unphysical(span.clone(), name, component);
                 if entry.file.is_some() || entry.unit.is_some() {
-                    error.remedy =
-                        format!("check unit, which is that of the values; {}", error.remedy);
+                    error.remedy = format!("check unit, the unit of the values; {}", error.remedy);
                 }
                 return Err(error);
             }

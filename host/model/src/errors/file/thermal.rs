@@ -45,7 +45,7 @@ impl ErrorModel {
             if !within(entry.reference_celsius) {
                 return refuse(
                     format!("the reference temperature of {parameter} is not a finite number, or over {MAX_KELVIN} °C"),
-                    "write reference_celsius = 20.0: the temperature of the sensor at which the parameters hold as written".to_owned(),
+                    "write reference_celsius = 20.0: the temperature of the sensor for which the parameters are written".to_owned(),
                 );
             }
             if range[0] >= range[1] || !(range[0] <= 0.0 && range[1] >= 0.0) {

@@ -92,7 +92,7 @@ impl SolidEntry {
                 None if wanted => {
                     return Err(FileError::at(
                         span,
-                        format!("the size of this {shape} is not known"),
+                        format!("the size of this {shape} is missing"),
                         "here",
                         format!("add {key}, in mm"),
                     ));

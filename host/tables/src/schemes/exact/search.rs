@@ -48,7 +48,7 @@ impl<'a> Sampled<'a> {
 pub enum Effort {
     /// The result that deviates least, even if it misses the tolerance.
     Best,
-    /// A coarser tolerance will be tried next: no result if the target clearly holds too little for this one.
+    /// A coarser tolerance will be tried next: no result if the target clearly is too small for this one.
     IfWithinReach,
     /// The same, and no result that clearly misses the tolerance either.
     IfNearlyMet,

@@ -136,7 +136,7 @@ fn notes(machine: &Machine, remains: &Remains, chosen: &[usize], most: usize) ->
     let mut notes = vec![format!("terms: {}", names.join(", "))];
     if remains.before > 0.0 {
         notes.push(format!(
-            "of {:.4} µm (root mean square of what counts at the tip, rotations at {LEVER} mm) {:.4} µm are left",
+            "of {:.4} µm (root mean square of what counts at the tip, rotations at {LEVER} mm) {:.4} µm remain",
             rms(remains.before),
             rms(left)
         ));
