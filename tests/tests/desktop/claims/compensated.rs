@@ -367,7 +367,7 @@ fn what_is_said_of_the_compensated_machine_is_true() {
         (passes, wrong) = (passes + passed.count(), wrong + failed);
         // Directions are not measured: the verdict says so, and the calibration report has no interval.
         assert!(
-            name.contains("direction") || below >= least,
+            name.contains("of parameters alone") || below >= least,
             "{name}: {below}"
         );
     }
