@@ -545,7 +545,7 @@ fn readings_that_repeat_better_than_any_machine_are_named() {
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");
     let said = |command: &str, unit: &str| {
-        let file = folder.file("x.csv", &text.replace("um", unit));
+        let file = folder.file("x.csv", text.replace("um", unit));
         plain(&trueaxis(&[command, &machine, &file]).stderr)
     };
     for command in ["measured", "iso230-2"] {
@@ -563,7 +563,7 @@ fn readings_that_repeat_better_than_any_machine_are_named() {
 #[test]
 fn the_sign_of_readings_is_said_because_nothing_shows_it() {
     let folder = Folder::new();
-    let file = folder.file("x.csv", &runs("um", [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]]));
+    let file = folder.file("x.csv", runs("um", [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]]));
     let output = trueaxis(&["measured", &example("kolibri/machine.toml"), &file]);
     let said = plain(&output.stdout);
     assert!(said.contains("signs are as stated"), "{said}");
