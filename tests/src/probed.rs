@@ -3,7 +3,7 @@
 use crate::{Fixed, read};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::artefact::{Artefact, Ball};
+use trueaxis_measure::formats::artefact::{Artefact, Ball, Bar};
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{
@@ -297,14 +297,34 @@ impl Case {
         })
     }
 
-    /// The parameters of a model.
+    /// The parameters of a model, and the scale of X if a bar shows it.
     ///
     /// # Panics
     /// If the machine has no such model.
     #[must_use]
     pub fn parameters(&self, model: &str) -> Vec<Parameter> {
         let model: Model = model.parse().expect("a model");
-        model.parameters(&self.machine, 0, &[]).expect("the model")
+        let mut all = model.parameters(&self.machine, 0, &[]).expect("the model");
+        let scale = Parameter::scale('X');
+        if !self.artefact.bars.is_empty() && !all.contains(&scale) {
+            all.push(scale);
+        }
+        all
+    }
+
+    /// Makes the first two balls a bar whose stated length is off by no more than √3 of its standard `uncertainty` (mm),
+    /// and gives X a random scale, which the bar shows.
+    pub fn add_bar(&mut self, uncertainty: f64, random: &mut Fixed) {
+        let [a, b] = [0, 1].map(|k| self.ball(k));
+        let off = random.within(-1.0, 1.0) * uncertainty * 3.0_f64.sqrt();
+        self.artefact.bars.push(Bar {
+            balls: [0, 1].map(|k| self.artefact.balls[k].name.clone()),
+            length: (a - b).norm() + off,
+            uncertainty,
+        });
+        let scale = Parameter::scale('X');
+        let value = random.within(-1.0, 1.0) * size(&self.machine, scale);
+        self.errors.set(&self.machine.clone(), scale, value);
     }
 
     /// The result of an identification from probings.

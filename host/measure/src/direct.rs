@@ -28,4 +28,4 @@ pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square}
 pub use motion::FoundMotion;
 pub use single::Single;
 pub use solve::{DirectResult, FoundLocation, Options, solve};
-pub use warnings::{Doubt, counted_twice};
+pub use warnings::{Doubt, counted_twice, misread};

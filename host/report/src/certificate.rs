@@ -248,7 +248,7 @@ fn judged(
             decision,
             why: match (found, interval) {
                 (Err(why), _) => Some(why.to_owned()),
-                (Ok(_), None) => Some("its uncertainty is unknown".to_owned()),
+                (Ok(_), None) => Some(grounds.unknown(limit.quantity).to_owned()),
                 _ => doubt,
             },
             limit: limit.clone(),

@@ -173,9 +173,13 @@ fn remaining(volumetric: &Volumetric) -> String {
     };
     match &volumetric.known {
         Some(known) => format!(
-            "{remaining}. The parameters are known to ±{} µm and ±{} µrad (95 %{}).",
+            "{remaining}. The parameters are known to ±{} µm{} (95 %{}).",
             figure(known.band.translation_um.mean),
-            figure(known.band.direction_urad.mean),
+            // The band of a direction that was not measured lacks the misfit.
+            match known.is_direction_measured {
+                true => format!(" and ±{} µrad", figure(known.band.direction_urad.mean)),
+                false => String::new(),
+            },
             match known.is_of_zone {
                 true => ", in the probed zone, with the misfit of the model",
                 false => "",
@@ -330,8 +334,11 @@ mod tests {
     fn a_direction_that_was_not_measured_is_apart() {
         let mut errors = none();
         errors.misfit = Some(1e-3);
-        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        let known = found.known.as_mut().unwrap();
+        known.is_direction_measured = false;
         let said = sentences(&found, &[], &errors);
+        assert!(said[2].ends_with("known to ±2.1 µm (95 %)."), "{said:?}");
         assert!(
             said[0].ends_with(
                 " 6.1 µm at the worst (each with 95 % probability, over the travel). This includes the uncertainty of the \
@@ -341,6 +348,7 @@ mod tests {
             "{said:?}"
         );
         errors.misfit_of_direction = Some(1e-6);
+        found.known.as_mut().unwrap().is_direction_measured = true;
         let said = sentences(&found, &[], &errors);
         assert!(
             said[0].contains("at the worst, and the tool direction by 7.7"),

@@ -6,8 +6,8 @@ use super::files;
 use super::measured::{Files, positioning};
 use clap::Args;
 use serde::Serialize;
-use trueaxis_measure::direct::Line;
 use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
+use trueaxis_measure::direct::{Line, misread};
 use trueaxis_model::machine::Machine;
 
 /// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R
@@ -38,7 +38,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .collect();
     let imported = match &arguments.files.output {
         Some(_) => arguments.files.import(machine, measurements)?.machine,
-        None => machine,
+        None => {
+            for (file, (name, line, _)) in evaluated.iter().enumerate() {
+                if let Some(doubt) = misread(&machine, file, line) {
+                    eprintln!("warning: {name}: {doubt}\n  {}", doubt.remedy());
+                }
+            }
+            machine
+        }
     };
     if arguments.json {
         let all: Vec<One<'_>> = (evaluated.iter())

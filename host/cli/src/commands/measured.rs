@@ -212,8 +212,11 @@ fn screen(imported: &Imported) -> String {
             measurements[*file].name
         );
     }
-    text
+    text + SIGNS
 }
+
+/// What nothing but the machine can show.
+const SIGNS: &str = "\nsigns are as stated: where a reading grows, the tool goes too far along `reads`, seen from the workpiece; if it is the other way, corrections double the error\n";
 
 /// The error motions as a list.
 pub fn motions(

@@ -224,7 +224,13 @@ fn identified(machine: &str, more: &str) -> String {
 fn nothing_passes_without_its_grounds() {
     let folder = Folder::new();
     let machine = example("huron-k2x8/machine.toml");
-    let errors = example("huron-k2x8/errors-13.toml");
+    let text = std::fs::read_to_string(example("huron-k2x8/errors-13.toml")).unwrap();
+    let without_backlash = folder.file("without-backlash.toml", text.clone());
+    let backlash = "EXXb = 1e-3\n\n[standard_uncertainty]";
+    let errors = folder.file(
+        "errors.toml",
+        text.replace("\n[standard_uncertainty]", backlash),
+    );
     // All with limits that no interval reaches.
     let limits = [
         "EZ0S", "tip p95", "E X", "E +X+Y+Z", "F XY", "G XY", "B X", "EYY1",
@@ -255,6 +261,13 @@ fn nothing_passes_without_its_grounds() {
         "{all:?}"
     );
     assert_eq!(code, Some(0));
+    // Where no backlash was measured, no limit of the reversal is known to be kept.
+    let (_, all) = judged(STATED, &without_backlash, found(""));
+    assert_eq!(
+        all[6],
+        ["not_decided", "the backlash of X was not measured"],
+        "{all:?}"
+    );
     let unjudged = found("").map(|text| text.replace("\"noise_of_stated\": 1.0,", ""));
     // Without a statement, or with residuals that refute the model, nothing passes.
     let undated = STATED.replace("date = 2026-11-26\n", "");

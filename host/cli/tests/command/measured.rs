@@ -537,6 +537,39 @@ fn readings_in_another_unit_are_named() {
 }
 
 #[test]
+fn readings_that_repeat_better_than_any_machine_are_named() {
+    // 120 µm over the travel, in mm that are declared µm: more than the resolution of an instrument.
+    let text = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n\
+                # at = { Y = 0.0, Z = 100.0, A = 0.0, C = 0.0 }\ntarget,+1,-1,+2,-2\n\
+                -80,0.0001,-0.0004,0.0008,0.0002\n0,0.0601,0.0594,0.0606,0.0599\n80,0.1204,0.1198,0.1197,0.1205\n";
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let said = |command: &str, unit: &str| {
+        let file = folder.file("x.csv", text.replace("um", unit));
+        plain(&trueaxis(&[command, &machine, &file]).stderr)
+    };
+    for command in ["measured", "iso230-2"] {
+        let found = said(command, "um");
+        assert!(
+            found.contains("the readings of X differ from run to run by 0.000")
+                && found.contains("in a unit a thousand times larger they would differ by 0."),
+            "{command}: {found}"
+        );
+        let good = said(command, "mm");
+        assert!(!good.contains("the readings of X"), "{command}: {good}");
+    }
+}
+
+#[test]
+fn the_sign_of_readings_is_said_because_nothing_shows_it() {
+    let folder = Folder::new();
+    let file = folder.file("x.csv", runs("um", [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]]));
+    let output = trueaxis(&["measured", &example("kolibri/machine.toml"), &file]);
+    let said = plain(&output.stdout);
+    assert!(said.contains("signs are as stated"), "{said}");
+}
+
+#[test]
 fn a_travel_that_is_shorter_than_the_tool_is_named() {
     let folder = Folder::new();
     let axes: String = ["X", "Y", "Z"]

@@ -1,6 +1,7 @@
 //! Warnings about measurements.
 
 use super::block::gains;
+use super::iso230_2::analysis;
 use super::measurement::{Line, slope};
 use super::motion::{FoundMotion, name};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
@@ -197,18 +198,23 @@ fn short(machine: &Machine) -> Vec<Doubt> {
 /// Deviations of a working machine are less than this (mm or rad) ...
 const GROSS: f64 = 0.3;
 const GROSS_ANGLE: f64 = 5e-3;
-/// ... and scatter over runs and targets by more than this (mm or rad): the resolution of any instrument for machine tools.
+/// ... and scatter over runs and targets by more than this (mm or rad): the resolution of any instrument for machine tools ...
 const FINE: f64 = 5e-5;
-/// Less than this part of that is rounding, of simulated readings without noise.
+/// ... and by more than this (mm or rad) from run to run (standard deviation): no machine returns to a position as well.
+const REPEATS: f64 = 5e-6;
+/// Less than that is the rounding of simulated readings to 0.0001 µm.
+const SAME: f64 = 3e-8;
+/// Less than this part of [`FINE`] is rounding, of simulated readings without noise.
 const ROUNDED: f64 = 6e-3;
 
-/// Readings that are in another unit than their file declares.
-fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
+/// Readings that are in another unit than their file declares; `file` is the index of the measurement.
+#[must_use]
+pub fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
     let axis = machine.axes[line.setup.moved].letter;
     let is_angle = line.setup.is_angular();
-    let (gross, unit) = match is_angle {
-        true => (GROSS_ANGLE, "µrad"),
-        false => (GROSS, "µm"),
+    let (gross, unit, small, per_unit) = match is_angle {
+        true => (GROSS_ANGLE, "µrad", 1e-3, 1e6),
+        false => (GROSS, "µm", 1.0, 1e3),
     };
     let doubt = |what: String, remedy: &'static str| {
         Some(Doubt::Misread {
@@ -226,22 +232,31 @@ fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
         return doubt(
             format!(
                 "vary by {:.0} {unit}: no working machine does that, and with a unit a thousand times smaller they would vary by {:.2} {unit}",
-                range * if is_angle { 1e6 } else { 1e3 },
-                range * if is_angle { 1e3 } else { 1.0 }
+                range * per_unit,
+                range * per_unit * 1e-3
             ),
             "correct `unit`, if it is another one",
         );
     }
-    let fine = FINE * if is_angle { 1e-3 } else { 1.0 };
-    if range > fine * ROUNDED && range < fine {
-        return doubt(
+    let rounded = FINE * ROUNDED * small;
+    let too_fine = |[what, then]: [&str; 2], value: f64| {
+        doubt(
             format!(
-                "vary by {:.4} {unit} in all: no machine is as good, and in a unit a thousand times larger they would vary by {:.2} {unit}",
-                range * if is_angle { 1e6 } else { 1e3 },
-                range * if is_angle { 1e9 } else { 1e6 }
+                "{what} by {:.4} {unit}: no machine is as good, and in a unit a thousand times larger they would {then} by {:.2} {unit}",
+                value * per_unit,
+                value * per_unit * 1e3
             ),
             "correct `unit`, if it is another one: \"mm\" for readings in mm",
-        );
+        )
+    };
+    if range > rounded && range < FINE * small {
+        return too_fine(["vary in all", "vary"], range);
+    }
+    let spreads = analysis(line).targets.into_iter().flat_map(|t| t.spread);
+    let squares: Vec<f64> = spreads.flatten().map(|s| s * s).collect();
+    let repeats = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    if repeats > SAME * small && repeats < REPEATS * small {
+        return too_fine(["differ from run to run", "differ"], repeats);
     }
     None
 }

@@ -10,8 +10,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Models that are less probable than this do not count.
 const NOTHING: f64 = 1e-5;
-/// Part of the squares of a column that must be outside the others.
-const OUTSIDE: f64 = 1e-9;
+/// Part of the squares of a column that must be outside the others. A further term with less (a variance inflation of more
+/// than 100) is no other explanation: only its difference from the terms that are there could be large, by any amount.
+const OUTSIDE: f64 = 0.01;
 
 /// The change of a parameter (by its number) with a temperature after a lag (s).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,7 +31,7 @@ const OWN: u64 = 0x00ce_47f1;
 pub(crate) struct Expected {
     /// Mean of the draws; without uncertainties the value with the parameters as they are.
     pub value: f64,
-    /// Contains the value with 95 %; `None` if no uncertainty is known.
+    /// Contains the value with 95 %; `None` if no uncertainty is known, or that of a direction that was not measured.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -96,8 +96,12 @@ pub(crate) fn expected(
         let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
         let turn = subject.errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
         let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um), turn);
+        // The parameters alone say nothing of the errors beside them.
+        let is_known = !matches!(quantities[k], Quantity::Volumetric { at_tip: false, .. })
+            || subject.errors.is_direction_measured();
         found.interval = found
             .interval
+            .filter(|_| is_known)
             .map(|[low, high]| [(low - by).max(0.0), high + by]);
         Some(found)
     };

@@ -6,7 +6,7 @@ use super::expected::matters;
 use super::limits::{Decision, Quantity};
 use crate::picture::tick;
 use crate::{Report, Subject};
-use trueaxis_model::errors::Parameter;
+use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_tables::validate::calibrated;
 
 /// Rounding of probed ranges in error files (mm, deg).
@@ -42,6 +42,18 @@ impl<'a> Grounds<'a> {
         }
     }
 
+    /// Why a value has no interval.
+    pub fn unknown(&self, quantity: Quantity) -> &'static str {
+        match quantity {
+            Quantity::Volumetric { at_tip: false, .. }
+                if !self.subject.errors.is_direction_measured() =>
+            {
+                "directions were not measured: balls show only the tip"
+            }
+            _ => "its uncertainty is not known",
+        }
+    }
+
     /// Why the interval may be wrong.
     fn doubt(&self, quantity: Quantity) -> Option<String> {
         // A validation measures the result itself.
@@ -72,12 +84,29 @@ impl<'a> Grounds<'a> {
             }
             _ => {}
         }
-        let is_direction = matches!(quantity, Quantity::Volumetric { at_tip: false, .. });
-        if is_direction && !errors.is_direction_measured() {
-            return Some("directions were not measured: balls show only the tip".to_owned());
-        }
         self.not_measured(quantity)
+            .or_else(|| self.reversal(quantity))
             .or_else(|| self.beyond(quantity))
+    }
+
+    /// The first axis whose reversal is limited and whose backlash is not among the errors: without directions of travel in
+    /// the file, nothing was measured of it.
+    fn reversal(&self, quantity: Quantity) -> Option<String> {
+        let (machine, errors) = (self.subject.machine, self.subject.errors);
+        let axes = match quantity {
+            Quantity::Positioning('B', axis) => vec![axis],
+            Quantity::Circle('H', plane) => plane.to_vec(),
+            _ => return None,
+        };
+        let is_known = |axis: &char| {
+            let backlash = Parameter {
+                kind: ParameterKind::Backlash,
+                ..Parameter::scale(*axis)
+            };
+            errors.parameters.contains_key(&backlash) || errors.is_tabulated(machine, &backlash)
+        };
+        let axis = axes.into_iter().find(|axis| !is_known(axis))?;
+        Some(format!("the backlash of {axis} was not measured"))
     }
 
     /// The first error that was not measured and changes the quantity. Scales have their own rule: what all axes have in
