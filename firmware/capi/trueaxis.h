@@ -57,7 +57,7 @@
 /*
  Incremented whenever a program built with an earlier header could fail.
  */
-#define TRUEAXIS_ABI 3
+#define TRUEAXIS_ABI 4
 
 /*
  Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
@@ -332,6 +332,11 @@ enum trueaxis_result
      The header has another `TRUEAXIS_GRIDS` than the library was built with.
      */
     TRUEAXIS_RESULT_HEADER_GRIDS = 28,
+    /*
+     The generated code was compiled with fused, reordered or wider floating-point operations: it does not give the
+     bits of the compensation.
+     */
+    TRUEAXIS_RESULT_OTHER_BITS = 29,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -428,6 +433,10 @@ typedef struct trueaxis_generated {
                      const int8_t *travel,
                      const float *weights,
                      float *corrections);
+    /*
+     1 if the code gives the bits of the compensation as it was compiled.
+     */
+    int (*check)(void);
     /*
      Length in bytes of the blob from which it was generated.
      */
@@ -989,7 +998,8 @@ trueaxis_result trueaxis_tables_load_copy(struct trueaxis_tables *tables,
 /*
  Like `trueaxis_tables_load`, for generated code: `trueaxis generate --servo` writes the code and a
  `trueaxis_generated` into one file. A servo with these tables calls the code instead of reading tables; its
- corrections are the same to the last bit. Not for a real-time thread.
+ corrections are the same to the last bit; code that a compiler made otherwise is refused
+ (`TRUEAXIS_RESULT_OTHER_BITS`). Not for a real-time thread.
 
  # Safety
  `generated` is as it was generated; its facts and code stay in place.

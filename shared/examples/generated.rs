@@ -1,7 +1,8 @@
 //! A servo whose corrections come from generated code, not from a blob.
 //!
 //! `trueaxis generate shared/examples/huron-13.trax --servo -o shared/examples/generated/huron_13.rs` wrote the code.
-use trueaxis::{Compensation, Generated, Inputs, LoadError, Servo, capacities};
+use std::error::Error;
+use trueaxis::{Compensation, Generated, Inputs, Servo, capacities};
 
 #[path = "generated/huron_13.rs"]
 mod huron_13;
@@ -9,10 +10,14 @@ mod huron_13;
 /// As for the blob: the description is loaded, the samples are in the code.
 type Room = capacities!(axes: 5, banks: 4, tables: 4, terms: 14, grids: 0);
 
-fn main() -> Result<(), LoadError> {
+fn main() -> Result<(), Box<dyn Error>> {
     let mut facts = Compensation::<'_, Room>::empty(); // On a controller a static.
     facts.load(&huron_13::FACTS.0)?;
-    let mut servo = Servo::new(Generated::new(&facts, huron_13::corrections));
+    let mut servo = Servo::new(Generated::new(
+        &facts,
+        huron_13::corrections,
+        huron_13::check,
+    )?);
     servo.enable();
     let position = Inputs::at([100.0, 30.0, 45.0, -50.0, -120.0]); // Y, A, C, X, Z: see the code
     let mut correction = [0.0; 5];

@@ -100,15 +100,37 @@ pub struct Generated<H, F> {
     evaluate: F,
 }
 
+/// Generated code does not give the bits of its compensation: the compiler fused, reordered or rounded otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OtherBits;
+
+impl core::fmt::Display for OtherBits {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(
+            "the generated code does not give the bits of its compensation: compile it without fused, reordered or wider \
+             floating-point operations",
+        )
+    }
+}
+
+impl core::error::Error for OtherBits {}
+
 impl<H: Handle, F> Generated<H, F>
 where
     F: Fn(&Inputs<Axes<H, f32>>, &Travelling<Axes<H, Travel>>, &Weights, &mut Axes<H, f32>),
 {
-    /// Of both.
-    pub const fn new(compensation: H, evaluate: F) -> Self {
-        Self {
-            compensation,
-            evaluate,
+    /// Of both. `check` is the function of this name in the generated file.
+    ///
+    /// # Errors
+    /// [`OtherBits`] if the check fails.
+    pub fn new(compensation: H, evaluate: F, check: fn() -> bool) -> Result<Self, OtherBits> {
+        match check() {
+            true => Ok(Self {
+                compensation,
+                evaluate,
+            }),
+            false => Err(OtherBits),
         }
     }
 }

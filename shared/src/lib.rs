@@ -111,7 +111,7 @@ pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 #[doc(hidden)]
 pub use embed::Aligned;
 pub use format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
-pub use handle::{Generated, Handle};
+pub use handle::{Generated, Handle, OtherBits};
 pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
 pub use lag::Lag;

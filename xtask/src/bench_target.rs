@@ -102,7 +102,7 @@ const CALLS: [(&str, &str, u64); 29] = [
 /// The figure that the rivals are compared with.
 const OURS: &str = "evaluate_huron13";
 /// Maximum instructions of any update of a kind.
-const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1600), ("servo_fade_huron13", 2400)];
+const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1250), ("servo_fade_huron13", 2280)];
 /// Instructions of an update for each of two lags: key, and the updates with and without them.
 const LAG: (&str, [&str; 2]) = ("servo_lag", ["servo_thermal_2_lag", "servo_thermal_2"]);
 /// Maximum of it.

@@ -150,6 +150,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
                 .arg(format!(
                     "-Dtrueaxis_evaluate_generated={name}_{kind}_generated"
                 ))
+                .arg(format!("-Dtrueaxis_evaluate_check={name}_{kind}_check"))
                 .args(CAPACITIES.map(|(name, value)| format!("-D{name}={value}")))
                 .args(["-c", "-o"])
                 .args([&object, &c]);
@@ -162,6 +163,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         ));
     }
     refused_with_fast_math(&folder)?;
+    wrong_builds_are_noticed(&folder)?;
     bare_metal::check()?;
     write_project(&folder, &programs, &objects)?;
     run(Command::new("cargo")
@@ -180,6 +182,54 @@ fn shape(code: &str) -> Result<&str, String> {
         .split_once('(')
         .ok_or("no arguments in the generated code")?;
     Ok(shape)
+}
+
+/// Builds with fused or reordered operations: the compiler, its options, and what is taken out of the code so that it
+/// does this.
+const WRONG: [(&str, &str, &str); 4] = [
+    ("clang", "-O2 -march=native -ffp-contract=fast", ""),
+    ("clang", "-O3 -march=native -ffp-contract=fast", ""),
+    (
+        "gcc",
+        "-O2 -march=native -ffp-contract=fast",
+        "#pragma GCC optimize (\"fp-contract=off\")",
+    ),
+    (
+        "clang",
+        "-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math",
+        "#pragma clang fp reassociate(off)",
+    ),
+];
+
+/// The check in the code must refuse builds that give other bits.
+fn wrong_builds_are_noticed(folder: &Path) -> Result<(), String> {
+    let code = fs::read_to_string(folder.join("huron13.c")).map_err(|e| e.to_string())?;
+    let caller = folder.join("wrong_main.c");
+    let main =
+        "#include \"huron13.h\"\nint main(void)\n{\n    return trueaxis_evaluate_check();\n}\n";
+    files::write(&caller, main)?;
+    for (compiler, options, without) in WRONG {
+        let c = folder.join("wrong.c");
+        files::write(&c, code.replace(without, ""))?;
+        let program = folder.join("wrong");
+        let mut compile = Command::new(compiler);
+        compile
+            .arg("-std=gnu11")
+            .args(options.split_whitespace())
+            .args(CAPACITIES.map(|(name, value)| format!("-D{name}={value}")))
+            .arg(format!("-I{}", root().join("firmware/capi").display()))
+            .arg("-o")
+            .args([&program, &c, &caller]);
+        output(&mut compile)?;
+        let found = Command::new(&program).status();
+        let found = found.map_err(|error| format!("{}: {error}", program.display()))?;
+        if found.code() != Some(0) {
+            return Err(format!(
+                "{compiler} {options} gives other bits, and the check ends with {found}"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The C must not compile where the compiler may change the order of operations, at any level of optimization.
@@ -253,11 +303,19 @@ impl Program {
                 format!("        (\"{kind}\", &|given, to| unsafe {{ {name}_{kind}(given.inputs.as_ptr(){arguments}, to.as_mut_ptr()) }}),\n")
             })
             .collect();
+        let check_externs: String = kinds
+            .iter()
+            .map(|kind| format!("    fn {name}_{kind}_check() -> i32;\n"))
+            .collect();
+        let checks = kinds
+            .map(|kind| format!("{name}_{kind}_check()"))
+            .join(", ");
         format!(
-            "#[rustfmt::skip]\nmod {name};\nunsafe extern \"C\" {{\n{externs}    static {name}_gcc_o2_generated: trueaxis_capi::Generated;\n}}\n\
+            "#[rustfmt::skip]\nmod {name};\nunsafe extern \"C\" {{\n{externs}{check_externs}    static {name}_gcc_o2_generated: trueaxis_capi::Generated;\n}}\n\
              fn compare_{name}(count: u32) -> bool {{\n    \
              let behind = unsafe {{ &{name}_gcc_o2_generated }};\n    \
-             compare(\"{name}\", include_bytes!(\"../{name}.trax\"), &{name}::FACTS.0, {name}::corrections::<16>, &[\n{calls}    ], behind, count)\n}}\n"
+             let checks = unsafe {{ [{checks}] }};\n    \
+             compare(\"{name}\", include_bytes!(\"../{name}.trax\"), &{name}::FACTS.0, ({name}::corrections::<16>, {name}::check), &checks, &[\n{calls}    ], behind, count)\n}}\n"
         )
     }
 }

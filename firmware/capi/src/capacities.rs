@@ -3,7 +3,7 @@
 use crate::code::Code;
 
 /// Incremented whenever a program built with an earlier header could fail.
-pub const TRUEAXIS_ABI: u32 = 3;
+pub const TRUEAXIS_ABI: u32 = 4;
 /// Maximum number of axes.
 pub const TRUEAXIS_AXES: usize = number(option_env!("TRUEAXIS_AXES"), 8);
 /// Maximum number of banks of tables.

@@ -65,10 +65,13 @@ pub enum Code {
     HeaderTerms = 27,
     /// The header has another `TRUEAXIS_GRIDS` than the library was built with.
     HeaderGrids = 28,
+    /// The generated code was compiled with fused, reordered or wider floating-point operations: it does not give the
+    /// bits of the compensation.
+    OtherBits = 29,
 }
 
 impl Code {
-    const ALL: [Self; 29] = [
+    const ALL: [Self; 30] = [
         Self::Ok,
         Self::NullPointer,
         Self::Memory,
@@ -98,6 +101,7 @@ impl Code {
         Self::HeaderTables,
         Self::HeaderTerms,
         Self::HeaderGrids,
+        Self::OtherBits,
     ];
 
     /// A code in words.
@@ -140,6 +144,9 @@ impl Code {
             Some(Self::HeaderTables) => c"TRUEAXIS_TABLES of the header is not that of the library",
             Some(Self::HeaderTerms) => c"TRUEAXIS_TERMS of the header is not that of the library",
             Some(Self::HeaderGrids) => c"TRUEAXIS_GRIDS of the header is not that of the library",
+            Some(Self::OtherBits) => {
+                c"the generated code was compiled with fused, reordered or wider floating-point operations"
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::capacities::{
     TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_GRIDS, TRUEAXIS_TABLES, TRUEAXIS_TERMS,
 };
 use crate::text::Text;
-use core::ffi::{c_char, c_void};
+use core::ffi::{c_char, c_int, c_void};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
 /// Size of tables in words of 8 bytes: a fixed part, plus a part for each axis, bank, table, term and grid.
@@ -163,6 +163,8 @@ pub struct Generated {
             corrections: *mut f32,
         ),
     >,
+    /// 1 if the code gives the bits of the compensation as it was compiled.
+    pub check: Option<unsafe extern "C" fn() -> c_int>,
     /// Length in bytes of the blob from which it was generated.
     pub bytes: u32,
     /// Checksum of that blob.

@@ -286,14 +286,29 @@ void first_axis(const float *positions, const float *, const std::int8_t *, cons
     corrections[0] = 1e-6f * positions[0];
 }
 
+int right_bits()
+{
+    return 1;
+}
+
+int other_bits()
+{
+    return 0;
+}
+
 void generating(const Bytes &blob, std::size_t length)
 {
     Tables tables;
     IS(trueaxis_tables_load_generated(tables.at, nullptr), NULL_POINTER);
     // Of tables, only the axes, bounds and inputs count.
-    trueaxis_generated code = {blob.data(), length, nullptr, 1234, 5678};
+    trueaxis_generated code = {blob.data(), length, nullptr, right_bits, 1234, 5678};
     IS(trueaxis_tables_load_generated(tables.at, &code), NULL_POINTER);
     code.evaluate = first_axis;
+    code.check = nullptr;
+    IS(trueaxis_tables_load_generated(tables.at, &code), NULL_POINTER);
+    code.check = other_bits;
+    IS(trueaxis_tables_load_generated(tables.at, &code), OTHER_BITS);
+    code.check = right_bits;
     code.size = length - 1;
     IS(trueaxis_tables_load_generated(tables.at, &code), DAMAGED);
     trueaxis_facts facts;

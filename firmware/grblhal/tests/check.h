@@ -25,7 +25,7 @@
         }                                                                                                             \
     } while (0)
 
-/* A random number from `low` to `high`. */
+/* A random number from `low` to `high`: the same sequence in every run. */
 double between(double low, double high);
 
 /* Blobs, named as in tests/golden. */

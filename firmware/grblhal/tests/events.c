@@ -1,4 +1,5 @@
-/* A thousand random events: none moves an axis by itself, and no correction changes faster than its bound.
+/* A thousand random events, the same in every run: none moves an axis by itself, and no correction changes faster than
+ * its bound.
  *
  * SPDX-License-Identifier: MIT
  * Copyright (c) 2026 The trueaxis maintainers

@@ -4,7 +4,7 @@
 //! call, so code that was compiled for another shape does not link.
 
 use crate::program::{Local, Program, Samples, Statement, Value};
-use crate::text::{Syntax, helpers, rows};
+use crate::text::{Syntax, checks, helpers, rows};
 use crate::{ForServo, Head};
 
 /// The code; `header` is the name of the file of the header.
@@ -36,6 +36,7 @@ pub fn print(program: &Program, head: &Head<'_>, header: &str) -> String {
     }
     text += &helpers(program, [HELD, CIRCULAR, LINE, BY_TRAVEL]);
     text += &body(program, head);
+    text += &check(program, head);
     if let Some(servo) = &head.servo {
         text += &for_servo(program, head, servo);
     }
@@ -80,6 +81,10 @@ pub fn header(program: &Program, head: &Head<'_>) -> String {
         symbol(program, head),
         arguments.join(", ")
     );
+    text += &format!(
+        "\n/* 1 if this build gives the bits of the compensation; 0 if the compiler fused or reordered operations. */\n\
+         int {function}_check(void);\n"
+    );
     if head.servo.is_some() {
         text += &format!(
             "\n/* For trueaxis_tables_load_generated. */\nextern const trueaxis_generated {function}_generated;\n"
@@ -109,6 +114,55 @@ fn named(program: &Program, function: &str) -> Program {
         array.name = format!("{function}_{}", array.name);
     }
     program
+}
+
+/// The function that tells whether the code was compiled as it stands.
+fn check(program: &Program, head: &Head<'_>) -> String {
+    let function = head.function;
+    let (inputs, axes, weights) = (program.inputs, program.axes, program.weights);
+    let mut members = format!("    float inputs[{inputs}];\n");
+    let mut arguments = "checks[k].inputs".to_owned();
+    if program.is_directional {
+        members += &format!("    int8_t travel[{axes}];\n");
+        arguments += ", checks[k].travel";
+    }
+    if weights > 0 {
+        members += &format!("    float weights[{weights}];\n");
+        arguments += ", checks[k].weights";
+    }
+    let arguments = arguments.replace("checks", &format!("{function}_checks"));
+    format!(
+        "
+/* At these inputs, every operation that is fused with another one or done in another order changes a bit. */
+static const struct {{
+{members}    float corrections[{axes}];
+}} {function}_checks[{count}] = {{
+{lines}}};
+
+int {function}_check(void)
+{{
+    /* Read from memory, so that no corrections are computed by the compiler. */
+    {pointer} = {symbol};
+    int is_right = 1;
+    uint32_t k;
+    uint32_t axis;
+    for (k = 0U; k < {count}U; k++) {{
+        float found[{axes}];
+        evaluate({arguments}, found);
+        for (axis = 0U; axis < {axes}U; axis++) {{
+            if (!(found[axis] == {function}_checks[k].corrections[axis])) {{
+                is_right = 0;
+            }}
+        }}
+    }}
+    return is_right;
+}}
+",
+        count = head.checks.len(),
+        lines = checks(program, head.checks, ['{', '}'], ['{', '}'], C.float),
+        pointer = signature(program, "(*const volatile evaluate)"),
+        symbol = symbol(program, head),
+    )
 }
 
 /// A check that the servo of the C interface has enough axes.
@@ -173,7 +227,8 @@ static void {function}_for_servo(const float *positions, const float *auxiliarie
 }}
 
 const trueaxis_generated {function}_generated = {{
-    {function}_facts.bytes, sizeof {function}_facts.bytes, &{function}_for_servo, {source}U, {checksum:#010X}U
+    {function}_facts.bytes, sizeof {function}_facts.bytes, &{function}_for_servo, &{function}_check,
+    {source}U, {checksum:#010X}U
 }};
 ",
         length = bytes.len(),

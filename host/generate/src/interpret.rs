@@ -8,6 +8,28 @@ pub struct Machine<'p> {
     program: &'p Program,
     floats: Vec<f32>,
     indices: Vec<usize>,
+    /// The value of each local that is one.
+    definitions: Vec<Option<&'p Value>>,
+    /// What a wrong compiler does, if the machine is to do that.
+    pub liberty: Option<Liberty>,
+}
+
+/// An operand of an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    Left,
+    Right,
+}
+
+/// Something that no compiler may do, because it rounds once instead of twice or in another order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Liberty {
+    /// Fuses a product, which is this operand of the value, with what is added to it.
+    Fused(*const Value, Side),
+    /// Adds or multiplies in another order: this operand of the value is itself a sum or a product.
+    Regrouped(*const Value, Side),
+    /// Fuses the product of a distance and the inverse of a step with what is subtracted from it.
+    FusedFraction(*const Value),
 }
 
 /// What a call is given.
@@ -20,11 +42,143 @@ pub struct Given<'g> {
 impl<'p> Machine<'p> {
     pub fn new(program: &'p Program) -> Self {
         let count = program.locals.len();
+        let mut definitions = vec![None; count];
+        for statement in &program.statements {
+            if let Statement::Let(local, value) = statement {
+                definitions[local.0] = Some(value);
+            }
+        }
         Self {
             program,
             floats: vec![0.0; count],
             indices: vec![0; count],
+            definitions,
+            liberty: None,
         }
+    }
+
+    /// Everything that a compiler might do wrong.
+    pub fn liberties(&self) -> Vec<Liberty> {
+        let mut all = Vec::new();
+        for statement in &self.program.statements {
+            match statement {
+                Statement::Let(_, value) | Statement::Correction(_, value) => {
+                    self.add_liberties(value, &mut all);
+                }
+                Statement::Held { steps, .. } | Statement::Circular { steps, .. } => {
+                    self.add_liberties(steps, &mut all);
+                    if self.product(steps).is_some() {
+                        all.push(Liberty::FusedFraction(steps));
+                    }
+                }
+                Statement::Next { .. } | Statement::Comment(_) => {}
+            }
+        }
+        all
+    }
+
+    fn add_liberties(&self, value: &Value, all: &mut Vec<Liberty>) {
+        match value {
+            Value::Binary(operation, a, b) => {
+                for (operand, side) in [(a, Side::Left), (b, Side::Right)] {
+                    self.add_liberties(operand, all);
+                    let is_sum = *operation != Operation::Multiply;
+                    let is_product = self.product(operand).is_some();
+                    if is_sum && is_product {
+                        all.push(Liberty::Fused(value, side));
+                    } else if is_product || (is_sum && self.sum(operand).is_some()) {
+                        all.push(Liberty::Regrouped(value, side));
+                    }
+                }
+            }
+            Value::Negated(inner) => self.add_liberties(inner, all),
+            Value::Reduced(inner, ..) | Value::Line(inner, _) => {
+                self.add_liberties(inner, all);
+                all.push(Liberty::Fused(value, Side::Right));
+            }
+            Value::ByTravel(_, positive, negative) => {
+                self.add_liberties(positive, all);
+                self.add_liberties(negative, all);
+            }
+            Value::Input(_)
+            | Value::Weight(_)
+            | Value::Number(_)
+            | Value::Local(_)
+            | Value::Sample(..) => {}
+        }
+    }
+
+    /// The value that a local stands for.
+    fn resolved<'v>(&self, value: &'v Value) -> &'v Value
+    where
+        'p: 'v,
+    {
+        match value {
+            Value::Local(local) => self.definitions[local.0].map_or(value, |of| self.resolved(of)),
+            _ => value,
+        }
+    }
+
+    /// The factors of a product.
+    fn product<'v>(&self, value: &'v Value) -> Option<(&'v Value, &'v Value)>
+    where
+        'p: 'v,
+    {
+        match self.resolved(value) {
+            Value::Binary(Operation::Multiply, a, b) => Some((a, b)),
+            _ => None,
+        }
+    }
+
+    /// The terms of a sum, and the sign of the second.
+    fn sum<'v>(&self, value: &'v Value) -> Option<(&'v Value, &'v Value, f32)>
+    where
+        'p: 'v,
+    {
+        match self.resolved(value) {
+            Value::Binary(Operation::Add, a, b) => Some((a, b, 1.0)),
+            Value::Binary(Operation::Subtract, a, b) => Some((a, b, -1.0)),
+            _ => None,
+        }
+    }
+
+    /// The result of an operation where the machine takes its liberty, if it does.
+    fn taken(&self, value: &Value, given: &Given<'_>) -> Option<f32> {
+        let liberty = self.liberty?;
+        let (Liberty::Fused(at, side) | Liberty::Regrouped(at, side)) = liberty else {
+            return None;
+        };
+        let Value::Binary(operation, a, b) = value else {
+            return None;
+        };
+        if !std::ptr::eq(at, value) {
+            return None;
+        }
+        let (inner, outer) = match side {
+            Side::Left => (a, b),
+            Side::Right => (b, a),
+        };
+        let outer = self.value(outer, given);
+        // The signs of both operands in the result.
+        let (of_inner, of_outer) = match (operation, side) {
+            (Operation::Subtract, Side::Left) => (1.0, -1.0),
+            (Operation::Subtract, Side::Right) => (-1.0, 1.0),
+            _ => (1.0, 1.0),
+        };
+        if let Some((x, y)) = self.product(inner) {
+            let (x, y) = (self.value(x, given), self.value(y, given));
+            return Some(match liberty {
+                Liberty::Fused(..) => (of_inner * x).mul_add(y, of_outer * outer),
+                _ => x * (y * outer),
+            });
+        }
+        let (x, y, sign) = self.sum(inner)?;
+        let (x, y) = (self.value(x, given), self.value(y, given));
+        Some(of_inner * x + (of_inner * sign * y + of_outer * outer))
+    }
+
+    fn is_fused(&self, value: &Value) -> bool {
+        matches!(self.liberty, Some(Liberty::Fused(at, _)) if std::ptr::eq(at, value))
     }
 
     /// The corrections of all axes.
@@ -39,10 +193,11 @@ impl<'p> Machine<'p> {
                     steps,
                     intervals,
                 } => {
-                    let steps = self.value(steps, given);
+                    let number = self.value(steps, given);
                     let end = *intervals as f32;
-                    let steps = if steps > 0.0 { steps } else { 0.0 };
-                    self.set(*index, *fraction, if steps < end { steps } else { end });
+                    let counted = if number > 0.0 { number } else { 0.0 };
+                    self.set(*index, *fraction, if counted < end { counted } else { end });
+                    self.fuse(*index, *fraction, steps, given);
                 }
                 Statement::Circular {
                     index,
@@ -50,13 +205,11 @@ impl<'p> Machine<'p> {
                     steps,
                     points,
                 } => {
-                    let steps = self.value(steps, given);
-                    let steps = if steps > 0.0 { steps } else { 0.0 };
-                    self.set(
-                        *index,
-                        *fraction,
-                        if steps < *points as f32 { steps } else { 0.0 },
-                    );
+                    let number = self.value(steps, given);
+                    let counted = if number > 0.0 { number } else { 0.0 };
+                    let end = *points as f32;
+                    self.set(*index, *fraction, if counted < end { counted } else { 0.0 });
+                    self.fuse(*index, *fraction, steps, given);
                 }
                 Statement::Next {
                     index,
@@ -81,7 +234,23 @@ impl<'p> Machine<'p> {
         self.floats[fraction.0] = steps - (steps as usize) as f32;
     }
 
+    /// Computes the fraction from the distance, if that is the liberty. Within a table only.
+    fn fuse(&mut self, index: Local, fraction: Local, steps: &Value, given: &Given<'_>) {
+        let is_taken =
+            matches!(self.liberty, Some(Liberty::FusedFraction(at)) if std::ptr::eq(at, steps));
+        if let Some((x, y)) = self.product(steps).filter(|_| is_taken) {
+            let whole = self.indices[index.0] as f32;
+            let fused = self.value(x, given).mul_add(self.value(y, given), -whole);
+            if self.floats[fraction.0] > 0.0 {
+                self.floats[fraction.0] = fused;
+            }
+        }
+    }
+
     fn value(&self, value: &Value, given: &Given<'_>) -> f32 {
+        if let Some(result) = self.taken(value, given) {
+            return result;
+        }
         match value {
             Value::Input(k) => given.inputs[*k],
             Value::Weight(k) => given.weights[*k],
@@ -106,18 +275,24 @@ impl<'p> Machine<'p> {
                 }
             }
             Value::Negated(value) => -self.value(value, given),
-            Value::Reduced(value, period, inverse) => {
+            Value::Reduced(distance, period, inverse) => {
                 const MOST: f32 = 4_194_304.0;
-                let d = self.value(value, given);
+                let d = self.value(distance, given);
                 let p = d * inverse;
                 let p = if p < MOST { p } else { MOST };
                 let p = if p > -MOST { p } else { -MOST };
-                d - p.floor() * period
+                match self.is_fused(value) {
+                    true => (-p.floor()).mul_add(*period, d),
+                    false => d - p.floor() * period,
+                }
             }
             Value::Line(steps, [first, change, last]) => {
                 let steps = self.value(steps, given);
                 if (0.0..1.0).contains(&steps) {
-                    first + change * steps
+                    match self.is_fused(value) {
+                        true => change.mul_add(steps, *first),
+                        false => first + change * steps,
+                    }
                 } else {
                     if steps > 0.0 { *last } else { *first }
                 }

@@ -4,12 +4,13 @@
 //! Uses `trueaxis-tables`.
 
 // Modules, each of which uses only those before it: `program` (straight-line code as a tree) · `lower` (from a
-// compensation to it) · `interpret`, `proof` (what it computes, beside the general evaluation) · `rust`, `c`
-// (printed).
+// compensation to it) · `interpret`, `proof` (what it computes, beside the general evaluation) · `check` (inputs at
+// which a wrong build differs) · `rust`, `c` (printed).
 
 #![forbid(unsafe_code)]
 
 mod c;
+mod check;
 mod facts;
 mod interpret;
 mod lower;
@@ -39,6 +40,7 @@ pub(crate) struct Head<'h> {
     pub axes: Vec<char>,
     auxiliaries: Vec<String>,
     pub checksum: u32,
+    pub checks: &'h [check::Check],
     pub function: &'h str,
     /// For a servo.
     pub servo: Option<ForServo>,
@@ -162,7 +164,9 @@ pub fn generate(
             )
         }
     });
+    let checks = check::checks(&program, compensation);
     let head = Head {
+        checks: &checks,
         axes: contents.axes.iter().map(|a| a.name).collect(),
         auxiliaries: auxiliaries.collect(),
         checksum,

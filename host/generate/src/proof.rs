@@ -92,7 +92,7 @@ fn compare_block(
 }
 
 /// Start, step and number of points of what reads each input.
-fn places(compensation: &Largest<'_>) -> Vec<Vec<[f32; 3]>> {
+pub fn places(compensation: &Largest<'_>) -> Vec<Vec<[f32; 3]>> {
     let count = compensation.axes().len() + compensation.auxiliaries().len();
     let mut places = vec![Vec::new(); count];
     for bank in compensation.banks() {

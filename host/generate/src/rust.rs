@@ -1,7 +1,7 @@
 //! The program as Rust.
 
 use crate::program::{Program, Samples, Statement};
-use crate::text::{Syntax, helpers, rows};
+use crate::text::{Syntax, checks, helpers, rows};
 use crate::{ForServo, Head};
 
 /// The whole file.
@@ -22,6 +22,7 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
         head.checksum
     );
     text += &body(program, head);
+    text += &check(program, head);
     if let Some(servo) = &head.servo {
         text += &for_servo(program, servo);
     }
@@ -39,6 +40,50 @@ pub fn print(program: &Program, head: &Head<'_>) -> String {
     }
     text += &helpers(program, [HELD, CIRCULAR, LINE, BY_TRAVEL]);
     text
+}
+
+/// The function that tells whether the code was compiled as it stands.
+fn check(program: &Program, head: &Head<'_>) -> String {
+    let (inputs, axes, weights) = (program.inputs, program.axes, program.weights);
+    let mut kinds = vec![format!("[f32; {inputs}]")];
+    let mut names = vec!["inputs"];
+    if program.is_directional {
+        kinds.push(format!("[i8; {axes}]"));
+        names.push("travel");
+    }
+    if weights > 0 {
+        kinds.push(format!("[f32; {weights}]"));
+        names.push("weights");
+    }
+    kinds.push(format!("[f32; {axes}]"));
+    let arguments: Vec<String> = names
+        .iter()
+        .map(|name| format!("black_box({name})"))
+        .collect();
+    format!(
+        "
+/// Whether this build gives the bits of the compensation: false if operations were fused, reordered or rounded otherwise.
+#[must_use]
+#[rustfmt::skip]
+#[allow(dead_code, clippy::all, clippy::pedantic)]
+pub fn check() -> bool {{
+    // So that no corrections are computed by the compiler.
+    use core::hint::black_box;
+    CHECKS.iter().all(|({names}, corrections)| evaluate({arguments}) == *corrections)
+}}
+
+/// At these inputs, every operation that is fused with another one or done in another order changes a bit.
+#[rustfmt::skip]
+#[allow(dead_code, clippy::all, clippy::pedantic)]
+static CHECKS: [({kinds}); {count}] = [
+{lines}];
+",
+        names = names.join(", "),
+        arguments = arguments.join(", "),
+        kinds = kinds.join(", "),
+        count = head.checks.len(),
+        lines = checks(program, head.checks, ['[', ']'], ['(', ')'], RUST.float),
+    )
 }
 
 /// What `trueaxis::Generated` takes.
@@ -78,7 +123,7 @@ fn for_servo(program: &Program, servo: &ForServo) -> String {
 pub static FACTS: trueaxis::Aligned<[u8; {}]> = trueaxis::Aligned([
 {}]);
 
-/// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
+/// For `trueaxis::Generated::new(&facts, corrections, check)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
 #[rustfmt::skip]
 #[allow(dead_code)]

@@ -1,6 +1,8 @@
 //! What Rust and C write alike: numbers, samples, expressions.
 
+use crate::check::Check;
 use crate::program::{Array, Operation, Program, Samples, Statement, Value};
+use trueaxis::Travel;
 
 /// How a language writes expressions.
 pub struct Syntax {
@@ -128,6 +130,40 @@ pub fn plain(text: &str) -> String {
 /// The shortest decimal number that is read as this f32, with a point or an exponent.
 pub fn number(value: f32) -> String {
     format!("{value:?}")
+}
+
+/// The calls of a check, a line each: what the code takes, and its corrections; `suffix` follows each f32.
+pub fn checks(
+    program: &Program,
+    checks: &[Check],
+    brackets: [char; 2],
+    outer: [char; 2],
+    suffix: &str,
+) -> String {
+    let list = |values: Vec<String>| format!("{}{}{}", brackets[0], values.join(", "), brackets[1]);
+    let floats = |values: &[f32]| list(values.iter().map(|&v| number(v) + suffix).collect());
+    let line = |check: &Check| {
+        let mut parts = vec![floats(&check.inputs)];
+        if program.is_directional {
+            parts.push(list(
+                check.travel.iter().map(|&t| sign(t).to_owned()).collect(),
+            ));
+        }
+        if program.weights > 0 {
+            parts.push(floats(&check.weights));
+        }
+        parts.push(floats(&check.corrections));
+        format!("    {}{}{},\n", outer[0], parts.join(", "), outer[1])
+    };
+    checks.iter().map(line).collect()
+}
+
+fn sign(travel: Travel) -> &'static str {
+    match travel {
+        Travel::Positive => "1",
+        Travel::Negative => "-1",
+        Travel::Unknown => "0",
+    }
 }
 
 /// The samples in nested brackets, a row to a line; `suffix` follows each f32.

@@ -55,6 +55,29 @@ pub fn evaluate(inputs: &[f32; 5]) -> [f32; 5] {
     [d0, d1, d2, d3, d4]
 }
 
+/// Whether this build gives the bits of the compensation: false if operations were fused, reordered or rounded otherwise.
+#[must_use]
+#[rustfmt::skip]
+#[allow(dead_code, clippy::all, clippy::pedantic)]
+pub fn check() -> bool {
+    // So that no corrections are computed by the compiler.
+    use core::hint::black_box;
+    CHECKS.iter().all(|(inputs, corrections)| evaluate(black_box(inputs)) == *corrections)
+}
+
+/// At these inputs, every operation that is fused with another one or done in another order changes a bit.
+#[rustfmt::skip]
+#[allow(dead_code, clippy::all, clippy::pedantic)]
+static CHECKS: [([f32; 5], [f32; 5]); 7] = [
+    ([99.76245, 75.11995, 0.0, -187.82994, 270.38934], [0.059669547, 0.0008289793, 0.0011312328, 0.012406381, -0.0034688483]),
+    ([12.313568, 67.17709, 0.0, 234.88531, 971.5353], [0.029584348, 0.0016470285, -2.5622634e-5, 0.0030943425, -0.023555502]),
+    ([-888.75684, 50.503128, 0.0, 83.21445, 245.06897], [0.041757092, 0.0032589901, -0.002305222, 0.0016639, 0.009971841]),
+    ([52.647522, 108.78139, 0.0, -281.575, -163.20024], [0.086480156, -0.002569302, 0.0059369723, 0.01707246, 0.0018846542]),
+    ([-273.0918, -16.612679, 0.0, -165.53642, 200.09015], [0.051271994, 0.0061979177, -0.0064617996, 0.011933992, 0.020456348]),
+    ([-333.40067, -33.41919, 0.0, 250.16858, 142.83078], [0.04414592, 0.0057276594, -0.0057968544, -0.0013511674, 0.029653165]),
+    ([-9.843506, -89.719444, 0.0, 89.353516, 179.33887], [0.04392848, 0.0012680755, 0.0005101325, -4.0242514e-5, -0.0077818837]),
+];
+
 /// Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code.
 #[rustfmt::skip]
 #[allow(dead_code)]
@@ -80,7 +103,7 @@ pub static FACTS: trueaxis::Aligned<[u8; 448]> = trueaxis::Aligned([
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 ]);
 
-/// For `trueaxis::Generated::new(&facts, corrections)`, where `facts` is a compensation loaded from [`FACTS`].
+/// For `trueaxis::Generated::new(&facts, corrections, check)`, where `facts` is a compensation loaded from [`FACTS`].
 #[inline]
 #[rustfmt::skip]
 #[allow(dead_code)]

@@ -6,7 +6,6 @@ use crate::description::AUXILIARIES;
 use crate::guard::{self, smaller};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
-use crate::lag::Follower;
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
@@ -19,9 +18,9 @@ impl<H: Handle> Servo<H> {
         target(&self.current, &self.other, self.fading).get()
     }
 
-    /// Adopts the limits of the sensors, and those of the axes of both the compensation in use and one being faded in. The
-    /// factors move at a rate that keeps every axis within its ramp rate and rate bound: s moves it by up to its value
-    /// bound, f in the worst case from bound to bound, and during a fade each has half of that, because both may move.
+    /// Adopts the limits of the axes of both the compensation in use and one being faded in. The factors move at a rate
+    /// that keeps every axis within its ramp rate and rate bound: s moves it by up to its value bound, f in the
+    /// worst case from bound to bound, and during a fade each has half of that, because both may move.
     pub(super) fn take_limits(&mut self) {
         let from = self.current.get();
         let to = target(&self.current, &self.other, self.fading).get();
@@ -46,7 +45,6 @@ impl<H: Handle> Servo<H> {
             0.5 * factor
         });
         self.blend_pace = pace(0.5 * blend);
-        self.followers.iter_mut().for_each(Follower::look_closely);
     }
 
     /// Adopts weights of the compensation accepted last.
@@ -153,17 +151,25 @@ impl<H: Handle> Servo<H> {
     fn exchange(&mut self) {
         if let Some(other) = &mut self.other {
             core::mem::swap(&mut self.current, other);
+            let auxiliaries = self.current.get().auxiliaries();
+            for (follower, _) in self.followers.iter_mut().zip(auxiliaries) {
+                follower.look_closely();
+            }
         }
     }
 
-    /// Blends the values being faded in into the computed correction, within the value bounds.
+    /// Blends the values being faded in into the computed correction, each within its value bounds; the guard rails know
+    /// only the larger ones.
     pub(super) fn fade(&mut self) {
+        if self.fading == Fading::Nothing {
+            return;
+        }
         let Correction {
             computed, status, ..
         } = &mut self.correction;
         bound(self.current.get(), computed, &mut status.saturated);
         // In its first period the blend is still 0.
-        if self.fading != Fading::Nothing && self.blend.value() > 0.0 {
+        if self.blend.value() > 0.0 {
             self.blend(self.blend.value());
         }
     }

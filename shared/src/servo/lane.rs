@@ -168,6 +168,7 @@ impl Lane {
         let [from, to] = [larger(low, -farthest), smaller(high, farthest)];
         let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
+        self.prepare_correction();
         smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate))
     }
 
@@ -279,10 +280,6 @@ impl Lane {
         self.position = q;
         let travel = self.reversal.update(q, self.hysteresis, self.period);
         self.prepare();
-        if self.free >= 0.0 {
-            // Far from the ends of the travel this does not matter.
-            self.moved = 0.0;
-        }
         Followed::turned(travel != before)
     }
 
@@ -295,6 +292,8 @@ impl Lane {
     /// Prepares the comparison values for the next correction.
     fn prepare_correction(&mut self) {
         self.free = if self.is_inside() && !self.catch_up.is_active() {
+            // Far from the ends of the travel this does not matter.
+            self.moved = 0.0;
             self.value_bound
         } else {
             -1.0

@@ -72,11 +72,16 @@ fn compare(
     name: &str,
     blob: &[u8],
     facts: &[u8],
-    rust: Corrections,
+    (rust, check): (Corrections, fn() -> bool),
+    checks: &[i32],
     c: &[C<'_>],
     behind: &trueaxis_capi::Generated,
     count: u32,
 ) -> bool {
+    if checks.iter().any(|check| *check != 1) {
+        println!("{name}: a check refuses what C computes: {checks:?}");
+        return false;
+    }
     let blob = AlignedBlob::from_bytes(blob);
     let halves = std::thread::scope(|scope| {
         let half = |seed| scope.spawn({
@@ -88,7 +93,7 @@ fn compare(
     let mut whole = Box::new(Whole::empty());
     whole.load(&blob).expect("a blob that was just compiled");
     let machine = c_servo::Machine { axes: whole.axes(), auxiliaries: whole.auxiliaries() };
-    let servo = servos(name, &blob, facts, rust) & c_servo::compare(name, &machine, &blob, behind);
+    let servo = servos(name, &blob, facts, (rust, check)) & c_servo::compare(name, &machine, &blob, behind);
     let good = halves == [true, true] && servo;
     println!(
         "{name:<18} {} at {count} inputs in Rust and {} ways in C; servos of Rust and C with either: {}",
@@ -147,7 +152,7 @@ fn evaluations(name: &str, blob: &[u8], rust: Corrections, c: &[C<'_>], count: u
 }
 
 /// Two servos over the same moves, one with tables and one with code: every correction and condition.
-fn servos(name: &str, blob: &[u8], facts: &[u8], rust: Corrections) -> bool {
+fn servos(name: &str, blob: &[u8], facts: &[u8], (rust, check): (Corrections, fn() -> bool)) -> bool {
     let [mut whole, mut small] = [Box::new(Whole::empty()), Box::new(Whole::empty())];
     whole.load(blob).expect("a blob that was just compiled");
     small.load(facts).expect("the facts that were just generated");
@@ -156,7 +161,7 @@ fn servos(name: &str, blob: &[u8], facts: &[u8], rust: Corrections) -> bool {
     let adjustable: Vec<(usize, [f32; 2])> =
         whole.terms().enumerate().filter_map(|(k, t)| Some((k, t.limits?))).collect();
     let mut tables = Box::new(Servo::new(&*whole));
-    let mut code = Box::new(Servo::new(Generated::new(&*small, rust)));
+    let mut code = Box::new(Servo::new(Generated::new(&*small, rust, check).expect("the bits of the compensation")));
     let mut random = Random(3);
     let mut inputs = Inputs::at([0.0; 16]);
     inputs.auxiliaries[..auxiliaries.len()].copy_from_slice(&auxiliaries);

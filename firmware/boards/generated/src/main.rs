@@ -22,7 +22,14 @@ fn main() -> ! {
         println!("{error}");
         process::exit(1)
     }
-    let mut servo = Servo::new(Generated::new(&*FACTS, huron_13::corrections));
+    let code = match Generated::new(&*FACTS, huron_13::corrections, huron_13::check) {
+        Ok(code) => code,
+        Err(error) => {
+            println!("{error}");
+            process::exit(1)
+        }
+    };
+    let mut servo = Servo::new(code);
     servo.enable();
     let position = Inputs::at([100.0, 30.0, 45.0, -50.0, -120.0]); // Y, A, C, X, Z: see the code
     let mut correction = [0.0; 5];

@@ -207,6 +207,39 @@ void huron_13_i5_t0_w0_c5(const float inputs[5], float corrections[5])
     corrections[4] = t11 + (t0 * t8) + (t6 * t14) + (t13 * t15);
 }
 
+/* At these inputs, every operation that is fused with another one or done in another order changes a bit. */
+static const struct {
+    float inputs[5];
+    float corrections[5];
+} huron_13_checks[7] = {
+    {{99.76245f, 75.11995f, 0.0f, -187.82994f, 270.38934f}, {0.059669547f, 0.0008289793f, 0.0011312328f, 0.012406381f, -0.0034688483f}},
+    {{12.313568f, 67.17709f, 0.0f, 234.88531f, 971.5353f}, {0.029584348f, 0.0016470285f, -2.5622634e-5f, 0.0030943425f, -0.023555502f}},
+    {{-888.75684f, 50.503128f, 0.0f, 83.21445f, 245.06897f}, {0.041757092f, 0.0032589901f, -0.002305222f, 0.0016639f, 0.009971841f}},
+    {{52.647522f, 108.78139f, 0.0f, -281.575f, -163.20024f}, {0.086480156f, -0.002569302f, 0.0059369723f, 0.01707246f, 0.0018846542f}},
+    {{-273.0918f, -16.612679f, 0.0f, -165.53642f, 200.09015f}, {0.051271994f, 0.0061979177f, -0.0064617996f, 0.011933992f, 0.020456348f}},
+    {{-333.40067f, -33.41919f, 0.0f, 250.16858f, 142.83078f}, {0.04414592f, 0.0057276594f, -0.0057968544f, -0.0013511674f, 0.029653165f}},
+    {{-9.843506f, -89.719444f, 0.0f, 89.353516f, 179.33887f}, {0.04392848f, 0.0012680755f, 0.0005101325f, -4.0242514e-5f, -0.0077818837f}},
+};
+
+int huron_13_check(void)
+{
+    /* Read from memory, so that no corrections are computed by the compiler. */
+    void (*const volatile evaluate)(const float inputs[5], float corrections[5]) = huron_13_i5_t0_w0_c5;
+    int is_right = 1;
+    uint32_t k;
+    uint32_t axis;
+    for (k = 0U; k < 7U; k++) {
+        float found[5];
+        evaluate(huron_13_checks[k].inputs, found);
+        for (axis = 0U; axis < 5U; axis++) {
+            if (!(found[axis] == huron_13_checks[k].corrections[axis])) {
+                is_right = 0;
+            }
+        }
+    }
+    return is_right;
+}
+
 /* Axes, bounds, auxiliaries and weights as a compensation without samples: what a servo needs beside the code. */
 static const union {
     uint8_t bytes[448];
@@ -243,5 +276,6 @@ static void huron_13_for_servo(const float *positions, const float *auxiliaries,
 }
 
 const trueaxis_generated huron_13_generated = {
-    huron_13_facts.bytes, sizeof huron_13_facts.bytes, &huron_13_for_servo, 5224U, 0x9F4BA010U
+    huron_13_facts.bytes, sizeof huron_13_facts.bytes, &huron_13_for_servo, &huron_13_check,
+    5224U, 0x9F4BA010U
 };

@@ -28,6 +28,9 @@ static inline void huron_13(const float inputs[5], float corrections[5])
     huron_13_i5_t0_w0_c5(inputs, corrections);
 }
 
+/* 1 if this build gives the bits of the compensation; 0 if the compiler fused or reordered operations. */
+int huron_13_check(void);
+
 /* For trueaxis_tables_load_generated. */
 extern const trueaxis_generated huron_13_generated;
 

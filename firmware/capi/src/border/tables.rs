@@ -144,7 +144,8 @@ pub unsafe extern "C" fn trueaxis_tables_load_copy(
 
 /// Like `trueaxis_tables_load`, for generated code: `trueaxis generate --servo` writes the code and a
 /// `trueaxis_generated` into one file. A servo with these tables calls the code instead of reading tables; its
-/// corrections are the same to the last bit. Not for a real-time thread.
+/// corrections are the same to the last bit; code that a compiler made otherwise is refused
+/// (`TRUEAXIS_RESULT_OTHER_BITS`). Not for a real-time thread.
 ///
 /// # Safety
 /// `generated` is as it was generated; its facts and code stay in place.
@@ -158,8 +159,13 @@ pub unsafe extern "C" fn trueaxis_tables_load_generated(
         // SAFETY: not null, and guaranteed by the caller.
         let generated = unsafe { *generated };
         let evaluate = generated.evaluate.ok_or(Code::NullPointer)?;
+        let check = generated.check.ok_or(Code::NullPointer)?;
         // SAFETY: guaranteed by the caller.
         let facts = unsafe { blob(generated.facts, generated.size) }?;
+        // SAFETY: guaranteed by the caller.
+        if unsafe { check() } == 0 {
+            return Err(Code::OtherBits);
+        }
         // SAFETY: guaranteed by the caller.
         unsafe { super::tables(tables) }?.claim()?;
         let source = [generated.bytes, generated.checksum];

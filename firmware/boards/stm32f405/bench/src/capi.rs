@@ -11,6 +11,7 @@ mod huron_13;
 #[allow(dead_code, reason = "this program needs no random positions")]
 mod path;
 
+use core::ffi::c_int;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 use core::ptr::null_mut;
@@ -60,6 +61,7 @@ static CODE: Code13 = Code13(Generated {
     facts: (&raw const huron_13::FACTS.0).cast(),
     size: huron_13::FACTS.0.len(),
     evaluate: Some(evaluate),
+    check: Some(check),
     bytes: BLOB.0.len() as u32,
     checksum: huron_13::CHECKSUM,
 });
@@ -78,6 +80,10 @@ unsafe extern "C" fn evaluate(
 ) {
     // SAFETY: the servo has one value for each axis of the facts.
     unsafe { *corrections.cast() = huron_13::evaluate(&*positions.cast()) }
+}
+
+unsafe extern "C" fn check() -> c_int {
+    huron_13::check().into()
 }
 
 /// Memory of a servo, and of its tables.
