@@ -130,6 +130,9 @@ pub(crate) const OUT_OF_REACH: f64 = 30.0;
 /// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
 /// fit has more than halved an error.
 pub(crate) const MOST_FITTED: f64 = 2.0;
+/// The same before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
+/// a coarser tolerance may halve it.
+pub(crate) const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
 /// ones: there the largest error is 0.82 to 0.88 of it.
 pub(crate) const NEARLY_MET: f64 = 1.25;

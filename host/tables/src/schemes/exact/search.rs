@@ -7,9 +7,9 @@ use super::components::Joint;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, GOOD,
-    HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
-    MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
+    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, GOOD, HARMLESS, HOPELESS,
+    LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK, MOST_WORK_IF_HOPELESS, NEARLY_MET,
+    OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
 };
 use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
@@ -175,6 +175,12 @@ impl<'a> Search<'a> {
         let is_out_of_reach = first.attempt.is_full && is_explained && first.error > MOST_FITTED;
         self.first = Some(first);
         Ok(!is_out_of_reach)
+    }
+
+    /// The error of the first structure that fills the target, in units of the tolerance.
+    pub fn left_by_target(&self) -> Option<f64> {
+        let first = self.first.as_ref().filter(|first| first.attempt.is_full);
+        first.map(|first| first.error)
     }
 
     /// Searches a draft that meets a tolerance; true if one was found.
