@@ -516,6 +516,18 @@ mod tests {
     }
 
     #[test]
+    fn functions_explain_samples_of_which_they_leave_little() {
+        let at = |i: usize| i as f64 / 4.0 - 1.0;
+        let values = DMatrix::from_fn(9, 3, |i, k| at(i).powi(k as i32));
+        // The cube leaves up to 0.26 of its coefficient.
+        let samples =
+            DMatrix::from_fn(9, 2, |i, k| at(i).powi(2) + 1e-3 * k as f64 * at(i).powi(3));
+        assert!(explain(&samples, &values, 1e-3));
+        assert!(!explain(&samples, &values, 1e-4));
+        assert!(explain(&samples.columns(0, 1).into_owned(), &values, 1e-12));
+    }
+
+    #[test]
     fn a_sum_is_no_larger_than_its_parts() {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");

@@ -15,7 +15,7 @@ use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
 use super::tables::Decomposition;
 use super::trials::Trials;
-use super::{components, cubic, draft, points};
+use super::{components, draft, grid, points};
 use crate::schemes::{Options, SchemeError};
 use crate::target::Target;
 use std::collections::BTreeMap;
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
         for (v, (bent, _)) in found.tables() {
             if let Some(grid) = grids.get(&v) {
                 let samples = grid.samples(self.sampled.sampler.variables[v].wraps);
-                cost += cubic::stored(bent.len() * samples, self.options.format);
+                cost += grid::stored(bent.len() * samples, self.options.format);
             }
         }
         tried.seen = Some(seen);
