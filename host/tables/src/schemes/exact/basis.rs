@@ -150,8 +150,7 @@ impl Basis {
                     let mut values = basis.product_values(variable, &group.nodes);
                     let told = values.ncols().min(group.nodes.len() - 1);
                     values = values.columns(0, told).into_owned();
-                    residual(&group.samples, &values)
-                        .is_some_and(|(rest, _)| largest(&rest) < choice.leave)
+                    explain(&group.samples, &values, choice.leave)
                 })
             })
     }
@@ -240,15 +239,25 @@ impl Basis {
     }
 }
 
-fn largest(m: &DMatrix<f64>) -> f64 {
-    if m.is_empty() { 0.0 } else { m.amax() }
-}
-
 /// Least-squares residual of samples (nodes × columns) after a fit of functions (nodes × functions), and the
 /// pseudo-inverse of the functions.
 fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
     let inverse = values.clone().pseudo_inverse(ROUNDING).ok()?;
     Some((samples - values * (&inverse * samples), inverse))
+}
+
+/// True if a fit of functions (nodes × functions) leaves less than `leave` in every sample (nodes × columns). Ends at
+/// the first column of which it leaves more.
+fn explain(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> bool {
+    values
+        .clone()
+        .pseudo_inverse(ROUNDING)
+        .is_ok_and(|inverse| {
+            let rest = DMatrix::identity(values.nrows(), values.nrows()) - values * inverse;
+            samples
+                .column_iter()
+                .all(|column| (&rest * column).amax() < leave)
+        })
 }
 
 /// The functions (`values`, nodes × functions) in terms of which samples (nodes × columns) are expressed: all, if
@@ -453,7 +462,7 @@ mod tests {
         let (functions, count) = leading(&samples, 1e-9);
         assert_eq!(count, 2);
         let (rest, _) = residual(&samples, &functions).unwrap();
-        assert!(largest(&rest) < 1e-12);
+        assert!(rest.amax() < 1e-12);
     }
 
     #[test]
@@ -485,7 +494,7 @@ mod tests {
         let samples = sampled(&columns, 3, &sampler, &components, &TOLERANCE, &at).unwrap();
         let (rest, _) = residual(&samples, &values).unwrap();
         // At the nodes no more than the choice leaves out; between them up to the same amount again.
-        assert!(largest(&rest) < 2.0 * CHOICE.leave, "{}", largest(&rest));
+        assert!(rest.amax() < 2.0 * CHOICE.leave, "{}", rest.amax());
     }
 
     #[test]
@@ -500,10 +509,22 @@ mod tests {
         assert_eq!(told[0], 3);
         assert!(told.len() <= 7);
         let (rest, _) = residual(&samples, &values.select_columns(&told)).unwrap();
-        assert!(largest(&rest) < 1e-4, "{}", largest(&rest));
+        assert!(rest.amax() < 1e-4, "{}", rest.amax());
         // With nodes to spare, every function is used.
         let few = values.columns(0, 8).into_owned();
         assert_eq!(telling(&samples, &few, 1e-9).len(), 8);
+    }
+
+    #[test]
+    fn functions_explain_samples_of_which_they_leave_little() {
+        let at = |i: usize| i as f64 / 4.0 - 1.0;
+        let values = DMatrix::from_fn(9, 3, |i, k| at(i).powi(k as i32));
+        // The cube leaves up to 0.26 of its coefficient.
+        let samples =
+            DMatrix::from_fn(9, 2, |i, k| at(i).powi(2) + 1e-3 * k as f64 * at(i).powi(3));
+        assert!(explain(&samples, &values, 1e-3));
+        assert!(!explain(&samples, &values, 1e-4));
+        assert!(explain(&samples.columns(0, 1).into_owned(), &values, 1e-12));
     }
 
     #[test]

@@ -1,8 +1,10 @@
-//! Evenly spaced points of tables.
+//! Evenly spaced points of linear and cubic tables, and their cost.
 
-use super::limits::{GRID_SLACK, MOST_INTERVALS};
+use super::limits::{BYTES_PER_INSTRUCTION, GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS};
 use super::spline;
 use super::variables::Variable;
+use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
+use trueaxis::SampleFormat;
 
 /// Evenly spaced points over a variable's range, in its kinematic unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +27,17 @@ impl Grid {
             step: (high - low) / intervals as f64,
             intervals,
             cubic: false,
+        }
+    }
+
+    /// The grid of a cubic table, which has no kinks: its intervals cover the range.
+    pub(crate) fn cubic(variable: &Variable, intervals: usize) -> Self {
+        Self {
+            cubic: true,
+            ..Self::over(
+                variable.range,
+                intervals.clamp(LEAST_INTERVALS, MOST_INTERVALS),
+            )
         }
     }
 
@@ -129,6 +142,25 @@ impl Grid {
     pub fn points(&self) -> impl Iterator<Item = f64> + '_ {
         (0..=self.intervals).map(|i| self.start + self.step * i as f64)
     }
+}
+
+/// Cost of `tables` tables with `samples` samples each, in instructions: their evaluation and the storage of their
+/// samples.
+pub fn cost(tables: usize, samples: usize, cubic: bool, format: SampleFormat) -> f64 {
+    let (bank, table) = match cubic {
+        true => (CUBIC_BANK, CUBIC_TABLE),
+        false => (0.0, LINEAR_TABLE),
+    };
+    bank + table * tables as f64 + stored(tables * samples, format)
+}
+
+/// Storage cost of samples, in instructions.
+pub fn stored(samples: usize, format: SampleFormat) -> f64 {
+    let bytes = match format {
+        SampleFormat::F32 => 4,
+        SampleFormat::I16 => 2,
+    };
+    (samples * bytes) as f64 / BYTES_PER_INSTRUCTION
 }
 
 #[cfg(test)]

@@ -14,9 +14,6 @@ pub(crate) const STARVING: f64 = 0.5;
 pub(crate) const CLOSER: f64 = 0.9;
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
 pub(crate) const BASIS_SHARE: f64 = 0.1;
-/// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
-/// last one had to, so that the capacity goes to what matters.
-pub(crate) const FULL_ATTEMPTS: usize = 3;
 /// An error of more than this many times what was left out has another cause: joint effects.
 pub(crate) const CUT: f64 = 2.0;
 /// A structure with an error of more than this many tolerances is not worth points if joint effects can improve it.
@@ -133,6 +130,9 @@ pub(crate) const OUT_OF_REACH: f64 = 30.0;
 /// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
 /// fit has more than halved an error.
 pub(crate) const MOST_FITTED: f64 = 2.0;
+/// The same before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
+/// a coarser tolerance may halve it.
+pub(crate) const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
 /// ones: there the largest error is 0.82 to 0.88 of it.
 pub(crate) const NEARLY_MET: f64 = 1.25;

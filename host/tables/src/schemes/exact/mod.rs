@@ -11,13 +11,11 @@
 mod along;
 mod attempt;
 mod basis;
-mod between;
 mod budget;
 mod chebyshev;
 mod components;
 mod core;
 mod cover;
-mod cubic;
 mod draft;
 mod edit;
 mod fit;
@@ -26,7 +24,6 @@ mod generators;
 mod grid;
 mod judge;
 mod limits;
-mod memory;
 mod peak_tables;
 mod peaks;
 mod points;
@@ -46,8 +43,10 @@ mod variables;
 
 use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
+use crate::target::Target;
 pub use cover::Minimize;
 use judge::{Judge, Positions};
+use limits::FAR_OUT_OF_REACH;
 use sampling::Sampler;
 pub use search::Effort;
 use search::{Sampled, Search};
@@ -64,6 +63,8 @@ pub struct Exact<'a> {
     positions: Positions<'a>,
     /// One for each choice of nodes.
     sampled: Vec<Sampled<'a>>,
+    /// A target that was too small for a tolerance, and the error (mm) that its capacity left.
+    too_small: Option<(Target, f64)>,
 }
 
 impl<'a> Exact<'a> {
@@ -84,6 +85,7 @@ impl<'a> Exact<'a> {
             positions: Positions::new(&kinematics, zero)?,
             kinematics,
             sampled: Vec::new(),
+            too_small: None,
         })
     }
 
@@ -115,6 +117,16 @@ impl<'a> Exact<'a> {
         options: &Options,
         effort: Effort,
     ) -> Result<Option<schemes::SchemeResult>, SchemeError> {
+        // What a target's capacity leaves hardly depends on the tolerance.
+        let leaves = self
+            .too_small
+            .as_ref()
+            .filter(|(t, _)| *t == options.target);
+        if leaves.is_some_and(|(_, left)| *left > FAR_OUT_OF_REACH * options.tolerance)
+            && matches!(effort, Effort::IfWithinReach | Effort::IfNearlyMet)
+        {
+            return Ok(None);
+        }
         let whole = Tolerance::new(&self.kinematics, options.tolerance);
         let tolerance = whole.axes;
         let place = self.sampled(&whole)?;
@@ -122,6 +134,9 @@ impl<'a> Exact<'a> {
         let sampled = &self.sampled[place];
         let mut search = Search::new(self.minimize, options, effort, sampled, judge);
         if !search.is_worth_while(&tolerance)? {
+            if let Some(error) = search.left_by_target() {
+                self.too_small = Some((options.target.clone(), error * options.tolerance));
+            }
             return Ok(None);
         }
         // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity

@@ -1,8 +1,6 @@
 //! Tables with peaks, sampled at many positions: the number of points they need with linear and with cubic
 //! interpolation, and their values in between.
 
-use super::between;
-use super::cubic;
 use super::grid::Grid;
 use super::limits::{
     LEAST_INTERVALS, LEAST_SEEN, MOST_INTERVALS, MOST_OF_HALF, MOST_SEEN, SEEN_PER_PEAK,
@@ -33,7 +31,7 @@ pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
     let Policy::Direction { damping } = policy else {
         return None;
     };
-    if !variable.is_rich() || !cubic::may_be(variable) {
+    if !variable.is_rich() || !variable.kinks.is_empty() {
         return None;
     }
     // A peak is as wide as the damping; a few points on it are enough, because the tables are measured anyway.
@@ -42,7 +40,7 @@ pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
         Kind::Rotary(_) => (SEEN_PER_PEAK * (high - low) / damping) as usize,
         _ => LEAST_SEEN,
     };
-    Some(cubic::grid(
+    Some(Grid::cubic(
         variable,
         intervals.clamp(LEAST_SEEN, MOST_SEEN),
     ))
@@ -88,7 +86,7 @@ impl PeakTables {
         let values = &self.tables.values;
         let around = |x: &f64| {
             let steps = (x - self.grid.start) / (0.5 * self.grid.step);
-            between::around(steps, values.nrows(), self.wraps)
+            around(steps, values.nrows(), self.wraps)
         };
         let around: Vec<_> = at.iter().map(around).collect();
         let mut all = DMatrix::zeros(at.len(), values.ncols());
@@ -147,7 +145,7 @@ impl Decomposition<'_> {
         let rows = truth.values.nrows();
         let odd = (1..rows).step_by(2);
         odd.fold(0.0, |worst, row| {
-            let around = between::around(0.5 * row as f64, rows.div_ceil(2), wraps);
+            let around = around(0.5 * row as f64, rows.div_ceil(2), wraps);
             let weights: Vec<_> = around.into_iter().map(|(k, w)| (2 * k, w)).collect();
             most(worst, &self.errors_at(v, (truth, &weights), (truth, row)))
         })
@@ -156,4 +154,59 @@ impl Decomposition<'_> {
 
 fn most(worst: f64, errors: &PerAxis) -> f64 {
     errors.iter().fold(worst, |w, e| w.max(*e))
+}
+
+/// Number of samples that a polynomial passes through. At half the spacing, its error is 2¹² times smaller.
+const POINTS: usize = 12;
+
+/// The samples, of `count`, from which the value at `x` is computed, with their weights: Lagrange's polynomial
+/// through the surrounding samples. `x` is in units of their spacing, from the first sample.
+fn around(x: f64, count: usize, wraps: bool) -> Vec<(usize, f64)> {
+    assert!(count >= POINTS);
+    let mut first = x.floor() as i64 + 1 - POINTS as i64 / 2;
+    if !wraps {
+        first = first.clamp(0, (count - POINTS) as i64);
+    }
+    let x = x - first as f64;
+    (0..POINTS)
+        .map(|i| {
+            let others = (0..POINTS).filter(|k| *k != i).map(|k| k as f64);
+            let weight = others.map(|k| (x - k) / (i as f64 - k)).product();
+            let row = (first + i as i64).rem_euclid(count as i64);
+            (row as usize, weight)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_polynomial_is_followed_to_the_ends_and_at_samples_these_count_alone() {
+        let f = |x: f64| (0..11).map(|k| (x / 10.0 - 1.0).powi(k)).sum::<f64>();
+        for place in 0..=190 {
+            let x = f64::from(place) / 10.0;
+            let parts = around(x, 20, false).into_iter();
+            let found: f64 = parts.map(|(i, w)| w * f(i as f64)).sum();
+            // At the ends, the weights of values up to 11 add up to 200.
+            assert!((found - f(x)).abs() < 1e-11, "{x}");
+            let alone = around(x.floor(), 20, false);
+            let other = |(i, w): &(usize, f64)| *w != f64::from(u8::from(*i as f64 == x.floor()));
+            assert!(!alone.iter().any(other));
+        }
+    }
+
+    #[test]
+    fn what_wraps_has_no_ends() {
+        // Sine at 24 samples of a turn: each step is 0.26, whose 12th power is 1e-7, over 4 000.
+        for place in -30..300 {
+            let x = f64::from(place) / 10.0;
+            let parts = around(x, 24, true).into_iter();
+            let sine = |i: usize| libm::sin(TAU * i as f64 / 24.0);
+            let found: f64 = parts.map(|(i, w)| w * sine(i)).sum();
+            assert!((found - libm::sin(TAU * x / 24.0)).abs() < 1e-10, "{x}");
+        }
+    }
 }

@@ -1,7 +1,6 @@
 //! Chooses the number and positions of the points of each variable's tables.
 
-use super::cubic;
-use super::grid::Grid;
+use super::grid::{self, Grid};
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
 use super::peak_tables::PeakTables;
 use super::structure::Function;
@@ -33,7 +32,7 @@ pub fn grids(
         let cheapest = |linear: Grid, cubic: Grid| {
             let cost = |grid: &Grid| {
                 let samples = grid.samples(variable.wraps);
-                cubic::cost(functions.len(), samples, grid.cubic, options.format)
+                grid::cost(functions.len(), samples, grid.cubic, options.format)
             };
             if cost(&cubic) < cost(&linear) {
                 cubic
@@ -45,7 +44,7 @@ pub fn grids(
             (Some(points), _) => Grid::over(variable.range, points.max(2) - 1),
             (None, Some(seen)) => {
                 let [linear, cubic] = seen.wanted(each);
-                cheapest(Grid::even(variable, linear), cubic::grid(variable, cubic))
+                cheapest(Grid::even(variable, linear), Grid::cubic(variable, cubic))
             }
             (None, None) => coarsest(found, *v, functions, each, finer)?,
         };

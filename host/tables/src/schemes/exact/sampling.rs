@@ -1,7 +1,7 @@
 //! Samples exact corrections on small grids, split into the contribution of every source of error.
 
+use super::along::Memory;
 use super::chebyshev;
-use super::memory::Memory;
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};

@@ -7,15 +7,15 @@ use super::components::Joint;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
-    HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
-    MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
+    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, GOOD, HARMLESS, HOPELESS,
+    LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK, MOST_WORK_IF_HOPELESS, NEARLY_MET,
+    OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
 };
 use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
 use super::tables::Decomposition;
 use super::trials::Trials;
-use super::{components, cubic, draft, points};
+use super::{components, draft, grid, points};
 use crate::schemes::{Options, SchemeError};
 use crate::target::Target;
 use std::collections::BTreeMap;
@@ -177,6 +177,12 @@ impl<'a> Search<'a> {
         Ok(!is_out_of_reach)
     }
 
+    /// The error of the first structure that fills the target, in units of the tolerance.
+    pub fn left_by_target(&self) -> Option<f64> {
+        let first = self.first.as_ref().filter(|first| first.attempt.is_full);
+        first.map(|first| first.error)
+    }
+
     /// Searches a draft that meets a tolerance; true if one was found.
     pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
         // Start with a generous share. If that is not enough, include effects of motion pairs, then reduce the share
@@ -262,7 +268,7 @@ impl<'a> Search<'a> {
         for (v, (bent, _)) in found.tables() {
             if let Some(grid) = grids.get(&v) {
                 let samples = grid.samples(self.sampled.sampler.variables[v].wraps);
-                cost += cubic::stored(bent.len() * samples, self.options.format);
+                cost += grid::stored(bent.len() * samples, self.options.format);
             }
         }
         tried.seen = Some(seen);
@@ -476,23 +482,9 @@ impl<'a> Search<'a> {
             sampler, trials, ..
         } = self.sampled;
         let target = (self.minimize, &self.options.target);
-        let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
-            let bases = bases.to_vec();
-            let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
-            let error = trials.error(&next.found(sampler, components, tolerance))?;
-            Ok((next, error))
-        };
-        let (mut attempt, mut error) = try_with(0.0)?;
-        for _ in 1..FULL_ATTEMPTS {
-            if !attempt.is_full {
-                break;
-            }
-            let (next, less) = try_with(attempt.left_out)?;
-            if less > 0.9 * error {
-                break;
-            }
-            (attempt, error) = (next, less);
-        }
+        let bases = bases.to_vec();
+        let attempt = attempt(sampler, components, bases, tolerance, target, share)?;
+        let error = trials.error(&attempt.found(sampler, components, tolerance))?;
         Ok(Tried {
             attempt,
             error,
