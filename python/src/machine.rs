@@ -39,6 +39,7 @@ impl Machine {
         &self.1
     }
 
+    /// Its name, to which error files and compensations refer.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
