@@ -62,10 +62,7 @@ mod tests {
         clap_complete::generate(Shell::Bash, &mut Cli::command(), "trueaxis", &mut script);
         let script = String::from_utf8(script).unwrap();
         let after = |option: &str| {
-            let mut lines = script
-                .lines()
-                .skip_while(|line| line.trim() != "trueaxis__compile)");
-            let mut lines = lines.by_ref().skip_while(|line| line.trim() != option);
+            let mut lines = script.lines().skip_while(|line| line.trim() != option);
             lines.nth(1).unwrap_or_default().to_owned()
         };
         assert!(
