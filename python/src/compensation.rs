@@ -1,22 +1,24 @@
 //! Compensations: made, read, evaluated.
 
-use crate::error::raise;
+use crate::error::{os_error, raise, warn, write};
 use crate::errors::{Errors, policy};
-use crate::machine::Machine;
-use crate::rows::Rows;
+use crate::interrupt::interruptible;
+use crate::machine::{Machine, in_notebook};
+use crate::rows::{LOOK, Rows, Values};
 use numpy::ndarray::ArrayView2;
-use numpy::{Element, PyArray2, PyArrayMethods};
+use numpy::{Element, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::slice::ChunksExactMut;
+use std::sync::Arc;
 use trueaxis::{
     AlignedBlob, Bank, Direction, Inputs, Largest, LoadError, MOST_PERIODS, Reversal, Travel,
     Travelling,
 };
 use trueaxis_model::positions::Input;
 use trueaxis_tables::compile::Options;
-use trueaxis_tables::made::Made;
+use trueaxis_tables::made::{self, Proven};
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::target::Target;
 
@@ -34,38 +36,57 @@ self_cell::self_cell!(
     }
 );
 
-/// A compensation.
+/// Tables that correct the errors of a machine.
 #[pyclass(frozen, module = "trueaxis")]
 pub struct Compensation {
     tables: Owned,
+    made: Option<Made>,
+}
+
+type MadeState = (Machine, Errors, Vec<String>, String);
+
+/// How a compensation was made.
+#[derive(Clone)]
+struct Made {
+    machine: Machine,
+    errors: Errors,
     warnings: Vec<String>,
+    /// As JSON.
+    proof: String,
 }
 
 #[pymethods]
 impl Compensation {
+    /// Reads a .trax file.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
-        Self::load(AlignedBlob::from_bytes(&std::fs::read(path)?))
+        let blob = std::fs::read(&path).map_err(|error| os_error(&path, error))?;
+        Self::load(&blob, None)
     }
 
+    /// Reads the content of a .trax file.
     #[staticmethod]
     fn from_bytes(blob: &[u8]) -> PyResult<Self> {
-        Self::load(AlignedBlob::from_bytes(blob))
+        Self::load(blob, None)
     }
 
+    /// The content of a .trax file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, self.tables.borrow_owner())
     }
 
+    /// Writes a .trax file.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        Ok(std::fs::write(path, &**self.tables.borrow_owner())?)
+        write(&path, &**self.tables.borrow_owner())
     }
 
+    /// Name of the machine.
     #[getter]
     fn machine(&self) -> &str {
         self.tables().machine()
     }
 
+    /// Letters of the axes, in the order of the columns of corrections.
     #[getter]
     fn axes(&self) -> Vec<char> {
         self.tables()
@@ -75,64 +96,67 @@ impl Compensation {
             .collect()
     }
 
+    /// Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K).
     #[getter]
     fn inputs(&self) -> Vec<String> {
         let inputs = Input::of_compensation(self.tables().axes(), self.tables().auxiliaries());
         inputs.into_iter().map(|input| input.name).collect()
     }
 
+    /// What the rotary axes correct.
     #[getter]
     fn policy(&self) -> String {
         self.tables().policy().to_string()
     }
 
+    /// What trueaxis compile warns of; empty for a compensation that was read.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        let made = self.made.iter();
+        made.flat_map(|made| made.warnings.clone()).collect()
     }
 
-    /// Corrections before the guard rails.
-    #[pyo3(signature = (positions, *, motion=true))]
-    fn evaluate<'py>(
-        &self,
-        py: Python<'py>,
-        positions: &Bound<'py, PyAny>,
-        motion: bool,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let rows = Rows::of(positions, &self.inputs())?;
-        let tables = self.tables();
-        let shape = [rows.shape()[0], tables.axes().len()];
-        let found = PyArray2::<f32>::zeros(py, shape, false);
-        let mut writable = found.try_readwrite()?;
-        let to = writable.as_slice_mut()?;
-        let failed = match &rows {
-            Rows::F32(array) => {
-                let array = array.as_array();
-                py.detach(|| evaluate(tables, array, to, motion))
-            }
-            Rows::F64(array) => {
-                let array = array.as_array();
-                py.detach(|| evaluate(tables, array, to, motion))
-            }
-        };
-        drop(writable);
-        match failed {
-            Ok(()) => Ok(found),
-            Err((row, input)) if input >= tables.axes().len() => Err(raise(
-                format!(
-                    "row {row}: {} is not finite",
-                    tables.auxiliaries()[input - tables.axes().len()].name
-                ),
-                "give every auxiliary input a value in each row",
-            )),
-            Err((row, axis)) => Err(raise(
-                format!(
-                    "row {row}: the position of {} is not finite, or more than {MOST_PERIODS} periods away from zero",
-                    char::from(tables.axes()[axis].name)
-                ),
-                "remove rows with NaN and infinity, and reduce positions of endless axes into a few turns",
-            )),
-        }
+    /// Figures of the proof, with the keys of trueaxis compile --json, as a dictionary: the tolerance, the volumetric errors
+    /// before and after, sizes, bounds. None for a compensation that was read.
+    #[getter]
+    fn proof<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let loads = |made: &Made| py.import("json")?.call_method1("loads", (&made.proof,));
+        self.made.as_ref().map(loads).transpose()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        **self.tables.borrow_owner() == **other.tables.borrow_owner()
+    }
+
+    /// The machine and the errors that it was made from, if it was made here.
+    #[getter]
+    fn _source(&self) -> Option<(Machine, Errors)> {
+        let made = self.made.as_ref();
+        made.map(|made| (made.machine.clone(), made.errors.clone()))
+    }
+
+    fn _state<'py>(&self, py: Python<'py>) -> (Bound<'py, PyBytes>, Option<MadeState>) {
+        let made = self.made.clone();
+        let made = made.map(|made| (made.machine, made.errors, made.warnings, made.proof));
+        (self.to_bytes(py), made)
+    }
+
+    #[staticmethod]
+    fn _restored(
+        blob: &[u8],
+        made: Option<(PyRef<'_, Machine>, PyRef<'_, Errors>, Vec<String>, String)>,
+    ) -> PyResult<Self> {
+        let made = made.map(|(machine, errors, warnings, proof)| Made {
+            machine: machine.clone(),
+            errors: errors.clone(),
+            warnings,
+            proof,
+        });
+        Self::load(blob, made)
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        in_notebook(slf.as_any(), "compensation")
     }
 
     fn __repr__(&self) -> String {
@@ -145,10 +169,63 @@ impl Compensation {
             tables.blob_len()
         )
     }
+
+    /// Corrections (mm, deg) before the guard rails, one row per position, as the controller computes them.
+    ///
+    /// Positions are an array, a list, or a table with the inputs as named columns. With motion, the order of the rows is the
+    /// motion, which gives the direction of travel; without, directions are unknown. An array of floats is read in place, and
+    /// other threads run meanwhile.
+    #[pyo3(signature = (positions, *, motion=true))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        positions: &Bound<'py, PyAny>,
+        motion: bool,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let rows = Rows::of(positions, &self.inputs())?;
+        let tables = self.tables();
+        let shape = [rows.shape()[0], tables.axes().len()];
+        let found = PyArray2::<f32>::zeros(py, shape, false);
+        let mut writable = found.try_readwrite()?;
+        let to = writable.as_slice_mut()?;
+        let failed = match &rows.values {
+            Values::F32(array) => {
+                let array = array.as_array();
+                py.detach(|| evaluate(tables, array, to, motion))
+            }
+            Values::F64(array) => {
+                let array = array.as_array();
+                py.detach(|| evaluate(tables, array, to, motion))
+            }
+        };
+        drop(writable);
+        match failed {
+            Ok(()) => rows.shaped(found),
+            Err(Stop::Signal(raised)) => Err(raised),
+            Err(Stop::Value(row, input)) if input >= tables.axes().len() => Err(raise(
+                format!(
+                    "row {row}: {} is not finite",
+                    tables.auxiliaries()[input - tables.axes().len()].name
+                ),
+                "give every auxiliary input a value in each row",
+            )),
+            Err(Stop::Value(row, axis)) => Err(raise(
+                format!(
+                    "row {row}: the position of {} is not finite, or more than {MOST_PERIODS} periods away from zero",
+                    char::from(tables.axes()[axis].name)
+                ),
+                "remove rows with NaN and infinity, and reduce positions of endless axes into a few turns",
+            )),
+        }
+    }
 }
 
 impl Compensation {
-    fn load(blob: AlignedBlob) -> PyResult<Self> {
+    fn load(blob: &[u8], made: Option<Made>) -> PyResult<Self> {
+        Self::load_aligned(AlignedBlob::from_bytes(blob), made)
+    }
+
+    fn load_aligned(blob: AlignedBlob, made: Option<Made>) -> PyResult<Self> {
         let loaded = Owned::try_new(blob, |blob| -> Result<Loaded<'_>, LoadError> {
             let mut tables = Box::new(Largest::empty());
             tables.load(blob)?;
@@ -160,15 +237,18 @@ impl Compensation {
                 "give the content of a .trax file, whole, and of this version",
             )
         })?;
-        Ok(Self {
-            tables,
-            warnings: Vec::new(),
-        })
+        Ok(Self { tables, made })
     }
 
     fn tables(&self) -> &Largest<'_> {
         self.tables.borrow_dependent()
     }
+}
+
+/// Why rows are not all evaluated: a value of a row that cannot be used, by row and input, or a signal.
+enum Stop {
+    Value(usize, usize),
+    Signal(PyErr),
 }
 
 /// Evaluates rows of axes and auxiliaries. With `motion`, directions of travel follow from the order of the rows; otherwise
@@ -178,7 +258,7 @@ fn evaluate<T: Element + Copy + Into<f64>>(
     rows: ArrayView2<'_, T>,
     to: &mut [f32],
     motion: bool,
-) -> Result<(), (usize, usize)> {
+) -> Result<(), Stop> {
     let columns = rows.ncols();
     let to = to.chunks_exact_mut(tables.axes().len());
     match rows.as_slice() {
@@ -197,7 +277,7 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
     rows: impl Iterator<Item = R>,
     to: ChunksExactMut<'_, f32>,
     motion: bool,
-) -> Result<(), (usize, usize)> {
+) -> Result<(), Stop> {
     let axes = tables.axes();
     let mut farthest = [f32::MAX; MOST_AXES];
     for (i, most) in farthest.iter_mut().enumerate().take(axes.len()) {
@@ -212,6 +292,9 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
     let mut found = [0.0; MOST_AXES];
     let weights = tables.weights();
     for (number, (row, to)) in rows.zip(to).enumerate() {
+        if number % LOOK == LOOK - 1 {
+            Python::attach(|py| py.check_signals()).map_err(Stop::Signal)?;
+        }
         let (positions, auxiliaries) = row.as_ref().split_at(axes.len());
         let mut usable = true;
         for ((q, most), value) in inputs.axes.iter_mut().zip(&farthest).zip(positions) {
@@ -222,12 +305,12 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
         if !usable {
             let is_usable = |i: &usize| inputs.axes[*i].abs() <= farthest[*i];
             let axis = (0..axes.len()).take_while(is_usable).count();
-            return Err((number, axis));
+            return Err(Stop::Value(number, axis));
         }
         for (i, (auxiliary, value)) in inputs.auxiliaries.iter_mut().zip(auxiliaries).enumerate() {
             *auxiliary = (*value).into() as f32;
             if !auxiliary.is_finite() {
-                return Err((number, axes.len() + i));
+                return Err(Stop::Value(number, axes.len() + i));
             }
         }
         if motion {
@@ -241,7 +324,9 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
     Ok(())
 }
 
-/// Makes and proves a compensation.
+/// Makes and proves a compensation; the options are those of trueaxis compile. The tolerance is in µm.
+///
+/// What the command refuses is raised as Error. What it warns of is a TrueaxisWarning, and in Compensation.warnings.
 #[pyfunction]
 #[pyo3(signature = (machine, errors, *, policy="direction", damping=None, tolerance=None, scheme="exact", target="stm32f405",
     zero_at=None, best_effort=false, allow_large=false, random=20_000, seed=1))]
@@ -261,7 +346,7 @@ pub fn compile(
     random: usize,
     seed: u64,
 ) -> PyResult<Compensation> {
-    let model = errors.of(machine)?;
+    let model = Arc::clone(errors.of(machine)?);
     let scheme: Scheme = scheme
         .parse()
         .map_err(|error| raise(format!("{error}"), "see the manual on schemes"))?;
@@ -288,12 +373,16 @@ pub fn compile(
     options.tables.format = target.samples;
     options.tables.target = target;
     options.tables.zero_at = zero_at;
-    let made = py.detach(|| Made::new(&machine.0, model, &options, tolerance, &()));
+    let described = Arc::clone(&machine.0);
+    let (options, made) = interruptible(py, move |abandoned| {
+        let made = made::Made::new(&described, &model, &options, tolerance, abandoned);
+        (options, made)
+    })?;
     let made = made.map_err(|error| raise(error.to_string(), error.remedy()))?;
     let may_be_written = made.may_be_written(best_effort);
     let whole = match made {
-        Made::Proven(whole) => whole,
-        Made::NoRoom(shortages) => {
+        made::Made::Proven(whole) => whole,
+        made::Made::NoRoom(shortages) => {
             let name = &options.tables.target.name;
             return Err(raise(
                 format!("the target {name} is too small: {}", all(&shortages)),
@@ -313,10 +402,33 @@ pub fn compile(
     }
     let warnings = whole.warnings.iter().map(ToString::to_string);
     let missed = whole.missed.iter().map(ToString::to_string);
-    Ok(Compensation {
-        warnings: warnings.chain(missed).collect(),
-        ..Compensation::load(whole.best.built.blob)?
-    })
+    let warnings: Vec<String> = warnings.chain(missed).collect();
+    for warning in &warnings {
+        warn(py, warning)?;
+    }
+    let proof = Figures {
+        tolerance_um: whole.best.tolerance,
+        meets_tolerance: whole.best.proof.meets(whole.best.tolerance),
+        proven: Proven::new(&whole),
+    };
+    let proof = serde_json::to_string(&proof)
+        .map_err(|error| raise(error.to_string(), "report this with the machine"))?;
+    let made = Made {
+        machine: machine.clone(),
+        errors: errors.clone(),
+        warnings,
+        proof,
+    };
+    Compensation::load_aligned(whole.best.built.blob, Some(made))
+}
+
+/// What is kept of a proof.
+#[derive(serde::Serialize)]
+struct Figures<'a> {
+    tolerance_um: f64,
+    meets_tolerance: bool,
+    #[serde(flatten)]
+    proven: Proven<'a>,
 }
 
 /// Several sentences in one.

@@ -1,7 +1,9 @@
-//! What is raised: a message, the place in a file, and what to do instead.
+//! What is raised and what is warned of: a message, the place in a file, and what to do instead.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyOSError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
+use std::ffi::CString;
+use std::io::ErrorKind;
 use std::path::Path;
 use trueaxis_model::source::FileError;
 
@@ -12,18 +14,27 @@ pyo3::create_exception!(
     "Bad input. `message` says what is wrong, `remedy` what to do; `file` and `line` where, or None."
 );
 
+pyo3::create_exception!(
+    trueaxis,
+    TrueaxisWarning,
+    PyUserWarning,
+    "What to check before a result is trusted."
+);
+
+/// Warns at the line of the caller.
+pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    // A NUL cannot be shown.
+    let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<TrueaxisWarning>(), &message, 1)
+}
+
 /// An error without a place.
 pub fn raise(message: impl Into<String>, remedy: impl Into<String>) -> PyErr {
     placed(message.into(), remedy.into(), None, None)
 }
 
 fn placed(message: String, remedy: String, file: Option<String>, line: Option<usize>) -> PyErr {
-    let place = match (&file, line) {
-        (Some(file), Some(line)) => format!("{file}, line {line}: "),
-        (Some(file), None) => format!("{file}: "),
-        (None, Some(line)) => format!("line {line}: "),
-        (None, None) => String::new(),
-    };
+    let place = place(file.as_deref(), line);
     let error = Error::new_err(format!("{place}{message}\n  {remedy}"));
     Python::attach(|py| {
         let value = error.value(py);
@@ -39,6 +50,35 @@ fn placed(message: String, remedy: String, file: Option<String>, line: Option<us
     })
 }
 
+fn place(file: Option<&str>, line: Option<usize>) -> String {
+    match (file, line) {
+        (Some(file), Some(line)) => format!("{file}, line {line}: "),
+        (Some(file), None) => format!("{file}: "),
+        (None, Some(line)) => format!("line {line}: "),
+        (None, None) => String::new(),
+    }
+}
+
+/// The exception of Python for files, with its `errno` and `filename`: `FileNotFoundError` and its siblings.
+pub fn os_error(path: &Path, error: std::io::Error) -> PyErr {
+    let Some(code) = error.raw_os_error() else {
+        return placed(
+            error.to_string(),
+            "check the file".into(),
+            Some(path.display().to_string()),
+            None,
+        );
+    };
+    let message = error.to_string();
+    let message = message.split(" (os error").next().unwrap_or_default();
+    PyOSError::new_err((code, message.to_owned(), path.as_os_str().to_owned()))
+}
+
+/// Writes a file.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> PyResult<()> {
+    std::fs::write(path, bytes).map_err(|error| os_error(path, error))
+}
+
 /// A text with the name of its file, if it has one.
 pub struct Text {
     pub file: Option<String>,
@@ -48,10 +88,17 @@ pub struct Text {
 impl Text {
     /// Reads a file.
     pub fn read(path: &Path) -> PyResult<Self> {
-        // The exception of Python for files, with its `errno`.
-        let text = std::fs::read_to_string(path)?;
         let file = Some(path.display().to_string());
-        Ok(Self { file, text })
+        match std::fs::read_to_string(path) {
+            Ok(text) => Ok(Self { file, text }),
+            Err(error) if error.kind() == ErrorKind::InvalidData => Err(placed(
+                "this is not UTF-8 text".into(),
+                "save the file as UTF-8 text".into(),
+                file,
+                None,
+            )),
+            Err(error) => Err(os_error(path, error)),
+        }
     }
 
     /// An error in it, or in another file that it names.
@@ -62,5 +109,11 @@ impl Text {
         };
         let line = error.line(text);
         placed(error.message, error.remedy, file, line)
+    }
+
+    /// A doubt about it, with its place and remedy.
+    pub fn said(&self, doubt: &FileError) -> String {
+        let place = place(self.file.as_deref(), doubt.line(&self.text));
+        format!("{place}{}\n  {}", doubt.message, doubt.remedy)
     }
 }

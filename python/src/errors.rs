@@ -1,60 +1,117 @@
 //! Error parameters and exact corrections.
 
-use crate::error::{Text, raise};
-use crate::machine::{Machine, shape};
-use crate::rows::{Rows, finite};
-use numpy::{PyArray2, ToPyArray};
+use crate::error::{Text, raise, warn};
+use crate::interrupt::interruptible;
+use crate::machine::{Machine, array, in_notebook};
+use crate::rows::Rows;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trueaxis_measure::direct::counted_twice;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Policy;
-use trueaxis_model::machine;
 use trueaxis_model::motion;
 
-/// The errors of a machine.
+/// The errors of a machine, as in errors.toml.
 #[pyclass(frozen, module = "trueaxis")]
+#[derive(Clone)]
 pub struct Errors {
-    pub machine: Arc<machine::Machine>,
-    pub model: ErrorModel,
+    machine: Machine,
+    model: Arc<ErrorModel>,
+    /// What they were read from: the text, and the files that it names.
+    source: Arc<(String, Files)>,
 }
+
+/// Texts of files by their names.
+pub type Files = BTreeMap<String, String>;
 
 #[pymethods]
 impl Errors {
+    /// Reads errors.toml and the files that it names.
     #[staticmethod]
-    fn from_file(path: PathBuf, machine: &Machine) -> PyResult<Self> {
+    fn from_file(py: Python<'_>, path: PathBuf, machine: &Machine) -> PyResult<Self> {
         let text = Text::read(&path)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let read = |name: &str| {
             let other = folder.join(name);
             std::fs::read_to_string(&other).map_err(|e| format!("{}: {e}", other.display()))
         };
-        Self::read(&text, machine, &read)
+        Self::read(text, machine, &read)?.warned(py)
     }
 
+    /// Reads the text of an errors.toml that names no other files.
     #[staticmethod]
-    fn from_toml(text: String, machine: &Machine) -> PyResult<Self> {
+    fn from_toml(py: Python<'_>, text: String, machine: &Machine) -> PyResult<Self> {
         let text = Text { file: None, text };
-        Self::read(&text, machine, &|name| {
-            Err(format!("`{name}` is not read here: a text has no folder"))
-        })
+        let none = |name: &str| Err(format!("`{name}` is not read here: a text has no folder"));
+        Self::read(text, machine, &none)?.warned(py)
     }
 
+    /// From parameters by name (mm, rad): Errors.from_dict({"EC0X": 50e-6}, machine).
+    #[staticmethod]
+    #[pyo3(signature = (parameters, machine, *, standard_uncertainty=None))]
+    fn from_dict(
+        py: Python<'_>,
+        parameters: BTreeMap<String, f64>,
+        machine: &Machine,
+        standard_uncertainty: Option<BTreeMap<String, f64>>,
+    ) -> PyResult<Self> {
+        let mut text = head(machine) + &section("parameters", &parameters)?;
+        if let Some(uncertainty) = standard_uncertainty {
+            text += &section("standard_uncertainty", &uncertainty)?;
+        }
+        let none = |_: &str| Err(String::new());
+        let model = ErrorModel::with_files(&text, &machine.0, &none)
+            // There is no line: the dictionary is not a text.
+            .map_err(|error| raise(error.message, error.remedy))?;
+        Self::of_model(model, machine, text, Files::new()).warned(py)
+    }
+
+    /// A machine without errors.
     #[staticmethod]
     fn perfect(machine: &Machine) -> Self {
-        Self {
-            machine: Arc::clone(&machine.0),
-            model: ErrorModel::perfect(&machine.0),
-        }
+        let model = ErrorModel::perfect(&machine.0);
+        let text = head(machine) + "[parameters]\n";
+        Self::of_model(model, machine, text, Files::new())
     }
 
+    /// The text that the errors were read from.
+    fn to_toml(&self) -> &str {
+        &self.source.0
+    }
+
+    /// The machine that they belong to.
+    #[getter]
+    fn machine(&self) -> Machine {
+        self.machine.clone()
+    }
+
+    /// Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K).
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        self.machine.inputs(Some(&self.model))
+    }
+
+    /// References of the inputs after the axes.
+    #[getter]
+    fn _references(&self) -> Vec<f64> {
+        let machine = &self.machine.0;
+        let length = machine.length_range.map(|_| machine.tool_length());
+        let sensors = self.model.sensors.iter().map(|_| 0.0);
+        length.into_iter().chain(sensors).collect()
+    }
+
+    /// Parameters by name (mm, rad, per mm or rad to the degree); measured motions are not among them.
     #[getter]
     fn parameters(&self) -> BTreeMap<String, f64> {
         let parameters = self.model.parameters.iter();
         parameters.map(|(name, v)| (name.to_string(), *v)).collect()
     }
 
+    /// Standard uncertainties of the parameters that state one, in the same units.
     #[getter]
     fn standard_uncertainty(&self) -> BTreeMap<String, f64> {
         let known = self.model.covariance();
@@ -63,31 +120,110 @@ impl Errors {
         names.zip(diagonal.iter().map(|v| v.sqrt())).collect()
     }
 
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        in_notebook(slf.as_any(), "errors")
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<Errors of {:?}: {} parameters>",
-            self.machine.name,
+            self.machine.0.name,
             self.model.parameters.len()
         )
     }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.machine.0 == other.machine.0 && self.model == other.model
+    }
+
+    fn _state(&self) -> (&str, Files, Machine) {
+        let (text, files) = &*self.source;
+        (text, files.clone(), self.machine.clone())
+    }
+
+    #[staticmethod]
+    fn _restored(text: String, files: Files, machine: &Machine) -> PyResult<Self> {
+        Self::with_files(text, files, machine)
+    }
+}
+
+/// The first line of an error file. A string of JSON is one of TOML.
+fn head(machine: &Machine) -> String {
+    format!(
+        "machine = {}\n",
+        serde_json::Value::from(machine.0.name.as_str())
+    )
+}
+
+/// A section of an error file.
+fn section(name: &str, values: &BTreeMap<String, f64>) -> PyResult<String> {
+    let mut text = format!("[{name}]\n");
+    for (parameter, value) in values {
+        if !value.is_finite() {
+            return Err(raise(
+                format!("{parameter} is not finite"),
+                "give each parameter a number, or leave it out",
+            ));
+        }
+        let key = serde_json::Value::from(parameter.as_str());
+        text += &format!("{key} = {value:e}\n");
+    }
+    Ok(text)
 }
 
 impl Errors {
     fn read(
-        text: &Text,
+        text: Text,
         machine: &Machine,
         read: &dyn Fn(&str) -> Result<String, String>,
     ) -> PyResult<Self> {
-        let model = ErrorModel::with_files(&text.text, &machine.0, read);
-        Ok(Self {
-            machine: Arc::clone(&machine.0),
-            model: model.map_err(|e| text.bad(e))?,
-        })
+        let files = RefCell::new(Files::new());
+        let kept = |name: &str| {
+            let found = read(name)?;
+            files.borrow_mut().insert(name.to_owned(), found.clone());
+            Ok(found)
+        };
+        let model = ErrorModel::with_files(&text.text, &machine.0, &kept);
+        let model = model.map_err(|e| text.bad(e))?;
+        Ok(Self::of_model(
+            model,
+            machine,
+            text.text,
+            files.into_inner(),
+        ))
+    }
+
+    /// From texts that are known.
+    pub fn with_files(text: String, files: Files, machine: &Machine) -> PyResult<Self> {
+        let read = |name: &str| {
+            let found = files.get(name).cloned();
+            found.ok_or_else(|| format!("`{name}` is missing"))
+        };
+        Self::read(Text { file: None, text }, machine, &read)
+    }
+
+    fn of_model(model: ErrorModel, machine: &Machine, text: String, files: Files) -> Self {
+        Self {
+            machine: machine.clone(),
+            model: Arc::new(model),
+            source: Arc::new((text, files)),
+        }
+    }
+
+    /// Warns of errors that are counted twice.
+    fn warned(self, py: Python<'_>) -> PyResult<Self> {
+        if !self.model.slopes_beside_squareness {
+            for doubt in counted_twice(&self.machine.0, &self.model) {
+                warn(py, &format!("{doubt}\n  {}", doubt.remedy()))?;
+            }
+        }
+        Ok(self)
     }
 
     /// Refuses the errors of another machine.
-    pub fn of<'a>(&'a self, machine: &Machine) -> PyResult<&'a ErrorModel> {
-        match Arc::ptr_eq(&self.machine, &machine.0) || *self.machine == *machine.0 {
+    pub fn of<'a>(&'a self, machine: &Machine) -> PyResult<&'a Arc<ErrorModel>> {
+        let own = &self.machine.0;
+        match Arc::ptr_eq(own, &machine.0) || **own == *machine.0 {
             true => Ok(&self.model),
             false => Err(raise(
                 "the errors were read for another machine",
@@ -118,7 +254,9 @@ pub fn policy(name: &str, damping: Option<f64>) -> PyResult<Policy> {
     }
 }
 
-/// Exact kinematic corrections.
+/// Exact kinematic corrections (mm, deg), one row per position; rows are a motion.
+///
+/// The policy is direction, orientation or position; damping (0.01 to 1) belongs to direction.
 #[pyfunction]
 #[pyo3(signature = (machine, errors, positions, *, policy="direction", damping=None))]
 pub fn correct<'py>(
@@ -128,19 +266,21 @@ pub fn correct<'py>(
     positions: &Bound<'py, PyAny>,
     policy: &str,
     damping: Option<f64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let model = errors.of(machine)?;
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let model = Arc::clone(errors.of(machine)?);
     let policy = self::policy(policy, damping)?;
-    let rows = Rows::of(positions, &machine.inputs(Some(model)))?.copied();
-    finite(&rows)?;
-    let found = py.detach(|| motion::correct(&machine.0, model, policy, &rows));
+    let positions = Rows::of(positions, &machine.inputs(Some(&model)))?;
+    let rows = positions.finite(py)?;
+    let (count, machine) = (rows.len(), Arc::clone(&machine.0));
+    let axes = machine.axes.len();
+    let found = interruptible(py, move |_| {
+        motion::correct(&machine, &model, policy, &rows)
+    })?;
     let found = found.map_err(|(row, error)| {
         raise(
             format!("row {}: {error}", row - 1),
             "look at the errors: they are too large for a correction there",
         )
     })?;
-    let flat: Vec<f64> = found.concat();
-    let shaped = numpy::ndarray::Array2::from_shape_vec((rows.len(), machine.0.axes.len()), flat);
-    Ok(shaped.map_err(shape)?.to_pyarray(py))
+    positions.shaped(array(py, found.concat(), count, axes)?)
 }

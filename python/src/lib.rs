@@ -3,6 +3,7 @@
 mod compensation;
 mod error;
 mod errors;
+mod interrupt;
 mod machine;
 mod measurements;
 mod rows;
@@ -12,6 +13,9 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Error", module.py().get_type::<error::Error>())?;
+    let warning = module.py().get_type::<error::TrueaxisWarning>();
+    module.add("TrueaxisWarning", warning)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<machine::Machine>()?;
     module.add_class::<errors::Errors>()?;
     module.add_class::<compensation::Compensation>()?;

@@ -1,10 +1,12 @@
-"""The module beside the command: the same numbers. Run by `cargo xtask python`."""
+"""The module beside the command: the same numbers. `cargo xtask python` runs it with pytest on the installed wheel."""
 
+import copy
 import csv
 import io
 import json
 import os
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import threading
 import time
 import unittest
 import tempfile
+import warnings
 
 import numpy as np
 
@@ -144,6 +147,57 @@ class Beside(unittest.TestCase):
         self.assertLess(after, before / 50, last)
         self.assertIn("without compensation", picture.read_text().replace("<!-- ", ""))
 
+    def test_the_proof_has_the_figures_of_the_command(self):
+        folder, machine, model = files("huron-k2x8", "errors-13.toml")
+        made = trueaxis.compile(machine, model, random=200)
+        words = ["compile", folder / "machine.toml", folder / "errors-13.toml", "-o", self.path / "own.trax"]
+        theirs = json.loads(command(*words, "--random", 200, "--json"))
+        self.alike(made.proof, {key: theirs[key] for key in made.proof}, "proof")
+        self.assertIsNone(trueaxis.Compensation.from_bytes(made.to_bytes()).proof)
+
+    def test_circles_are_those_of_the_report(self):
+        from trueaxis import _paths
+
+        # The second has a tool length, the third backlash.
+        for name, machine, errors in [
+            ("kolibri", "machine.toml", "errors-12.toml"),
+            ("huron-k2x8", "machine-tool-length.toml", "errors-13.toml"),
+            ("router", "machine.toml", "errors-10.toml"),
+        ]:
+            folder = EXAMPLES / name
+            words = [folder / machine, folder / errors]
+            file = self.path / "circle.trax"
+            command("compile", *words, "-o", file, "--random", 200, "--best-effort")
+            report = json.loads(command("report", *words, file, "--random", 200, "--json"))
+            described = trueaxis.Machine.from_file(folder / machine)
+            model = trueaxis.Errors.from_file(folder / errors, described)
+            made = trueaxis.Compensation.from_file(file)
+            for circle in report["tests"]["circles"]:
+                for found, tables in [(circle["before"], None), (circle["after"], made)]:
+                    _, own, radius = _paths.circle(model, tables, circle["plane"])
+                    self.assertEqual(radius, circle["radius_mm"])
+                    # Corrections are f32, of positions that the two round differently.
+                    off = np.abs(own - found["readings_um"]) > 1e-2
+                    # In the report an axis has reversed at once; along rows, after its hysteresis: the first of the 1.5°
+                    # steps may fall short of it, once for each of two axes, twice a turn, in two turns.
+                    self.assertLessEqual(off.sum(), 8 if name == "router" else 0, f"{name} {circle['plane']}")
+
+    def test_the_notebook_runs_and_shows_its_results(self):
+        notebook = json.loads((ROOT / "python" / "examples" / "notebook.ipynb").read_text())
+        environment = {**os.environ, "MPLBACKEND": "agg"}
+        cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+        # A notebook shows the value of the last line.
+        shown = "; ".join(f"print(getattr({last}, '_repr_html_', str)())" for last in ["found", "compensation"])
+        done = subprocess.run(
+            [sys.executable, "-c", "\n".join([*cells, shown])],
+            capture_output=True,
+            text=True,
+            cwd=ROOT / "python" / "examples",
+            env=environment,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.count("<svg"), 2)
+        self.assertIn("EC0X", done.stdout)
 
     def alike(self, own, theirs, place):
         if isinstance(theirs, dict):
@@ -301,14 +355,17 @@ class Alone(unittest.TestCase):
         self.assertIn("EQQ1", caught.exception.message)
         self.assertIn("write", caught.exception.remedy)
         self.assertIsInstance(caught.exception, ValueError)
-        with self.assertRaises(FileNotFoundError):
-            trueaxis.Machine.from_file("no such file")
+        for read in [trueaxis.Machine.from_file, trueaxis.Compensation.from_file]:
+            with self.assertRaises(FileNotFoundError) as caught:
+                read(pathlib.Path("no such file"))
+            self.assertEqual(caught.exception.filename, "no such file")
         made = trueaxis.compile(machine, model, random=200)
         good = positions(machine, 3)
         for bad, words in [
             (good[:, :4], "4 columns instead of 5"),
-            (good.tolist(), "two-dimensional array"),
-            (good.astype(int), "two-dimensional array"),
+            ([["a"] * 5], "positions must be numbers"),
+            ([[[0.0]]], "3 dimensions"),
+            ({"X": 1.0}, "positions must be numbers"),
             (np.where(np.arange(5) == 1, np.nan, good), "row 0: the position of A is not finite"),
         ]:
             with self.assertRaisesRegex(trueaxis.Error, words):
@@ -323,6 +380,119 @@ class Alone(unittest.TestCase):
         with self.assertRaisesRegex(trueaxis.Error, "is not a policy"):
             trueaxis.correct(machine, model, good, policy="none")
         self.assertEqual(made.evaluate(good[:0]).shape, (0, 5))
+
+    def test_anything_that_numpy_takes_is_a_position(self):
+        _, machine, model = files("huron-k2x8", "errors-13.toml")
+        made = trueaxis.compile(machine, model, random=200)
+        whole = np.array([[10, 20, 30, 40, 50], [11, 21, 31, 41, 51]])
+
+        class Table(dict):
+            """As pandas and polars have them: named columns, and others."""
+
+            columns = property(list)
+
+            def __getitem__(self, names):
+                return Table({name: self.get(name) for name in names})
+
+            def to_numpy(self):
+                return np.column_stack(list(self.values()))
+
+        table = Table({name: whole[:, machine.axes.index(name)] for name in "ACXYZ"}, note=["a", "b"])
+        calls = [
+            made.evaluate,
+            lambda rows: trueaxis.correct(machine, model, rows),
+            lambda rows: np.concatenate(trueaxis.pose(machine, rows, model), axis=-1),
+        ]
+        for call in calls:
+            expected = call(whole.astype(float))
+            for same in [whole, whole.tolist(), tuple(map(tuple, whole)), table]:
+                self.assertTrue((call(same) == expected).all())
+            alone = call(whole[0])
+            self.assertEqual(alone.shape, expected[0].shape)
+            self.assertTrue((alone == call(whole[:1])[0]).all())
+        with self.assertRaisesRegex(trueaxis.Error, "no column A, Z"):
+            made.evaluate(Table({name: [0.0] for name in "CXY"}))
+
+    def test_objects_are_compared_copied_and_pickled(self):
+        folder, machine, model = files("kolibri", "errors-10.toml")
+        measured = trueaxis.Errors.from_file(folder / "errors-81.toml", machine)
+        places = {"artefact": folder / "artefact.toml"}
+        probings = trueaxis.simulate(machine, model, strategy=folder / "strategy.csv", noise=1, **places)
+        found = trueaxis.identify(machine, probings, model="10", **places)
+        made = trueaxis.compile(machine, found.errors, random=200)
+        others = [files("huron-k2x8", "errors-13.toml")[1], trueaxis.Errors.perfect(machine)]
+        objects = [machine, model, measured, probings, found, found.errors, made]
+        for one in objects:
+            for same in [pickle.loads(pickle.dumps(one)), copy.copy(one), copy.deepcopy(one)]:
+                self.assertEqual(one, same)
+                self.assertEqual(repr(one), repr(same))
+            for other in [*objects, *others, None]:
+                self.assertTrue(one is other or one != other)
+        again = pickle.loads(pickle.dumps(made))
+        self.assertEqual((again.proof, again.warnings), (made.proof, made.warnings))
+
+    def test_errors_of_a_dictionary_are_those_of_a_file(self):
+        _, machine, model = files("huron-k2x8", "errors-13.toml")
+        same = trueaxis.Errors.from_dict(
+            model.parameters, machine, standard_uncertainty=model.standard_uncertainty
+        )
+        self.assertEqual(same.parameters, model.parameters)
+        self.assertEqual(trueaxis.Errors.from_toml(same.to_toml(), machine), same)
+        with self.assertRaisesRegex(trueaxis.Error, "EQQ1") as caught:
+            trueaxis.Errors.from_dict({"EQQ1": 1e-6}, machine)
+        self.assertIsNone(caught.exception.line)
+        for value in [float("nan"), float("inf")]:
+            with self.assertRaisesRegex(trueaxis.Error, "not finite"):
+                trueaxis.Errors.from_dict({"EXX1": value}, machine)
+
+    def test_doubts_are_warnings_of_python(self):
+        _, machine, _ = files("huron-k2x8", "errors-13.toml")
+        text = machine.to_toml().replace("[-120.0, 120.0]", "[-2.0, 2.0]")
+        with self.assertWarnsRegex(trueaxis.TrueaxisWarning, "A") as caught:
+            trueaxis.Machine.from_toml(text)
+        self.assertEqual(caught.filename, __file__)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with self.assertRaises(trueaxis.TrueaxisWarning):
+                trueaxis.Machine.from_toml(text)
+
+    def test_ctrl_c_ends_long_calls(self):
+        _, machine, model = files("kolibri", "errors-81.toml")
+        made = trueaxis.compile(machine, files("kolibri", "errors-12.toml")[2], random=200)
+        rows = np.tile(machine.travel.mean(axis=1), (1_000_000, 1))
+        many = np.tile(rows, (20, 1))
+        calls = {
+            "compile": lambda: trueaxis.compile(machine, model, tolerance=0.01, target="desktop", random=500_000),
+            "correct": lambda: trueaxis.correct(machine, model, rows),
+            "pose": lambda: trueaxis.pose(machine, rows, model),
+            "evaluate": lambda: made.evaluate(many),
+        }
+        for name, call in calls.items():
+            pressed = f"import os, time; time.sleep(0.1); print(time.time(), flush=True); os.kill({os.getpid()}, 2)"
+            with subprocess.Popen([sys.executable, "-S", "-c", pressed], stdout=subprocess.PIPE) as key:
+                with self.assertRaises(KeyboardInterrupt, msg=name):
+                    call()
+                    # It was done before the key was pressed.
+                    key.wait()
+                    time.sleep(1)
+                noticed = time.time()
+                late = noticed - float(key.stdout.read())
+            # 0.05 s between two looks; the rest is the computer's, which has other work.
+            self.assertLess(late, 1.0, name)
+
+    def test_names_have_help_and_leave_those_of_python_alone(self):
+        spaces = {}
+        exec("from trueaxis import *", spaces)
+        self.assertNotIn("compile", spaces)
+        self.assertIs(spaces["pose"], trueaxis.pose)
+        self.assertRegex(trueaxis.__version__, r"^\d+\.\d+\.\d+$")
+        for name in [*trueaxis.__all__, "compile"]:
+            thing = getattr(trueaxis, name)
+            self.assertTrue(thing.__doc__, name)
+            # The parts of an exception have no help of their own.
+            if isinstance(thing, type) and not issubclass(thing, Exception):
+                for member in (m for m in vars(thing) if not m.startswith("_")):
+                    self.assertTrue(getattr(thing, member).__doc__, f"{name}.{member}")
 
     def test_other_threads_run_while_it_evaluates(self):
         _, machine, model = files("huron-k2x8", "errors-13.toml")
@@ -362,10 +532,10 @@ class Alone(unittest.TestCase):
 
     def test_the_stubs_have_every_name(self):
         stubs = (pathlib.Path(trueaxis.__file__).parent / "__init__.pyi").read_text()
-        for name in trueaxis.__all__:
+        for name in [*trueaxis.__all__, "compile"]:
             self.assertRegex(stubs, rf"(?m)^(class|def) {name}\b")
             thing = getattr(trueaxis, name)
-            if isinstance(thing, type) and name != "Error":
+            if isinstance(thing, type) and not issubclass(thing, Exception):
                 for member in (m for m in vars(thing) if not m.startswith("_")):
                     self.assertIn(f"def {member}(", stubs, f"{name}.{member}")
 

@@ -1,9 +1,14 @@
 """Geometric errors of machine tools and their compensation.
 
 Positions and corrections are in mm and degrees, error parameters in mm and rad, as in the files of the command
-``trueaxis``. Bad input raises :class:`Error` with ``message``, ``remedy``, ``file`` and ``line``.
+``trueaxis``. Positions are arrays, lists, or tables with named columns; objects are immutable, and can be compared,
+copied and pickled. Bad input raises :class:`Error` with ``message``, ``remedy``, ``file`` and ``line``; doubts are
+:class:`TrueaxisWarning`. Drawings are in ``trueaxis.plot``, which needs matplotlib.
 """
 
+import copyreg as _copyreg
+
+from . import _native
 from ._native import (
     Compensation,
     Error,
@@ -11,6 +16,8 @@ from ._native import (
     Identified,
     Machine,
     Probings,
+    TrueaxisWarning,
+    __version__,
     compile,
     correct,
     identify,
@@ -18,6 +25,7 @@ from ._native import (
     simulate,
 )
 
+# Without `compile`, which `from trueaxis import *` must not put in place of Python's own.
 __all__ = [
     "Compensation",
     "Error",
@@ -25,9 +33,21 @@ __all__ = [
     "Identified",
     "Machine",
     "Probings",
-    "compile",
+    "TrueaxisWarning",
     "correct",
     "identify",
     "pose",
     "simulate",
 ]
+
+
+def _restored(kind, state):
+    return getattr(_native, kind)._restored(*state)
+
+
+def _reduced(whole):
+    return _restored, (type(whole).__name__, whole._state())
+
+
+for _kind in (Compensation, Errors, Identified, Machine, Probings):
+    _copyreg.pickle(_kind, _reduced)

@@ -1,55 +1,68 @@
 from os import PathLike
-from typing import Literal, Optional, Sequence, Union
+from typing import Any, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 Path = Union[str, PathLike[str]]
-Positions = Union[npt.NDArray[np.float64], npt.NDArray[np.float32]]
+# An array, a list, or a table with the inputs as named columns (pandas, polars).
+Positions = Any
 Policy = Literal["direction", "orientation", "position"]
 
-class Error(ValueError):
-    """Bad input: what is wrong, what to do, and where, if it is in a file or a text."""
+__version__: str
 
+class Error(ValueError):
     message: str
     remedy: str
     file: Optional[str]
     line: Optional[int]
 
-class Machine:
-    """A machine: its axes, spindle, tool and workpiece."""
+class TrueaxisWarning(UserWarning): ...
 
+class Machine:
     @staticmethod
     def from_file(path: Path) -> Machine: ...
     @staticmethod
     def from_toml(text: str) -> Machine: ...
+    def to_toml(self) -> str: ...
     @property
     def name(self) -> str: ...
     @property
-    def axes(self) -> list[str]:
-        """Letters of the axes, in the order of the columns of positions."""
+    def topology(self) -> str: ...
     @property
-    def travel(self) -> npt.NDArray[np.float64]:
-        """Ends of the travel of each axis (mm, deg): one row per axis."""
+    def axes(self) -> list[str]: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def travel(self) -> npt.NDArray[np.float64]: ...
+    def __eq__(self, other: object) -> bool: ...
 
 class Errors:
-    """The error parameters of a machine."""
-
     @staticmethod
     def from_file(path: Path, machine: Machine) -> Errors: ...
     @staticmethod
     def from_toml(text: str, machine: Machine) -> Errors: ...
     @staticmethod
+    def from_dict(
+        parameters: Mapping[str, float],
+        machine: Machine,
+        *,
+        standard_uncertainty: Optional[Mapping[str, float]] = None,
+    ) -> Errors: ...
+    @staticmethod
     def perfect(machine: Machine) -> Errors: ...
+    def to_toml(self) -> str: ...
     @property
-    def parameters(self) -> dict[str, float]:
-        """Parameters by name (mm, rad, per mm or rad to the degree); measured motions are not among them."""
+    def machine(self) -> Machine: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
     @property
     def standard_uncertainty(self) -> dict[str, float]: ...
+    def __eq__(self, other: object) -> bool: ...
 
 class Compensation:
-    """Tables that correct the errors of a machine."""
-
     @staticmethod
     def from_file(path: Path) -> Compensation: ...
     @staticmethod
@@ -61,23 +74,17 @@ class Compensation:
     @property
     def axes(self) -> list[str]: ...
     @property
-    def inputs(self) -> list[str]:
-        """Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K)."""
+    def inputs(self) -> list[str]: ...
     @property
     def policy(self) -> str: ...
     @property
-    def warnings(self) -> list[str]:
-        """What ``trueaxis compile`` warns of; empty for a compensation that was read."""
-    def evaluate(self, positions: Positions, *, motion: bool = True) -> npt.NDArray[np.float32]:
-        """Corrections (mm, deg) before the guard rails, one row per position, as the controller computes them.
-
-        With ``motion``, the order of the rows is the motion, which gives the direction of travel; without, directions are
-        unknown. The array is read in place, and other threads run meanwhile.
-        """
+    def warnings(self) -> list[str]: ...
+    @property
+    def proof(self) -> Optional[dict[str, Any]]: ...
+    def evaluate(self, positions: Positions, *, motion: bool = True) -> npt.NDArray[np.float32]: ...
+    def __eq__(self, other: object) -> bool: ...
 
 class Probings:
-    """Positions of the axes with the stylus on balls."""
-
     @staticmethod
     def from_file(path: Path, machine: Machine) -> Probings: ...
     @staticmethod
@@ -87,13 +94,11 @@ class Probings:
     @property
     def positions(self) -> npt.NDArray[np.float64]: ...
     @property
-    def balls(self) -> list[str]:
-        """The ball of each row."""
+    def balls(self) -> list[str]: ...
     def __len__(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
 
 class Identified:
-    """Error parameters that were found."""
-
     @property
     def errors(self) -> Errors: ...
     @property
@@ -101,27 +106,25 @@ class Identified:
     @property
     def standard_uncertainty(self) -> dict[str, float]: ...
     @property
-    def noise_um(self) -> float:
-        """Standard deviation of one coordinate of a probing (µm), from the residuals."""
+    def noise_um(self) -> float: ...
     @property
-    def unseen(self) -> int:
-        """Number of unknowns that could not be identified."""
+    def unseen(self) -> list[str]: ...
     @property
-    def warnings(self) -> list[str]:
-        """What to check before the parameters are trusted, as ``trueaxis identify`` prints it."""
+    def outliers(self) -> list[int]: ...
     @property
-    def is_doubtful(self) -> bool:
-        """True where ``trueaxis identify`` exits with 1: rows contradict each other."""
-    def to_json(self) -> str:
-        """What ``trueaxis identify --json`` prints."""
-    def save(self, path: Path) -> None:
-        """Writes the error file, and its covariances beside it."""
+    def residuals_um(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def is_doubtful(self) -> bool: ...
+    def to_json(self) -> str: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def save(self, path: Path) -> None: ...
+    def __eq__(self, other: object) -> bool: ...
 
 def pose(
     machine: Machine, positions: Positions, errors: Optional[Errors] = None
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Tip (mm) and direction of the tool in the workpiece frame, one row per position; rows are a motion."""
-
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
 def correct(
     machine: Machine,
     errors: Errors,
@@ -129,9 +132,7 @@ def correct(
     *,
     policy: Policy = "direction",
     damping: Optional[float] = None,
-) -> npt.NDArray[np.float64]:
-    """Exact kinematic corrections (mm, deg), one row per position; rows are a motion."""
-
+) -> npt.NDArray[np.float64]: ...
 def compile(
     machine: Machine,
     errors: Errors,
@@ -146,9 +147,7 @@ def compile(
     allow_large: bool = False,
     random: int = 20_000,
     seed: int = 1,
-) -> Compensation:
-    """Makes and proves a compensation; the options are those of ``trueaxis compile``. ``tolerance`` is in µm."""
-
+) -> Compensation: ...
 def simulate(
     machine: Machine,
     errors: Errors,
@@ -157,9 +156,7 @@ def simulate(
     strategy: Path,
     noise: float = 0.0,
     seed: int = 1,
-) -> Probings:
-    """Probings as a machine with these errors would give them, with noise (µm) of each coordinate."""
-
+) -> Probings: ...
 def identify(
     machine: Machine,
     probings: Optional[Probings] = None,
@@ -170,5 +167,4 @@ def identify(
     robust: bool = False,
     without: Sequence[str] = (),
     accept_places: bool = False,
-) -> Identified:
-    """Error parameters from probings and files of observations; options and refusals are those of ``trueaxis identify``."""
+) -> Identified: ...

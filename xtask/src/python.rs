@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the environment needs: the builder, and what tests and example use.
-const PACKAGES: [&str; 3] = ["maturin>=1.8,<2", "numpy", "matplotlib"];
+const PACKAGES: [&str; 4] = ["maturin>=1.8,<2", "numpy", "matplotlib", "pytest"];
 
 /// Returns the path of the wheel, unless its environment cannot be made here.
 ///
@@ -15,7 +15,7 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
     let folder = target("python");
     let environment = folder.join("environment");
     let python = environment.join("bin/python");
-    if !works(Command::new(&python).args(["-c", "import maturin, numpy, matplotlib"])) {
+    if !works(Command::new(&python).args(["-c", "import maturin, numpy, matplotlib, pytest"])) {
         let made = works(
             Command::new("python3")
                 .args(["-m", "venv"])
@@ -34,7 +34,8 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
         .args(["--force-reinstall", "--no-deps"])
         .arg(&wheel))?;
     run(Command::new(&python)
-        .arg(root().join("python/tests/test_trueaxis.py"))
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
+        .arg(root().join("python/tests"))
         .env("TRUEAXIS", trueaxis()?)
         .env("ARENA", arena().get_program())
         .current_dir(&folder))?;

@@ -2,12 +2,14 @@
 //! may be written, and what is to be said of it.
 
 use crate::compile::{
-    Best, CompileError, Options, Progress, Refusal, Warning, best, over_bounds, worse,
+    AxisBounds, Best, CompileError, Options, Progress, Proof, Refusal, Size, Warning, best,
+    over_bounds, worse,
 };
 use crate::reversal::{Reversal, reversals};
 use crate::target::Shortage;
 use crate::uncertainty::{OverTravel, over_travel};
 use crate::validate::Runtime;
+use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
@@ -33,6 +35,57 @@ pub struct Whole {
     pub refusals: Vec<Refusal>,
     /// Limits missed by a scheme that guarantees none.
     pub missed: Vec<Refusal>,
+}
+
+/// What a proven compensation is for programs: its part of what `trueaxis compile --json` prints.
+#[derive(Serialize)]
+pub struct Proven<'a> {
+    /// Its counts and sizes.
+    #[serde(flatten)]
+    pub size: Size,
+    /// Bounds of each axis.
+    pub axes: &'a [AxisBounds],
+    /// What happens where axes reverse.
+    pub reversals: &'a [Reversal],
+    /// The proof.
+    #[serde(flatten)]
+    pub proof: &'a Proof,
+    /// 95 % band of the error that uncertain parameters leave.
+    pub uncertainty: Option<&'a OverTravel>,
+    /// Remarks of the scheme.
+    pub notes: &'a [String],
+    /// What to look at although it may be written.
+    pub warnings: Vec<Message>,
+}
+
+/// A warning with its sentence.
+#[derive(Serialize)]
+pub struct Message {
+    /// The sentence.
+    pub message: String,
+    #[serde(flatten)]
+    warning: Warning,
+}
+
+impl<'a> Proven<'a> {
+    /// The figures of what was made.
+    #[must_use]
+    pub fn new(made: &'a Whole) -> Self {
+        let built = &made.best.built;
+        let told = |warning: &Warning| Message {
+            message: warning.to_string(),
+            warning: warning.clone(),
+        };
+        Self {
+            size: built.size,
+            axes: &built.bounds,
+            reversals: &made.reversals,
+            proof: &made.best.proof,
+            uncertainty: made.uncertainty.as_ref(),
+            notes: &built.notes,
+            warnings: made.warnings.iter().map(told).collect(),
+        }
+    }
 }
 
 impl Made {

@@ -8,6 +8,7 @@ use super::date;
 use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
+use super::offered;
 use super::policy::PolicyArguments;
 use super::position_argument;
 use super::progress::Bar;
@@ -15,7 +16,7 @@ use super::random::Random;
 use super::scheme::SchemeArguments;
 use super::target;
 use super::verdict;
-use answer::{Answer, Proven};
+use answer::Answer;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
@@ -23,7 +24,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, Compensation, Document, Model};
 use trueaxis_tables::compile::{self, CompileError};
-use trueaxis_tables::made::{Made, Whole};
+use trueaxis_tables::made::{Made, Proven, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
@@ -70,7 +71,7 @@ pub struct Arguments {
     zero_at: Option<String>,
     /// The controller that will run it: stm32f405 (the reference board), desktop (the limits of the blob format), or
     /// a file printed by `trueaxis flash --dry-run`
-    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405", value_parser = offered::targets(), hide_possible_values = true)]
     target: String,
     /// How samples are stored (default: what the target prefers)
     #[arg(long, value_enum)]
@@ -117,6 +118,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target_file = Path::new(&arguments.target);
     if target_file.exists() {
         inputs.push(target_file);
+    }
+    if files::is_screen(&arguments.output) {
+        return Err(BadInput::new(
+            "-o -: a compensation is not text, and does not go to the screen",
+            "give -o the name of a file",
+        ));
     }
     files::prepare(&arguments.output, &inputs)?;
     let target = target::read(&arguments.target)?;

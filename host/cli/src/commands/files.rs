@@ -7,6 +7,7 @@ use serde::Serialize;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_measure::direct::counted_twice;
 use trueaxis_measure::formats::artefact::Artefact;
@@ -245,9 +246,22 @@ pub fn to_update(errors: ErrorModel, path: &Path, verb: &str) -> Result<ErrorMod
     Ok(errors)
 }
 
+/// Whether standard output belongs to the content that `-o -` sends there. What is otherwise printed there then goes to
+/// standard error.
+static IS_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// True for `-`, which is standard output in place of a file.
+pub fn is_screen(output: &Path) -> bool {
+    output == Path::new("-")
+}
+
 /// Called before the work begins: refuses an output that is also an input or whose folder does not exist, and
 /// removes the partial file of an earlier run that was killed while writing.
 pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+    if is_screen(output) {
+        IS_TAKEN.store(true, Ordering::Relaxed);
+        return Ok(());
+    }
     if let Some(folder) = missing_folder(output) {
         return Err(BadInput::new(
             format!(
@@ -281,6 +295,15 @@ pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
 
 /// Writes a whole file; see [`replace`]. If anything fails or the program is interrupted, the old file remains.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
+    if is_screen(path) {
+        let text = std::str::from_utf8(bytes).map_err(|_| {
+            BadInput::new(
+                "this is not text, and is not written to the screen",
+                "give -o the name of a file, or /dev/stdout",
+            )
+        })?;
+        return sent(&mut std::io::stdout().lock(), text).map(|_| ());
+    }
     replace::replace(path, bytes).map_err(|error| {
         BadInput::new(
             format!("{}: cannot be written: {error}", path.display()),
@@ -331,7 +354,13 @@ pub fn print(text: &str) -> Result<(), BadInput> {
 
 /// The same; returns false if the reader has closed the pipe and nothing more need be written.
 pub fn stream(text: &str) -> Result<bool, BadInput> {
-    let mut out = std::io::stdout().lock();
+    match IS_TAKEN.load(Ordering::Relaxed) {
+        true => sent(&mut std::io::stderr().lock(), text),
+        false => sent(&mut std::io::stdout().lock(), text),
+    }
+}
+
+fn sent(out: &mut dyn Write, text: &str) -> Result<bool, BadInput> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),

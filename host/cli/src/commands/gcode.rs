@@ -50,6 +50,12 @@ fn bad_program(path: &Path, error: &StreamError) -> BadInput {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    if files::is_screen(arguments.output()) {
+        return Err(BadInput::new(
+            "-o -: a program is read back and checked after it is written, and does not go to the screen",
+            "give -o the name of a file",
+        ));
+    }
     files::prepare(arguments.output(), &arguments.inputs())?;
     let options = arguments.options()?;
     let blob = files::read_blob(&arguments.compensation)?;

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 /// Each group and the names of its commands, in the order of `Command`.
 pub const GROUPS: [(&str, &[&str]); 7] = [
-    ("Describe", &["pose", "explain"]),
+    ("Describe", &["new", "pose", "explain"]),
     (
         "Measure",
         &[

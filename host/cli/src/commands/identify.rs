@@ -274,6 +274,12 @@ impl Arguments {
             .chain(self.measured())
             .map(PathBuf::as_path)
             .collect();
+        if self.output.as_deref().is_some_and(files::is_screen) {
+            return Err(BadInput::new(
+                "-o -: errors and their covariances are two files, and do not go to the screen",
+                "give -o the name of a file",
+            ));
+        }
         let covariances = self.output.as_deref().map(beside);
         let outputs = self.output.iter().chain(&covariances);
         for output in outputs.chain(&self.report) {

@@ -35,7 +35,10 @@ mod measured;
 mod model;
 mod monitor;
 mod monte_carlo;
+#[cfg(not(target_family = "wasm"))]
+mod new;
 mod number;
+mod offered;
 mod plan;
 mod plan_output;
 mod policy;
@@ -88,6 +91,7 @@ struct Cli {
 #[cfg(not(target_family = "wasm"))]
 #[derive(clap::Subcommand)]
 enum Command {
+    New(new::Arguments),
     Pose(pose::Arguments),
     Explain(explain::Arguments),
     Plan(Box<plan::Arguments>),
@@ -157,6 +161,7 @@ fn run_words(words: &[String]) -> Result<Outcome, BadInput> {
 impl Command {
     fn run(self) -> Result<Outcome, BadInput> {
         match self {
+            Self::New(arguments) => new::run(&arguments),
             Self::Compile(arguments) => compile::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),
             Self::Inspect(arguments) => inspect::run(&arguments),

@@ -70,7 +70,7 @@ fn written(argument: &Arg) -> String {
     let names = argument.get_value_names().unwrap_or_default();
     let mut values: Vec<String> = names.iter().map(ToString::to_string).collect();
     let words = argument.get_possible_values();
-    if !words.is_empty() {
+    if !words.is_empty() && !argument.is_hide_possible_values_set() {
         let words: Vec<&str> = words.iter().map(|word| word.get_name()).collect();
         values = vec![words.join("|")];
     }

@@ -66,9 +66,19 @@ pub fn tidy(path: &Path) {
     let _ = remove_abandoned(&partial_path(&real(path)), OnLock::Leave);
 }
 
-/// Resolves a symbolic link, so that the file it names is replaced and not the link.
+/// Longest chain of symbolic links that is followed, as on Linux.
+const LINKS: usize = 40;
+
+/// Resolves symbolic links, so that the file they name is replaced and not the link. That file need not exist yet.
 fn real(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+    let mut path = path.to_owned();
+    for _ in 0..LINKS {
+        match std::fs::read_link(&path) {
+            Ok(to) => path = folder(&path).join(to),
+            Err(_) => break,
+        }
+    }
+    path.canonicalize().unwrap_or(path)
 }
 
 fn folder(path: &Path) -> &Path {
@@ -306,6 +316,21 @@ mod tests {
             assert_eq!(std::fs::read(&path).unwrap(), b"content");
         }
         assert_eq!(names(folder.path()).len(), 3);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_is_followed_to_a_file_that_is_there_or_not() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("there")).unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("there/huron.trax", &link).unwrap();
+        for content in ["first", "second"] {
+            replace(&link, content.as_bytes()).unwrap();
+            assert!(link.is_symlink());
+            let found = std::fs::read_to_string(folder.path().join("there/huron.trax"));
+            assert_eq!(found.unwrap(), content);
+        }
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use super::bad_input::BadInput;
 use super::number::positive;
+use super::offered;
 use super::position_argument;
 use clap::{Args, ValueEnum};
-use std::str::FromStr;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::schemes::{Scheme, exact, grid3d, poly25};
@@ -17,7 +17,7 @@ pub struct SchemeArguments {
     /// polynomials), trigo23 (products with trigonometric functions), trigo23:free (with a free function for each
     /// constant), fik (a chain of tables for each closed-form term of each error) or subset:N (the N tables that
     /// remove most)
-    #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
+    #[arg(long, value_name = "NAME", default_value = "exact", value_parser = offered::schemes(), hide_possible_values = true)]
     scheme: Scheme,
     #[command(flatten)]
     own: OwnArguments,

@@ -11,7 +11,7 @@ use super::policy::PolicyArguments;
 use super::progress::Bar;
 use super::random::Random;
 use super::scheme::OwnArguments;
-use super::{position_argument, target};
+use super::{offered, position_argument, target};
 use clap::Args;
 use trueaxis_measure::compare;
 use trueaxis_tables::compile::Options;
@@ -47,7 +47,7 @@ pub struct Arguments {
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
     /// The controller that will run it, as in compile
-    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405", value_parser = offered::targets(), hide_possible_values = true)]
     target: String,
     /// Print how many tables and terms each error parameter takes by itself, with exact and with fik
     #[arg(long)]

@@ -27,6 +27,7 @@ mod measured;
 mod mill;
 mod misread;
 mod mistakes;
+mod new;
 mod observations;
 mod outside;
 mod plan;

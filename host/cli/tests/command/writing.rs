@@ -229,3 +229,50 @@ fn shells_and_man_know_every_command() {
         &["there is no such folder"],
     );
 }
+
+#[test]
+fn a_dash_is_the_screen_where_text_is_written() {
+    let folder = Folder::new();
+    let positions = folder.file("p.csv", "Y,A,C,X,Z\n50,10,20,30,40\n");
+    let blob = blob("kolibri");
+    let words = ["eval", &blob, "--positions", &positions];
+    let printed = answer(0, &words);
+    let strategy = example("kolibri/strategy.csv");
+    let simulated = [
+        "simulate",
+        "probings",
+        &example("kolibri/machine.toml"),
+        &example("kolibri/errors-10.toml"),
+        "--artefact",
+        &example("kolibri/artefact.toml"),
+        "--strategy",
+        &strategy,
+    ];
+    for (words, printed) in [
+        (&words[..], printed),
+        (&simulated[..], answer(0, &simulated)),
+    ] {
+        let done = Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+            .args(words)
+            .args(["-o", "-"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(done.status.code(), Some(0));
+        assert_eq!(String::from_utf8(done.stdout).unwrap(), printed);
+        // Where the line about the file goes.
+        assert!(
+            plain(&done.stderr).contains("-:"),
+            "{}",
+            plain(&done.stderr)
+        );
+    }
+    let [machine, errors] =
+        ["machine.toml", "errors-10.toml"].map(|name| example(&format!("kolibri/{name}")));
+    refused(&["compile", &machine, &errors, "-o", "-"], &["is not text"]);
+    refused(
+        &["gcode", &positions, "--compensation", &blob, "-o", "-"],
+        &["read back"],
+    );
+    assert_eq!(folder.names(), ["p.csv"]);
+}

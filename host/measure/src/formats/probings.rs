@@ -10,6 +10,7 @@ mod checks;
 pub use checks::have_known_balls;
 
 use super::{axis, is_in_travel, temperatures};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use trueaxis_model::formats::csv::{Row, Table};
@@ -17,7 +18,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
 /// One probing: the stylus was at the centre of a ball.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Probing {
     /// The ball, as an index into [`Probings::balls`].
     pub ball: usize,
@@ -40,7 +41,7 @@ pub struct Probing {
 }
 
 /// All probings of a file.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Probings {
     /// Names of the balls, in order of first appearance.
     pub balls: Vec<String>,

@@ -50,7 +50,7 @@ impl<'a> Grounds<'a> {
             {
                 "directions were not measured: balls show only the tip"
             }
-            _ => "its uncertainty is not known",
+            _ => "its uncertainty is unknown",
         }
     }
 

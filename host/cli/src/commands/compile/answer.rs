@@ -5,12 +5,10 @@ use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
-use trueaxis_tables::compile::{AxisBounds, FINEST, Full, Proof, Refusal, Size, Warning};
-use trueaxis_tables::made::Whole;
+use trueaxis_tables::compile::{FINEST, Full, Refusal};
+use trueaxis_tables::made::Proven;
 use trueaxis_tables::policy::PolicyName;
-use trueaxis_tables::reversal::Reversal;
 use trueaxis_tables::target::{Shortage, Target};
-use trueaxis_tables::uncertainty::OverTravel;
 
 /// If the tables leave a tenth of the error that uncertain parameters leave, they add only half a percent to it
 /// (root sum of squares).
@@ -56,47 +54,6 @@ pub struct Answer<'a> {
     /// Whether the tolerance was chosen by the command rather than given.
     #[serde(skip)]
     pub is_default: bool,
-}
-
-/// A compensation and its proof.
-#[derive(Serialize)]
-pub struct Proven<'a> {
-    #[serde(flatten)]
-    size: Size,
-    axes: &'a [AxisBounds],
-    reversals: &'a [Reversal],
-    #[serde(flatten)]
-    proof: &'a Proof,
-    /// 95 % interval of the error that uncertain parameters leave.
-    uncertainty: Option<&'a OverTravel>,
-    notes: &'a [String],
-    warnings: Vec<Message>,
-}
-
-#[derive(Serialize)]
-struct Message {
-    message: String,
-    #[serde(flatten)]
-    warning: Warning,
-}
-
-impl<'a> Proven<'a> {
-    pub fn new(made: &'a Whole) -> Self {
-        let built = &made.best.built;
-        let told = |warning: &Warning| Message {
-            message: warning.to_string(),
-            warning: warning.clone(),
-        };
-        Self {
-            size: built.size,
-            axes: &built.bounds,
-            reversals: &made.reversals,
-            proof: &made.best.proof,
-            uncertainty: made.uncertainty.as_ref(),
-            notes: &built.notes,
-            warnings: made.warnings.iter().map(told).collect(),
-        }
-    }
 }
 
 /// Prints results to standard output and refusals to standard error. JSON is one object, or a list of several. Each
