@@ -297,7 +297,7 @@ impl Case {
         })
     }
 
-    /// The parameters of a model, and the scale of X if a bar shows it.
+    /// The parameters of a model, and the scale of X if the machine has one that a bar shows.
     ///
     /// # Panics
     /// If the machine has no such model.
@@ -306,7 +306,8 @@ impl Case {
         let model: Model = model.parse().expect("a model");
         let mut all = model.parameters(&self.machine, 0, &[]).expect("the model");
         let scale = Parameter::scale('X');
-        if !self.artefact.bars.is_empty() && !all.contains(&scale) {
+        let has_one = self.errors.parameters.contains_key(&scale);
+        if has_one && !self.artefact.bars.is_empty() && !all.contains(&scale) {
             all.push(scale);
         }
         all

@@ -1,9 +1,8 @@
 //! Samples of all components along one variable, each computed once.
 
-use super::sampling::{Component, Sampler};
+use super::sampling::{Component, Key, Sampler};
 use nalgebra::DMatrix;
-use std::collections::{BTreeMap, HashMap};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
@@ -122,23 +121,6 @@ impl Taken {
                 }
             }
         }
-    }
-}
-
-/// Switches of a component and whether it is even, node, variable, and the bits of the position along it.
-type Place = ((u32, bool), usize, usize, u64);
-
-/// A place, and a monomial.
-type Key = (Place, usize);
-
-/// Samples taken so far.
-#[derive(Debug, Default)]
-pub struct Memory(Mutex<HashMap<Key, PerAxis>>);
-
-impl Memory {
-    /// Access to all samples.
-    fn known(&self) -> MutexGuard<'_, HashMap<Key, PerAxis>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -1,8 +1,9 @@
 //! Samples exact corrections on small grids, split into the contribution of every source of error.
 
-use super::along::Memory;
 use super::chebyshev;
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
+use std::collections::HashMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
@@ -11,6 +12,23 @@ use trueaxis_model::parallel;
 /// Step (mm or rad) at which the iteration for samples ends: it leaves at most 1e-5 of the default tolerance of
 /// rotary axes, for errors of 1 %.
 const STEP: f64 = 5e-11;
+
+/// Switches of a component and whether it is even, node, variable, and the bits of the position along it.
+type Place = ((u32, bool), usize, usize, u64);
+
+/// A place, and a monomial.
+pub type Key = (Place, usize);
+
+/// Samples taken so far.
+#[derive(Debug, Default)]
+pub struct Memory(Mutex<HashMap<Key, PerAxis>>);
+
+impl Memory {
+    /// Access to all samples.
+    pub fn known(&self) -> MutexGuard<'_, HashMap<Key, PerAxis>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// The exact correction as a function of the variables.
 pub struct Sampler<'a> {
