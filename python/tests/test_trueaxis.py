@@ -462,7 +462,7 @@ class Alone(unittest.TestCase):
         rows = np.tile(machine.travel.mean(axis=1), (1_000_000, 1))
         many = np.tile(rows, (20, 1))
         calls = {
-            "compile": lambda: trueaxis.compile(machine, model, tolerance=0.01, target="desktop", random=500_000),
+            "compile": lambda: trueaxis.compile(machine, model, tolerance=0.01, target="desktop", random=500_000, allow_large=True),
             "correct": lambda: trueaxis.correct(machine, model, rows),
             "pose": lambda: trueaxis.pose(machine, rows, model),
             "evaluate": lambda: made.evaluate(many),
