@@ -256,7 +256,7 @@ impl Found {
         loads.call1((json(&self.outcome.found)?,))
     }
 
-    /// Writes the error file, and its covariances beside it.
+    /// Writes the error file and, in the same folder, the file of covariances.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         let other = path.with_extension("covariance.csv");
         let name = other

@@ -133,7 +133,7 @@ fn check(program: &Program, head: &Head<'_>) -> String {
     let arguments = arguments.replace("checks", &format!("{function}_checks"));
     format!(
         "
-/* At these inputs, every operation that is fused with another one or done in another order changes a bit. */
+/* At these inputs, operations that are fused with others or done in another order change a bit. */
 static const struct {{
 {members}    float corrections[{axes}];
 }} {function}_checks[{count}] = {{

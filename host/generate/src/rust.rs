@@ -72,7 +72,7 @@ pub fn check() -> bool {{
     CHECKS.iter().all(|({names}, corrections)| evaluate({arguments}) == *corrections)
 }}
 
-/// At these inputs, every operation that is fused with another one or done in another order changes a bit.
+/// At these inputs, operations that are fused with others or done in another order change a bit.
 #[rustfmt::skip]
 #[allow(dead_code, clippy::all, clippy::pedantic)]
 static CHECKS: [({kinds}); {count}] = [

@@ -192,7 +192,12 @@ pub fn report(
         validation: None,
         changes: None,
     };
-    report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares, errors);
+    report.verdict = verdict::sentences(
+        &report.volumetric,
+        &report.budget.shares,
+        errors,
+        reach::why(&subject),
+    );
     report.verdict.extend(verdict::thermal(errors));
     Ok(report)
 }
@@ -221,7 +226,7 @@ pub fn verdict(
     let subject = Subject::new(machine, errors, compensation, seed);
     let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
-    let mut sentences = verdict::sentences(&volumetric, &shares, errors);
+    let mut sentences = verdict::sentences(&volumetric, &shares, errors, reach::why(&subject));
     sentences.extend(verdict::thermal(errors));
     Ok(Verdict {
         sentences,

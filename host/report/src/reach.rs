@@ -7,29 +7,36 @@ use trueaxis_model::kinematics::Policy;
 /// Mean direction errors (µrad) below this are not mentioned.
 const MATTERS: f64 = 0.1;
 
+/// Why direction errors remain with any tables.
+pub fn why(subject: &Subject<'_>) -> &'static str {
+    let axes = subject.machine.axes.iter();
+    match (
+        axes.filter(|axis| axis.letter.is_rotary()).count(),
+        subject.policy,
+    ) {
+        (0, _) => "the machine has no rotary axis that could turn the tool back",
+        (_, Policy::Position) => "the policy `position` does not correct rotary axes",
+        (1, _) => "one rotary axis can turn the tool back in one plane only",
+        (_, Policy::Orientation) => {
+            "the policy `orientation` weighs rotation about the tool's own axis as much as its direction"
+        }
+        (_, Policy::Direction { .. }) => {
+            "where the tool is parallel to a rotary axis, that axis cannot change its direction, and damping keeps its corrections small around there"
+        }
+    }
+}
+
 /// Sentences on errors that remain with any tables.
 pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -> Vec<String> {
     let mut sentences = Vec::new();
-    let machine = subject.machine;
-    let rotary = machine.axes.iter().filter(|a| a.letter.is_rotary()).count();
     if let Some(best) = &volumetric.kinematic {
         let (mean, max) = (best.direction_urad.mean, best.direction_urad.max);
         if max >= MATTERS {
-            let why = match (rotary, subject.policy) {
-                (0, _) => "the machine has no rotary axis that could turn the tool back",
-                (_, Policy::Position) => "the policy `position` does not correct rotary axes",
-                (1, _) => "one rotary axis can turn the tool back in one plane only",
-                (_, Policy::Orientation) => {
-                    "the policy `orientation` weighs rotation about the tool's own axis as much as its direction"
-                }
-                (_, Policy::Direction { .. }) => {
-                    "where the tool is parallel to a rotary axis, that axis cannot change its direction, and damping keeps its corrections small around there"
-                }
-            };
             sentences.push(format!(
-                "Direction errors of {} µrad remain on average, {} at most: {why}.",
+                "Direction errors of {} µrad remain on average, {} at most: {}.",
                 figure(mean),
-                figure(max)
+                figure(max),
+                why(subject)
             ));
         }
         if best.translation_um.max >= 1e-3 {
@@ -68,7 +75,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         && let Some(outside) = &compensation.proof.outside
     {
         sentences.push(format!(
-            "Outside of the calibrated ranges, where nothing was measured, the errors keep their end values. With these, up to {} µm remain there with the tables.",
+            "Outside of the calibrated ranges, where nothing was measured, the errors keep their end values. If these are right, up to {} µm remain there with the tables.",
             figure(outside.after.translation_um.max)
         ));
     }

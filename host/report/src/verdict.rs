@@ -16,7 +16,13 @@ const REMAINS: f64 = 0.1;
 
 /// The verdict, one sentence each: the expected error of the machine, its main cause, and the effect of the tables.
 /// Figures are means over the travel unless they say otherwise.
-pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel) -> Vec<String> {
+/// `why` is the reason for which direction errors remain with any tables.
+pub fn sentences(
+    volumetric: &Volumetric,
+    shares: &[Share],
+    errors: &ErrorModel,
+    why: &str,
+) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
         return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
@@ -25,8 +31,8 @@ pub fn sentences(volumetric: &Volumetric, shares: &[Share], errors: &ErrorModel)
         return vec!["The errors that are known change nothing at the tool.".to_owned()];
     }
     let mut all = match expected(volumetric, errors) {
-        Some(expected) => vec![expected, cause(before, shares), remaining(volumetric)],
-        None => vec![remaining(volumetric), cause(before, shares)],
+        Some(expected) => vec![expected, cause(before, shares), remaining(volumetric, why)],
+        None => vec![remaining(volumetric, why), cause(before, shares)],
     };
     all.extend(unseen(errors));
     all
@@ -165,11 +171,14 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
 }
 
 /// The error that remains with a correction if the errors are as entered, and how well they are known.
-fn remaining(volumetric: &Volumetric) -> String {
+fn remaining(volumetric: &Volumetric, why: &str) -> String {
     let remaining = match (&volumetric.after, &volumetric.kinematic) {
-        (Some(after), _) => with(volumetric, after, "the tables reduce"),
-        (None, Some(best)) => with(volumetric, best, "the best tables would reduce"),
-        (None, None) => "Tables cannot correct this machine".to_owned(),
+        (Some(after), _) => with(volumetric, after, "the tables reduce", why),
+        (None, Some(best)) => with(volumetric, best, "the best tables would reduce", why),
+        (None, None) => {
+            "The effect of tables is unknown: some positions have no kinematic correction"
+                .to_owned()
+        }
     };
     match &volumetric.known {
         Some(known) => format!(
@@ -190,7 +199,7 @@ fn remaining(volumetric: &Volumetric) -> String {
 }
 
 /// The effect of a correction on the mean errors, apart from what no correction with these axes can change.
-fn with(volumetric: &Volumetric, after: &Quality, reduce: &str) -> String {
+fn with(volumetric: &Volumetric, after: &Quality, reduce: &str, why: &str) -> String {
     let before = &volumetric.before;
     let mut parts = Vec::new();
     if before.translation_um.max >= NOTHING {
@@ -211,31 +220,24 @@ fn with(volumetric: &Volumetric, after: &Quality, reduce: &str) -> String {
             figure(is)
         ));
     }
-    let beyond = match (is_reached, was >= NOTHING) {
-        (false, true) => Some(format!(
-            "no table can correct the direction error of {} µrad on this machine",
-            figure(was)
-        )),
-        _ if best >= REMAINS && best > is / 2.0 => Some(format!(
-            "{} µrad of it are beyond the reach of the rotary axes",
+    let remains = (best >= REMAINS && best > is / 2.0).then(|| {
+        format!(
+            "{} µrad of direction error remain with any tables: {why}",
             figure(best)
-        )),
-        _ => None,
-    };
-    match (parts.is_empty(), beyond) {
-        (true, beyond) => {
-            capital(&beyond.unwrap_or_else(|| "no table changes these errors".to_owned()))
-        }
-        (false, beyond) => format!(
-            "{}, {reduce} {} (means){}",
-            match volumetric.known {
-                Some(_) => "With exact parameters",
-                None => "If the errors are as entered",
-            },
-            parts.join(" and "),
-            beyond.map_or_else(String::new, |beyond| format!("; {beyond}"))
-        ),
+        )
+    });
+    if parts.is_empty() {
+        return remains.unwrap_or_else(|| "No table changes these errors".to_owned());
     }
+    format!(
+        "{}, {reduce} {} (means){}",
+        match volumetric.known {
+            Some(_) => "With exact parameters",
+            None => "If the errors are as entered",
+        },
+        parts.join(" and "),
+        remains.map_or_else(String::new, |remains| format!("; {remains}"))
+    )
 }
 
 /// The drift that the thermal model does not predict, if it is known.
@@ -250,6 +252,8 @@ pub fn thermal(errors: &ErrorModel) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const WHY: &str = "no axis turns the tool";
 
     fn quality(tip: f64, direction: f64) -> Quality {
         let all = |v: f64| Statistics {
@@ -315,7 +319,7 @@ mod tests {
             errors.unseen.insert(Parameter::parse(name).unwrap(), um);
         }
         let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
-        let said = sentences(&found, &[], &errors);
+        let said = sentences(&found, &[], &errors, WHY);
         assert!(
             said[0].starts_with(
                 "With these tables the measured errors put the tip off by about 3.1 µm"
@@ -337,7 +341,7 @@ mod tests {
         let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         let known = found.known.as_mut().unwrap();
         known.is_direction_measured = false;
-        let said = sentences(&found, &[], &errors);
+        let said = sentences(&found, &[], &errors, WHY);
         assert!(said[2].ends_with("known to ±2.1 µm (95 %)."), "{said:?}");
         assert!(
             said[0].ends_with(
@@ -349,7 +353,7 @@ mod tests {
         );
         errors.misfit_of_direction = Some(1e-6);
         found.known.as_mut().unwrap().is_direction_measured = true;
-        let said = sentences(&found, &[], &errors);
+        let said = sentences(&found, &[], &errors, WHY);
         assert!(
             said[0].contains("at the worst, and the tool direction by 7.7"),
             "{said:?}"
@@ -364,7 +368,7 @@ mod tests {
         ];
         let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
         assert_eq!(
-            sentences(&found, &shares, &none()),
+            sentences(&found, &shares, &none(), WHY),
             [
                 "With these tables the tip is off by no more than about 3.1 µm on average, 3.1 µm at 95 % of positions \
                  and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 % probability, over \
@@ -382,13 +386,13 @@ mod tests {
         if let Some(known) = &mut found.known {
             known.exact = 2;
         }
-        let said = sentences(&found, &[], &none());
+        let said = sentences(&found, &[], &none(), WHY);
         assert!(
             said[0].contains("the parameters, of which 2 of 3 count as exact, and"),
             "{said:?}"
         );
         found.known = None;
-        let said = sentences(&found, &[], &none());
+        let said = sentences(&found, &[], &none(), WHY);
         assert!(
             said[0].starts_with(
                 "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm"
@@ -396,7 +400,7 @@ mod tests {
             "{said:?}"
         );
         found.after = None;
-        let said = sentences(&found, &[], &none());
+        let said = sentences(&found, &[], &none(), WHY);
         assert_eq!(
             said[0],
             "Without tables the machine is off by 66 µm and 89 µrad on average over the travel."
@@ -406,7 +410,7 @@ mod tests {
     #[test]
     fn errors_that_take_each_other_away_and_those_of_direction_alone_are_told_as_such() {
         let shares = [share("EX0S", "the spindle's X position", 100.0, 0.0)];
-        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares, &none());
+        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares, &none(), WHY);
         assert_eq!(
             found[1],
             "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
@@ -417,10 +421,20 @@ mod tests {
             0.0,
             30.0,
         )];
-        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares, &none());
+        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares, &none(), WHY);
         assert_eq!(
             found[1],
             "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
+        );
+    }
+
+    #[test]
+    fn without_a_kinematic_correction_nothing_is_said_of_tables() {
+        let mut found = volumetric(quality(66.2, 89.0), None);
+        found.known = None;
+        assert_eq!(
+            sentences(&found, &[], &none(), WHY)[2],
+            "The effect of tables is unknown: some positions have no kinematic correction. The errors have no uncertainties."
         );
     }
 
@@ -430,35 +444,33 @@ mod tests {
         found.known = None;
         found.kinematic = Some(quality(0.0, 89.0));
         assert_eq!(
-            sentences(&found, &[], &none())[0],
-            "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm (means); no table can \
-             correct the direction error of 89 µrad on this machine. The errors have no uncertainties."
+            sentences(&found, &[], &none(), WHY)[0],
+            "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm (means); 89 µrad of \
+             direction error remain with any tables: no axis turns the tool. The errors have no uncertainties."
         );
         found.after = Some(quality(0.05, 1.75));
         found.kinematic = Some(quality(0.0, 1.7));
-        assert!(sentences(&found, &[], &none())[0].contains(
-            "from 89 to 1.8 µrad (means); 1.7 µrad of it are beyond the reach of the rotary axes"
+        assert!(sentences(&found, &[], &none(), WHY)[0].contains(
+            "from 89 to 1.8 µrad (means); 1.7 µrad of direction error remain with any tables: no axis turns the tool"
         ));
         // Direction errors alone, and no axis to correct them.
         let mut found = volumetric(quality(0.0, 89.0), Some(quality(0.0, 89.0)));
         found.known = None;
         found.kinematic = Some(quality(0.0, 89.0));
-        assert!(
-            sentences(&found, &[], &none())[0].starts_with(
-                "No table can correct the direction error of 89 µrad on this machine."
-            )
-        );
+        assert!(sentences(&found, &[], &none(), WHY)[0].starts_with(
+            "89 µrad of direction error remain with any tables: no axis turns the tool."
+        ));
     }
 
     #[test]
     fn a_machine_without_known_errors_has_a_verdict() {
-        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[], &none());
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[], &none(), WHY);
         assert_eq!(
             found,
             ["No error of this machine is known: there is nothing to correct."]
         );
         let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
-        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares, &none());
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares, &none(), WHY);
         assert_eq!(
             found,
             ["The errors that are known change nothing at the tool."]

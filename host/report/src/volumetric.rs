@@ -4,6 +4,7 @@ use super::{ReportError, Subject};
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::{over_travel, probed_zone};
 use trueaxis_tables::validate::{Command, Quality, Region, Statistics, direction, random_commands};
@@ -65,16 +66,25 @@ impl Known {
     /// `after` over the travel: the length of a sum does not exceed the sum of the lengths.
     #[must_use]
     pub fn with_tables(&self, after: &Quality) -> Quality {
-        let after = self.after.as_ref().unwrap_or(after);
-        let sum = |left: &Statistics, most: &Statistics| Statistics {
+        let here = self.after.as_ref().unwrap_or(after);
+        // The largest error over the travel was searched for; the one of the zone is that of its random positions.
+        let sum = |left: &Statistics, most: &Statistics, over_travel: f64| Statistics {
             mean: left.mean + most.mean,
             rms: left.rms + most.rms,
             p95: left.p95 + most.p95,
-            max: left.max + most.max,
+            max: left.max.max(over_travel) + most.max,
         };
         Quality {
-            translation_um: sum(&after.translation_um, &self.at_most.translation_um),
-            direction_urad: sum(&after.direction_urad, &self.at_most.direction_urad),
+            translation_um: sum(
+                &here.translation_um,
+                &self.at_most.translation_um,
+                after.translation_um.max,
+            ),
+            direction_urad: sum(
+                &here.direction_urad,
+                &self.at_most.direction_urad,
+                after.direction_urad.max,
+            ),
         }
     }
 }
@@ -151,6 +161,16 @@ pub fn volumetric(
     })
 }
 
+/// The correction (mm, rad) at a command, with `zero` for a part that the tables subtract; that part alone without tables.
+pub(crate) fn applied(subject: &Subject<'_>, zero: &PerAxis, command: &Command) -> PerAxis {
+    let Some(compensation) = subject.compensation else {
+        return *zero;
+    };
+    let corrections = compensation.runtime.evaluate(command).map(f64::from);
+    let tables = subject.machine.to_kinematic(&corrections);
+    std::array::from_fn(|i| zero[i] + tables[i])
+}
+
 /// The error at commands, with the tables if there are any.
 pub(crate) fn remaining(
     subject: &Subject<'_>,
@@ -161,13 +181,7 @@ pub(crate) fn remaining(
     let zero = subject.subtracted.zero(machine, subject.errors)?;
     let errors: Vec<[f64; 2]> = parallel::map(commands, |command| {
         let (q, situation) = command.kinematic(machine);
-        let mut dq = zero;
-        if let Some(compensation) = subject.compensation {
-            let corrections = compensation.runtime.evaluate(command).map(f64::from);
-            let tables = machine.to_kinematic(&corrections);
-            dq = std::array::from_fn(|i| zero[i] + tables[i]);
-        }
-        let error = kinematics.volumetric_error(&q, &dq, &situation);
+        let error = kinematics.volumetric_error(&q, &applied(subject, &zero, command), &situation);
         [error.t.norm(), direction(machine, &error)]
     });
     Ok(quality(errors.into_iter()))

@@ -1,5 +1,6 @@
 //! Searches the largest errors over the travel and their positions.
 
+use super::volumetric::applied;
 use super::{ReportError, Subject, Volumetric};
 use serde::{Deserialize, Serialize};
 use trueaxis::Travel;
@@ -90,12 +91,8 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
         before: search.places(&mut found.before, &commands, &before),
         after: Vec::new(),
     };
-    if let (Some(compensation), Some(after)) = (subject.compensation, &mut found.after) {
-        let left = |command: &Command, of: Of| {
-            let corrections = compensation.runtime.evaluate(command).map(f64::from);
-            let dq = machine.to_kinematic(&corrections);
-            with(command, &std::array::from_fn(|i| dq[i] + zero[i]), of)
-        };
+    if let Some(after) = &mut found.after {
+        let left = |command: &Command, of: Of| with(command, &applied(subject, &zero, command), of);
         worst.after = search.places(after, &commands, &left);
     }
     if let Some(best) = &mut found.kinematic {

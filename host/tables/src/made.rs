@@ -50,7 +50,7 @@ pub struct Proven<'a> {
     /// The proof.
     #[serde(flatten)]
     pub proof: &'a Proof,
-    /// 95 % band of the error that uncertain parameters leave.
+    /// 95 % interval of the error that uncertain parameters leave.
     pub uncertainty: Option<&'a OverTravel>,
     /// Remarks of the scheme.
     pub notes: &'a [String],

@@ -207,7 +207,7 @@ void huron_13_i5_t0_w0_c5(const float inputs[5], float corrections[5])
     corrections[4] = t11 + (t0 * t8) + (t6 * t14) + (t13 * t15);
 }
 
-/* At these inputs, every operation that is fused with another one or done in another order changes a bit. */
+/* At these inputs, operations that are fused with others or done in another order change a bit. */
 static const struct {
     float inputs[5];
     float corrections[5];

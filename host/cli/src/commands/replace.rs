@@ -39,6 +39,8 @@ pub fn replace_by(
             let file = OpenOptions::new().write(true).open(path)?;
             return write(&mut Sink::new(&file));
         }
+        // A link to a file that is not there yet is no error, a circle of links is.
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
     }
     let path = real(path);
@@ -316,6 +318,17 @@ mod tests {
             assert_eq!(std::fs::read(&path).unwrap(), b"content");
         }
         assert_eq!(names(folder.path()).len(), 3);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_circle_of_links_is_refused_and_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("b", &a).unwrap();
+        std::os::unix::fs::symlink("a", &b).unwrap();
+        assert!(replace(&a, b"new").is_err());
+        assert!(a.is_symlink() && b.is_symlink());
     }
 
     #[test]

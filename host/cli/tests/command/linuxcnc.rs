@@ -631,7 +631,7 @@ fn kinematics_that_are_not_those_of_the_machine_are_found() {
         [
             "refused",
             "KINEMATICS",
-            "under corexykins joints may not be axes",
+            "under corexykins joints need not be axes",
             "trueaxis gcode",
         ],
     );
@@ -1632,7 +1632,7 @@ fn the_last_line_is_what_to_do_next() {
     machine.folder.file("machine.toml", "");
     assert!(next().ends_with(&format!("--machine {}", machine.at("machine.toml"))));
     machine.change("machine.ini", "[JOINT_0]\n", "[JOINT_0]\nCOMP_FILE = x\n");
-    assert!(next().starts_with("mend the errors above, then trueaxis linuxcnc check"));
+    assert!(next().starts_with("correct the errors above, then trueaxis linuxcnc check"));
     machine.change("machine.ini", "HALFILE = trueaxis.hal\n", "");
     assert!(next().starts_with("write HALFILE = trueaxis.hal below [HAL]"));
     std::fs::remove_file(machine.at("trueaxis.hal")).unwrap();

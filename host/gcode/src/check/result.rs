@@ -128,7 +128,7 @@ pub enum CheckError {
     #[error("the table of corrected lines cannot be read: {0}")]
     Map(std::io::Error),
     /// A line of the corrected program that does something else than the map says.
-    #[error("line {0} of the corrected program has not the intended effect")]
+    #[error("line {0} of the corrected program does not have the intended effect")]
     Unexplained(u64),
     /// A mode that is another one.
     #[error("line {line} of the corrected program: {what} differs from the program")]

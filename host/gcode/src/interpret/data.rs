@@ -98,7 +98,7 @@ impl State {
         let Some(mut offset) = self.tool_offset(tool, asked.rules) else {
             return Err(Fault::new(
                 word.span(),
-                format!("tool {tool} is set, and may not be in the tool table"),
+                format!("tool {tool} is set, and is perhaps missing from the tool table"),
                 format!("give it in the setup: [tool.{tool}] length = …"),
             ));
         };

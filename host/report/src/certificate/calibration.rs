@@ -217,7 +217,10 @@ fn short(text: Spanned<String>, longest: usize) -> Result<String, FileError> {
     let text = text.into_inner();
     let bad = |message: String, remedy: &str| Err(FileError::at(span, message, "here", remedy));
     if text.trim().is_empty() {
-        return bad("this text is empty".to_owned(), "leave out unknown ones");
+        return bad(
+            "this text is empty".to_owned(),
+            "leave it out if it is unknown",
+        );
     }
     match text.chars().count() {
         n if n > longest => bad(
@@ -251,7 +254,7 @@ fn uncertainty(um: Option<Spanned<f64>>) -> Result<Option<f64>, FileError> {
             um.span(),
             format!("{number} µm is not a standard uncertainty"),
             "here",
-            "write it in µm, above 0: 0.3. Leave out unknown ones",
+            "write it in µm, above 0: 0.3. Leave it out if it is unknown",
         )),
     }
 }

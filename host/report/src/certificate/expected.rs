@@ -96,7 +96,7 @@ pub(crate) fn expected(
         let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
         let turn = subject.errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
         let by = by_displacement(&quantities[k], libm::hypot(misfit, stated_um), turn);
-        // The parameters alone say nothing of the errors beside them.
+        // The uncertainty of the parameters does not include errors outside the model.
         let is_known = !matches!(quantities[k], Quantity::Volumetric { at_tip: false, .. })
             || subject.errors.is_direction_measured();
         found.interval = found

@@ -142,7 +142,7 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
         };
     }
     if refused > 0 {
-        return format!("mend the errors above, then {}", again(given));
+        return format!("correct the errors above, then {}", again(given));
     }
     let described = ini.with_file_name("machine.toml");
     if given.is_none() && described.exists() {

@@ -45,7 +45,7 @@ pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
         found.refuse(
             &module.place,
             format!(
-                "under {} joints may not be axes of the machine: the component would add corrections of axes to joints",
+                "under {} joints need not be axes of the machine: the component would add corrections of axes to joints",
                 module.name
             ),
             write.to_owned(),
@@ -130,7 +130,7 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
             Some((_, "")) => {}
             Some((_, after)) if !after.starts_with(['#', ';']) => found.refuse(
                 place,
-                format!("[{section}]{key} is `{value}`, no number: `{after}` is too much"),
+                format!("[{section}]{key} is `{value}`, no number: `{after}` does not belong to it"),
                 format!("{key} = a number"),
             ),
             Some((number, after)) => found.warn(
