@@ -515,7 +515,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             &[
                 "line 2",
                 "-0.3 µm is not a standard uncertainty",
-                "Leave out unknown ones",
+                "Leave it out if it is unknown",
             ],
         ),
         (&seven, &["line 13", "7 instruments", "room for 6"]),
