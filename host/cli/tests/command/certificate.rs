@@ -496,7 +496,11 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         ),
         (
             "operator = \" \"\n",
-            &["line 1", "this text is empty", "leave it out if it is unknown"],
+            &[
+                "line 1",
+                "this text is empty",
+                "leave it out if it is unknown",
+            ],
         ),
         (
             "[[temperature]]\nplace = \"air\"\ncelsius = [293.0, 294.0]\n",
