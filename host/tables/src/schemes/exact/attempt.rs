@@ -73,14 +73,15 @@ pub fn fits(
     (minimize, target): (Minimize, &Target),
     share: f64,
 ) -> Result<bool, NotConverged> {
-    let entries = core::entries(sampler, components, bases, tolerance)?;
+    let entries = core::entries(sampler, components, bases, tolerance, 0.0)?;
     let cover = Cover::new(&entries, &sampler.variables, bases, minimize);
     Ok(cover
         .choose(share, target.tables * 2 / 3, target.terms)
         .is_some_and(|structure| structure.count() <= target.tables))
 }
 
-/// Finds terms that leave out no more than `share` of the tolerance, or as little as the target allows.
+/// Finds terms that leave out no more than `share` of the tolerance, or as little as the target allows. `before` is the
+/// part that an earlier attempt had to leave out.
 pub fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
@@ -88,8 +89,9 @@ pub fn attempt(
     tolerance: &PerAxis,
     (minimize, target): (Minimize, &Target),
     share: f64,
+    before: f64,
 ) -> Result<Attempt, NotConverged> {
-    let entries = core::entries(sampler, components, &bases, tolerance)?;
+    let entries = core::entries(sampler, components, &bases, tolerance, before)?;
     let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
     let cover = Cover::new(&entries, &sampler.variables, &bases, minimize).pruned(direction);
     let choose = |share: f64| {

@@ -83,14 +83,17 @@ fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize)
     projected
 }
 
-/// Projects all components onto the bases.
+/// Projects all components onto the bases. If the structure will leave out more than the tolerance anyway
+/// (`left_out`, in units of it), small products are dropped in proportion.
 pub fn entries(
     sampler: &Sampler<'_>,
     components: &[Component],
     bases: &[Basis],
     tolerance: &PerAxis,
+    left_out: f64,
 ) -> Result<Vec<Entry>, NotConverged> {
     let n = sampler.kinematics.machine.axes.len();
+    let noise = NOISE * left_out.max(1.0);
     let inverses = inverses(sampler, components, bases, tolerance)?;
     // Each component separately, then summed in a fixed order.
     let parts = parallel::map(components, |component| {
@@ -113,7 +116,7 @@ pub fn entries(
         let functions: usize = shape.iter().product();
         let mut found: Vec<((usize, Key), f64)> = Vec::new();
         for (index, value) in values.iter().enumerate() {
-            if value.abs() < 1e-3 * NOISE {
+            if value.abs() < 1e-3 * noise {
                 continue;
             }
             let mut key = [0; MAX_VARIABLES];
@@ -153,7 +156,7 @@ pub fn entries(
                 peak: value.abs() * peaks,
             }
         })
-        .filter(|e| e.peak > NOISE)
+        .filter(|e| e.peak > noise)
         .collect();
     // If there are more than any target can hold, keep the largest.
     if entries.len() > MOST_ENTRIES {

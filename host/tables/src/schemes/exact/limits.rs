@@ -14,6 +14,10 @@ pub(crate) const STARVING: f64 = 0.5;
 pub(crate) const CLOSER: f64 = 0.9;
 /// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
 pub(crate) const BASIS_SHARE: f64 = 0.1;
+/// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
+/// last one had to, so that the capacity goes to what matters: the 84 coefficients of the HU40 then keep three quarters of
+/// the error.
+pub(crate) const FULL_ATTEMPTS: usize = 3;
 /// An error of more than this many times what was left out has another cause: joint effects.
 pub(crate) const CUT: f64 = 2.0;
 /// A structure with an error of more than this many tolerances is not worth points if joint effects can improve it.

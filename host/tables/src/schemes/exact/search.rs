@@ -7,9 +7,9 @@ use super::components::Joint;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, GOOD, HARMLESS, HOPELESS,
-    LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK, MOST_WORK_IF_HOPELESS, NEARLY_MET,
-    OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
+    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
+    HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
+    MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
 };
 use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
@@ -482,9 +482,23 @@ impl<'a> Search<'a> {
             sampler, trials, ..
         } = self.sampled;
         let target = (self.minimize, &self.options.target);
-        let bases = bases.to_vec();
-        let attempt = attempt(sampler, components, bases, tolerance, target, share)?;
-        let error = trials.error(&attempt.found(sampler, components, tolerance))?;
+        let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
+            let bases = bases.to_vec();
+            let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
+            let error = trials.error(&next.found(sampler, components, tolerance))?;
+            Ok((next, error))
+        };
+        let (mut attempt, mut error) = try_with(0.0)?;
+        for _ in 1..FULL_ATTEMPTS {
+            if !attempt.is_full {
+                break;
+            }
+            let (next, less) = try_with(attempt.left_out)?;
+            if less > 0.9 * error {
+                break;
+            }
+            (attempt, error) = (next, less);
+        }
         Ok(Tried {
             attempt,
             error,

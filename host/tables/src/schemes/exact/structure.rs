@@ -120,7 +120,7 @@ impl Structure {
         bases: &[Basis],
         others: f64,
     ) -> (usize, f64) {
-        if let Some(known) = self.multiple(variable, &coefficients, bases, others) {
+        if let Some(known) = self.multiple(0, variable, &coefficients, bases, others) {
             return known;
         }
         self.merged.push(Merged {
@@ -130,16 +130,18 @@ impl Structure {
         (self.merged.len() - 1, 1.0)
     }
 
-    /// The first merged table that is proportional to these coefficients, and the weight to use with it.
+    /// The first merged table from number `first` on that is proportional to these coefficients, and the weight to use
+    /// with it.
     pub(crate) fn multiple(
         &self,
+        first: usize,
         variable: usize,
         coefficients: &[f64],
         bases: &[Basis],
         others: f64,
     ) -> Option<(usize, f64)> {
         let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
-        let same = self.merged.iter().enumerate();
+        let same = self.merged.iter().enumerate().skip(first);
         let mut same = same.filter(|(_, m)| m.variable == variable);
         same.find_map(|(id, known)| {
             let both = || known.coefficients.iter().zip(coefficients);

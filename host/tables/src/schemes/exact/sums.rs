@@ -43,13 +43,14 @@ struct Product {
 }
 
 /// Two terms, by their numbers, that can become one along a variable: the weight of the second one's function, and
-/// the change.
+/// the change. The sum is no multiple of the first merged tables, as many as were compared.
 struct Pair {
     error: f64,
     one: usize,
     other: usize,
     variable: usize,
     weight: f64,
+    compared: usize,
 }
 
 /// Pairs of terms, kept while terms are added up: a sum changes only the pairs of its own term. A term keeps its number
@@ -62,17 +63,18 @@ struct Sums<'a> {
     products: Vec<Option<Product>>,
     /// The numbers of the remaining terms, in their order.
     numbers: Vec<usize>,
-    /// Those still to be tried, the smallest change last.
+    /// Those that fit into the spare tolerance, the smallest change first.
     pairs: Vec<Pair>,
-    /// Those that are not cheaper. A sum made since may have changed that.
-    dearer: Vec<Pair>,
 }
 
 impl Structure {
     /// Adds up pairs of terms as long as that is cheaper and fits into the spare tolerance, the smallest change first.
     pub fn add_up(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         let mut sums = Sums::new(self, variables, bases, spare);
-        while sums.pass(self, spare) {}
+        while let Some((edit, one, other)) = sums.best(self, spare) {
+            self.make(edit, spare);
+            sums.follow(self, one, other, spare);
+        }
     }
 
     /// `None` if the bases do not contain all functions of the term.
@@ -124,7 +126,6 @@ impl<'a> Sums<'a> {
             numbers: (0..products.len()).collect(),
             products,
             pairs: Vec::new(),
-            dearer: Vec::new(),
         };
         let of_one = |&one: &usize| {
             let mut pairs = Vec::new();
@@ -141,7 +142,7 @@ impl<'a> Sums<'a> {
 
     fn sort(&mut self) {
         let place = |p: &Pair| (p.one, p.other, p.variable);
-        let order = |a: &Pair, b: &Pair| b.error.total_cmp(&a.error).then(place(b).cmp(&place(a)));
+        let order = |a: &Pair, b: &Pair| a.error.total_cmp(&b.error).then(place(a).cmp(&place(b)));
         self.pairs.sort_by(order);
     }
 
@@ -191,45 +192,43 @@ impl<'a> Sums<'a> {
                     other,
                     variable,
                     weight,
+                    compared: 0,
                 });
             }
         }
     }
 
-    /// Makes sums that are cheaper, trying each pair once; true if there was one.
-    fn pass(&mut self, structure: &mut Structure, spare: &mut Spare) -> bool {
-        let mut uses = Uses::new(structure);
-        let mut found = false;
-        while let Some(pair) = self.pairs.pop() {
+    /// The sum with the smallest change that is cheaper, and the numbers of its terms.
+    fn best(&mut self, structure: &Structure, spare: &Spare) -> Option<(Edit, usize, usize)> {
+        let uses = Uses::new(structure);
+        for i in 0..self.pairs.len() {
+            let pair = &self.pairs[i];
             let places = [pair.one, pair.other].map(|number| self.place(number));
             let errors = vec![(structure.terms[places[0]].output, pair.error)];
             if !spare.has_all(&errors) {
                 continue;
             }
-            let Some((sum, merged)) = self.sum(structure, &pair) else {
+            let (sum, merged) = self.sum(structure, pair)?;
+            // A table may become a product of several.
+            if sum.factors.len() > trueaxis::FACTORS {
                 continue;
-            };
+            }
             let edit = Edit {
                 errors,
                 terms: vec![(places[0], Some(sum)), (places[1], None)],
                 merged,
             };
             if structure.is_cheaper_with(&edit, &uses, self.variables) {
-                structure.make(edit, spare);
-                self.follow(structure, pair.one, pair.other, spare);
-                uses = Uses::new(structure);
-                found = true;
-            } else {
-                self.dearer.push(pair);
+                return Some((edit, pair.one, pair.other));
+            }
+            if edit.merged.is_some() {
+                self.pairs[i].compared = structure.merged.len();
             }
         }
-        self.pairs = std::mem::take(&mut self.dearer);
-        self.sort();
-        found
+        None
     }
 
-    /// The sum of two terms, and its table if it does not exist yet; `None` if it has too many factors, because a table
-    /// may become a product of several.
+    /// The sum of two terms, and its table if it does not exist yet.
     fn sum(&self, structure: &Structure, pair: &Pair) -> Option<(Term, Option<Merged>)> {
         let v = pair.variable;
         let term = &structure.terms[self.place(pair.one)];
@@ -252,7 +251,8 @@ impl<'a> Sums<'a> {
         } else {
             let elsewhere = one.parts.iter().enumerate().filter(|(w, _)| *w != v);
             let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.peak));
-            let known = structure.multiple(v, &sum, self.bases, others.product());
+            let first = pair.compared;
+            let known = structure.multiple(first, v, &sum, self.bases, others.product());
             let (id, weight) = match known {
                 Some(known) => known,
                 None => {
@@ -271,7 +271,7 @@ impl<'a> Sums<'a> {
             weight,
             factors,
         };
-        (term.factors.len() <= trueaxis::FACTORS).then_some((term, merged))
+        Some((term, merged))
     }
 
     /// Follows a sum that was made: `other` was added to `one`.
@@ -281,9 +281,8 @@ impl<'a> Sums<'a> {
         let sum = &structure.terms[self.place(one)];
         self.products[one] = structure.product(sum, self.bases);
         let is_changed = |number: usize| [one, other].contains(&number);
-        for pairs in [&mut self.pairs, &mut self.dearer] {
-            pairs.retain(|pair| !is_changed(pair.one) && !is_changed(pair.other));
-        }
+        self.pairs
+            .retain(|pair| !is_changed(pair.one) && !is_changed(pair.other));
         let mut pairs = Vec::new();
         for &number in &self.numbers {
             self.compare(one, number, spare, &mut pairs);
