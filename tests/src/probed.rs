@@ -223,17 +223,18 @@ impl Case {
     pub fn written(
         &self,
         measured: &Probings,
+        observed: &Observations,
         found: &Identified,
         predicted: Option<&HeldOut>,
     ) -> ErrorModel {
-        let (machine, none) = (&self.machine, Observations::default());
+        let machine = &self.machine;
         let perfect = ErrorModel::perfect(machine);
         let looked_for = &found.looked_for;
         let problem = Problem::new(machine, measured, &self.artefact, looked_for, &perfect);
-        let problem = problem.with(&none);
+        let problem = problem.with(observed);
         let honesty = honesty(&problem, measured, found);
         let not_known = NotKnown::of(&problem, found, &honesty, predicted).expect("a misfit");
-        let file = error_file(machine, measured, &none, found, &not_known, "c.csv");
+        let file = error_file(machine, measured, observed, found, &not_known, "c.csv");
         let covariances = covariance::write(&found.known);
         let read = |_: &str| Ok(covariances.clone());
         ErrorModel::with_files(&file, machine, &read).expect("an error file")

@@ -116,6 +116,11 @@ pub struct Commanded {
 }
 
 impl Commanded {
+    /// [`Self::along`] in the frame of the tool.
+    pub(crate) fn about_tool(&self) -> Vector3<f64> {
+        self.nominal.tr_mul(&self.along)
+    }
+
     /// For a command `q` (mm, rad) with the tool point at `tip` (mm, spindle frame) turned by the spindle, and the
     /// direction of the reading with its sign.
     #[must_use]

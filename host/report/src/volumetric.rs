@@ -176,15 +176,22 @@ pub(crate) fn remaining(
     subject: &Subject<'_>,
     commands: &[Command],
 ) -> Result<Quality, ReportError> {
+    Ok(quality(remaining_at(subject, commands)?.into_iter()))
+}
+
+/// The errors of tip (mm) and direction (rad) at each position.
+pub(crate) fn remaining_at(
+    subject: &Subject<'_>,
+    commands: &[Command],
+) -> Result<Vec<[f64; 2]>, ReportError> {
     let machine = subject.machine;
     let kinematics = Kinematics::new(machine, subject.errors);
     let zero = subject.subtracted.zero(machine, subject.errors)?;
-    let errors: Vec<[f64; 2]> = parallel::map(commands, |command| {
+    Ok(parallel::map(commands, |command| {
         let (q, situation) = command.kinematic(machine);
         let error = kinematics.volumetric_error(&q, &applied(subject, &zero, command), &situation);
         [error.t.norm(), direction(machine, &error)]
-    });
-    Ok(quality(errors.into_iter()))
+    }))
 }
 
 /// Statistics of errors of tip (mm) and direction (rad).

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Identified, Options, automatic, held_out};
+use trueaxis_measure::identify::{Identified, Options, Problem, automatic, held_out, identify};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
@@ -81,14 +81,7 @@ impl Outside {
             }
         }
         if self == Self::Reversal {
-            let linear = case.machine.axes.iter().enumerate();
-            let linear = linear.filter(|(_, axis)| !axis.letter.is_rotary());
-            let linear: Vec<usize> = linear.map(|(index, _)| index).collect();
-            for row in &mut case.strategy.rows {
-                for axis in &linear {
-                    row.direction[*axis] = either(random);
-                }
-            }
+            from_both_sides(case, random);
         }
         if self == Self::Locations {
             for parameter in case.parameters("auto") {
@@ -119,6 +112,18 @@ impl Outside {
     }
 }
 
+/// Makes the linear axes come to each row from a side that the file says.
+fn from_both_sides(case: &mut Case, random: &mut Fixed) {
+    let axes = &case.machine.axes;
+    for row in &mut case.strategy.rows {
+        for (side, axis) in row.direction.iter_mut().zip(axes) {
+            if !axis.letter.is_rotary() {
+                *side = either(random);
+            }
+        }
+    }
+}
+
 /// A direction of travel.
 fn either(random: &mut Fixed) -> f64 {
     random.within(-1.0, 1.0).signum()
@@ -142,31 +147,41 @@ struct Kept {
 fn identification(
     case: &Case,
     mut measured: Probings,
+    observed: &Observations,
     way: (&str, bool),
 ) -> (Probings, Identified) {
     for row in &mut measured.rows {
         row.sigma = way.1.then_some(1e-3);
     }
     let machine = &case.machine;
-    let (none, options) = (Observations::default(), Options::default());
+    let (perfect, options) = (ErrorModel::perfect(machine), Options::default());
+    let artefact = &case.artefact;
     let found = match way.0 {
         "auto" => {
-            let perfect = ErrorModel::perfect(machine);
-            let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
+            let chosen = automatic(machine, &measured, artefact, observed, &perfect, options);
             chosen.unwrap().identified
         }
-        model => case.found(model, &measured, options),
+        model => {
+            let parameters = case.parameters(model);
+            let problem = Problem::new(machine, &measured, artefact, &parameters, &perfect);
+            identify(&problem.with(observed), options).unwrap()
+        }
     };
     (measured, found)
 }
 
 /// The machine as its error file says.
-fn written(case: &Case, measured: &Probings, found: &Identified) -> ErrorModel {
+fn written(
+    case: &Case,
+    measured: &Probings,
+    observed: &Observations,
+    found: &Identified,
+) -> ErrorModel {
     let predicted = held_out(
         &case.machine,
         measured,
         &case.artefact,
-        &Observations::default(),
+        observed,
         &found
             .parameters
             .iter()
@@ -175,13 +190,14 @@ fn written(case: &Case, measured: &Probings, found: &Identified) -> ErrorModel {
         &ErrorModel::perfect(&case.machine),
         Options::default(),
     );
-    case.written(measured, found, predicted.as_ref().ok())
+    case.written(measured, observed, found, predicted.as_ref().ok())
 }
 
 /// The machine as its error file says after an identification.
 fn identified(case: &Case, measured: Probings, way: (&str, bool)) -> ErrorModel {
-    let (measured, found) = identification(case, measured, way);
-    written(case, &measured, &found)
+    let none = Observations::default();
+    let (measured, found) = identification(case, measured, &none, way);
+    written(case, &measured, &none, &found)
 }
 
 fn kept(case: &Case, outside: Outside, way: (&'static str, bool), seed: u64) -> Kept {

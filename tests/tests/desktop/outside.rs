@@ -85,7 +85,8 @@ fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
         let twelve = case.found("12", &measured, options);
         let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);
         let chosen = chosen.unwrap();
-        let found = [&twelve, &chosen.identified].map(|found| case.written(&measured, found, None));
+        let found = [&twelve, &chosen.identified]
+            .map(|found| case.written(&measured, &Observations::default(), found, None));
         let all = [&perfect, &found[0], &found[1]].map(|errors| off(&case, errors, seed));
         for (sum, off) in sums.iter_mut().zip(all) {
             *sum += off / count as f64 * 1e3;

@@ -493,18 +493,12 @@ impl<'a> Calibration<'a> {
         )))
     }
 
-    /// Errors that the machine may have and that were not measured. Balls are touched from both sides, which hides the
-    /// backlash of linear axes.
+    /// Errors that the machine may have and that were not measured.
     fn missing(&self, errors: &ErrorModel) -> Result<Vec<Parameter>, BadInput> {
-        let linear = self.machine.axes.iter().map(|axis| axis.letter);
-        let linear = linear.filter(|letter| !letter.is_rotary());
-        let backlash = linear.filter_map(|l| Parameter::parse(&format!("E{l}{l}b")));
         let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
-        for parameter in self.known()?.missing.iter().copied().chain(backlash) {
-            if !missing.contains(&parameter) && !errors.parameters.contains_key(&parameter) {
-                missing.push(parameter);
-            }
-        }
+        let known = self.known()?.missing.iter().copied();
+        let others: Vec<Parameter> = known.filter(|p| !missing.contains(p)).collect();
+        missing.extend(others);
         Ok(missing)
     }
 

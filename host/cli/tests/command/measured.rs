@@ -561,6 +561,20 @@ fn readings_that_repeat_better_than_any_machine_are_named() {
 }
 
 #[test]
+fn readings_that_are_zero_everywhere_are_named() {
+    let folder = Folder::new();
+    let file = folder.file("x.csv", runs("um", [[0.0, 0.0]; 3]));
+    let said = plain(&trueaxis(&["measured", &example("kolibri/machine.toml"), &file]).stderr);
+    let parts = [
+        "the readings of X are 0.0000 µm everywhere: no machine is as good",
+        "look whether the instrument was read",
+    ];
+    for part in parts {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
 fn the_sign_of_readings_is_said_because_nothing_shows_it() {
     let folder = Folder::new();
     let file = folder.file("x.csv", runs("um", [[0.1, -0.4], [2.2, 1.3], [5.1, 4.0]]));

@@ -108,6 +108,18 @@ fn displacements_in_another_unit_or_sense_are_named() {
 }
 
 #[test]
+fn readings_that_are_zero_everywhere_are_named() {
+    let (_, said) = with("laser", "displacement_um", &|_, _| 0.0);
+    let parts = [
+        "readings of laser are the same: no machine is as good",
+        "look whether the instrument was read",
+    ];
+    for part in parts {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
 fn lengths_whose_deviations_have_the_other_sign_are_named_however_exact_they_are_said_to_be() {
     let folder = Folder::new();
     let observed = std::fs::read_to_string(observations(&folder, &[])).unwrap();
@@ -116,7 +128,7 @@ fn lengths_whose_deviations_have_the_other_sign_are_named_however_exact_they_are
     let place = |name: &str| header.iter().position(|cell| *cell == name).unwrap();
     let [length, sigma] = ["length_mm", "sigma_um"].map(place);
     // With a small uncertainty the machine is fitted to them, and all else seems to be wrong.
-    for stated in ["0.5", "0.1"] {
+    for stated in ["0.5", "0.1", "0.02", "0.005"] {
         let changed: String = (observed.lines())
             .map(|line| {
                 let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();

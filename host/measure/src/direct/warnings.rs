@@ -238,6 +238,15 @@ pub fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
             "correct `unit`, if it is another one",
         );
     }
+    if range == 0.0 && line.targets.len() > 2 {
+        return doubt(
+            format!(
+                "are {:.4} {unit} everywhere: no machine is as good",
+                low * per_unit
+            ),
+            "look whether the instrument was read",
+        );
+    }
     let rounded = FINE * ROUNDED * small;
     let too_fine = |[what, then]: [&str; 2], value: f64| {
         doubt(

@@ -104,16 +104,19 @@ fn scales(machine: &Machine) -> impl Iterator<Item = Parameter> {
     linear.into_iter().map(Parameter::scale)
 }
 
-fn backlash(machine: &Machine, directions: &[bool]) -> impl Iterator<Item = Parameter> {
-    let known = machine.axes.iter().zip(directions);
-    known.filter(|(_, known)| **known).map(|(axis, _)| {
-        let letter = axis.letter.char();
-        Parameter {
-            component: direction(letter) + if axis.letter.is_rotary() { 3 } else { 0 },
-            axis: letter,
-            kind: ParameterKind::Backlash,
-        }
-    })
+/// Of the axes that are marked.
+pub(super) fn backlash(machine: &Machine, axes: &[bool]) -> impl Iterator<Item = Parameter> {
+    let marked = machine.axes.iter().zip(axes);
+    marked
+        .filter(|(_, is_marked)| **is_marked)
+        .map(|(axis, _)| {
+            let letter = axis.letter.char();
+            Parameter {
+                component: direction(letter) + if axis.letter.is_rotary() { 3 } else { 0 },
+                axis: letter,
+                kind: ParameterKind::Backlash,
+            }
+        })
 }
 
 /// Without degrees and harmonics above the maximum.

@@ -60,6 +60,10 @@ fn unseen(machine: &Machine, identified: &Identified, unknown: &NotKnown) -> Str
             &unknown.motions,
             "no motion of it was measured: give runs of it to the same command, or probe balls",
         ),
+        (
+            &unknown.backlash,
+            "no row says from which side the axis came, or all from one: measure runs in both directions, or if there is none, move it to [parameters] with 0",
+        ),
     ] {
         for parameter in parameters {
             let per_unit = if parameter.is_angular() { 1e-3 } else { 1.0 };

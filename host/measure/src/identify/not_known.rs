@@ -1,6 +1,6 @@
 //! What an identification cannot know of a machine.
 
-use super::candidates::{Form, of_degree};
+use super::candidates::{self, Form, of_degree};
 use super::elsewhere::Elsewhere;
 use super::noise::{Component, Source};
 use super::{HeldOut, Honesty, Identified, IdentifyError, Problem, Unknown};
@@ -16,10 +16,13 @@ pub struct NotKnown {
     /// points show what every motion does to the tip, and the misfit has what the model lacks; distances and angles on
     /// single lines and circles do not.
     pub motions: Vec<Parameter>,
+    /// Backlash of axes that no row says to have come from both sides, unless the error file had it.
+    pub backlash: Vec<Parameter>,
     /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, where it was measured; `None`
     /// if only angles were.
     pub misfit: Option<f64>,
-    /// Standard deviation (rad) of a component of the tool's direction by the same; `None` if no angle was measured.
+    /// Standard deviation (rad) of a component of the tool's direction by the same; `None` if angles were not measured over
+    /// all axes and both ways across the tool.
     pub misfit_of_direction: Option<f64>,
 }
 
@@ -39,8 +42,9 @@ impl NotKnown {
         Ok(Self {
             hidden: problem.hidden_by_stylus(identified)?,
             motions: motions(problem, identified),
+            backlash: backlash(problem, identified),
             misfit: misfit.map(|misfit| libm::hypot(misfit, of_stylus)),
-            misfit_of_direction: of_direction(identified),
+            misfit_of_direction: of_direction(problem, identified),
         })
     }
 }
@@ -128,12 +132,26 @@ fn beyond_noise(one: &Component) -> f64 {
     (one.noise * one.noise - noise * noise).max(0.0).sqrt()
 }
 
-/// The misfit of what reads directions (rad).
-fn of_direction(identified: &Identified) -> Option<f64> {
+/// The misfit of what reads directions (rad), if that was read both ways across the tool while every axis moved: a level on
+/// one axis does not show how another one tilts.
+fn of_direction(problem: &Problem<'_>, identified: &Identified) -> Option<f64> {
     let mut all = identified.components.iter();
     let angles = all.find(|one| one.source == Source::Observations(Kind::Angle))?;
-    Some(beyond_noise(angles) / LEVER)
+    let rows = problem.observed.rows.iter();
+    let rows: Vec<_> = rows.filter(|row| row.kind == Kind::Angle).collect();
+    let machine = problem.machine;
+    let moves = |axis: usize| rows.iter().any(|row| row.q[axis] != rows[0].q[axis]);
+    let mut across = (0..3).filter(|k| *k != machine.tool_axis);
+    let is_read = |k: usize| {
+        rows.iter()
+            .any(|row| row.commanded.about_tool()[k].abs() > SLANTED)
+    };
+    let is_measured = (0..machine.axes.len()).all(moves) && across.all(is_read);
+    is_measured.then(|| beyond_noise(angles) / LEVER)
 }
+
+/// A reading counts for a direction that has at least this part of it.
+const SLANTED: f64 = 0.1;
 
 /// The error motions that have neither a table nor a coefficient, if no tip was measured in space.
 fn motions(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
@@ -170,4 +188,23 @@ fn motions(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
         }
     }
     all
+}
+
+/// The backlash of axes of which no two rows come from different sides.
+fn backlash(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
+    let machine = problem.machine;
+    let comes_from = |axis: usize, side: f64| {
+        let mut signs = problem
+            .commands()
+            .map(|(_, situation)| situation.sign[axis]);
+        signs.any(|sign| sign == side)
+    };
+    let is_unseen = |axis: usize| !(comes_from(axis, 1.0) && comes_from(axis, -1.0));
+    let unseen: Vec<bool> = (0..machine.axes.len()).map(is_unseen).collect();
+    let errors = &identified.errors;
+    let is_known =
+        |p: &Parameter| errors.parameters.contains_key(p) || errors.is_tabulated(machine, p);
+    candidates::backlash(machine, &unseen)
+        .filter(|p| !is_known(p))
+        .collect()
 }

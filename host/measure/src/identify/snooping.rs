@@ -70,18 +70,14 @@ impl Misread {
             Kind::Point => &[],
         };
         let is_clear = factor.abs() > CRITICAL * uncertainty;
-        let is_near = |one: &&Self| {
-            let off = (factor - one.factor).abs();
-            off < SAME_FACTOR * one.factor.abs()
-                || off < CRITICAL * uncertainty && off < LOOSELY * one.factor.abs()
-        };
+        let is_near = |one: &&Self| (factor - one.factor).abs() < NEAR * one.factor.abs();
         all.iter().find(is_near).copied().filter(|_| is_clear)
     }
 }
 
-/// A measured factor is a known one if it is within this part of it; or within chance, and this part.
-const SAME_FACTOR: f64 = 0.1;
-const LOOSELY: f64 = 0.4;
+/// A measured factor is a known one if it is nearer to it than to 0. It is found too small rather than too large: smaller
+/// readings have less noise, too, and with a small stated uncertainty the machine was fitted to them.
+const NEAR: f64 = 0.5;
 
 /// A suspect, and the displacement with which it would fit the others.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! What to check before the parameters are trusted.
 
 use super::{Outcome, runs};
+use crate::formats::observations::Observation;
 use crate::identify::{
     Component, Contradicted, Lacking, Model, Stated, contradicted, lacks, repeated,
 };
@@ -33,7 +34,7 @@ pub enum WarningKind {
     FitBadly,
     /// A stated place or length of a set-up that the other measurements contradict.
     Contradicted,
-    /// Readings that were copied.
+    /// Readings that were copied, or are all the same.
     Repeated,
     /// Residuals that the stated uncertainty does not explain.
     Misstated,
@@ -104,6 +105,7 @@ impl Outcome<'_> {
         let copies = repeated(&self.observations, identified);
         let copies = copies.iter().map(|one| one.sentence(&self.observations));
         warn(Kind::Repeated, copies.collect());
+        warn(Kind::Repeated, self.always_the_same());
         // Wrong readings make the residuals of a whole source larger.
         if self.suspicions.is_empty() {
             let wrong = (identified.components.iter()).filter(|one| one.is_misstated());
@@ -183,6 +185,26 @@ impl Outcome<'_> {
             all.rows.len(),
             untrusted.join(", ")
         )]
+    }
+
+    /// Set-ups of several positions with one and the same reading.
+    fn always_the_same(&self) -> Vec<String> {
+        let all = &self.observations;
+        let same = all.setups.iter().enumerate().filter_map(|(index, setup)| {
+            let own = all.rows.iter().filter(|row| row.setup == index);
+            let own: Vec<&Observation> = own.collect();
+            let first = own.first()?;
+            let is_same = own.iter().all(|row| row.value == first.value);
+            let moves = own.iter().any(|row| row.position != first.position);
+            (is_same && moves && own.len() > 2).then(|| {
+                format!(
+                    "all {} readings of {} are the same: no machine is as good, look whether the instrument was read",
+                    own.len(),
+                    setup.name
+                )
+            })
+        });
+        same.collect()
     }
 
     fn stylus(&self) -> Vec<String> {

@@ -3,7 +3,7 @@
 
 use super::limits::Quantity;
 use crate::tested::{self, CircleFound, PositioningFound, Tests};
-use crate::volumetric::remaining;
+use crate::volumetric::remaining_at;
 use crate::{ReportError, Subject};
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -14,15 +14,12 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::{MISFIT_MEAN, MISFIT_P95, TURN_MEAN, TURN_P95, probed_zone};
-use trueaxis_tables::validate::{Command, Quality, Region, random_commands};
+use trueaxis_tables::validate::{Command, Region, Statistics, random_commands};
 
 /// Number of drawn machines: the ends of a 95 % interval are then those of 94 to 96 %.
 pub(crate) const DRAWS: usize = 1000;
 /// Random positions at which the volumetric error of each is computed. Their choice widens the interval.
 const POSITIONS: usize = 1000;
-/// Standard uncertainty of what 95 % of n values do not exceed, in standard deviations over √n: that of the normal
-/// distribution, √(0.95·0.05) over its density there.
-const OF_P95: f64 = 2.11;
 /// Makes the draws differ from those of positions.
 const OWN: u64 = 0x00ce_47f1;
 
@@ -156,6 +153,30 @@ impl Sampled {
     fn exact(value: f64) -> Self {
         Self { value, choice: 0.0 }
     }
+
+    fn mean(all: impl Iterator<Item = f64>) -> Self {
+        let found = Statistics::of(all);
+        let variance = (found.rms * found.rms - found.mean * found.mean).max(0.0);
+        Self {
+            value: found.mean,
+            choice: (variance / POSITIONS as f64).sqrt(),
+        }
+    }
+
+    /// Where a rotary axis cannot turn the tool, a few positions have most of the error of direction. So the uncertainty is
+    /// of no distribution: the number of values below the true one is binomial, and its standard deviation is one of ranks.
+    fn p95(all: impl Iterator<Item = f64>) -> Self {
+        let mut all: Vec<f64> = all.collect();
+        all.sort_by(f64::total_cmp);
+        let value = Statistics::of(all.iter().copied()).p95;
+        let n = all.len() as f64;
+        let ranks = (n * 0.95 * 0.05).sqrt();
+        let at = |rank: f64| all[(rank.max(0.0) as usize).min(all.len() - 1)];
+        Self {
+            value,
+            choice: 0.5 * (at(0.95 * n + ranks) - at(0.95 * n - ranks)),
+        }
+    }
 }
 
 /// Mean and 95 % interval, with equal probabilities beyond both ends.
@@ -214,12 +235,12 @@ fn values(
     quantities: &[Quantity],
 ) -> Result<Vec<Option<Sampled>>, ReportError> {
     let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
-    let at = |is_of_zone: bool| -> Result<Option<Quality>, ReportError> {
+    let at = |is_of_zone: bool| -> Result<Option<Vec<[f64; 2]>>, ReportError> {
         let is_this = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { is_probed, .. } if *is_probed == is_of_zone);
         if !quantities.iter().any(is_this) {
             return Ok(None);
         }
-        remaining(subject, &commands[usize::from(is_of_zone)]).map(Some)
+        remaining_at(subject, &commands[usize::from(is_of_zone)]).map(Some)
     };
     let volumetric = [at(false)?, at(true)?];
     let tests = match quantities.iter().all(is_volumetric) {
@@ -231,20 +252,13 @@ fn values(
             at_tip,
             is_mean,
             is_probed,
-        } => volumetric[usize::from(*is_probed)].map(|found| {
-            let found = match at_tip {
-                true => found.translation_um,
-                false => found.direction_urad,
-            };
-            let scatter = (found.rms * found.rms - found.mean * found.mean)
-                .max(0.0)
-                .sqrt();
-            let choice = scatter / (POSITIONS as f64).sqrt();
-            let (value, choice) = match is_mean {
-                true => (found.mean, choice),
-                false => (found.p95, OF_P95 * choice),
-            };
-            Sampled { value, choice }
+        } => volumetric[usize::from(*is_probed)].as_ref().map(|found| {
+            let (part, unit) = if *at_tip { (0, 1e3) } else { (1, 1e6) };
+            let all = found.iter().map(|errors| errors[part] * unit);
+            match is_mean {
+                true => Sampled::mean(all),
+                false => Sampled::p95(all),
+            }
         }),
         Quantity::Circle(what, plane) => {
             let plane: String = plane.iter().collect();

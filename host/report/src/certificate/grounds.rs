@@ -105,8 +105,7 @@ impl<'a> Grounds<'a> {
             };
             errors.parameters.contains_key(&backlash) || errors.is_tabulated(machine, &backlash)
         };
-        let axis = axes.into_iter().find(|axis| !is_known(axis))?;
-        Some(format!("the backlash of {axis} was not measured"))
+        axes.into_iter().find(|axis| !is_known(axis)).map(backlash)
     }
 
     /// The first error that was not measured and changes the quantity. Scales have their own rule: what all axes have in
@@ -115,7 +114,10 @@ impl<'a> Grounds<'a> {
         let unseen = self.subject.errors.unseen.keys();
         let mut unseen = unseen.filter(|p| **p != Parameter::scale(p.axis));
         let one = unseen.find(|p| matters(self.subject, **p, quantity))?;
-        Some(format!("{one} was not measured"))
+        Some(match one.kind {
+            ParameterKind::Backlash => backlash(one.axis),
+            _ => format!("{one} was not measured"),
+        })
     }
 
     /// The first axis whose use by the quantity is not within the probed range.
@@ -204,4 +206,8 @@ fn depends_on_length(quantity: Quantity) -> bool {
         Quantity::Diagonal(_) => true,
         Quantity::Validation { .. } => false,
     }
+}
+
+fn backlash(axis: char) -> String {
+    format!("the backlash of {axis} was not measured")
 }
