@@ -7,6 +7,7 @@ use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::Unknown;
 use trueaxis_measure::plan::{Judgement, Ratios, Setup, Spread, Unreachable, added};
 use trueaxis_model::errors::Parameter;
+use trueaxis_model::explain::MinimalParameters;
 
 /// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
 /// their units.
@@ -21,6 +22,8 @@ pub struct Answer<'a> {
     unknowns: usize,
     rank: usize,
     condition: f64,
+    independent_constants: usize,
+    location_errors: usize,
     parameters: Vec<One>,
     tip_um: Over,
     direction_urad: Over,
@@ -113,6 +116,7 @@ impl<'a> Answer<'a> {
     ) -> Self {
         let machine = setup.machine;
         let [observations, setups] = observed(setup);
+        let minimal = MinimalParameters::of(machine);
         let foreseen = &judgement.foreseen;
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
         let add = |unknown: &Unknown| {
@@ -129,6 +133,8 @@ impl<'a> Answer<'a> {
             unknowns: foreseen.unknowns,
             rank: foreseen.rank,
             condition: foreseen.condition,
+            independent_constants: minimal.all(),
+            location_errors: minimal.locations(),
             parameters: (parameters.map(|(parameter, uncertainty)| One {
                 parameter: parameter.to_string(),
                 standard_uncertainty: uncertainty,
@@ -199,12 +205,13 @@ pub fn screen(
     let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
     let machine = setup.machine;
     let mut text = format!(
-        "{}: {}\nrank {} of {}, condition {:.0}\n\n",
+        "{}: {}\nrank {} of {}, condition {:.0}\n{}\n\n",
         machine.name,
         counted(setup, strategy, minutes),
         foreseen.rank,
         foreseen.unknowns,
-        foreseen.condition
+        foreseen.condition,
+        MinimalParameters::of(machine)
     );
     parameters(&mut text, judgement, other);
     let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
