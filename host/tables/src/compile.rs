@@ -16,6 +16,7 @@ mod warnings;
 use crate::schemes::{self, Effort, Finder, Scheme, SchemeError};
 pub use crate::size::Size;
 use crate::target::Shortage;
+use crate::target::Target;
 use crate::validate::{DrawError, Runtime};
 pub use best::{Best, FINEST, TOLERANCES, best};
 pub use bounds::{AxisBounds, REVERSAL};
@@ -53,6 +54,21 @@ impl Default for Options {
             allow_large: false,
             random: 20_000,
             seed: 1,
+        }
+    }
+}
+
+impl Options {
+    /// The default options for a target.
+    #[must_use]
+    pub fn of(target: Target) -> Self {
+        Self {
+            tables: schemes::Options {
+                format: target.samples,
+                target,
+                ..schemes::Options::default()
+            },
+            ..Self::default()
         }
     }
 }

@@ -10,10 +10,15 @@ pub use site::{Corrects, Errand, Moves, Site};
 use super::Outcome;
 use super::Outcome::CheckFailed;
 use super::bad_input::BadInput;
-use super::files::{self, Text};
+use super::compile;
+use super::files::{self, MachineFiles, Text};
 use super::identify::{self, no_model};
+use super::number::positive;
+use super::plan;
 use super::probing::asked;
-use super::run_words;
+use super::probings::said;
+use super::qualify;
+use super::target;
 use super::touch_options::Touching;
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
@@ -25,8 +30,9 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::formats::validation::{Gain, Scatter, Validation};
 use trueaxis_measure::identify::{Model, Stated, scatters};
-use trueaxis_measure::plan::{Probe, Setup, validation};
-use trueaxis_measure::spheres::{read_log, to_probings};
+use trueaxis_measure::plan::{Criterion, Probe, Rows, Setup, Task, validation};
+use trueaxis_measure::qualify::Known;
+use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
 use trueaxis_measure::study::{self, Request, Study};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
@@ -49,7 +55,7 @@ pub struct Options {
     #[arg(long, value_name = "N")]
     probings: Option<usize>,
     /// Longest time for probing
-    #[arg(long, value_name = "MIN", conflicts_with = "probings")]
+    #[arg(long, value_name = "MIN", conflicts_with = "probings", value_parser = positive)]
     minutes: Option<f64>,
     /// Positions that rotary axes may take (default: their travel)
     #[arg(long, value_name = "A=FROM:TO:STEP,…")]
@@ -136,11 +142,11 @@ pub struct Calibration<'a> {
     model: String,
     folder: PathBuf,
     /// What identification found, once it has.
-    known: OnceCell<Known>,
+    known: OnceCell<Basis>,
 }
 
 /// What a calibration rests on, of the identification that it loads.
-struct Known {
+struct Basis {
     stylus: Vector3<f64>,
     /// Of a coordinate (mm).
     noise: f64,
@@ -150,7 +156,7 @@ struct Known {
     missing: Vec<Parameter>,
 }
 
-impl Known {
+impl Basis {
     fn of(found: &study::Outcome<'_>) -> Self {
         Self {
             stylus: found.identified.stylus,
@@ -235,13 +241,7 @@ impl<'a> Calibration<'a> {
         self.file(name).display().to_string()
     }
 
-    /// Shows a command, and runs it.
-    fn step(&self, words: &[String]) -> Result<Outcome, BadInput> {
-        self.show(words)?;
-        run_words(words)
-    }
-
-    /// Shows the command that does what comes next.
+    /// Shows the command that would do by itself what comes next.
     fn show(&self, words: &[String]) -> Result<(), BadInput> {
         let quoted = |word: &String| match word.contains(char::is_whitespace) {
             true => format!("'{word}'"),
@@ -272,8 +272,8 @@ impl<'a> Calibration<'a> {
         }
         add("-o", self.text("strategy.csv"));
         words.push("--keep-clear".to_owned());
-        self.step(&words)?;
-        let strategy = files::read_strategy(&self.file("strategy.csv"), &self.machine)?;
+        self.show(&words)?;
+        let strategy = self.planned()?;
         if let Some(ball) = &options.qualify {
             files::write(
                 &self.file(POSES_FILE),
@@ -291,6 +291,34 @@ impl<'a> Calibration<'a> {
             &self.file("validation.csv"),
             probings::write_strategy(&validation, &self.machine).as_bytes(),
         )
+    }
+
+    /// The strategy, proposed and written.
+    fn planned(&self) -> Result<Probings, BadInput> {
+        let (options, machine) = (self.options, &self.machine);
+        let setup = Setup {
+            balls: plan::known_balls(&self.artefact, &options.artefact)?,
+            ..self.setup()?
+        };
+        let minutes = |rows: usize| rows as f64 * plan::SECONDS / 60.0;
+        let fitting = options.minutes.map(|given| (given / minutes(1)) as usize);
+        let task = Task {
+            setup: &setup,
+            model: &self.model.parse().map_err(no_model)?,
+            degree: 1,
+            assumed: &ErrorModel::perfect(machine),
+            rows: Rows::Best {
+                indexings: options.indexings.as_deref(),
+                probings: fitting.or(options.probings),
+                criterion: Criterion::default(),
+            },
+        };
+        let planned = task.plan().map_err(|error| plan::refused(&error))?;
+        let strategy = &planned.judgement.strategy;
+        let csv = probings::write_strategy(strategy, machine);
+        files::write(&self.file("strategy.csv"), csv.as_bytes())?;
+        plan::show(&setup, &planned, minutes(strategy.rows.len()))?;
+        files::read_strategy(&self.file("strategy.csv"), machine)
     }
 
     /// Rows of a ball at rotary positions that are far from each other, on which the probe is qualified.
@@ -398,7 +426,7 @@ impl<'a> Calibration<'a> {
         Ok(true)
     }
 
-    fn qualify(&self) -> Result<Outcome, BadInput> {
+    fn qualify(&self) -> Result<(), BadInput> {
         let diameter = self.options.touching.ball_diameter().unwrap_or(0.0);
         let words = [
             "qualify",
@@ -409,7 +437,19 @@ impl<'a> Calibration<'a> {
             "-o",
             &self.text("probe.toml"),
         ];
-        self.step(&words.map(str::to_owned))
+        self.show(&words.map(str::to_owned))?;
+        let known = Known {
+            radius: diameter / 2.0,
+            radius_uncertainty: 0.0,
+            place: None,
+            tip: self.machine.tip.into(),
+            stylus: None,
+            orders: qualify::ORDERS_OF_LOBES,
+        };
+        let (found, log) = qualify::qualified(&self.machine, &known, &self.file("ball.csv"))?;
+        let output = self.file("probe.toml");
+        files::write(&output, found.file.to_toml().as_bytes())?;
+        qualify::show(&found, &log, &known, Some(&output))
     }
 
     fn identify(&self) -> Result<Outcome, BadInput> {
@@ -436,7 +476,13 @@ impl<'a> Calibration<'a> {
             "-o",
             &self.text("probings.csv"),
         ];
-        self.step(&owned(&words))?;
+        self.show(&owned(&words))?;
+        let found = self.touched("strategy.csv", &self.file("touches.csv"))?;
+        let output = self.file("probings.csv");
+        let csv = probings::write(&found.probings, &self.machine);
+        files::write(&output, csv.as_bytes())?;
+        let said = said(&found, false);
+        files::print(&format!("{}: {said}", output.display()))?;
         let words = [
             "identify",
             &machine,
@@ -456,7 +502,7 @@ impl<'a> Calibration<'a> {
         self.identified(|found| {
             let errors = identify::write(found, &self.file("errors.toml"))?;
             identify::show(found, &errors, false)?;
-            self.known.get_or_init(|| Known::of(found));
+            self.known.get_or_init(|| Basis::of(found));
             Ok(identify::warn(found))
         })
     }
@@ -503,16 +549,28 @@ impl<'a> Calibration<'a> {
     }
 
     fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
+        let target = site.target(&self.file("board.toml"))?;
         let words = [
             "compile",
             &self.options.machine.display().to_string(),
             &self.text("errors.toml"),
             "--target",
-            &site.target(&self.file("board.toml"))?,
+            &target,
             "-o",
             &self.text("machine.trax"),
         ];
-        self.step(&words.map(str::to_owned))
+        self.show(&words.map(str::to_owned))?;
+        let files = MachineFiles {
+            machine: self.options.machine.clone(),
+            errors: self.file("errors.toml"),
+        };
+        let blob = self.file("machine.trax");
+        let compiled = compile::usual(&files, blob, target::read(&target)?)?;
+        compiled.show()?;
+        Ok(match compiled.made.is_right() {
+            true => Outcome::Done,
+            false => CheckFailed,
+        })
     }
 
     /// Something over the travel with the identified errors.
@@ -637,9 +695,9 @@ impl<'a> Calibration<'a> {
         Ok(validation.is_kept)
     }
 
-    /// Probings from a log of the validation.
-    fn probings(&self, log: &Path) -> Result<Probings, BadInput> {
-        let strategy = files::read_strategy(&self.file("validation.csv"), &self.machine)?;
+    /// Probings from a log of the touches of a strategy.
+    fn touched(&self, strategy: &str, log: &Path) -> Result<LogContents, BadInput> {
+        let strategy = files::read_strategy(&self.file(strategy), &self.machine)?;
         let text = Text::read(log)?;
         let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
         let perfect = ErrorModel::perfect(&self.machine);
@@ -650,7 +708,12 @@ impl<'a> Calibration<'a> {
             .map(|probe| probe.shape)
             .unwrap_or_default();
         let found = to_probings(&self.machine, &strategy, &touched, None, &lobing, &perfect);
-        Ok(found.map_err(|e| text.bad(e))?.probings)
+        found.map_err(|e| text.bad(e))
+    }
+
+    /// Probings that validate.
+    fn validating(&self, log: &Path) -> Result<Probings, BadInput> {
+        Ok(self.touched("validation.csv", log)?.probings)
     }
 
     fn errors(&self) -> Result<ErrorModel, BadInput> {
@@ -696,11 +759,11 @@ impl<'a> Calibration<'a> {
     }
 
     /// What identification found, of the files in the folder if that step was done before.
-    fn known(&self) -> Result<&Known, BadInput> {
+    fn known(&self) -> Result<&Basis, BadInput> {
         match self.known.get() {
             Some(known) => Ok(known),
             None => {
-                let known = self.identified(|found| Ok(Known::of(found)))?;
+                let known = self.identified(|found| Ok(Basis::of(found)))?;
                 Ok(self.known.get_or_init(|| known))
             }
         }
@@ -737,10 +800,10 @@ impl<'a> Calibration<'a> {
                 largest_um: apart.iter().copied().fold(0.0, f64::max) * 1e3,
             }
         };
-        let before = self.probings(&self.file("before.csv"))?;
+        let before = self.validating(&self.file("before.csv"))?;
         let balls: Vec<usize> = before.rows.iter().map(|row| row.ball).collect();
         let before = distances(&before);
-        let after = distances(&self.probings(after)?);
+        let after = distances(&self.validating(after)?);
         let gain = Gain::of(&balls, &before, &after);
         let probings = before.len();
         let (before, after) = (scatter(&before), scatter(&after));

@@ -1,6 +1,9 @@
 //! `trueaxis compile`
 
 mod answer;
+mod wanted;
+
+pub use wanted::usual;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -15,20 +18,19 @@ use super::progress::Bar;
 use super::random::Random;
 use super::scheme::SchemeArguments;
 use super::target;
-use super::verdict;
-use answer::Answer;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{self as report, Compensation, Document, Model};
+use trueaxis_report::{self as report, Document, Model};
 use trueaxis_tables::compile::{self, CompileError};
-use trueaxis_tables::made::{Made, Proven, Whole};
+use trueaxis_tables::made::{Made, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
+use wanted::Wanted;
 
 /// Turn a machine and its errors into a compensation, and verify it
 ///
@@ -98,12 +100,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// A compensation to make, and the file that it is for.
-struct Wanted {
-    output: PathBuf,
-    options: compile::Options,
-}
-
 #[derive(Clone, Copy, ValueEnum)]
 enum Samples {
     /// 4 bytes each
@@ -114,42 +110,11 @@ enum Samples {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let files = &arguments.files;
-    let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
-    let target_file = Path::new(&arguments.target);
-    if target_file.exists() {
-        inputs.push(target_file);
-    }
-    if files::is_screen(&arguments.output) {
-        return Err(BadInput::new(
-            "-o -: a compensation is not text, and does not go to the screen",
-            "give -o the name of a file",
-        ));
-    }
-    files::prepare(&arguments.output, &inputs)?;
-    let target = target::read(&arguments.target)?;
-    let (machine, errors) = files.read()?;
-    let wanted = arguments.wanted(&machine, target)?;
-    for one in &wanted {
-        files::prepare(&one.output, &inputs)?;
-    }
-    if let Some(page) = &arguments.report {
-        files::prepare(page, &inputs)?;
-        if wanted.len() > 1 || *page == arguments.output {
-            return Err(BadInput::new(
-                "--report is for one compensation, and a file of its own",
-                "compile one position of the rotary axes at a time, or run `trueaxis report` for each file",
-            ));
-        }
-    }
+    let (wanted, machine, errors) = arguments.prepared()?;
     let bar = Bar::new();
-    let made: Result<Vec<Made>, BadInput> = wanted
-        .iter()
-        .map(|one| {
-            let made = Made::new(&machine, &errors, &one.options, arguments.tolerance, &bar);
-            made.map_err(|error| error_source::compile(error, files, &machine, &errors))
-        })
-        .collect();
-    let made = made?;
+    let made = (wanted.iter())
+        .map(|one| one.make(files, &machine, &errors, &bar))
+        .collect::<Result<Vec<Made>, BadInput>>()?;
     drop(bar);
     // Write either all files or none.
     let written = made
@@ -157,11 +122,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .all(|one| one.may_be_written(arguments.best_effort));
     let (mut answers, mut verdicts) = (Vec::new(), Vec::new());
     for (wanted, made) in wanted.iter().zip(&made) {
-        if let (true, Made::Proven(made)) = (written, made) {
-            files::write(&wanted.output, &made.best.built.blob)?;
+        if written {
+            wanted.write(made)?;
         }
-        answers.push(arguments.answer(&machine, wanted, made, written));
-        verdicts.push(arguments.verdict(&machine, &errors, wanted, made)?);
+        answers.push(wanted.answer(&machine, made, written));
+        verdicts.push(match arguments.json {
+            true => String::new(),
+            false => wanted.verdict(&machine, &errors, made)?,
+        });
     }
     answer::print(&answers, &verdicts, arguments.json)?;
     // The report takes longer than the rest of many compensations.
@@ -177,6 +145,38 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
+    /// What to make of which machine; refuses outputs that cannot be written, or that are inputs.
+    fn prepared(&self) -> Result<(Vec<Wanted>, Machine, ErrorModel), BadInput> {
+        let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
+        let target_file = Path::new(&self.target);
+        if target_file.exists() {
+            inputs.push(target_file);
+        }
+        if files::is_screen(&self.output) {
+            return Err(BadInput::new(
+                "-o -: a compensation is not text, and does not go to the screen",
+                "give -o the name of a file",
+            ));
+        }
+        files::prepare(&self.output, &inputs)?;
+        let target = target::read(&self.target)?;
+        let (machine, errors) = self.files.read()?;
+        let wanted = self.wanted(&machine, target)?;
+        for one in &wanted {
+            files::prepare(&one.output, &inputs)?;
+        }
+        if let Some(page) = &self.report {
+            files::prepare(page, &inputs)?;
+            if wanted.len() > 1 || *page == self.output {
+                return Err(BadInput::new(
+                    "--report is for one compensation, and a file of its own",
+                    "compile one position of the rotary axes at a time, or run `trueaxis report` for each file",
+                ));
+            }
+        }
+        Ok((wanted, machine, errors))
+    }
+
     /// The files to make: one, or one for each position of the rotary axes.
     fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
         let schemes = self.scheme.schemes(machine)?;
@@ -188,45 +188,12 @@ impl Arguments {
                     false => beside(&self.output, &place),
                 },
                 options: self.options(machine, target.clone(), scheme)?,
+                asked: self.tolerance,
+                zero_at: self.zero_at.clone(),
+                is_verbose: self.verbose,
             })
         });
         wanted.collect()
-    }
-
-    /// The report's verdict for the screen, or `None` without a compensation.
-    fn verdict(
-        &self,
-        machine: &Machine,
-        errors: &ErrorModel,
-        wanted: &Wanted,
-        made: &Made,
-    ) -> Result<String, BadInput> {
-        let (false, Made::Proven(made)) = (self.json, made) else {
-            return Ok(String::new());
-        };
-        let runtime = Runtime::load(&made.best.built.blob)
-            .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
-        let compensation = self.compensation(&runtime, wanted, made);
-        let found = report::verdict(machine, errors, Some(compensation), self.random.seed);
-        Ok(verdict::lines(
-            &found.map_err(|error| super::report::bad(&error))?,
-        ))
-    }
-
-    /// The compensation, as a report takes it.
-    fn compensation<'a>(
-        &self,
-        runtime: &'a Runtime<'a>,
-        wanted: &'a Wanted,
-        made: &'a Whole,
-    ) -> Compensation<'a> {
-        Compensation {
-            runtime,
-            proof: &made.best.proof,
-            uncertainty: made.uncertainty.as_ref(),
-            zero_at: wanted.options.tables.zero_at.as_deref(),
-            tolerance_um: made.best.tolerance,
-        }
     }
 
     /// Writes the page if `--report` was given.
@@ -259,7 +226,7 @@ impl Arguments {
         ] {
             document.files.push(files::described(role, path)?);
         }
-        let compensation = self.compensation(&runtime, wanted, made);
+        let compensation = wanted.compensation(&runtime, made);
         let found = report::report(machine, errors, Some(compensation), None, document);
         let found = found.map_err(|error| super::report::bad(&error))?;
         let blame =
@@ -268,56 +235,6 @@ impl Arguments {
         let zero = zero.map_err(|error| blame(error.into()))?;
         let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
         super::report::write_page(page, &found, &model)
-    }
-
-    /// Collects the results for output.
-    fn answer<'a>(
-        &'a self,
-        machine: &'a Machine,
-        wanted: &'a Wanted,
-        made: &'a Made,
-        written: bool,
-    ) -> Answer<'a> {
-        let tables = &wanted.options.tables;
-        let tolerance = made.tolerance().unwrap_or(1e3 * tables.tolerance);
-        let policy = stored(tables.policy);
-        let answer = Answer {
-            file: &wanted.output,
-            machine: &machine.name,
-            scheme: wanted.options.scheme.name(),
-            zero_at: self.zero_at.as_deref(),
-            policy: policy.into(),
-            stored: policy,
-            target: &tables.target,
-            tolerance_um: tolerance,
-            tolerance_urad: tolerance_urad(tables.policy, tolerance),
-            meets_tolerance: false,
-            written,
-            proven: None,
-            missed: &[],
-            refusals: &[],
-            shortages: &[],
-            smaller: wanted.options.scheme.smaller(),
-            full: None,
-            fits_um: None,
-            is_verbose: self.verbose,
-            is_default: self.tolerance.is_none(),
-        };
-        match made {
-            Made::NoRoom(shortages) => Answer {
-                shortages,
-                ..answer
-            },
-            Made::Proven(made) => Answer {
-                meets_tolerance: made.best.proof.meets(tolerance),
-                proven: Some(Proven::new(made)),
-                missed: &made.missed,
-                refusals: &made.refusals,
-                full: made.best.full.as_ref(),
-                fits_um: made.best.fits_um,
-                ..answer
-            },
-        }
     }
 
     /// Options for the library.

@@ -149,14 +149,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Runs a command given as words, for commands that consist of others.
-fn run_words(words: &[String]) -> Result<Outcome, BadInput> {
-    let words = std::iter::once("trueaxis").chain(words.iter().map(String::as_str));
-    let cli = Cli::try_parse_from(words)
-        .map_err(|error| BadInput::new(error.to_string(), "see --help"))?;
-    cli.command.run()
-}
-
 #[cfg(not(target_family = "wasm"))]
 impl Command {
     fn run(self) -> Result<Outcome, BadInput> {

@@ -5,7 +5,7 @@ use super::bad_input::BadInput;
 use super::files;
 use super::identify::no_model;
 use super::number::positive;
-use super::plan_output::{Answer, screen};
+use super::plan_output::screen;
 use super::quantity::count;
 use super::touch_options::Touching;
 use clap::Args;
@@ -14,13 +14,12 @@ use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
+use trueaxis_measure::identify::Model;
 use trueaxis_measure::plan::{
-    Allowed, Collision, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched,
-    Positions, Set, Setup, Unreachable, Wanted, as_good_as, collision, design, expected, judge,
-    linuxcnc, needs_spindle, positions, steps, table,
+    Collision, Criterion, Feeds, NotTouched, PlanError, Planned, Positions, Rows, Set, Setup,
+    Summary, Task, Unreachable, collision, expected, linuxcnc, positions, steps, table,
 };
-use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
 /// Predict what probings and instruments will identify, or propose what to probe
@@ -88,7 +87,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", conflicts_with = "strategy")]
     probings: Option<usize>,
     /// Time of one probing
-    #[arg(long, value_name = "S", default_value_t = 110.0, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = positive)]
     seconds: f64,
     /// What a proposed strategy optimizes
     #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "strategy")]
@@ -143,6 +142,9 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Default of the time of one probing (s).
+pub const SECONDS: f64 = 110.0;
+
 /// A name that is valid in a G-code comment.
 fn log_name(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
@@ -163,113 +165,60 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => files::read_errors(path, &machine)?,
         None => ErrorModel::perfect(&machine),
     };
-    let assumed = &errors;
-    let observations = arguments.instruments(&machine, assumed)?;
+    let observations = arguments.instruments(&machine, &errors)?;
     let setup = arguments.setup(&machine, &artefact, &observations)?;
-    let read = |path: &PathBuf| files::read_strategy(path, &machine);
     let model: Model = arguments.model.parse().map_err(no_model)?;
-    let set = arguments.set;
-    let positions = set
-        .map(|set| arguments.positions(&setup, set))
-        .transpose()?;
-    let given = match &positions {
+    let set = arguments.set.map(|set| arguments.positions(&setup, set));
+    let set = set.transpose()?;
+    let read = |path: &Option<PathBuf>| -> Result<Option<Probings>, BadInput> {
+        let path = path.as_deref();
+        path.map(|path| files::read_strategy(path, &machine))
+            .transpose()
+    };
+    let given = match &set {
         Some(positions) => Some(positions.strategy.clone()),
         None if arguments.artefact.is_none() => Some(Probings::default()),
-        None => arguments.strategy.as_ref().map(&read).transpose()?,
+        None => read(&arguments.strategy)?,
     };
     if let (Some(strategy), true) = (&given, arguments.touching.qualifies()) {
         // Many touches of a ball qualify the probe; they need not identify anything.
         arguments.write(&setup, strategy)?;
         return arguments.qualifying(&setup, strategy);
     }
-    let directions = arguments.directions(&machine, &model, given.as_ref(), &observations)?;
-    let parameters =
-        (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
-    let not_judged = |path: &Path| {
-        let place = path.display().to_string();
-        move |error: JudgeError| {
-            BadInput::new(
-                format!("{place}: {error}"),
-                match error {
-                    JudgeError::Strategy(_) => {
-                        "correct the strategy, or where the balls are in the artefact"
-                    }
-                    JudgeError::Identify(_) if arguments.artefact.is_none() => {
-                        "read more, add probings (--artefact), or give a model with fewer parameters"
-                    }
-                    JudgeError::Identify(_) => {
-                        "probe at more rotary positions, or give a model with fewer parameters"
-                    }
-                },
-            )
-        }
+    let other = read(&arguments.as_good_as)?;
+    let task = Task {
+        setup: &setup,
+        model: &model,
+        degree: arguments.degree,
+        assumed: &errors,
+        rows: arguments.rows(given.as_ref(), other.as_ref()),
     };
-    let other = match &arguments.as_good_as {
-        Some(path) => {
-            let strategy = read(path)?;
-            let judged = judge(&setup, &parameters, &strategy, assumed);
-            Some(judged.map_err(not_judged(path))?)
-        }
-        None => None,
-    };
-    let judgement = match (&arguments.strategy, given) {
-        (path, Some(strategy)) => {
-            let first = arguments.observations.first().map(PathBuf::as_path);
-            let name = match (set, path) {
-                (Some(set), _) => Path::new(set.name()),
-                (None, Some(path)) => path,
-                (None, None) => first.unwrap_or(Path::new("")),
-            };
-            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(name))?
-        }
-        _ => {
-            let strategy =
-                arguments.propose(&setup, &parameters, &directions, assumed, other.as_ref())?;
-            let path = arguments
-                .output
-                .as_deref()
-                .unwrap_or(Path::new("the proposed strategy"));
-            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
-        }
-    };
-    arguments.write(&setup, &judgement.strategy)?;
-    if judgement.strategy.rows.iter().any(|row| row.spindle != 0.0) {
-        eprintln!(
-            "note: the strategy turns the spindle (M19){}",
-            match machine.can_orient {
-                true => "",
-                false =>
-                    ", which the machine file does not say that it can: write can_be_oriented = true under [spindle] if it can",
-            }
-        );
-    }
-    let perfect = ErrorModel::perfect(&machine);
-    let problem = Problem::new(
-        &machine,
-        &judgement.strategy,
-        &artefact,
-        &parameters,
-        &perfect,
-    )
-    .with(&observations);
-    let missing = problem.missing().map_err(|error| {
-        BadInput::new(
-            error.to_string(),
-            "correct the strategy, or where the balls are in the artefact",
-        )
-    })?;
-    if !missing.is_empty() {
-        eprintln!("warning: {}", lacks(&machine, &parameters, &missing));
-    }
-    let minutes = judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
+    let planned = task.plan().map_err(|error| arguments.refused(&error))?;
+    arguments.write(&setup, &planned.judgement.strategy)?;
+    let minutes = planned.judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
     if arguments.json {
-        let left_out = positions.map(|positions| positions.left_out);
-        let answer = Answer::new(&setup, &judgement, other.as_ref(), minutes).lacking(&missing);
-        files::print_json(&answer.leaving_out(&left_out.unwrap_or_default()))?;
+        warn(&planned);
+        files::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
     } else {
-        files::print(&screen(&setup, &judgement, other.as_ref(), minutes))?;
+        show(&setup, &planned, minutes)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Prints what people read.
+pub fn show(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> Result<(), BadInput> {
+    warn(planned);
+    files::print(&screen(setup, planned, minutes))
+}
+
+/// Prints notes and the warning.
+fn warn(planned: &Planned) {
+    for note in &planned.notes {
+        eprintln!("note: {note}");
+    }
+    if let Some(warning) = &planned.warning {
+        eprintln!("warning: {warning}");
+    }
 }
 
 /// Touches that qualify the probe, as JSON.
@@ -344,11 +293,11 @@ impl Arguments {
         artefact: &'a Artefact,
         observations: &'a Observations,
     ) -> Result<Setup<'a>, BadInput> {
-        let place = self.artefact.as_deref().unwrap_or(Path::new("")).display();
-        let known: Vec<String> = (artefact.balls.iter())
-            .filter(|b| b.nominal.is_some())
-            .map(|b| b.name.clone())
-            .collect();
+        let place = self.artefact.as_deref().unwrap_or(Path::new(""));
+        let known = match &self.artefact {
+            Some(path) => known_balls(artefact, path)?,
+            None => Vec::new(),
+        };
         let balls = if self.balls.is_empty() {
             match self.set {
                 Some(Set::ChaseTheBall) => known.iter().take(1).cloned().collect(),
@@ -359,7 +308,10 @@ impl Arguments {
         };
         if let Some(ball) = balls.iter().find(|b| !known.contains(b)) {
             return Err(BadInput::new(
-                format!("{place}: ball `{ball}` is not there, or has no nominal_mm"),
+                format!(
+                    "{}: ball `{ball}` is not there, or has no nominal_mm",
+                    place.display()
+                ),
                 "write [[ball]] with name and nominal_mm for every ball that --balls names",
             ));
         }
@@ -367,12 +319,6 @@ impl Arguments {
             return Err(BadInput::new(
                 format!("--balls names {} twice", balls[ball]),
                 "name every ball once",
-            ));
-        }
-        if balls.is_empty() && self.artefact.is_some() {
-            return Err(BadInput::new(
-                format!("{place}: there is no ball with nominal_mm"),
-                "write [[ball]] with name and nominal_mm for every ball",
             ));
         }
         Ok(Setup {
@@ -409,37 +355,6 @@ impl Arguments {
         })
     }
 
-    /// The axes whose direction of approach will be known: those stated in the strategy, or those whose backlash is
-    /// identified.
-    fn directions(
-        &self,
-        machine: &Machine,
-        model: &Model,
-        given: Option<&Probings>,
-        observations: &Observations,
-    ) -> Result<Vec<bool>, BadInput> {
-        if let Some(strategy) = given {
-            let probed = strategy.rows.iter().map(|row| &row.direction);
-            let all = probed.chain(observations.rows.iter().map(|row| &row.direction));
-            let of = |i: usize| all.clone().any(|direction| direction[i] != 0.0);
-            return Ok((0..machine.axes.len()).map(of).collect());
-        }
-        let none = vec![false; machine.axes.len()];
-        if *model == Model::Auto {
-            return Ok(none);
-        }
-        let parameters = model
-            .parameters(machine, self.degree, &none)
-            .map_err(no_model)?;
-        let backlash = |letter: char| {
-            let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
-            parameters.iter().any(of)
-        };
-        Ok((machine.axes.iter())
-            .map(|a| a.letter.is_rotary() && backlash(a.letter.char()))
-            .collect())
-    }
-
     /// A position set, with the positions that were left out.
     fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<Positions, BadInput> {
         let found = positions(setup, set);
@@ -454,56 +369,44 @@ impl Arguments {
         Ok(found)
     }
 
-    fn propose(
-        &self,
-        setup: &Setup<'_>,
-        parameters: &[Parameter],
-        directions: &[bool],
-        assumed: &ErrorModel,
-        other: Option<&Judgement>,
-    ) -> Result<Probings, BadInput> {
-        let machine = setup.machine;
-        let mut allowed = Allowed::of(machine, directions);
-        if let Some(text) = &self.indexings {
-            allowed
-                .restrict(machine, text)
-                .map_err(|e| BadInput::new(format!("--indexings: {e}"), e.remedy))?;
+    /// The rows to probe.
+    fn rows<'a>(&'a self, given: Option<&'a Probings>, other: Option<&'a Probings>) -> Rows<'a> {
+        let (indexings, criterion) = (self.indexings.as_deref(), self.best_for);
+        match (given, other) {
+            (Some(strategy), _) => Rows::Given(strategy),
+            (None, Some(other)) => Rows::AsGoodAs {
+                indexings,
+                other,
+                criterion,
+            },
+            (None, None) => Rows::Best {
+                indexings,
+                probings: (self.minutes)
+                    .map(|minutes| (minutes * 60.0 / self.seconds) as usize)
+                    .or(self.probings),
+                criterion,
+            },
         }
-        let is_said = |text: &String| text.split(',').any(|part| part.trim().starts_with("S="));
-        if !self.indexings.as_ref().is_some_and(is_said) {
-            let needs =
-                needs_spindle(setup, &allowed, parameters, assumed).map_err(not_designed)?;
-            if machine.can_orient && !needs.is_empty() {
-                allowed.index_spindle();
-            } else if !needs.is_empty() {
-                eprintln!("{}", not_oriented(machine, &needs));
-            }
-        }
-        if let Some(other) = other {
-            let criterion = self.best_for;
-            let found = as_good_as(setup, &allowed, parameters, assumed, other, criterion);
-            let found = found.map_err(not_designed)?;
-            if !found.is_whole {
-                eprintln!("note: the search was ended: fewer probings may do");
-            }
-            return found.strategy.ok_or_else(|| {
-                BadInput::new(
-                    format!(
-                        "no measurement plan with {} probings or fewer identifies all parameters as well",
-                        other.strategy.rows.len()
-                    ),
-                    "allow more positions (--indexings, --balls, --cone), or judge the strategy itself with --strategy",
-                )
-            });
-        }
-        let minutes = self
-            .minutes
-            .map(|minutes| (minutes * 60.0 / self.seconds) as usize);
-        let wanted = |rank: usize| Wanted {
-            probings: minutes.or(self.probings).unwrap_or(rank),
-            criterion: self.best_for,
+    }
+
+    /// A refusal, with the option or the file that it is about.
+    fn refused(&self, error: &PlanError) -> BadInput {
+        let PlanError::Strategy { is_other, .. } = error else {
+            return refused(error);
         };
-        design(setup, &allowed, parameters, assumed, wanted).map_err(not_designed)
+        let strategy = match is_other {
+            true => &self.as_good_as,
+            false => &self.strategy,
+        };
+        let place = match (strategy, self.set) {
+            (Some(path), _) => path.display().to_string(),
+            (None, Some(set)) => set.name().to_owned(),
+            (None, None) => match (&self.artefact, self.observations.first(), &self.output) {
+                (None, Some(path), _) | (_, _, Some(path)) => path.display().to_string(),
+                _ => "the proposed strategy".to_owned(),
+            },
+        };
+        BadInput::new(format!("{place}: {error}"), error.remedy())
     }
 
     fn write(&self, setup: &Setup<'_>, strategy: &Probings) -> Result<(), BadInput> {
@@ -536,6 +439,19 @@ impl Arguments {
     }
 }
 
+/// Names of the balls whose places are known.
+pub fn known_balls(artefact: &Artefact, path: &Path) -> Result<Vec<String>, BadInput> {
+    let known = artefact.balls.iter().filter(|ball| ball.nominal.is_some());
+    let names: Vec<String> = known.map(|ball| ball.name.clone()).collect();
+    if names.is_empty() {
+        return Err(BadInput::new(
+            format!("{}: there is no ball with nominal_mm", path.display()),
+            "write [[ball]] with name and nominal_mm for every ball",
+        ));
+    }
+    Ok(names)
+}
+
 /// A move on which two solids would come too close.
 pub fn collides(collision: &Collision) -> BadInput {
     BadInput::new(
@@ -555,42 +471,10 @@ pub fn not_reached((row, reason): (Probing, Unreachable), strategy: &Probings) -
     )
 }
 
-/// What turning the spindle would have identified.
-fn not_oriented(machine: &Machine, needs: &[Parameter]) -> String {
-    let each = needs.iter().map(|p| {
-        if p.kind != ParameterKind::Inter {
-            return p.to_string();
-        }
-        let effect = effect_over_travel(machine, *p);
-        match p.is_angular() {
-            true => format!(
-                "{p} (10 µrad move the tip by up to {:.1} µm over the travel)",
-                effect * 1e-2
-            ),
-            false => format!(
-                "{p} (10 µm move the tip by up to {:.1} µm over the travel)",
-                effect * 10.0
-            ),
-        }
-    });
-    format!(
-        "note: the spindle is not turned, for the machine file does not say that it can be oriented; that would show {}. If it can (M19), write can_be_oriented = true under [spindle]; if not, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact",
-        each.collect::<Vec<_>>().join(", ")
-    )
-}
-
-fn not_designed(error: DesignError) -> BadInput {
-    let remedy = match &error {
-        DesignError::NothingReached { .. } | DesignError::NothingAllowed => {
-            "allow more: --indexings, --cone, the balls' nominal_mm and away_from_table, the range of the axis"
-                .to_owned()
-        }
-        DesignError::TooFew { least, .. } => {
-            format!("give --probings {least} or more, or more --minutes, or a model with fewer parameters")
-        }
-        DesignError::TooFewPositions { .. } => {
-            "allow more positions (--indexings, --cone), or give a model with fewer parameters".to_owned()
-        }
-    };
-    BadInput::new(error.to_string(), remedy)
+/// Why there is no plan.
+pub fn refused(error: &PlanError) -> BadInput {
+    match error {
+        PlanError::Model(error) => no_model(error.clone()),
+        error => BadInput::new(error.to_string(), error.remedy()),
+    }
 }

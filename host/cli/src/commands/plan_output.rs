@@ -2,183 +2,14 @@
 
 use super::quantity::{EXPANDED, count, shown};
 use super::unidentifiable;
-use serde::Serialize;
-use trueaxis_measure::formats::probings::{Probing, Probings};
-use trueaxis_measure::identify::Unknown;
-use trueaxis_measure::plan::{Judgement, Ratios, Setup, Spread, Unreachable, added};
+use trueaxis_measure::formats::probings::Probings;
+use trueaxis_measure::plan::{Judgement, Planned, Setup, Spread};
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::MinimalParameters;
 
-/// The results as JSON. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state
-/// their units.
-#[derive(Serialize)]
-pub struct Answer<'a> {
-    machine: &'a str,
-    probings: usize,
-    balls: &'a [String],
-    observations: usize,
-    setups: usize,
-    minutes: f64,
-    unknowns: usize,
-    rank: usize,
-    condition: f64,
-    independent_constants: usize,
-    location_errors: usize,
-    parameters: Vec<One>,
-    tip_um: Over,
-    direction_urad: Over,
-    unseen: Vec<NotSeen>,
-    unreachable: Vec<NotReached>,
-    /// Probings of a named position set that are not reachable.
-    left_out: Vec<LeftOut>,
-    compared: Option<Compared>,
-    /// Location errors that the model cannot compensate for.
-    missing: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct One {
-    parameter: String,
-    standard_uncertainty: f64,
-    expanded_uncertainty: f64,
-}
-
-/// Standard uncertainty over the travel.
-#[derive(Serialize)]
-struct Over {
-    mean: f64,
-    percentile_95: f64,
-    largest: f64,
-}
-
-#[derive(Serialize)]
-struct NotSeen {
-    unknown: String,
-    sentence: String,
-    /// A probing that would identify it.
-    add: Option<String>,
-}
-
-#[derive(Serialize)]
-struct NotReached {
-    line: usize,
-    reason: String,
-}
-
-#[derive(Serialize)]
-struct LeftOut {
-    ball: String,
-    reason: String,
-}
-
-#[derive(Serialize)]
-struct Compared {
-    probings: usize,
-    tip_um: Over,
-    direction_urad: Over,
-    parameter: Option<(String, f64)>,
-}
-
-impl Over {
-    fn new(spread: &Spread, scale: f64) -> Self {
-        Self {
-            mean: spread.mean * scale,
-            percentile_95: spread.most_of * scale,
-            largest: spread.largest * scale,
-        }
-    }
-}
-
-impl Answer<'_> {
-    /// Adds the location errors that the model cannot compensate for.
-    pub fn lacking(mut self, missing: &[Parameter]) -> Self {
-        self.missing = missing.iter().map(Parameter::to_string).collect();
-        self
-    }
-
-    /// Adds the probings that were left out of a position set.
-    pub fn leaving_out(mut self, rows: &[(String, Probing, Unreachable)]) -> Self {
-        let one = |(ball, _, reason): &(String, Probing, Unreachable)| LeftOut {
-            ball: ball.clone(),
-            reason: reason.to_string(),
-        };
-        self.left_out = rows.iter().map(one).collect();
-        self
-    }
-}
-
-impl<'a> Answer<'a> {
-    pub fn new(
-        setup: &Setup<'a>,
-        judgement: &'a Judgement,
-        other: Option<&Judgement>,
-        minutes: f64,
-    ) -> Self {
-        let machine = setup.machine;
-        let [observations, setups] = observed(setup);
-        let minimal = MinimalParameters::of(machine);
-        let foreseen = &judgement.foreseen;
-        let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
-        let add = |unknown: &Unknown| {
-            let balls = &judgement.strategy.balls;
-            added(machine, balls, *unknown, &judgement.remedies)
-        };
-        Self {
-            machine: &machine.name,
-            probings: judgement.strategy.rows.len(),
-            balls: &judgement.strategy.balls,
-            observations,
-            setups,
-            minutes,
-            unknowns: foreseen.unknowns,
-            rank: foreseen.rank,
-            condition: foreseen.condition,
-            independent_constants: minimal.all(),
-            location_errors: minimal.locations(),
-            parameters: (parameters.map(|(parameter, uncertainty)| One {
-                parameter: parameter.to_string(),
-                standard_uncertainty: uncertainty,
-                expanded_uncertainty: EXPANDED * uncertainty,
-            }))
-            .collect(),
-            tip_um: Over::new(&judgement.tip, 1e3),
-            direction_urad: Over::new(&judgement.direction, 1e6),
-            unseen: (foreseen.unseen.iter())
-                .map(|u| NotSeen {
-                    unknown: u.unknown.to_string(),
-                    sentence: u.sentence(),
-                    add: add(&u.unknown),
-                })
-                .collect(),
-            unreachable: (judgement.unreachable.iter())
-                .map(|(row, reason)| NotReached {
-                    line: row.line,
-                    reason: reason.to_string(),
-                })
-                .collect(),
-            left_out: Vec::new(),
-            missing: Vec::new(),
-            compared: other.map(|other| Compared {
-                probings: other.strategy.rows.len(),
-                tip_um: Over::new(&other.tip, 1e3),
-                direction_urad: Over::new(&other.direction, 1e6),
-                parameter: (Ratios::of(judgement, other).parameter)
-                    .map(|(parameter, ratio)| (parameter.to_string(), ratio)),
-            }),
-        }
-    }
-}
-
-/// Numbers of observations and of their set-ups.
-fn observed(setup: &Setup<'_>) -> [usize; 2] {
-    setup.observations.map_or([0; 2], |observations| {
-        [observations.rows.len(), observations.setups.len()]
-    })
-}
-
 /// How much is measured, in words.
 fn counted(setup: &Setup<'_>, strategy: &Probings, minutes: f64) -> String {
-    let [observations, setups] = observed(setup);
+    let [observations, setups] = setup.observed();
     let mut parts = Vec::new();
     if observations == 0 || !strategy.rows.is_empty() {
         let balls = count(strategy.balls.len(), "ball");
@@ -196,12 +27,8 @@ fn counted(setup: &Setup<'_>, strategy: &Probings, minutes: f64) -> String {
 const NAMED: usize = 10;
 
 /// The text output.
-pub fn screen(
-    setup: &Setup<'_>,
-    judgement: &Judgement,
-    other: Option<&Judgement>,
-    minutes: f64,
-) -> String {
+pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
+    let (judgement, other) = (&planned.judgement, planned.other.as_ref());
     let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
     let machine = setup.machine;
     let mut text = format!(

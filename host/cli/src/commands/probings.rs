@@ -148,7 +148,7 @@ impl Arguments {
 }
 
 /// The summary of a log.
-fn said(found: &LogContents, is_known: bool) -> String {
+pub fn said(found: &LogContents, is_known: bool) -> String {
     let LogContents {
         probings,
         touches: log,

@@ -56,7 +56,7 @@ pub struct Arguments {
     #[arg(long, value_name = "µm", requires = "artefact", value_parser = positive)]
     place_uncertainty: Option<f64>,
     /// Highest order of the lobes
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = orders)]
+    #[arg(long, value_name = "N", default_value_t = ORDERS_OF_LOBES, value_parser = orders)]
     orders: usize,
     /// Where to write the probe
     #[arg(short, long, value_name = "PROBE.toml")]
@@ -65,6 +65,9 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+/// Default of the highest order of the lobes.
+pub const ORDERS_OF_LOBES: usize = 4;
 
 fn orders(text: &str) -> Result<usize, String> {
     let orders = text
@@ -107,10 +110,27 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let machine = files::read_machine(&arguments.machine)?;
     let known = arguments.known(&machine)?;
-    let text = Text::read(&arguments.touches)?;
-    let log = read_log(&text.text, &machine).map_err(|e| text.bad(e))?;
+    let (found, log) = qualified(&machine, &known, &arguments.touches)?;
+    if let Some(output) = &arguments.output {
+        files::write(output, found.file.to_toml().as_bytes())?;
+    }
+    match arguments.json {
+        true => files::print_json(&answer(&found, &log))?,
+        false => show(&found, &log, &known, arguments.output.as_deref())?,
+    }
+    Ok(outcome(&found))
+}
+
+/// Qualifies a probe by a log of touches.
+pub fn qualified(
+    machine: &Machine,
+    known: &Known,
+    touches: &Path,
+) -> Result<(Qualified, Vec<Touched>), BadInput> {
+    let text = Text::read(touches)?;
+    let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
     let touches: Vec<_> = log.iter().map(|touched| touched.position).collect();
-    let found = qualify(&machine, &known, &touches).map_err(|error| {
+    let found = qualify(machine, known, &touches).map_err(|error| {
         let remedy = match error {
             QualifyError::TooFew { .. } => "touch the ball more often: --around 12",
             QualifyError::NoSphere => "touch it at two latitudes and at the pole: --around 12",
@@ -127,23 +147,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         };
         BadInput::new(format!("{}: {error}", text.name), remedy)
     })?;
-    if let Some(output) = &arguments.output {
-        files::write(output, found.file.to_toml().as_bytes())?;
-    }
-    if arguments.json {
-        files::print_json(&answer(&found, &log))?;
-        return Ok(outcome(&found));
-    }
-    let line = log[found.worst.0].line;
-    let mut said = screen(&found, line, &known);
-    if let Some(output) = &arguments.output {
+    Ok((found, log))
+}
+
+/// Prints what people read.
+pub fn show(
+    found: &Qualified,
+    log: &[Touched],
+    known: &Known,
+    written: Option<&Path>,
+) -> Result<(), BadInput> {
+    let mut said = screen(found, log[found.worst.0].line, known);
+    if let Some(output) = written {
         said += &format!("{}: written\n", output.display());
     }
     files::print(&said)?;
-    for suspicion in suspicions(&found, &log) {
+    for suspicion in suspicions(found, log) {
         eprintln!("warning: {suspicion}");
     }
-    Ok(outcome(&found))
+    Ok(())
 }
 
 fn outcome(found: &Qualified) -> Outcome {

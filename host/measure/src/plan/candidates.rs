@@ -30,6 +30,16 @@ pub struct Setup<'a> {
     pub observations: Option<&'a Observations>,
 }
 
+impl Setup<'_> {
+    /// Numbers of observations and of their set-ups.
+    #[must_use]
+    pub fn observed(&self) -> [usize; 2] {
+        self.observations.map_or([0; 2], |observations| {
+            [observations.rows.len(), observations.setups.len()]
+        })
+    }
+}
+
 /// Positions that rotary axes and spindle may take (deg).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allowed {

@@ -5,14 +5,14 @@ use super::configuration;
 use super::setup::{Changed, kept_at, name, on_table, with_lines_without};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::{self, Text};
+use crate::commands::compile;
+use crate::commands::files::{self, MachineFiles, Text};
 use crate::commands::number::positive;
 use crate::commands::quantity::count;
 use clap::Args;
 use std::fmt::Write;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use trueaxis_controllers::linuxcnc::{
     Configuration, Finding, Import, Known, Setup, Severity, beforehand, has_imported, is_imported,
     remove, setup, unknown_pivot,
@@ -20,6 +20,9 @@ use trueaxis_controllers::linuxcnc::{
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::Proof;
+use trueaxis_tables::made::Made;
+use trueaxis_tables::target::Target;
 
 /// Ask what is there and what has been measured, and make a first compensation of it
 ///
@@ -248,39 +251,17 @@ fn calibrate(machine: &str, balls: &Path) -> String {
     )
 }
 
-/// Runs a command without showing what it says, unless it fails; returns that otherwise.
-fn silently(words: &[&str]) -> Result<Result<String, String>, BadInput> {
-    let failed = |error| {
-        BadInput::new(
-            format!("trueaxis {} does not start: {error}", words[0]),
-            "try again",
-        )
-    };
-    let program = std::env::current_exe().map_err(failed)?;
-    let done = Command::new(program).args(words).output().map_err(failed)?;
-    let said = String::from_utf8_lossy(&done.stdout).into_owned();
-    match done.status.code() {
-        Some(0) => Ok(Ok(said)),
-        Some(1) => Ok(Err(said)),
-        _ => Err(BadInput::new(
-            String::from_utf8_lossy(&done.stderr).trim().to_owned(),
-            "every file is as it was",
-        )),
-    }
-}
-
-/// The effect of a compensation in one line, from the answer of `compile`.
-fn effect(answer: &str) -> Option<String> {
-    let answer: serde_json::Value = serde_json::from_str(answer).ok()?;
-    let mean = |of: &str| answer[of]["translation_um"]["mean"].as_f64();
-    let (before, after) = (mean("before")?, mean("after")?);
-    let after = match after < 0.01 {
+/// The effect of a compensation in one line.
+fn effect(proof: &Proof) -> String {
+    let [before, after] = [&proof.travel.before, &proof.travel.after];
+    let after = match after.translation_um.mean < 0.01 {
         true => "below 0.01".to_owned(),
-        false => format!("{after:.2}"),
+        false => format!("{:.2}", after.translation_um.mean),
     };
-    Some(format!(
-        "{before:.1} µm at the tip become {after}, if the errors are as entered (mean over the travel)"
-    ))
+    format!(
+        "{:.1} µm at the tip become {after}, if the errors are as entered (mean over the travel)",
+        before.translation_um.mean
+    )
 }
 
 /// A word of a command line for a shell.
@@ -454,14 +435,19 @@ impl Arguments {
     ) -> Result<Outcome, BadInput> {
         let [of_machine, of_errors, of_blob] =
             [machine, errors, blob].map(|path| path.display().to_string());
-        let words = ["compile", &of_machine, &of_errors, "-o", &of_blob];
-        let Ok(answer) = silently(&[&words[..], &["--json"]].concat())? else {
-            // In words, why.
-            if let Err(said) = silently(&words)? {
-                files::print(&said)?;
-            }
+        let both = MachineFiles {
+            machine: machine.to_owned(),
+            errors: errors.to_owned(),
+        };
+        let compiled = compile::usual(&both, blob.to_owned(), Target::default())?;
+        let Made::Proven(whole) = &compiled.made else {
+            compiled.show()?;
             return Ok(Outcome::CheckFailed);
         };
+        if !compiled.made.is_right() {
+            compiled.show()?;
+            return Ok(Outcome::CheckFailed);
+        }
         // What LinuxCNC would read.
         let future = match installs {
             Some((Changed { text, .. }, _)) => Text {
@@ -485,9 +471,7 @@ impl Arguments {
             quoted(&of_machine),
             quoted(&of_errors)
         );
-        if let Some(effect) = effect(&answer) {
-            lines += &format!("{of_blob}: {effect}\n");
-        }
+        lines += &format!("{of_blob}: {}\n", effect(&whole.best.proof));
         for finding in &findings {
             lines += &format!("{finding}\n");
         }

@@ -1,0 +1,327 @@
+//! Planning in one call: the parameters to identify, the rows that are given or proposed, their judgement, and what to say
+//! about it.
+
+use super::candidates::{Allowed, AllowedError, Setup};
+use super::compare::as_good_as;
+use super::design::{Criterion, DesignError, Wanted, design, needs_spindle};
+use super::judge::{JudgeError, Judgement, judge};
+use crate::formats::probings::Probings;
+use crate::identify::{IdentifyError, Model, ModelError, Problem, effect_over_travel, lacks};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::machine::Machine;
+
+/// What is to be measured, and what it is to identify.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// Machine, artefact, probe and instruments.
+    pub setup: &'a Setup<'a>,
+    /// The parameters to identify.
+    pub model: &'a Model,
+    /// Polynomial degree under [`Model::Auto`].
+    pub degree: u8,
+    /// Errors that the machine is assumed to have.
+    pub assumed: &'a ErrorModel,
+    /// The rows to probe.
+    pub rows: Rows<'a>,
+}
+
+/// The rows to probe: those of a strategy, or rows to be chosen.
+#[derive(Clone, Copy, Debug)]
+pub enum Rows<'a> {
+    /// Those of this strategy.
+    Given(&'a Probings),
+    /// The most informative ones.
+    Best {
+        /// Positions that rotary axes and spindle may take, as in [`Allowed::restrict`]; without them, their travel.
+        indexings: Option<&'a str>,
+        /// How many; without it, as many as unknowns.
+        probings: Option<usize>,
+        /// What they optimize.
+        criterion: Criterion,
+    },
+    /// The fewest after which the criterion is met as well as after another strategy.
+    AsGoodAs {
+        /// Positions that rotary axes and spindle may take.
+        indexings: Option<&'a str>,
+        /// The other strategy.
+        other: &'a Probings,
+        /// What must be as good.
+        criterion: Criterion,
+    },
+}
+
+/// A plan: a strategy, what it will identify, and what to say about it.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The strategy with its prediction.
+    pub judgement: Judgement,
+    /// The prediction for the strategy of [`Rows::AsGoodAs`].
+    pub other: Option<Judgement>,
+    /// Location errors that the model lacks and cannot reproduce.
+    pub missing: Vec<Parameter>,
+    /// Remarks.
+    pub notes: Vec<String>,
+    /// What the model lacks, in a sentence.
+    pub warning: Option<String>,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// The machine does not support the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The allowed positions are invalid.
+    #[error("--indexings: {0}")]
+    Indexings(#[from] AllowedError),
+    /// No rows can be proposed.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    /// The strategy cannot be judged.
+    #[error("{error}")]
+    Strategy {
+        /// Why not.
+        error: JudgeError,
+        /// True of the strategy of [`Rows::AsGoodAs`].
+        is_other: bool,
+        /// True if there are balls to probe.
+        has_balls: bool,
+    },
+    /// No strategy with as few rows is as good.
+    #[error(
+        "no measurement plan with {probings} probings or fewer identifies all parameters as well"
+    )]
+    NotAsGood {
+        /// Number of rows of the other strategy.
+        probings: usize,
+    },
+    /// The equations of the strategy cannot be evaluated.
+    #[error(transparent)]
+    Equations(#[from] IdentifyError),
+}
+
+impl PlanError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Model(error) => return error.remedy.clone(),
+            Self::Indexings(error) => error.remedy,
+            Self::Design(error) => return error.remedy(),
+            Self::Strategy {
+                error: JudgeError::Strategy(_),
+                ..
+            }
+            | Self::Equations(_) => "correct the strategy, or where the balls are in the artefact",
+            Self::Strategy {
+                has_balls: false, ..
+            } => "read more, add probings (--artefact), or give a model with fewer parameters",
+            Self::Strategy { .. } => {
+                "probe at more rotary positions, or give a model with fewer parameters"
+            }
+            Self::NotAsGood { .. } => {
+                "allow more positions (--indexings, --balls, --cone), or judge the strategy itself with --strategy"
+            }
+        }
+        .to_owned()
+    }
+}
+
+impl DesignError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::NothingReached { .. } | Self::NothingAllowed => {
+                "allow more: --indexings, --cone, the balls' nominal_mm and away_from_table, the range of the axis"
+                    .to_owned()
+            }
+            Self::TooFew { least, .. } => format!(
+                "give --probings {least} or more, or more --minutes, or a model with fewer parameters"
+            ),
+            Self::TooFewPositions { .. } => {
+                "allow more positions (--indexings, --cone), or give a model with fewer parameters"
+                    .to_owned()
+            }
+        }
+    }
+}
+
+impl Task<'_> {
+    /// Chooses the rows, unless they are given, and predicts what they will identify.
+    ///
+    /// # Errors
+    /// [`PlanError`]: an impossible strategy, or nothing to propose.
+    pub fn plan(&self) -> Result<Planned, PlanError> {
+        let machine = self.setup.machine;
+        let directions = self.directions()?;
+        let parameters = self.model.parameters(machine, self.degree, &directions)?;
+        let judged = |strategy: &Probings, is_other: bool| {
+            judge(self.setup, &parameters, strategy, self.assumed).map_err(|error| {
+                PlanError::Strategy {
+                    error,
+                    is_other,
+                    has_balls: !self.setup.balls.is_empty(),
+                }
+            })
+        };
+        let mut notes = Vec::new();
+        let mut other = None;
+        let judgement = match self.rows {
+            Rows::Given(strategy) => judged(strategy, false)?,
+            Rows::Best {
+                indexings,
+                probings,
+                criterion,
+            } => {
+                let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
+                let wanted = |rank: usize| Wanted {
+                    probings: probings.unwrap_or(rank),
+                    criterion,
+                };
+                let strategy = design(self.setup, &allowed, &parameters, self.assumed, wanted)?;
+                judged(&strategy, false)?
+            }
+            Rows::AsGoodAs {
+                indexings,
+                other: strategy,
+                criterion,
+            } => {
+                let judged_other = judged(strategy, true)?;
+                let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
+                let (setup, assumed) = (self.setup, self.assumed);
+                let found = as_good_as(
+                    setup,
+                    &allowed,
+                    &parameters,
+                    assumed,
+                    &judged_other,
+                    criterion,
+                )?;
+                if !found.is_whole {
+                    notes.push("the search was ended: fewer probings may do".to_owned());
+                }
+                let probings = judged_other.strategy.rows.len();
+                other = Some(judged_other);
+                judged(
+                    &found.strategy.ok_or(PlanError::NotAsGood { probings })?,
+                    false,
+                )?
+            }
+        };
+        notes.extend(turned(machine, &judgement.strategy));
+        let missing = self.missing(&parameters, &judgement.strategy)?;
+        Ok(Planned {
+            warning: (!missing.is_empty()).then(|| lacks(machine, &parameters, &missing)),
+            judgement,
+            other,
+            missing,
+            notes,
+        })
+    }
+
+    /// The axes whose direction of approach will be known: those stated in the strategy, or those whose backlash is
+    /// identified.
+    fn directions(&self) -> Result<Vec<bool>, ModelError> {
+        let machine = self.setup.machine;
+        if let Rows::Given(strategy) = self.rows {
+            let probed = strategy.rows.iter().map(|row| &row.direction);
+            let observed = self.setup.observations.iter().flat_map(|all| &all.rows);
+            let all = probed.chain(observed.map(|row| &row.direction));
+            let of = |i: usize| all.clone().any(|direction| direction[i] != 0.0);
+            return Ok((0..machine.axes.len()).map(of).collect());
+        }
+        let none = vec![false; machine.axes.len()];
+        if *self.model == Model::Auto {
+            return Ok(none);
+        }
+        let parameters = self.model.parameters(machine, self.degree, &none)?;
+        let backlash = |letter: char| {
+            let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
+            parameters.iter().any(of)
+        };
+        Ok((machine.axes.iter())
+            .map(|a| a.letter.is_rotary() && backlash(a.letter.char()))
+            .collect())
+    }
+
+    /// The positions that a proposal may use: with an indexed spindle if it was asked for, or is needed and possible.
+    fn allowed(
+        &self,
+        parameters: &[Parameter],
+        directions: &[bool],
+        indexings: Option<&str>,
+        notes: &mut Vec<String>,
+    ) -> Result<Allowed, PlanError> {
+        let machine = self.setup.machine;
+        let mut allowed = Allowed::of(machine, directions);
+        if let Some(text) = indexings {
+            allowed.restrict(machine, text)?;
+        }
+        let is_spindle = |text: &str| text.split(',').any(|part| part.trim().starts_with("S="));
+        if !indexings.is_some_and(is_spindle) {
+            let needs = needs_spindle(self.setup, &allowed, parameters, self.assumed)?;
+            if machine.can_orient && !needs.is_empty() {
+                allowed.index_spindle();
+            } else if !needs.is_empty() {
+                notes.push(not_oriented(machine, &needs));
+            }
+        }
+        Ok(allowed)
+    }
+
+    /// Location errors that the model lacks.
+    fn missing(
+        &self,
+        parameters: &[Parameter],
+        strategy: &Probings,
+    ) -> Result<Vec<Parameter>, IdentifyError> {
+        let Setup {
+            machine, artefact, ..
+        } = self.setup;
+        let perfect = ErrorModel::perfect(machine);
+        let problem = Problem::new(machine, strategy, artefact, parameters, &perfect);
+        match self.setup.observations {
+            Some(observations) => problem.with(observations).missing(),
+            None => problem.missing(),
+        }
+    }
+}
+
+/// That a strategy turns the spindle, if it does.
+fn turned(machine: &Machine, strategy: &Probings) -> Option<String> {
+    let turns = strategy.rows.iter().any(|row| row.spindle != 0.0);
+    turns.then(|| {
+        let unknown = match machine.can_orient {
+            true => "",
+            false => {
+                ", which the machine file does not say that it can: write can_be_oriented = true under [spindle] if it can"
+            }
+        };
+        format!("the strategy turns the spindle (M19){unknown}")
+    })
+}
+
+/// What turning the spindle would have identified.
+fn not_oriented(machine: &Machine, needs: &[Parameter]) -> String {
+    let each = needs.iter().map(|p| {
+        if p.kind != ParameterKind::Inter {
+            return p.to_string();
+        }
+        let effect = effect_over_travel(machine, *p);
+        match p.is_angular() {
+            true => format!(
+                "{p} (10 µrad move the tip by up to {:.1} µm over the travel)",
+                effect * 1e-2
+            ),
+            false => format!(
+                "{p} (10 µm move the tip by up to {:.1} µm over the travel)",
+                effect * 10.0
+            ),
+        }
+    });
+    format!(
+        "the spindle is not turned, for the machine file does not say that it can be oriented; that would show {}. If it can (M19), write can_be_oriented = true under [spindle]; if not, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact",
+        each.collect::<Vec<_>>().join(", ")
+    )
+}
