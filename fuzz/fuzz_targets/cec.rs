@@ -7,13 +7,13 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use trueaxis::{AlignedBlob, Axis, EncodeError, LoadError, Policy};
 use trueaxis_controllers::cec::{
-    Axes, EncoderValues, FactorTables, Limits, LongProducts, Options, Reading, Table, Tolerance,
-    Units, draft, plan, print, read,
+    NamedAxes, EncoderValues, FactorTables, TableLimits, LongProducts, CecOptions, ReadOptions, CecTable, CecTolerance,
+    LengthUnit, draft, plan, print, read,
 };
 use trueaxis_tables::validate::Runtime;
 
 /// A linear, a rotary and an endless axis.
-static AXES: LazyLock<Axes> = LazyLock::new(|| {
+static AXES: LazyLock<NamedAxes> = LazyLock::new(|| {
     let axis = |name: u8, travel: [f32; 2], period: f32| Axis {
         name,
         travel,
@@ -30,11 +30,11 @@ static AXES: LazyLock<Axes> = LazyLock::new(|| {
         axis(b'A', [-120.0, 120.0], 0.0),
         axis(b'C', [-f32::MAX, f32::MAX], 360.0),
     ];
-    Axes::new(&axes, "X=AX1,A=AX2,C=C1").expect("a map")
+    NamedAxes::new(&axes, "X=AX1,A=AX2,C=C1").expect("a map")
 });
 
 /// The blob for tables; `None` if their numbers are too large for one.
-fn blob(tables: &[Table], factor_tables: FactorTables) -> Option<AlignedBlob> {
+fn blob(tables: &[CecTable], factor_tables: FactorTables) -> Option<AlignedBlob> {
     match draft(
         "fuzz",
         Policy::Position,
@@ -58,15 +58,15 @@ fn blob(tables: &[Table], factor_tables: FactorTables) -> Option<AlignedBlob> {
 /// The export of an imported blob, which is known to satisfy the rules.
 fn export(blob: &AlignedBlob, factor_tables: FactorTables) -> String {
     let runtime = Runtime::load(blob).expect("it was encoded");
-    let options = Options {
+    let options = CecOptions {
         factor_tables,
-        limits: Limits {
+        limits: TableLimits {
             first: 0,
             tables: 255,
             points: None,
         },
         factor_limit: f64::MAX,
-        tolerance: Tolerance {
+        tolerance: CecTolerance {
             um: 0.05,
             urad: 0.05,
         },
@@ -89,10 +89,10 @@ fuzz_target!(|data: &[u8]| {
         0 => FactorTables::NotAdded,
         _ => FactorTables::Added,
     };
-    let reading = Reading {
+    let reading = ReadOptions {
         axes: &AXES,
         factor_tables,
-        units: [None, Some(Units::Metric), Some(Units::Inch)][usize::from(mode >> 1 & 3) % 3],
+        units: [None, Some(LengthUnit::Metric), Some(LengthUnit::Inch)][usize::from(mode >> 1 & 3) % 3],
         encoder: [
             None,
             Some(EncoderValues::Corrections),

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use trueaxis_controllers::height_map::HeightMap;
-use trueaxis_controllers::isg::Parameters;
+use trueaxis_controllers::isg::IsgParameters;
 use trueaxis_controllers::klipper::{bed_mesh, twist};
 use trueaxis_controllers::reprapfirmware;
 use trueaxis_measure::formats::{displacements, observations, probings, radii, runs, temperatures};
@@ -40,12 +40,12 @@ fuzz_target!(|data: &[u8]| {
         }
         2 => drop(twist::read(text)),
         3 => {
-            if let Ok(parameters) = Parameters::read_csv(text) {
+            if let Ok(parameters) = IsgParameters::read_csv(text) {
                 drop(parameters.motions(&MACHINE));
             }
         }
         4 => {
-            if let Ok(parameters) = Parameters::read_etalon(text) {
+            if let Ok(parameters) = IsgParameters::read_etalon(text) {
                 drop(parameters.motions(&MACHINE));
             }
         }

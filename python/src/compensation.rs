@@ -16,7 +16,7 @@ use trueaxis::{
     AlignedBlob, Bank, Direction, Inputs, Largest, LoadError, MOST_PERIODS, Reversal, Travel,
     Travelling,
 };
-use trueaxis_model::positions::Input;
+use trueaxis_model::positions::ColumnInput;
 use trueaxis_tables::compile::Options;
 use trueaxis_tables::made::{self, Proven};
 use trueaxis_tables::schemes::Scheme;
@@ -99,7 +99,7 @@ impl Compensation {
     /// Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K).
     #[getter]
     fn inputs(&self) -> Vec<String> {
-        let inputs = Input::of_compensation(self.tables().axes(), self.tables().auxiliaries());
+        let inputs = ColumnInput::of_compensation(self.tables().axes(), self.tables().auxiliaries());
         inputs.into_iter().map(|input| input.name).collect()
     }
 
@@ -271,7 +271,7 @@ fn evaluate<T: Element + Copy + Into<f64>>(
     }
 }
 
-/// The same for rows in one piece.
+/// Like `evaluate`, for rows in one piece.
 fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
     tables: &Largest<'_>,
     rows: impl Iterator<Item = R>,
@@ -406,7 +406,7 @@ pub fn compile(
     for warning in &warnings {
         warn(py, warning)?;
     }
-    let proof = Figures {
+    let proof = ProofFigures {
         tolerance_um: whole.best.tolerance,
         meets_tolerance: whole.best.proof.meets(whole.best.tolerance),
         proven: Proven::new(&whole),
@@ -424,7 +424,7 @@ pub fn compile(
 
 /// What is kept of a proof.
 #[derive(serde::Serialize)]
-struct Figures<'a> {
+struct ProofFigures<'a> {
     tolerance_um: f64,
     meets_tolerance: bool,
     #[serde(flatten)]

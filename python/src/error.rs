@@ -80,12 +80,12 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> PyResult<()> {
 }
 
 /// A text with the name of its file, if it has one.
-pub struct Text {
+pub struct NamedText {
     pub file: Option<String>,
     pub text: String,
 }
 
-impl Text {
+impl NamedText {
     /// Reads a file.
     pub fn read(path: &Path) -> PyResult<Self> {
         let file = Some(path.display().to_string());

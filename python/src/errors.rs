@@ -1,6 +1,6 @@
 //! Error parameters and exact corrections.
 
-use crate::error::{Text, raise, warn};
+use crate::error::{NamedText, raise, warn};
 use crate::interrupt::interruptible;
 use crate::machine::{Machine, array, in_notebook};
 use crate::rows::Rows;
@@ -33,7 +33,7 @@ impl Errors {
     /// Reads errors.toml and the files that it names.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf, machine: &Machine) -> PyResult<Self> {
-        let text = Text::read(&path)?;
+        let text = NamedText::read(&path)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let read = |name: &str| {
             let other = folder.join(name);
@@ -45,7 +45,7 @@ impl Errors {
     /// Reads the text of an errors.toml that names no other files.
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: String, machine: &Machine) -> PyResult<Self> {
-        let text = Text { file: None, text };
+        let text = NamedText { file: None, text };
         let none = |name: &str| Err(format!("`{name}` is not read here: a text has no folder"));
         Self::read(text, machine, &none)?.warned(py)
     }
@@ -173,7 +173,7 @@ fn section(name: &str, values: &BTreeMap<String, f64>) -> PyResult<String> {
 
 impl Errors {
     fn read(
-        text: Text,
+        text: NamedText,
         machine: &Machine,
         read: &dyn Fn(&str) -> Result<String, String>,
     ) -> PyResult<Self> {
@@ -199,7 +199,7 @@ impl Errors {
             let found = files.get(name).cloned();
             found.ok_or_else(|| format!("`{name}` is missing"))
         };
-        Self::read(Text { file: None, text }, machine, &read)
+        Self::read(NamedText { file: None, text }, machine, &read)
     }
 
     fn of_model(model: ErrorModel, machine: &Machine, text: String, files: Files) -> Self {

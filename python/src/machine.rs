@@ -1,6 +1,6 @@
 //! Machines and poses.
 
-use crate::error::{Text, raise, warn};
+use crate::error::{NamedText, raise, warn};
 use crate::errors::Errors;
 use crate::interrupt::interruptible;
 use crate::rows::Rows;
@@ -11,8 +11,8 @@ use std::sync::Arc;
 use trueaxis_model::errors::{ErrorModel, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::motion::situations;
-use trueaxis_model::pose::Tool;
-use trueaxis_model::positions::Input;
+use trueaxis_model::pose::ToolPose;
+use trueaxis_model::positions::ColumnInput;
 use trueaxis_model::{machine, parallel};
 
 /// A machine: its axes, spindle, tool and workpiece, as in machine.toml.
@@ -25,13 +25,13 @@ impl Machine {
     /// Reads machine.toml.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::read(py, Text::read(&path)?)
+        Self::read(py, NamedText::read(&path)?)
     }
 
     /// Reads the text of a machine.toml.
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: String) -> PyResult<Self> {
-        Self::read(py, Text { file: None, text })
+        Self::read(py, NamedText { file: None, text })
     }
 
     /// The text that the machine was read from.
@@ -39,7 +39,7 @@ impl Machine {
         &self.1
     }
 
-    /// Its name, to which error files and compensations refer.
+    /// Name, to which error files and compensations refer.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
@@ -88,14 +88,14 @@ impl Machine {
 
     #[staticmethod]
     fn _restored(text: String) -> PyResult<Self> {
-        let text = Text { file: None, text };
+        let text = NamedText { file: None, text };
         let machine = machine::Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
         Ok(Self(Arc::new(machine), text.text.into()))
     }
 }
 
 impl Machine {
-    fn read(py: Python<'_>, text: Text) -> PyResult<Self> {
+    fn read(py: Python<'_>, text: NamedText) -> PyResult<Self> {
         let machine = machine::Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
         for doubt in machine::Machine::doubts(&text.text) {
             warn(py, &text.said(&doubt))?;
@@ -106,7 +106,7 @@ impl Machine {
     /// Names of the inputs of a machine with its errors.
     pub fn inputs(&self, errors: Option<&ErrorModel>) -> Vec<String> {
         let sensors = errors.into_iter().flat_map(|errors| &errors.sensors);
-        let inputs = Input::of_machine(&self.0, sensors);
+        let inputs = ColumnInput::of_machine(&self.0, sensors);
         inputs.into_iter().map(|input| input.name).collect()
     }
 }
@@ -138,10 +138,10 @@ pub fn pose<'py>(
         let along = situations(&machine, &rows);
         parallel::map(&along, |(q, situation)| {
             abandoned.look();
-            Tool::of(&machine, &kinematics.actual(q, situation, &Switches::ALL))
+            ToolPose::of(&machine, &kinematics.actual(q, situation, &Switches::ALL))
         })
     })?;
-    let array = |of: fn(&Tool) -> [f64; 3]| {
+    let array = |of: fn(&ToolPose) -> [f64; 3]| {
         let flat = tools.iter().flat_map(of).collect();
         positions.shaped(array(py, flat, tools.len(), 3)?)
     };

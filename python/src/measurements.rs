@@ -1,6 +1,6 @@
 //! Probings: read, simulated, identified.
 
-use crate::error::{Text, raise, warn, write};
+use crate::error::{NamedText, raise, warn, write};
 use crate::errors::Errors;
 use crate::interrupt::interruptible;
 use crate::machine::{Machine, in_notebook};
@@ -14,7 +14,7 @@ use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::{observations, probings};
 use trueaxis_measure::identify::{Model, ModelError};
 use trueaxis_measure::simulate::{self, Disturbances};
-use trueaxis_measure::study::{Identification, Refusal, Request, Row, Study};
+use trueaxis_measure::study::{Identification, RowRecord, Study, StudyRefusal, StudyRequest};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 
@@ -30,13 +30,13 @@ impl Probings {
     /// Reads a file of probings.
     #[staticmethod]
     fn from_file(path: PathBuf, machine: &Machine) -> PyResult<Self> {
-        Self::read(&Text::read(&path)?, machine)
+        Self::read(&NamedText::read(&path)?, machine)
     }
 
     /// Reads the text of a file of probings.
     #[staticmethod]
     fn from_csv(text: String, machine: &Machine) -> PyResult<Self> {
-        Self::read(&Text { file: None, text }, machine)
+        Self::read(&NamedText { file: None, text }, machine)
     }
 
     /// The text of a file of probings, with rounded positions.
@@ -95,7 +95,7 @@ impl Probings {
 }
 
 impl Probings {
-    fn read(text: &Text, machine: &Machine) -> PyResult<Self> {
+    fn read(text: &NamedText, machine: &Machine) -> PyResult<Self> {
         let found = probings::read(&text.text, &machine.0, true).map_err(|e| text.bad(e))?;
         Ok(Self {
             machine: machine.clone(),
@@ -108,7 +108,7 @@ fn artefact(path: Option<PathBuf>, machine: &Machine) -> PyResult<Artefact> {
     let Some(path) = path else {
         return Ok(Artefact::default());
     };
-    let text = Text::read(&path)?;
+    let text = NamedText::read(&path)?;
     Artefact::from_toml(&text.text, machine.0.tool_axis).map_err(|e| text.bad(e))
 }
 
@@ -132,7 +132,7 @@ pub fn simulated(
         ));
     }
     let artefact = self::artefact(Some(artefact), machine)?;
-    let text = Text::read(&strategy)?;
+    let text = NamedText::read(&strategy)?;
     let strategy = probings::read(&text.text, &machine.0, false).map_err(|e| text.bad(e))?;
     let disturbances = Disturbances {
         noise: noise * 1e-3,
@@ -226,7 +226,7 @@ impl Found {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let rows = &self.outcome.found.rows;
-        let array = |of: fn(&Row) -> [f64; 3]| {
+        let array = |of: fn(&RowRecord) -> [f64; 3]| {
             crate::machine::array(py, rows.iter().flat_map(of).collect(), rows.len(), 3)
         };
         Ok((array(|row| row.before_um)?, array(|row| row.after_um)?))
@@ -250,7 +250,7 @@ impl Found {
         serde_json::to_string_pretty(&self.outcome.found).map_err(not_json)
     }
 
-    /// The same as a dictionary.
+    /// Like `to_json`, as a dictionary.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let loads = py.import("json")?.getattr("loads")?;
         loads.call1((json(&self.outcome.found)?,))
@@ -330,7 +330,7 @@ pub fn identified(
 ) -> PyResult<Found> {
     let mut observed = observations::Observations::default();
     for path in observations {
-        let text = Text::read(&path)?;
+        let text = NamedText::read(&path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let one = observations::read(&text.text, &name, &machine.0).map_err(|e| text.bad(e))?;
         observed
@@ -343,7 +343,7 @@ pub fn identified(
         .parse()
         .map_err(|error: ModelError| raise(error.reason, error.remedy))?;
     let described = Arc::clone(&machine.0);
-    let outcome = interruptible(py, move |_| -> Result<Outcome, Refusal> {
+    let outcome = interruptible(py, move |_| -> Result<Outcome, StudyRefusal> {
         let study = Study {
             machine: &described,
             probings: &probings.unwrap_or_default(),
@@ -352,11 +352,11 @@ pub fn identified(
             runs: &[],
             base: &ErrorModel::perfect(&described),
         };
-        let request = Request {
+        let request = StudyRequest {
             robust,
             without,
             accept_places,
-            ..Request::of(model)
+            ..StudyRequest::of(model)
         };
         let found = study.identify(&request)?;
         Ok(Outcome {

@@ -18,7 +18,7 @@ pub(crate) struct Period {
     pub acceleration: f32,
     /// Largest speed.
     pub rate: f32,
-    /// The same until this step is made up, if larger.
+    /// Like `rate`, until this step is made up, if larger.
     pub faster: f32,
     pub dt: f32,
     /// 1 / dt

@@ -18,7 +18,7 @@ pub trait Handle {
     /// The compensation.
     fn get(&self) -> &Compensation<'_, Self::Room>;
 
-    /// Its corrections, see [`Compensation::evaluate_into`]; [`Generated`] computes them by code of its own.
+    /// Corrections, see [`Compensation::evaluate_into`]; [`Generated`] computes them by code of its own.
     #[inline(always)]
     fn evaluate_into(
         &self,

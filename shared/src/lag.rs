@@ -112,7 +112,7 @@ impl Lag {
 pub(crate) struct Follower {
     /// The reading, followed at a bounded rate.
     reading: State,
-    /// The same with the lag.
+    /// Like `reading`, with the lag.
     lagged: State,
     is_set: bool,
     /// The reading that has been reached (K), so that nothing but the lag is left to do while it lasts; otherwise NaN.

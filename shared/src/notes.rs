@@ -25,7 +25,7 @@ pub struct Notes {
 pub struct Zone {
     /// Index of the axis.
     pub axis: u8,
-    /// Its ends, mm or degrees.
+    /// Ends, mm or degrees.
     pub range: [f32; 2],
 }
 

@@ -209,7 +209,7 @@ impl<
 pub trait Row<T>:
     Copy + Debug + PartialEq + AsRef<[T]> + AsMut<[T]> + sealed::Sealed + 'static
 {
-    /// The same value for all axes.
+    /// This value for all axes.
     fn all(value: T) -> Self;
 }
 

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::Options;
+use trueaxis_measure::identify::IdentifyOptions;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tests::probed::Case;
@@ -81,7 +81,7 @@ impl Parts {
             }
         }
         let measured = case.noisy(1);
-        let identified = case.found(model, &measured, Options::default());
+        let identified = case.found(model, &measured, IdentifyOptions::default());
         let seen: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
         let angular = seen
             .iter()

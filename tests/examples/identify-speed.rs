@@ -10,7 +10,7 @@ use std::time::Instant;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{Probing, Probings};
-use trueaxis_measure::identify::{Identified, Model, Options, Problem, identify};
+use trueaxis_measure::identify::{Identified, IdentifyOptions, Model, Problem, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_tests::observed::{Strategy, observed};
@@ -157,7 +157,7 @@ impl<'a> Task<'a> {
         let perfect = ErrorModel::perfect(self.machine);
         let (measured, artefact) = (&self.measured, &self.artefact);
         let problem = Problem::new(self.machine, measured, artefact, &self.parameters, &perfect);
-        identify(&problem.with(observations), Options::default()).expect("a result")
+        identify(&problem.with(observations), IdentifyOptions::default()).expect("a result")
     }
 
     /// Everything needed to solve it elsewhere: mm, rad.

@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use trueaxis_controllers::link::{Client, Controller, Tcp};
+use trueaxis_controllers::link::{Client, LinkedController, Tcp};
 
 /// Locations of programs and output files.
 pub struct Setup<'c> {
@@ -155,7 +155,7 @@ impl Board<'_> {
     }
 
     /// Opens the link.
-    pub fn connect(&self) -> Result<(Client<Tcp>, Controller), Failure> {
+    pub fn connect(&self) -> Result<(Client<Tcp>, LinkedController), Failure> {
         Ok(Client::connect(self.line()?)?)
     }
 

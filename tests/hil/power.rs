@@ -7,7 +7,7 @@ use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Fault, Slot, SlotState};
-use trueaxis_controllers::link::Controller;
+use trueaxis_controllers::link::LinkedController;
 use trueaxis_tests::Fixed;
 
 /// Number of power cuts during uploads.
@@ -76,7 +76,7 @@ fn cut_once(
     first: &[u8],
     [old, new]: [&Case; 2],
     moment: Duration,
-) -> Result<Controller, Failure> {
+) -> Result<LinkedController, Failure> {
     board.stop();
     fs::write(board.flash_file(), first)?;
     board.start()?;
@@ -95,7 +95,7 @@ fn cut_once(
 }
 
 /// Checks that one of `cases` is active, the newest of the valid slots, and complete.
-fn active_is(board: &Board<'_>, cases: &[&Case]) -> Result<Controller, Failure> {
+fn active_is(board: &Board<'_>, cases: &[&Case]) -> Result<LinkedController, Failure> {
     let (mut client, controller) = board.connect()?;
     let active = controller.active.ok_or("nothing is active")?;
     let SlotState::Valid { length, crc, .. } = controller.slots[active.index()].state else {

@@ -187,7 +187,7 @@ pub fn everything() -> Draft {
     }
 }
 
-/// The same with a lag of the temperature, which later programs of version 1 write: the golden blob `lag.trax`.
+/// A draft with a lag of the temperature, which later programs of version 1 write: the golden blob `lag.trax`.
 #[must_use]
 pub fn lag() -> Draft {
     let mut draft = everything();

@@ -78,7 +78,7 @@ impl<'a> Strategy<'a> {
         text
     }
 
-    /// The same as read.
+    /// Like `text`, as read.
     ///
     /// # Panics
     /// If it cannot be read.

@@ -3,12 +3,12 @@
 use crate::{Fixed, read};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::formats::artefact::{Artefact, Ball, Bar};
+use trueaxis_measure::formats::artefact::{Artefact, ArtefactBar, Ball};
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::{
-    HeldOut, Identified, IdentifyError, Model, NotKnown, Options, Problem, error_file, honesty,
-    identify,
+    HeldOut, Identified, IdentifyError, IdentifyOptions, Model, NotKnown, Problem, error_file,
+    honesty, identify,
 };
 use trueaxis_measure::simulate::{self, Disturbances};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table, covariance};
@@ -20,7 +20,7 @@ use trueaxis_model::machine::Machine;
 pub struct Case {
     /// The machine.
     pub machine: Machine,
-    /// Its errors.
+    /// Errors of the machine.
     pub errors: ErrorModel,
     /// Positions of the balls.
     pub artefact: Artefact,
@@ -93,7 +93,7 @@ impl Case {
         Self::spread(machine, parameters, BALLS, rows, random)
     }
 
-    /// The same with a given number of balls.
+    /// Like `drawn`, with a given number of balls.
     #[must_use]
     pub fn spread(
         machine: &Machine,
@@ -268,7 +268,7 @@ impl Case {
             .expect("balls in reach")
     }
 
-    /// The same with errors of these parameters only.
+    /// With errors of these parameters only.
     #[must_use]
     pub fn only(&self, parameters: &[Parameter]) -> Self {
         let mut case = self.clone();
@@ -319,7 +319,7 @@ impl Case {
     pub fn add_bar(&mut self, uncertainty: f64, random: &mut Fixed) {
         let [a, b] = [0, 1].map(|k| self.ball(k));
         let off = random.within(-1.0, 1.0) * uncertainty * 3.0_f64.sqrt();
-        self.artefact.bars.push(Bar {
+        self.artefact.bars.push(ArtefactBar {
             balls: [0, 1].map(|k| self.artefact.balls[k].name.clone()),
             length: (a - b).norm() + off,
             uncertainty,
@@ -337,7 +337,7 @@ impl Case {
         &self,
         model: &str,
         measured: &Probings,
-        options: Options,
+        options: IdentifyOptions,
     ) -> Result<Identified, IdentifyError> {
         let perfect = ErrorModel::perfect(&self.machine);
         let parameters = self.parameters(model);
@@ -356,7 +356,7 @@ impl Case {
     /// # Panics
     /// If the identification fails.
     #[must_use]
-    pub fn found(&self, model: &str, measured: &Probings, options: Options) -> Identified {
+    pub fn found(&self, model: &str, measured: &Probings, options: IdentifyOptions) -> Identified {
         self.tried(model, measured, options).expect("a result")
     }
 

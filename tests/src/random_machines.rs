@@ -33,7 +33,7 @@ pub struct Case {
     pub files: [String; 2],
     /// The machine.
     pub machine: Machine,
-    /// Its errors.
+    /// Errors of the machine.
     pub errors: ErrorModel,
 }
 
@@ -44,7 +44,7 @@ pub fn cases(count: usize) -> Vec<Case> {
     chosen(count, |_| true)
 }
 
-/// The same for drawings without measured motions.
+/// Like `cases`, for drawings without measured motions.
 #[must_use]
 pub fn unmeasured(count: usize) -> Vec<Case> {
     chosen(count, |case| Kinds::of(case).tabulated == 0)

@@ -10,7 +10,7 @@ use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::formats::temperatures::{self, Temperatures};
 use trueaxis_measure::identify::{
-    Identified, NotKnown, Options, Problem, Warmed, error_file, identify, thermal,
+    Identified, IdentifyOptions, NotKnown, Problem, Warmed, error_file, identify, thermal,
 };
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
@@ -86,7 +86,7 @@ pub struct Reached {
     pub cycles: usize,
     /// Drift in unseen duty cycles without temperatures.
     pub without: Drift,
-    /// The same with them.
+    /// Like `without`, with them.
     pub with: Drift,
     /// The stated band (µm).
     pub band: f64,
@@ -153,7 +153,7 @@ pub fn measured(machine: &Machine, measurement: &Measurement) -> Files {
     measured_on(machine, &cold(machine), &parts, measurement)
 }
 
-/// The same of a machine with other errors when it is cold, and other effects of temperatures. `effect` is not used.
+/// Like `measured`, of a machine with other errors when it is cold, and other effects of temperatures. `effect` is not used.
 #[must_use]
 pub fn measured_on(
     machine: &Machine,
@@ -223,7 +223,7 @@ pub fn learnt(machine: &Machine, files: &Files) -> (Identified, Warmed, String) 
     learnt_from(machine, observations, &log).expect("an identification")
 }
 
-/// The same from what was read of files.
+/// Like `learnt`, from what was read of files.
 ///
 /// # Errors
 /// Why it cannot.
@@ -238,7 +238,8 @@ pub fn learnt_from(
     let find = |observations: &Observations| {
         let problem = Problem::new(machine, &probings, &artefact, &model, &base);
         let problem = problem.with(observations);
-        let identified = identify(&problem, Options::default()).map_err(|e| e.to_string())?;
+        let identified =
+            identify(&problem, IdentifyOptions::default()).map_err(|e| e.to_string())?;
         Ok::<_, String>((problem, identified))
     };
     let (problem, identified) = find(&observations)?;

@@ -1,4 +1,4 @@
-//! The same blob gives the same bits in every build and on every machine.
+//! One blob gives equal bits in every build and on every machine.
 //!
 //! `cargo xtask test` runs this in debug, in release, and in release with `-C target-cpu=native`, always against the
 //! same stored hashes.

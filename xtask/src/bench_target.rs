@@ -6,7 +6,7 @@ mod instruction;
 mod trace;
 
 use crate::cross::{CORTEX_M, Cross};
-use crate::elf::Program;
+use crate::elf::ElfProgram;
 use crate::figures::Figures;
 use crate::process::{example, judged, root, run, target, trueaxis};
 use crate::{blob, files, qemu};
@@ -148,7 +148,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             }
         }
     }
-    let runtime = Program::read(&folder.join("release/runtime"))?;
+    let runtime = ElfProgram::read(&folder.join("release/runtime"))?;
     let mut wrong = Vec::new();
     for (root, key) in [
         ("evaluate", "code_evaluate"),
@@ -220,7 +220,7 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
 /// Flash size of the firmware for the STM32F405, bytes.
 fn image(cross: &Cross) -> Result<u32, String> {
     let folder = cross.build("stm32f405", "build -q --release")?;
-    Ok(Program::read(&folder.join("release/stm32f405"))?.flash())
+    Ok(ElfProgram::read(&folder.join("release/stm32f405"))?.flash())
 }
 
 /// Costs of the typical call of each kind, by key.
@@ -245,7 +245,7 @@ fn measure(program: &Path) -> Result<(Figures, Costs), String> {
 
 /// Size of the code reachable from `root`, bytes. None of it may panic, and none may call through a pointer, which this
 /// check cannot follow.
-fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
+fn servo_path(runtime: &ElfProgram, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
     // `servo_path::ROOT` as mangled by the compiler.
     let reach = runtime.reach(&format!("10servo_path{}{root}", root.len()))?;
     wrong.extend(reach.faults(root));
@@ -344,7 +344,7 @@ fn shares(calls: &[(&str, Cost)]) {
     print!("\n{:<40}", "cycles (instructions)");
     calls.iter().for_each(|(key, _)| print!(" {key:>22}"));
     println!();
-    for kind in instruction::Kind::ALL {
+    for kind in instruction::InstructionKind::ALL {
         line(kind.name(), &|cost| {
             let (count, cycles) = cost.kinds.get(&kind).copied().unwrap_or_default();
             format!("{cycles} ({count})")

@@ -12,7 +12,7 @@ mod install;
 mod target;
 
 pub use bare::linker;
-pub use build::{Capacities, bare_library, libraries};
+pub use build::{BuildCapacities, bare_library, libraries};
 pub use c_program::{CProgram, compilers};
 pub use cost::print as cost;
 pub use install::execute as install;
@@ -45,7 +45,7 @@ pub fn execute(parts: &[&str]) -> Result<(), String> {
     compilers("the C interface")?;
     capacities::check()?;
     installed()?;
-    let libraries = build::libraries(&Capacities::USUAL)?;
+    let libraries = build::libraries(&BuildCapacities::USUAL)?;
     let first = compile("gcc", "-std=c99", "examples/first.c", &libraries)?;
     run(Command::new(&first).arg(blob("huron-13")))?;
     for standard in ["-std=c99", "-std=c11"] {

@@ -23,7 +23,7 @@ pub struct Cross {
     pub target: &'static str,
     /// That of the distribution, with the library built from source.
     pub from_source: bool,
-    /// Its version, e.g. `1.95.0`.
+    /// Version, e.g. `1.95.0`.
     pub version: String,
 }
 
@@ -80,7 +80,7 @@ impl Cross {
         run(&mut build).map(|()| folder)
     }
 
-    /// The same command without targets, which are [added](Self::add_to) for this compiler; the folder has one
+    /// This command without targets, which are [added](Self::add_to) for this compiler; the folder has one
     /// subfolder for each of them.
     pub fn cargo_without_target(&self, board: &str, words: &str) -> (Command, PathBuf) {
         // Programs with the same name, and flags that would each trigger a full rebuild.

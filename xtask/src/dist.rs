@@ -4,7 +4,7 @@
 //! built for the part that it has, and a model of the STM32F405 runs its image as it is (`cargo xtask hil`).
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
-use crate::systems::{self, System};
+use crate::systems::{self, TestedSystem};
 use crate::{capi, cross, files, hil, linuxcnc, packages, python, web};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -88,20 +88,20 @@ fn static_command() -> Result<PathBuf, String> {
 }
 
 /// The command for the other systems, and the package for ARM; which of them can be checked.
-fn others(documents: &Documents, folder: &Path) -> Result<Vec<(System, PathBuf)>, String> {
+fn others(documents: &Documents, folder: &Path) -> Result<Vec<(TestedSystem, PathBuf)>, String> {
     let mut programs = Vec::new();
-    for system in System::ALL {
+    for system in TestedSystem::ALL {
         let Some(built) = system.build("dist")? else {
             continue;
         };
-        let ending = if matches!(system, System::Windows) {
+        let ending = if matches!(system, TestedSystem::Windows) {
             ".exe"
         } else {
             ""
         };
         let program = folder.join(format!("trueaxis-{VERSION}-{}{ending}", system.target()));
         files::copy(&built, &program)?;
-        if matches!(system, System::Arm) {
+        if matches!(system, TestedSystem::Arm) {
             command_package(&program, documents, "arm64", folder)?;
         }
         programs.push((system, built));

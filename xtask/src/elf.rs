@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A program: ELF, 32 bits, little-endian.
-pub struct Program {
+pub struct ElfProgram {
     sections: Vec<Section>,
     /// By address, without the Thumb bit.
-    functions: BTreeMap<u32, Function>,
+    functions: BTreeMap<u32, ElfFunction>,
     /// From each address on: code (true) or data within code.
     map: BTreeMap<u32, bool>,
 }
@@ -26,14 +26,14 @@ struct Section {
     allocated: bool,
 }
 
-struct Function {
+struct ElfFunction {
     name: String,
     size: u32,
 }
 
 /// The reachable part of a program.
 #[derive(Default)]
-pub struct Reach {
+pub struct CallReach {
     /// All functions, each with the one from which it was reached.
     functions: BTreeMap<String, Option<String>>,
     /// Names of functions that call through a pointer, whose targets are unknown.
@@ -42,7 +42,7 @@ pub struct Reach {
     pub size: u32,
 }
 
-impl Reach {
+impl CallReach {
     /// Without the calls through pointers in functions whose name contains this.
     pub fn may_call_through_a_pointer(mut self, function: &str) -> Self {
         self.through_pointers.retain(|f| !f.contains(function));
@@ -63,7 +63,7 @@ impl Reach {
     }
 }
 
-impl Program {
+impl ElfProgram {
     /// # Errors
     /// If the file cannot be read or is not such a program.
     pub fn read(path: &Path) -> Result<Self, String> {
@@ -94,7 +94,7 @@ impl Program {
                 "$t" | "$d" => drop(program.map.insert(address, name == "$t")),
                 _ if symbol.kind() == SymbolKind::Text => {
                     let (name, size) = (name.to_owned(), symbol.size() as u32);
-                    let function = Function { name, size };
+                    let function = ElfFunction { name, size };
                     program.functions.insert(address & !1, function);
                 }
                 _ => {}
@@ -135,7 +135,7 @@ impl Program {
     ///
     /// # Errors
     /// If there is no such function, or its code cannot be read.
-    pub fn reach(&self, root: &str) -> Result<Reach, String> {
+    pub fn reach(&self, root: &str) -> Result<CallReach, String> {
         self.reach_where(root, |name| name.contains(root))
     }
 
@@ -143,18 +143,18 @@ impl Program {
     ///
     /// # Errors
     /// If there is no such function, or its code cannot be read.
-    pub fn reach_from(&self, root: &str) -> Result<Reach, String> {
+    pub fn reach_from(&self, root: &str) -> Result<CallReach, String> {
         self.reach_where(root, |name| name == root)
     }
 
-    fn reach_where(&self, root: &str, is_root: impl Fn(&str) -> bool) -> Result<Reach, String> {
+    fn reach_where(&self, root: &str, is_root: impl Fn(&str) -> bool) -> Result<CallReach, String> {
         let roots = self.functions.iter().filter(|(_, f)| is_root(&f.name));
         let mut open: Vec<(u32, Option<String>)> = roots.map(|(&at, _)| (at, None)).collect();
         if open.is_empty() {
             return Err(format!("the program has no function `{root}`"));
         }
         let mut seen = BTreeSet::new();
-        let mut reach = Reach::default();
+        let mut reach = CallReach::default();
         while let Some((address, from)) = open.pop() {
             if !seen.insert(address) {
                 continue;
@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     /// Code and data starting at address 0, and the frame of the function at 0.
-    fn program() -> Program {
+    fn program() -> ElfProgram {
         let halfwords = [
             // 0: bl .+12, to `called`; bx lr; data that would be `bl .+12` to `unused`
             0xF000, 0xF804, 0x4770, 0xF000, 0xF804, 0x4770, //
@@ -273,9 +273,9 @@ mod tests {
         ];
         let function = |(address, name, size): (u32, &str, u32)| {
             let name = name.to_owned();
-            (address, Function { name, size })
+            (address, ElfFunction { name, size })
         };
-        Program {
+        ElfProgram {
             // 300 bytes of stack, in LEB128.
             sections: vec![
                 section(".stack_sizes", &[1, 0, 0, 0, 0xAC, 2], false),

@@ -25,7 +25,7 @@ fn text(name: &str) -> Option<u64> {
 }
 
 /// Duration of each target.
-enum Length {
+enum FuzzLength {
     Seconds(u64),
     Runs(u64),
 }
@@ -55,8 +55,8 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         println!("no nightly toolchain: using the unstable flags of the stable one");
     }
     let limit = match length {
-        Length::Seconds(s) => format!("-max_total_time={s}"),
-        Length::Runs(n) => format!("-runs={n}"),
+        FuzzLength::Seconds(s) => format!("-max_total_time={s}"),
+        FuzzLength::Runs(n) => format!("-runs={n}"),
     };
     for name in &chosen {
         let name = *name;
@@ -102,15 +102,15 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-fn read(options: &[&str]) -> Result<Length, String> {
+fn read(options: &[&str]) -> Result<FuzzLength, String> {
     let number = |text: &str| {
         text.parse()
             .map_err(|_| format!("`{text}` is not a number"))
     };
     match options {
-        [] => Ok(Length::Seconds(60)),
-        ["--seconds", n] => Ok(Length::Seconds(number(n)?)),
-        ["--runs", n] => Ok(Length::Runs(number(n)?)),
+        [] => Ok(FuzzLength::Seconds(60)),
+        ["--seconds", n] => Ok(FuzzLength::Seconds(number(n)?)),
+        ["--runs", n] => Ok(FuzzLength::Runs(number(n)?)),
         other => Err(format!(
             "fuzz takes names of targets and --seconds N or --runs N, not `{}`",
             other.join(" ")

@@ -8,7 +8,7 @@ mod speed;
 
 use crate::process::{example, output, said, target, trueaxis};
 use crate::{blob, files, packages};
-use rs274::Motion;
+use rs274::Rs274Motion;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -239,9 +239,9 @@ fn moves(
 }
 
 /// Motions with a distance. A rapid to the current position is one for rs274 (G0 alone) but not for us.
-fn moving(motions: impl IntoIterator<Item = Motion>) -> Vec<Motion> {
+fn moving(motions: impl IntoIterator<Item = Rs274Motion>) -> Vec<Rs274Motion> {
     let mut at = [0.0; 9];
-    let moves = |motion: &Motion| {
+    let moves = |motion: &Rs274Motion| {
         let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
         at = motion.to;
         !stands
@@ -250,11 +250,11 @@ fn moving(motions: impl IntoIterator<Item = Motion>) -> Vec<Motion> {
 }
 
 /// Number of equal motions; fails at the first difference.
-fn same(ours: &[String], rivals: &[Motion]) -> Result<usize, String> {
+fn same(ours: &[String], rivals: &[Rs274Motion]) -> Result<usize, String> {
     if let Some(refused) = ours.iter().find(|l| l.starts_with("refused")) {
         return Err(refused.clone());
     }
-    let ours = moving(ours.iter().filter_map(|line| Motion::read(line)));
+    let ours = moving(ours.iter().filter_map(|line| Rs274Motion::read(line)));
     let rivals = moving(rivals.iter().cloned());
     for (number, (a, b)) in ours.iter().zip(&rivals).enumerate() {
         a.same(b).map_err(|cause| {

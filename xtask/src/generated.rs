@@ -157,7 +157,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             output(&mut compile)?;
             objects.push(object);
         }
-        programs.push(Program::new(
+        programs.push(GeneratedProgram::new(
             name,
             &fs::read_to_string(&rust).map_err(|e| e.to_string())?,
         ));
@@ -257,13 +257,13 @@ fn refused_with_fast_math(folder: &Path) -> Result<(), String> {
 }
 
 /// What the comparing program has to know of one generated file.
-struct Program {
+struct GeneratedProgram {
     name: String,
     is_directional: bool,
     has_weights: bool,
 }
 
-impl Program {
+impl GeneratedProgram {
     fn new(name: &str, rust: &str) -> Self {
         let has = |argument: &str| {
             rust.lines()
@@ -320,7 +320,11 @@ impl Program {
     }
 }
 
-fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Result<(), String> {
+fn write_project(
+    folder: &Path,
+    programs: &[GeneratedProgram],
+    objects: &[PathBuf],
+) -> Result<(), String> {
     let [shared, capi] = ["shared", "firmware/capi"].map(|path| root().join(path));
     let manifest = format!(
         "[package]\nname = \"generated\"\nversion = \"0.0.0\"\nedition = \"2024\"\nbuild = \"build.rs\"\n\n\
@@ -338,7 +342,7 @@ fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Re
     let build =
         format!("fn main() {{\n{links}    println!(\"cargo::rustc-link-arg=-lubsan\");\n}}\n");
     files::write(&folder.join("build.rs"), build)?;
-    let parts: String = programs.iter().map(Program::lines).collect();
+    let parts: String = programs.iter().map(GeneratedProgram::lines).collect();
     let calls: String = programs
         .iter()
         .map(|program| format!("    all &= compare_{}(count);\n", program.name))
@@ -352,5 +356,5 @@ fn write_project(folder: &Path, programs: &[Program], objects: &[PathBuf]) -> Re
 
 /// The program that compares, but for its parts about each file.
 const COMPARE: &str = include_str!("generated/compare.rs");
-/// Its part about the C interface.
+/// Part about the C interface.
 const C_SERVO: &str = include_str!("generated/c_servo.rs");

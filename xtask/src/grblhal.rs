@@ -1,6 +1,6 @@
 //! `cargo xtask grblhal`: the plugin for grblHAL with a stand-in for its interface, under sanitizers.
 
-use crate::capi::{BLOBS, CProgram, Capacities, compilers, libraries};
+use crate::capi::{BLOBS, BuildCapacities, CProgram, compilers, libraries};
 use crate::process::{root, run};
 use crate::{files, firmware_crate};
 use std::process::Command;
@@ -12,7 +12,7 @@ const AXES: [u32; 4] = [6, 5, 4, 3];
 /// If something does not compile without warnings, or fails.
 pub fn execute() -> Result<(), String> {
     compilers("the plugin for grblHAL")?;
-    let libraries = libraries(&Capacities::USUAL)?;
+    let libraries = libraries(&BuildCapacities::USUAL)?;
     let folder = root().join("firmware/grblhal");
     let tests = folder.join("tests");
     let standin = tests.join("standin");

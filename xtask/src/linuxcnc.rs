@@ -21,15 +21,15 @@ mod surface;
 mod times;
 mod touches;
 
-use bench::Bench;
+use bench::LinuxCncBench;
 pub use package::{corrects as package_corrects, execute as package};
 use std::thread::{self, ScopedJoinHandle};
 
 /// Fails with the violated condition.
-type Check = fn(&Bench) -> Result<(), String>;
+type ConditionCheck = fn(&LinuxCncBench) -> Result<(), String>;
 
 /// The parts, by name.
-const PARTS: &[(&str, Check)] = &[
+const PARTS: &[(&str, ConditionCheck)] = &[
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
@@ -75,7 +75,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     {
         return Err(format!("there is no part `{part}`"));
     }
-    let bench = Bench::provide()?;
+    let bench = LinuxCncBench::provide()?;
     let wants =
         |name: &str| chosen.contains(&name) || (chosen.is_empty() && !ONLY_NAMED.contains(&name));
     let told = |name: &str, done: Result<(), String>| done.map_err(|e| format!("{name}: {e}"));
@@ -84,7 +84,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
             .iter()
             .filter(|(name, _)| BESIDE.contains(name) && wants(name));
         let bench = &bench;
-        let start = |(name, check): &(&'static str, Check)| {
+        let start = |(name, check): &(&'static str, ConditionCheck)| {
             let (name, check) = (*name, *check);
             (name, scope.spawn(move || check(bench)))
         };

@@ -2,7 +2,7 @@
 //! can run.
 
 use crate::cross::Cross;
-use crate::elf::Program;
+use crate::elf::ElfProgram;
 use crate::figures::Figures;
 use crate::process::{NOT_RUN, cargo, has, joined, judged, root, run, target};
 use crate::{files, packages};
@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// A build target, and where it runs.
-struct Target {
+struct BuildTarget {
     name: &'static str,
     platform: Platform,
     /// Processors, and their emulators.
@@ -31,7 +31,7 @@ enum Platform {
 }
 use Platform::{Bare, Linux, Web};
 
-const TARGETS: [Target; 9] = [
+const TARGETS: [BuildTarget; 9] = [
     of(
         "thumbv6m-none-eabi",
         Bare([0, 0x2000_0000, 0x2000_4000]),
@@ -89,8 +89,8 @@ const fn of(
     name: &'static str,
     platform: Platform,
     processors: &'static [(&'static str, &'static str)],
-) -> Target {
-    Target {
+) -> BuildTarget {
+    BuildTarget {
         name,
         platform,
         processors,
@@ -106,9 +106,9 @@ const LONGEST: Duration = Duration::from_secs(120);
 const CALLS: u64 = 100;
 
 /// Path of the program for each target.
-type Programs = Vec<(&'static Target, PathBuf)>;
+type Programs = Vec<(&'static BuildTarget, PathBuf)>;
 
-impl Target {
+impl BuildTarget {
     fn linker(&self) -> Option<String> {
         match self.platform {
             Linux(gnu, _) => Some(format!("{gnu}-gcc")),
@@ -177,13 +177,13 @@ impl Target {
 }
 
 /// Output of the program: the bits of corrections, and the cost of calls.
-struct Results {
+struct TargetOutput {
     bits: Vec<u8>,
     /// Instructions of an evaluation, of one by generated code and of a servo update, if counted.
     instructions: Option<[u64; 3]>,
 }
 
-impl Results {
+impl TargetOutput {
     fn split(mut bytes: Vec<u8>) -> Option<Self> {
         let figures = bytes.split_off(bytes.len().checked_sub(16)?);
         let mut figures = figures.chunks(4).map(|bytes| {
@@ -267,7 +267,9 @@ pub fn execute() -> Result<(), String> {
             let shown = match compared {
                 Ok(instructions) => {
                     let bytes = match target.platform {
-                        Bare(_) => Program::read(&program).map(|p| p.flash().saturating_sub(blobs)),
+                        Bare(_) => {
+                            ElfProgram::read(&program).map(|p| p.flash().saturating_sub(blobs))
+                        }
                         Linux(..) | Web => Err(String::new()),
                     };
                     let bytes = bytes.map_or_else(|_| String::new(), |bytes| bytes.to_string());
@@ -307,7 +309,10 @@ fn folder() -> PathBuf {
 }
 
 /// Links the program for the targets whose compilers are `from_source` or not; returns the path for each.
-fn build(compilers: &[(&'static Target, Cross)], from_source: bool) -> Result<Programs, String> {
+fn build(
+    compilers: &[(&'static BuildTarget, Cross)],
+    from_source: bool,
+) -> Result<Programs, String> {
     let chosen = |pair: &&(_, Cross)| pair.1.from_source == from_source;
     let Some((_, first)) = compilers.iter().find(chosen) else {
         return Ok(Vec::new());
@@ -324,7 +329,7 @@ fn build(compilers: &[(&'static Target, Cross)], from_source: bool) -> Result<Pr
 }
 
 /// Results of the program on this computer.
-fn desktop(file: &Path) -> Result<Results, String> {
+fn desktop(file: &Path) -> Result<TargetOutput, String> {
     let target = target("board");
     let mut build = cargo();
     build.current_dir(folder()).env("CARGO_TARGET_DIR", &target);
@@ -333,7 +338,7 @@ fn desktop(file: &Path) -> Result<Results, String> {
 }
 
 /// Runs a program to completion; returns its output, which is also stored in `file`.
-fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
+fn finish(mut command: Command, file: &Path) -> Result<TargetOutput, String> {
     let failed = |error: std::io::Error| format!("{}: {error}", file.display());
     let errors = file.with_extension("err");
     let mut child = command
@@ -360,7 +365,7 @@ fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
             .trim_end()
             .to_owned());
     }
-    Results::split(fs::read(file).map_err(failed)?).ok_or_else(|| "too few results".to_owned())
+    TargetOutput::split(fs::read(file).map_err(failed)?).ok_or_else(|| "too few results".to_owned())
 }
 
 /// Total size of the blobs in the program, bytes.
@@ -377,10 +382,10 @@ fn bytes_of_blobs() -> Result<u32, String> {
 mod tests {
     use super::*;
 
-    fn results(bits: [u32; 3]) -> Results {
+    fn results(bits: [u32; 3]) -> TargetOutput {
         let figures = [16_416, 15_898_623, 8_208_000, 23_423_228];
         let numbers = bits.into_iter().chain(figures);
-        Results::split(numbers.flat_map(u32::to_le_bytes).collect()).unwrap()
+        TargetOutput::split(numbers.flat_map(u32::to_le_bytes).collect()).unwrap()
     }
 
     #[test]
@@ -392,16 +397,16 @@ mod tests {
             found,
             "number 1 has the bytes Some([02, 00, 00, 80]) instead of Some([02, 00, 00, 00])"
         );
-        let short = Results::split(vec![0; 24]).unwrap();
+        let short = TargetOutput::split(vec![0; 24]).unwrap();
         let found = short.difference(&desktop).unwrap();
         assert_eq!(found, "8 bytes instead of 12");
-        assert!(Results::split(vec![0; 15]).is_none());
+        assert!(TargetOutput::split(vec![0; 15]).is_none());
     }
 
     #[test]
     fn ticks_become_instructions_of_one_call() {
         assert_eq!(results([0; 3]).instructions, Some([9685, 5000, 14_269]));
-        let without = Results::split(vec![0; 20]).unwrap();
+        let without = TargetOutput::split(vec![0; 20]).unwrap();
         assert_eq!(without.instructions, None);
     }
 }

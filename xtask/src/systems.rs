@@ -13,14 +13,14 @@ use std::process::Command;
 
 /// A system that the command is built for.
 #[derive(Clone, Copy)]
-pub enum System {
+pub enum TestedSystem {
     Windows,
     Arm,
     Mac,
 }
-use System::{Arm, Mac, Windows};
+use TestedSystem::{Arm, Mac, Windows};
 
-impl System {
+impl TestedSystem {
     pub const ALL: [Self; 3] = [Windows, Arm, Mac];
 
     /// Name of the system in the arguments of this command.
@@ -138,12 +138,12 @@ const SQUARE: &str =
 /// # Errors
 /// If a program does not build, or differs from that of this computer.
 pub fn execute(names: &[&str]) -> Result<(), String> {
-    let systems: Vec<System> = match names {
-        [] => System::ALL.to_vec(),
+    let systems: Vec<TestedSystem> = match names {
+        [] => TestedSystem::ALL.to_vec(),
         _ => names
             .iter()
             .map(|name| {
-                let found = System::ALL
+                let found = TestedSystem::ALL
                     .into_iter()
                     .find(|system| system.name() == *name);
                 found.ok_or_else(|| format!("no system {name}: windows, arm, macos"))
@@ -162,13 +162,13 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
 ///
 /// # Errors
 /// If it does not, or writes other bytes.
-pub fn check(system: System, program: &Path) -> Result<(), String> {
+pub fn check(system: TestedSystem, program: &Path) -> Result<(), String> {
     if system.runner()?.is_none() {
         println!("{}: built, not run", system.target());
         return Ok(());
     }
-    let here = Place::fresh("here", &trueaxis()?, None)?;
-    let there = Place::fresh(system.name(), program, Some(system))?;
+    let here = TestPlace::fresh("here", &trueaxis()?, None)?;
+    let there = TestPlace::fresh(system.name(), program, Some(system))?;
     let mut wrong = Vec::new();
     let mut count = 0;
     for job in jobs(&here.folder)? {
@@ -214,15 +214,15 @@ fn difference(ours: &str, theirs: &str) -> String {
 }
 
 /// A program and the folder that it works in, whose name is not plain.
-struct Place {
+struct TestPlace {
     folder: PathBuf,
     program: PathBuf,
     /// For a program of another system.
-    system: Option<System>,
+    system: Option<TestedSystem>,
 }
 
-impl Place {
-    fn fresh(name: &str, program: &Path, system: Option<System>) -> Result<Self, String> {
+impl TestPlace {
+    fn fresh(name: &str, program: &Path, system: Option<TestedSystem>) -> Result<Self, String> {
         let folder = target("systems").join(name).join("Fräse 5 Achsen");
         let _ = fs::remove_dir_all(&folder);
         let folder = files::folder(folder)?;
@@ -243,7 +243,7 @@ impl Place {
     }
 
     fn command(&self) -> Result<Command, String> {
-        let runner = self.system.map_or(Ok(None), System::runner)?;
+        let runner = self.system.map_or(Ok(None), TestedSystem::runner)?;
         let mut command = match runner {
             None => Command::new(&self.program),
             Some(mut runner) => {

@@ -6,19 +6,19 @@ use std::thread;
 use std::time::Instant;
 
 /// One check.
-struct Step {
+struct TestStep {
     name: String,
     command: Command,
 }
 
-fn step(name: impl Into<String>, arguments: &str) -> Step {
+fn step(name: impl Into<String>, arguments: &str) -> TestStep {
     let mut command = cargo();
     command.args(arguments.split_whitespace());
     let name = name.into();
-    Step { name, command }
+    TestStep { name, command }
 }
 
-fn with(mut step: Step, key: &str, value: &str) -> Step {
+fn with(mut step: TestStep, key: &str, value: &str) -> TestStep {
     step.command.env(key, value);
     step
 }
@@ -45,7 +45,7 @@ const BESIDE: [&str; 2] = ["LinuxCNC", "hardware in the loop"];
 const SIX: &str = "6 random machines";
 
 /// Checks that run anywhere, with nothing to install: minutes.
-fn usual() -> Vec<Step> {
+fn usual() -> Vec<TestStep> {
     let mut steps = vec![step("formatting", "fmt --all --check")];
     steps.push(step(
         "formatting of the module for Python",
@@ -85,7 +85,7 @@ fn usual() -> Vec<Step> {
 }
 
 /// Further checks, with emulators, LinuxCNC, a browser and compilers for other targets, which the steps install.
-fn rest() -> Vec<Step> {
+fn rest() -> Vec<TestStep> {
     // A separate build of the workspace in its own directory, so that the default one stays warm.
     let native = with(
         step(
@@ -158,7 +158,7 @@ struct Ran {
     result: Result<Vec<String>, String>,
 }
 
-fn ran(mut step: Step) -> Ran {
+fn ran(mut step: TestStep) -> Ran {
     println!("\n== {}", step.name);
     let start = Instant::now();
     let result = process::run_keeping(&mut step.command, LINES_OF_FAILED);
@@ -175,12 +175,16 @@ fn ran(mut step: Step) -> Ran {
 ///
 /// # Errors
 /// The names of the failed steps.
-fn run_steps(steps: Vec<Step>, rest: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
+fn run_steps(
+    steps: Vec<TestStep>,
+    rest: Vec<TestStep>,
+    mut not_run: Vec<String>,
+) -> Result<(), String> {
     let count = steps.len() + rest.len();
-    let (beside, rest): (Vec<Step>, Vec<Step>) = rest
+    let (beside, rest): (Vec<TestStep>, Vec<TestStep>) = rest
         .into_iter()
         .partition(|step| BESIDE.contains(&step.name.as_str()));
-    let run_all = |steps: Vec<Step>| steps.into_iter().map(ran).collect::<Vec<Ran>>();
+    let run_all = |steps: Vec<TestStep>| steps.into_iter().map(ran).collect::<Vec<Ran>>();
     let mut all = run_all(steps);
     thread::scope(|scope| {
         let beside = scope.spawn(|| run_all(beside));
@@ -232,7 +236,7 @@ fn run_steps(steps: Vec<Step>, rest: Vec<Step>, mut not_run: Vec<String>) -> Res
 }
 
 /// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if possible.
-fn miri() -> Option<Step> {
+fn miri() -> Option<TestStep> {
     if !works(nightly().args(["miri", "--version"])) {
         eprintln!("no Miri: trying rustup");
         let add = "component add --toolchain nightly miri rust-src";
@@ -244,7 +248,7 @@ fn miri() -> Option<Step> {
         command
             .args(words.split(' '))
             .env("CARGO_TARGET_DIR", target("miri"));
-        Step {
+        TestStep {
             name: "the kernel under Miri".to_owned(),
             command,
         }

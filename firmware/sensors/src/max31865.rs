@@ -8,7 +8,7 @@ use embedded_hal::spi::{Error, Operation, SpiDevice};
 
 use crate::{Curve, Platinum, SensorError};
 
-/// Its registers, from 0: configuration, result, high and low threshold (two each), faults.
+/// Registers, from 0: configuration, result, high and low threshold (two each), faults.
 const REGISTERS: usize = 8;
 const CONFIGURATION: usize = 0;
 const RESULT: usize = 1;

@@ -117,7 +117,7 @@ pub(super) fn access(side: ServoSide<Usual>) -> Access<Usual> {
     leak(Shell::new(4000)).share(shared(side))
 }
 
-/// The same nonce at every start.
+/// An unchanging nonce at every start.
 struct Nonce;
 
 impl BootNonce for Nonce {
@@ -294,7 +294,7 @@ impl Bench {
         self.heart.beat(self.shell.liveness(), healthy)
     }
 
-    /// The same while the motion side commands a fixed place.
+    /// Servo interrupts and main loop for some time, while the motion side commands a fixed place.
     fn run_there(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
             self.period(&mut Here);

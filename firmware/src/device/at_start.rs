@@ -11,7 +11,7 @@ use crate::slots::{Choice, TableFlash};
 const QUIET: u32 = 2;
 
 impl Choice {
-    /// The same choice if the machine is unchanged; on another machine corrections are not enabled automatically.
+    /// This choice if the machine is unchanged; on another machine corrections are not enabled automatically.
     pub(super) fn on(self, same_machine: bool) -> Self {
         Self {
             enable: self.enable && same_machine,

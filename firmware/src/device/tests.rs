@@ -112,7 +112,7 @@ fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
     upload_with(desktop, blob, &Request::Commit { force })
 }
 
-/// The same with another request at the end.
+/// Like `upload`, with another request at the end.
 fn upload_with(desktop: &mut Desktop, blob: &[u8], last: &Request<'_>) -> Reply<'static> {
     let (length, crc) = announced(blob);
     let mut next = loop {

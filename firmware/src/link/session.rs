@@ -26,7 +26,7 @@ pub(super) enum Turn {
     Again,
     /// An earlier request, delayed on its way: nobody waits for the answer.
     Old,
-    /// Its session is not open.
+    /// The session of the request is not open.
     NoSession,
 }
 

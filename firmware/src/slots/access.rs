@@ -144,7 +144,7 @@ impl<F: TableFlash> Slots<F> {
         Ok(())
     }
 
-    /// The same within one line, which starts at `line`, from byte `within` on.
+    /// Like `try_program`, within one line, which starts at `line`, from byte `within` on.
     fn program_line(
         &mut self,
         slot: Slot,

@@ -21,7 +21,7 @@ const ENABLE: u32 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Table {
-    /// Its sequence number.
+    /// Sequence number of the committed compensation.
     pub sequence: u32,
     /// CRC-32 in its header.
     pub crc: u32,

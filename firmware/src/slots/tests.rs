@@ -101,7 +101,7 @@ fn attempt<F: TableFlash>(
     Ok(slot)
 }
 
-/// The same without choosing it.
+/// Like `attempt`, without choosing it.
 fn committed<F: TableFlash>(
     slots: &mut Slots<F>,
     blob: &[u8],

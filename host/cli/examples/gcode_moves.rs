@@ -53,12 +53,12 @@ fn place(at: &[f64; 9]) -> String {
 
 /// What is asked on the command line.
 #[derive(Default)]
-struct Asked {
+struct CommandLine {
     tools: Vec<(u32, f64)>,
     wrapped: Vec<usize>,
 }
 
-impl Asked {
+impl CommandLine {
     fn rules(&self) -> Rules {
         let mut rules = rules(&self.tools);
         for axis in &self.wrapped {
@@ -68,7 +68,7 @@ impl Asked {
     }
 }
 
-fn run(name: &str, asked: &Asked) -> Result<(), String> {
+fn run(name: &str, asked: &CommandLine) -> Result<(), String> {
     let open = || std::fs::File::open(name).map(BufReader::new);
     let failed = |e: std::io::Error| format!("other {e}");
     let refused = |e: trueaxis_gcode::stream::StreamError| match e {
@@ -186,7 +186,7 @@ fn main() {
         }
         return;
     }
-    let mut asked = Asked::default();
+    let mut asked = CommandLine::default();
     for argument in arguments {
         if let Some(letter) = argument.strip_prefix("--wrapped=") {
             asked

@@ -8,7 +8,7 @@ use trueaxis_tables::validate::{Command, Runtime};
 /// An axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// Its letter.
+    /// Letter of the axis.
     pub axis: char,
     /// `µm` or `µrad`.
     pub unit: &'static str,

@@ -8,8 +8,8 @@
 
 use crate::difference::{Difference, differences};
 use crate::positions::{random_of, travel};
-use crate::sampled::{Grid, Nodes, Rest, without_direction};
-use crate::text_lines::{Line, lines};
+use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
+use crate::text_lines::{TextLine, lines};
 use std::fmt::Write;
 use trueaxis::Axis;
 use trueaxis_model::machine::MAX_AXES;
@@ -26,7 +26,7 @@ const MOST_MAGNIFICATION: u32 = 100;
 
 /// How a grid is made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct FanucOptions {
     /// Points along X, Y and Z.
     pub points: [usize; 3],
     /// Detection unit of the control (mm).
@@ -53,7 +53,7 @@ pub enum FanucError {
         "a correction of {axis} of {value:.3} mm is more than 127 × {MOST_MAGNIFICATION} detection units"
     )]
     Large {
-        /// Its letter.
+        /// Letter.
         axis: char,
         /// The correction.
         value: f64,
@@ -65,7 +65,7 @@ pub enum FanucError {
 
 /// A grid as the control has it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct FanucTable {
     /// Points along each axis.
     pub nodes: [Nodes; 3],
     /// Magnification of each axis.
@@ -83,8 +83,8 @@ pub struct Table {
 /// [`FanucError`]
 pub fn export(
     runtime: &Runtime<'_>,
-    options: &Options,
-) -> Result<(Table, String, Vec<Difference>), FanucError> {
+    options: &FanucOptions,
+) -> Result<(FanucTable, String, Vec<Difference>), FanucError> {
     let axes = runtime.compensation().axes();
     let letters = || axes.iter().map(|axis| char::from(axis.name)).collect();
     let index = |letter: u8| axes.iter().position(|axis| axis.name == letter);
@@ -107,10 +107,10 @@ pub fn export(
     };
     let mut commands = random_of(runtime.compensation(), options.positions, options.seed);
     commands.iter_mut().for_each(hold);
-    let rest = Rest::new(axes, &inputs, &commands);
+    let rest = OtherAxes::new(axes, &inputs, &commands);
     let nodes: [Nodes; 3] =
         std::array::from_fn(|k| Nodes::over(travel(&axes[inputs[k]]), options.points[k]));
-    let grid = Grid::of(&nodes, |position| {
+    let grid = SampledGrid::of(&nodes, |position| {
         let set = |command: &mut Command| {
             *command = without_direction(command);
             hold(command);
@@ -140,12 +140,12 @@ pub fn export(
 
 /// Whole numbers, with the smallest magnifications that hold them.
 fn rounded(
-    grid: &Grid<3>,
+    grid: &SampledGrid<3>,
     nodes: [Nodes; 3],
     unit: f64,
     axes: &[Axis],
     inputs: [usize; 3],
-) -> Result<Table, FanucError> {
+) -> Result<FanucTable, FanucError> {
     let mut magnification = [1; 3];
     for (k, magnification) in magnification.iter_mut().enumerate() {
         let largest = grid.values.iter().map(|v| v[k].abs()).fold(0.0, f64::max);
@@ -164,7 +164,7 @@ fn rounded(
             (value[k] / step).round().clamp(LEAST, MOST) as i32
         })
     };
-    Ok(Table {
+    Ok(FanucTable {
         nodes,
         magnification,
         unit,
@@ -172,12 +172,12 @@ fn rounded(
     })
 }
 
-impl Table {
+impl FanucTable {
     /// What the control interpolates (mm).
-    fn grid(&self) -> Grid<3> {
+    fn grid(&self) -> SampledGrid<3> {
         let step = self.magnification.map(|m| f64::from(m) * self.unit);
         let values = self.values.iter();
-        Grid {
+        SampledGrid {
             nodes: self.nodes.to_vec(),
             values: values
                 .map(|v| std::array::from_fn(|k| f64::from(v[k]) * step[k]))
@@ -194,7 +194,7 @@ const HEAD: [&str; 4] = [
     "magnification",
 ];
 
-fn print(table: &Table) -> String {
+fn print(table: &FanucTable) -> String {
     let mut text = format!(
         "(trueaxis: three-dimensional error compensation, corrections)\n(detection unit (mm), {})\n",
         table.unit
@@ -217,11 +217,11 @@ fn print(table: &Table) -> String {
 }
 
 /// Reads what [`export`] writes.
-fn read(text: &str) -> Result<Table, FileError> {
+fn read(text: &str) -> Result<FanucTable, FileError> {
     let all = lines(text);
     let short = || FileError::whole("the file ends too early", "give it whole");
     let line = |number: usize| all.get(number).ok_or_else(short);
-    let numbers = |line: &Line<'_>, words: &str| {
+    let numbers = |line: &TextLine<'_>, words: &str| {
         let rest = line.text.strip_prefix(&format!("({words},"));
         let rest = rest.and_then(|rest| rest.strip_suffix(')'));
         let rest =
@@ -260,7 +260,7 @@ fn read(text: &str) -> Result<Table, FileError> {
         values.push([row[1] as i32, row[2] as i32, row[3] as i32]);
     }
     match values.len() == nodes.iter().map(|n| n.count).product::<usize>() {
-        true => Ok(Table {
+        true => Ok(FanucTable {
             nodes,
             magnification: magnification.map(|m| m as u32),
             unit,

@@ -6,7 +6,7 @@
 //! which unit an angle is entered, so that must be chosen, nor how a control combines the errors: a rigid body that moves
 //! back its tip is assumed. No control has run it.
 
-use crate::rigid_body::{Chain, Left, Motions, left};
+use crate::rigid_body::{AxisErrors, Chain, RemainingErrors, left};
 use crate::text_lines::lines;
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Situation};
@@ -37,10 +37,10 @@ impl Angles {
 
 /// A table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct File {
+pub struct HeidenhainTable {
     /// Letter of its axis.
     pub axis: char,
-    /// Its text.
+    /// Text of the table.
     pub text: String,
 }
 
@@ -61,17 +61,17 @@ pub fn export(
     angles: Angles,
     positions: usize,
     seed: u64,
-) -> Result<(Vec<File>, Left), FileError> {
+) -> Result<(Vec<HeidenhainTable>, RemainingErrors), FileError> {
     let chain = Chain::new(machine);
     let motions = chain.motions(errors, points);
-    let files: Vec<File> = (machine.axes.iter().zip(&motions))
-        .map(|(axis, motions)| File {
+    let files: Vec<HeidenhainTable> = (machine.axes.iter().zip(&motions))
+        .map(|(axis, motions)| HeidenhainTable {
             axis: axis.letter.char(),
             text: print(axis.letter.char(), motions, angles),
         })
         .collect();
     let again = files.iter().map(|file| read(&file.text, angles));
-    let again: Vec<Motions> = again.collect::<Result<_, _>>()?;
+    let again: Vec<AxisErrors> = again.collect::<Result<_, _>>()?;
     let kinematics = Kinematics::new(machine, errors);
     let commands = commands_in_travel(machine, errors, positions, seed);
     let commands: Vec<(PerAxis, Situation)> = (commands.iter())
@@ -93,7 +93,7 @@ pub fn export(
     Ok((files, left))
 }
 
-fn print(axis: char, motions: &Motions, angles: Angles) -> String {
+fn print(axis: char, motions: &AxisErrors, angles: Angles) -> String {
     let mut text = format!("BEGIN {axis}.COM MM\n");
     let _ = writeln!(
         text,
@@ -121,7 +121,7 @@ fn print(axis: char, motions: &Motions, angles: Angles) -> String {
 ///
 /// # Errors
 /// [`FileError`]
-fn read(text: &str, angles: Angles) -> Result<Motions, FileError> {
+fn read(text: &str, angles: Angles) -> Result<AxisErrors, FileError> {
     let all = lines(text);
     let remedy = "give the table as it was written";
     let short = || FileError::whole("the table ends too early", remedy);
@@ -144,7 +144,7 @@ fn read(text: &str, angles: Angles) -> Result<Motions, FileError> {
         .iter()
         .map(|name| column(name))
         .collect::<Result<_, _>>()?;
-    let mut motions = Motions::default();
+    let mut motions = AxisErrors::default();
     for line in rows {
         let words: Vec<&str> = line.text.split_whitespace().collect();
         if words.len() != names.len() {

@@ -4,10 +4,10 @@
 //! command of Z. If the surface is flat, the machine causes it: the tool has then gone farther than commanded by minus
 //! the value.
 
-use crate::sampled::Grid;
+use crate::sampled::SampledGrid;
 
 /// Positions of X and Y, and the value of Z that touches there (mm).
-pub type Touch = [f64; 3];
+pub type MapPoint = [f64; 3];
 
 /// A map.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct HeightMap {
     /// Letters of the two axes.
     pub axes: [char; 2],
     /// The values (mm).
-    pub grid: Grid<1>,
+    pub grid: SampledGrid<1>,
     /// For each value, whether it was probed.
     pub probed: Vec<bool>,
 }
@@ -23,7 +23,7 @@ pub struct HeightMap {
 impl HeightMap {
     /// A map over X and Y with all values known.
     #[must_use]
-    pub fn new(grid: Grid<1>) -> Self {
+    pub fn new(grid: SampledGrid<1>) -> Self {
         Self {
             axes: ['X', 'Y'],
             probed: vec![true; grid.values.len()],
@@ -33,7 +33,7 @@ impl HeightMap {
 
     /// What was probed.
     #[must_use]
-    pub fn touches(&self) -> Vec<Touch> {
+    pub fn touches(&self) -> Vec<MapPoint> {
         let [x, y] = [0, 1].map(|axis| self.grid.nodes[axis]);
         let touches = (self.grid.values.iter().zip(&self.probed)).enumerate();
         touches
@@ -44,7 +44,7 @@ impl HeightMap {
 }
 
 /// Rows of numbers of a map, the first axis along a row, with `decimals`.
-pub fn rows(grid: &Grid<1>, decimals: usize) -> Vec<String> {
+pub fn rows(grid: &SampledGrid<1>, decimals: usize) -> Vec<String> {
     let row = |values: &[[f64; 1]]| {
         let values = values.iter();
         // Adding 0 turns −0 into 0.

@@ -11,10 +11,10 @@
 mod imported;
 mod parameters;
 
-use crate::rigid_body::{Chain, Left, Motions, left};
+use crate::rigid_body::{AxisErrors, Chain, RemainingErrors, left};
 use crate::text_lines::lines;
 pub use imported::imported;
-pub use parameters::{Parameters, Table};
+pub use parameters::{IsgParameters, IsgTable};
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Situation};
 use trueaxis_model::kinematics::Kinematics;
@@ -42,7 +42,7 @@ pub enum IsgError {
 
 /// What is written, and what it leaves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written {
+pub struct IsgWritten {
     /// The table of errors.
     pub csv: String,
     /// The lists of the configuration.
@@ -50,7 +50,7 @@ pub struct Written {
     /// Number of rows of all tables.
     pub records: usize,
     /// What is left on the machine.
-    pub left: Left,
+    pub left: RemainingErrors,
 }
 
 /// Writes the errors of a machine with `points` over the travel of each axis, reads them again, and drives the machine with
@@ -64,7 +64,7 @@ pub fn export(
     points: usize,
     positions: usize,
     seed: u64,
-) -> Result<Written, IsgError> {
+) -> Result<IsgWritten, IsgError> {
     let letters: String = machine.axes.iter().map(|axis| axis.letter.char()).collect();
     if letters.chars().any(|letter| !COMPONENTS.contains(&letter)) {
         return Err(IsgError::Axes(letters));
@@ -72,14 +72,14 @@ pub fn export(
     let chain = Chain::new(machine);
     let motions = chain.motions(errors, points);
     let csv = print(&chain, &motions);
-    let read = Parameters::read_csv(&csv).map_err(IsgError::Read)?;
+    let read = IsgParameters::read_csv(&csv).map_err(IsgError::Read)?;
     let again = read.motions(machine).map_err(IsgError::Read)?;
     let kinematics = Kinematics::new(machine, errors);
     let commands = commands_in_travel(machine, errors, positions, seed);
     let commands: Vec<(PerAxis, Situation)> = (commands.iter())
         .map(|command| in_degrees(machine, command))
         .collect();
-    Ok(Written {
+    Ok(IsgWritten {
         records: motions.iter().map(|m| m.at.len()).sum::<usize>() + 1,
         configuration: configuration(machine, &motions),
         left: left(&kinematics, &commands, |command| {
@@ -101,7 +101,7 @@ fn in_degrees(machine: &Machine, command: &Command) -> (PerAxis, Situation) {
     (position, situation)
 }
 
-fn print(chain: &Chain<'_>, motions: &[Motions]) -> String {
+fn print(chain: &Chain<'_>, motions: &[AxisErrors]) -> String {
     let machine = chain.machine;
     let mut text = format!(
         "// trueaxis: {}\n// Zero position of the tool, and centres of rotation\n",
@@ -152,7 +152,7 @@ fn number(value: f64) -> String {
 }
 
 /// Lines for the compensation list and the start-up list; what depends on the control is left to be filled in.
-fn configuration(machine: &Machine, motions: &[Motions]) -> String {
+fn configuration(machine: &Machine, motions: &[AxisErrors]) -> String {
     let mut text = "# Compensation list: logical axis numbers as on this control\n".to_owned();
     for (number, axis) in machine.axes.iter().enumerate() {
         let _ = writeln!(text, "{}\t{}\t# CHECK", axis.letter, number + 1);

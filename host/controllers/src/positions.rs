@@ -30,7 +30,7 @@ pub fn random(axes: &[Axis], count: usize, seed: u64) -> Vec<Command> {
     commands
 }
 
-/// The same over the travel of a compensation, with the tool length that it was compiled with.
+/// Like `random`, over the travel of a compensation, with the tool length that it was compiled with.
 pub fn random_of(compensation: &Largest<'_>, count: usize, seed: u64) -> Vec<Command> {
     let mut commands = random(compensation.axes(), count, seed);
     let inputs = compensation.auxiliaries().iter().enumerate();

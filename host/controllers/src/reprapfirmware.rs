@@ -7,13 +7,13 @@
 //! of RepRapFirmware.
 
 use crate::height_map::{HeightMap, rows};
-use crate::sampled::{Grid, Nodes};
-use crate::text_lines::{Line, lines};
+use crate::sampled::{Nodes, SampledGrid};
+use crate::text_lines::{TextLine, lines};
 use trueaxis_model::source::FileError;
 
 /// Start of the first line.
 const FIRST: &str = "RepRapFirmware height map file v2";
-/// The same of firmware 1.16 and before, whose maps have one spacing.
+/// Like `FIRST`, of firmware 1.16 and before, whose maps have one spacing.
 const FIRST_V1: &str = "RepRapFirmware height map file v1";
 /// The second line of each generation.
 const LABELS: [&str; 3] = [
@@ -136,7 +136,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
             probed.push(word != "0");
         }
     }
-    let grid = Grid {
+    let grid = SampledGrid {
         nodes: nodes.to_vec(),
         values,
     };
@@ -144,7 +144,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
 }
 
 /// The third line: letters, nodes along each axis.
-fn parameters(line: &Line<'_>, version: usize) -> Result<([char; 2], [Nodes; 2]), FileError> {
+fn parameters(line: &TextLine<'_>, version: usize) -> Result<([char; 2], [Nodes; 2]), FileError> {
     let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
     let count = LABELS[version].split(',').count();
     if words.len() < count {

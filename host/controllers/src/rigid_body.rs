@@ -18,14 +18,14 @@ pub type Error = [f64; 6];
 
 /// The errors of an axis at increasing positions (mm, deg), linear in between and constant outside.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Motions {
+pub struct AxisErrors {
     /// The positions.
     pub at: Vec<f64>,
     /// The error at each.
     pub errors: Vec<Error>,
 }
 
-impl Motions {
+impl AxisErrors {
     /// The error at a position (mm, deg).
     #[must_use]
     pub fn value(&self, position: f64) -> Error {
@@ -46,7 +46,7 @@ impl Motions {
 
 /// An axis with all others at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placed {
+pub struct PlacedAxis {
     /// Unit vector along which it moves or about which it turns what it carries, for a positive command.
     pub direction: Vector3<f64>,
     /// The point about which its errors turn (mm): on a rotary axis, the origin of its frame; on a linear one, that of the
@@ -62,16 +62,16 @@ pub struct Placed {
 pub struct Chain<'m> {
     /// The machine.
     pub machine: &'m Machine,
-    /// Its axes.
-    pub axes: Vec<Placed>,
+    /// Axes of the axes.
+    pub axes: Vec<PlacedAxis>,
     /// The tool tip (mm).
     pub tip: Vector3<f64>,
     /// The direction from the tip to the spindle.
     pub tool: Vector3<f64>,
 }
 
-impl Placed {
-    /// Its motion at a command (mm, rad).
+impl PlacedAxis {
+    /// Motion at a command (mm, rad).
     fn motion(&self, q: f64) -> Htm {
         if !self.rotary {
             return Htm::translation(self.direction * q);
@@ -114,7 +114,7 @@ impl<'m> Chain<'m> {
         let axes = machine.axes.iter().map(|axis| {
             let sense = if axis.reversed { -1.0 } else { 1.0 };
             let rotary = axis.letter.is_rotary();
-            Placed {
+            PlacedAxis {
                 direction: axis.frame.r.column(axis.letter.component()) * sense,
                 point: if rotary {
                     axis.frame.t
@@ -137,7 +137,7 @@ impl<'m> Chain<'m> {
     /// The errors of each axis, with their locations and that of the spindle, at `count` positions over the travel and at
     /// the points of its measured motions; after travel in either direction, the mean, and at reference temperatures.
     #[must_use]
-    pub fn motions(&self, errors: &ErrorModel, count: usize) -> Vec<Motions> {
+    pub fn motions(&self, errors: &ErrorModel, count: usize) -> Vec<AxisErrors> {
         let situation = Situation::default();
         let located = |index: usize, frame: &Htm| {
             let inter = Htm::from_xyz_abc(errors.inter_at(index, &situation.kelvin));
@@ -171,7 +171,7 @@ impl<'m> Chain<'m> {
                     false => all,
                 })
             };
-            Motions {
+            AxisErrors {
                 errors: at.iter().map(error).collect(),
                 at,
             }
@@ -182,7 +182,7 @@ impl<'m> Chain<'m> {
     /// Corrections (mm) of the linear axes at a command (mm, deg), as a controller computes them that compensates the
     /// position of the tip only: what moves the tip back by its error at this command.
     #[must_use]
-    pub fn correction(&self, motions: &[Motions], command: &PerAxis) -> PerAxis {
+    pub fn correction(&self, motions: &[AxisErrors], command: &PerAxis) -> PerAxis {
         let (mut nominal, mut actual) = ([Htm::identity(); 2], [Htm::identity(); 2]);
         let mut columns = [Vector3::zeros(); MAX_AXES];
         for (index, placed) in self.axes.iter().enumerate() {
@@ -222,7 +222,7 @@ impl<'m> Chain<'m> {
 
 /// Errors of the tool on a machine with and without a correction: the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Left {
+pub struct RemainingErrors {
     /// Of the tip without correction (µm).
     pub tip_before_um: f64,
     /// Of the tip with it (µm).
@@ -239,7 +239,7 @@ pub fn left(
     kinematics: &Kinematics<'_>,
     commands: &[(PerAxis, Situation)],
     correction: impl Fn(&PerAxis) -> PerAxis + Sync,
-) -> Left {
+) -> RemainingErrors {
     let machine = kinematics.machine;
     let each = parallel::map(commands, |(command, situation)| {
         let dq = correction(command);
@@ -259,11 +259,13 @@ pub fn left(
         (apart(&q), apart(&corrected))
     });
     each.iter()
-        .fold(Left::default(), |left, (before, after)| Left {
-            tip_before_um: left.tip_before_um.max(before[0]),
-            tip_um: left.tip_um.max(after[0]),
-            direction_before_urad: left.direction_before_urad.max(before[1]),
-            direction_urad: left.direction_urad.max(after[1]),
+        .fold(RemainingErrors::default(), |left, (before, after)| {
+            RemainingErrors {
+                tip_before_um: left.tip_before_um.max(before[0]),
+                tip_um: left.tip_um.max(after[0]),
+                direction_before_urad: left.direction_before_urad.max(before[1]),
+                direction_urad: left.direction_urad.max(after[1]),
+            }
         })
 }
 

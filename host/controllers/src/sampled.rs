@@ -47,14 +47,14 @@ impl Nodes {
 
 /// `M` values at each node of a grid over some axes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid<const M: usize> {
+pub struct SampledGrid<const M: usize> {
     /// The nodes along each axis.
     pub nodes: Vec<Nodes>,
     /// The values; the index of the first axis changes fastest.
     pub values: Vec<[f64; M]>,
 }
 
-impl<const M: usize> Grid<M> {
+impl<const M: usize> SampledGrid<M> {
     /// Evaluates `value` at all nodes.
     pub fn of(nodes: &[Nodes], value: impl Fn(&[f64]) -> [f64; M] + Sync) -> Self {
         let count = nodes.iter().map(|n| n.count).product();
@@ -101,12 +101,12 @@ impl<const M: usize> Grid<M> {
 ///
 /// A correction that is affine in these axes is extreme at a corner, so the middle of the extremes is the best value
 /// there; within, others are nearly so.
-pub struct Rest(Vec<Command>);
+pub struct OtherAxes(Vec<Command>);
 
 /// Number of random places beside the corners.
 const WITHIN: usize = 24;
 
-impl Rest {
+impl OtherAxes {
     /// Takes the places within the travel from random `commands`. `inputs` are the axes that the grid has.
     #[must_use]
     pub fn new(axes: &[Axis], inputs: &[usize], commands: &[Command]) -> Self {
@@ -170,7 +170,7 @@ mod tests {
             Nodes::over([5.0, 6.0], 2),
         ];
         let f = |p: &[f64]| [p[0] * p[1] - 2.0 * p[2], (1.0 + p[0]) * p[1] * p[2]];
-        let grid = Grid::of(&nodes, f);
+        let grid = SampledGrid::of(&nodes, f);
         assert_eq!(grid.values.len(), 36);
         for p in [[0.3, 7.7, 5.25], [-1.0, 0.0, 5.0], [3.0, 10.0, 6.0]] {
             for (found, expected) in grid.at(&p).iter().zip(f(&p)) {

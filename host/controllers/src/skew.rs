@@ -11,7 +11,7 @@ use crate::height_map::HeightMap;
 use crate::klipper::bed_mesh;
 use crate::positions::{random_of, travel};
 use crate::reprapfirmware;
-use crate::sampled::{Grid, Nodes, Rest, without_direction};
+use crate::sampled::{Nodes, OtherAxes, SampledGrid, without_direction};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use trueaxis::Axis;
@@ -61,7 +61,7 @@ pub struct Skew {
 
 /// What the firmware corrects, and what it leaves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Found {
+pub struct SkewFound {
     /// What is written.
     pub skew: Skew,
     /// By what the steps per mm of X, Y and Z must be multiplied, which the text does not do.
@@ -69,7 +69,7 @@ pub struct Found {
     /// Rotation of the work about X, Y and Z that the compensation corrects and the text does not (µrad).
     pub turned_urad: [f64; 3],
     /// X, Y and Z.
-    pub axes: [Left; 3],
+    pub axes: [RemainingOnAxis; 3],
     /// Largest corrections of X and Y (µm) where the firmware does not apply them, if there are such places.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_ends_um: Option<[f64; 2]>,
@@ -79,7 +79,7 @@ pub struct Found {
 
 /// What is written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written {
+pub struct SkewWritten {
     /// The lines that set the squareness.
     pub lines: String,
     /// The height map, if one was wanted.
@@ -91,12 +91,12 @@ pub const PROFILE: &str = "trueaxis";
 
 /// An axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Left {
+pub struct RemainingOnAxis {
     /// Largest correction of the compensation (µm), but for a constant and the rotation of the work.
     pub largest_um: f64,
     /// Largest difference from what the firmware corrects (µm), but for these.
     pub left_um: f64,
-    /// The same if the steps per mm are changed, too (µm).
+    /// Like `left_um`, if the steps per mm are changed, too (µm).
     pub left_with_steps_um: f64,
 }
 
@@ -258,7 +258,7 @@ pub fn skew(
     points: Option<[usize; 2]>,
     positions: usize,
     seed: u64,
-) -> Result<(Written, Found), SkewError> {
+) -> Result<(SkewWritten, SkewFound), SkewError> {
     let axes = runtime.compensation().axes();
     let [x, y, z] = indices(axes)?;
     let commands = random_of(runtime.compensation(), positions, seed);
@@ -295,10 +295,10 @@ pub fn skew(
         turned[j] * p[k] - turned[k] * p[j]
     };
     let heights = |points: [usize; 2]| {
-        let rest = Rest::new(axes, &[x, y], &commands);
+        let rest = OtherAxes::new(axes, &[x, y], &commands);
         let nodes = [(x, points[0]), (y, points[1])]
             .map(|(axis, count)| Nodes::over(travel(&axes[axis]), count));
-        HeightMap::new(Grid::of(&nodes, |p| {
+        HeightMap::new(SampledGrid::of(&nodes, |p| {
             let set = |command: &mut Command| {
                 *command = without_direction(command);
                 command.axes[x] = p[0] as f32;
@@ -332,7 +332,7 @@ pub fn skew(
             (high - low) / 2.0 * 1e3
         };
         let without_rotation = |row: usize| corrections[row][output] - rotation(&at[row]);
-        Left {
+        RemainingOnAxis {
             largest_um: half_range(&|row| without_rotation(row)),
             left_um: half_range(&|row| without_rotation(row) - by_skew(&at[row])),
             left_with_steps_um: half_range(&|row| {
@@ -353,7 +353,7 @@ pub fn skew(
         ]
         .map(|mm| mm * 1e3)
     });
-    let found = Found {
+    let found = SkewFound {
         at_ends_um,
         skew,
         steps: scale.map(|s| 1.0 + s),
@@ -361,7 +361,7 @@ pub fn skew(
         axes: [of(0), of(1), of(2)],
         positions,
     };
-    Ok((Written { lines, map }, found))
+    Ok((SkewWritten { lines, map }, found))
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ mod candle;
 mod cnc_pilot;
 mod rows;
 
-use crate::height_map::{HeightMap, Touch};
-use crate::sampled::{Grid, Nodes};
+use crate::height_map::{HeightMap, MapPoint};
+use crate::sampled::{Nodes, SampledGrid};
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
@@ -27,7 +27,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Its name in words.
+    /// Name in words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -60,10 +60,10 @@ pub fn read(text: &str) -> Result<(HeightMap, Format), FileError> {
 }
 
 /// A point and its place in the file.
-type Point = (Touch, Range<usize>);
+type SurfacePoint = (MapPoint, Range<usize>);
 
 /// Points as a grid.
-fn gridded(points: &[Point]) -> Result<HeightMap, FileError> {
+fn gridded(points: &[SurfacePoint]) -> Result<HeightMap, FileError> {
     let nodes = [along(points, 0)?, along(points, 1)?];
     let count = nodes[0].count * nodes[1].count;
     let mut values = vec![None; count];
@@ -85,14 +85,14 @@ fn gridded(points: &[Point]) -> Result<HeightMap, FileError> {
             "probe a rectangle completely, with equal steps along X and along Y",
         ));
     }
-    Ok(HeightMap::new(Grid {
+    Ok(HeightMap::new(SampledGrid {
         nodes: nodes.to_vec(),
         values: values.into_iter().flatten().collect(),
     }))
 }
 
 /// The positions along X (0) or Y (1).
-fn along(points: &[Point], axis: usize) -> Result<Nodes, FileError> {
+fn along(points: &[SurfacePoint], axis: usize) -> Result<Nodes, FileError> {
     let name = ["X", "Y"][axis];
     let mut sorted: Vec<f64> = points.iter().map(|(point, _)| point[axis]).collect();
     sorted.sort_by(f64::total_cmp);
@@ -112,7 +112,7 @@ fn along(points: &[Point], axis: usize) -> Result<Nodes, FileError> {
         .filter(|pair| pair[1] - pair[0] > SAME * widest)
         .count();
     let nodes = Nodes::over([low, high], steps + 1);
-    let is_off = |point: &Touch| {
+    let is_off = |point: &MapPoint| {
         let at = (point[axis] - low) / nodes.step;
         (at - at.round()).abs() > SAME
     };

@@ -5,14 +5,14 @@ use trueaxis_model::source::FileError;
 
 /// A line without its end.
 #[derive(Clone, Debug)]
-pub struct Line<'t> {
-    /// Its text.
+pub struct TextLine<'t> {
+    /// Text.
     pub text: &'t str,
-    /// Its place.
+    /// Place.
     pub span: Range<usize>,
 }
 
-impl Line<'_> {
+impl TextLine<'_> {
     /// An error about it.
     pub fn bad(&self, message: impl Into<String>, remedy: &str) -> FileError {
         FileError::at(self.span.clone(), message, "here", remedy)
@@ -57,20 +57,20 @@ impl Line<'_> {
 }
 
 /// All lines of a text.
-pub fn lines(text: &str) -> Vec<Line<'_>> {
+pub fn lines(text: &str) -> Vec<TextLine<'_>> {
     let mut start = 0;
     let lines = text.split_inclusive('\n').map(|whole| {
         let line = whole.trim_end();
         let span = start..start + line.len();
         start += whole.len();
-        Line { text: line, span }
+        TextLine { text: line, span }
     });
     lines.collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::isg::Parameters;
+    use crate::isg::IsgParameters;
     use crate::klipper::{bed_mesh, twist};
     use crate::linuxcnc::comp_file;
     use crate::reprapfirmware;
@@ -102,8 +102,8 @@ mod tests {
                 reprapfirmware::read(&text).err(),
                 bed_mesh::read(&text, None).err(),
                 twist::read(&text).err(),
-                Parameters::read_csv(&text).err(),
-                Parameters::read_etalon(&text).err(),
+                IsgParameters::read_csv(&text).err(),
+                IsgParameters::read_etalon(&text).err(),
             ];
             for error in errors.into_iter().flatten() {
                 let span = error.span.unwrap_or(0..0);

@@ -3,9 +3,9 @@
 //! What corrects is the component of a LinuxCNC that is running, or a board at the end of a link.
 
 use crate::link::{
-    Action, Activated, Client, ControlError, FlashError, LinkError, PAUSE, Port, control, flash,
+    Action, Activated, Client, ControlError, LinkError, PAUSE, Port, UploadError, control, flash,
 };
-use crate::linuxcnc::{Session, SessionError};
+use crate::linuxcnc::{LinuxCncSession, SessionError};
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use trueaxis::link::{Report, Slot};
 use trueaxis_tables::target::Target;
 
 /// What corrects a machine.
-pub trait Corrector {
+pub trait TrialSite {
     /// Why a command to it failed.
     type Error;
 
@@ -48,7 +48,7 @@ pub trait Corrector {
 ///
 /// # Errors
 /// Those of the corrector and of `judge`. An error of putting back comes before all others.
-pub fn on_trial<C: Corrector, E: From<C::Error>>(
+pub fn on_trial<C: TrialSite, E: From<C::Error>>(
     corrector: &mut C,
     blob: &Path,
     judge: impl FnOnce(&mut C) -> Result<bool, E>,
@@ -71,9 +71,9 @@ pub fn on_trial<C: Corrector, E: From<C::Error>>(
 /// The component in a LinuxCNC that is running. What is not kept is also put back when the session ends, however that
 /// comes about.
 #[derive(Debug)]
-pub struct Component<'a> {
+pub struct RunningComponent<'a> {
     /// The session, in which the machine moves as well.
-    pub session: &'a mut Session,
+    pub session: &'a mut LinuxCncSession,
     /// Name of the component.
     pub name: &'a str,
     /// The file that it reads.
@@ -84,7 +84,7 @@ pub struct Component<'a> {
 const FADING: usize = 200;
 const BETWEEN: Duration = Duration::from_millis(50);
 
-impl Corrector for Component<'_> {
+impl TrialSite for RunningComponent<'_> {
     type Error = SessionError;
 
     fn switch(&mut self, on: bool) -> Result<(), SessionError> {
@@ -128,7 +128,7 @@ impl Corrector for Component<'_> {
 }
 
 /// A board, and what it did before.
-pub struct Board<P> {
+pub struct BoardOnTrial<P> {
     client: Client<P>,
     target: Target,
     before: Before,
@@ -154,7 +154,7 @@ pub enum BoardError {
     Control(ControlError),
     /// It does not take the compensation.
     #[error("{0}")]
-    Flash(#[from] FlashError),
+    Flash(#[from] UploadError),
     /// A file that cannot be read.
     #[error("{0}")]
     File(String),
@@ -184,7 +184,7 @@ impl From<ControlError> for BoardError {
     }
 }
 
-impl<P: Port> Board<P> {
+impl<P: Port> BoardOnTrial<P> {
     /// A board at the end of a link.
     ///
     /// # Errors
@@ -225,7 +225,7 @@ impl<P: Port> Board<P> {
     }
 }
 
-impl<P: Port> Corrector for Board<P> {
+impl<P: Port> TrialSite for BoardOnTrial<P> {
     type Error = BoardError;
 
     fn switch(&mut self, on: bool) -> Result<(), BoardError> {

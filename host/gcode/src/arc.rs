@@ -113,7 +113,7 @@ impl Arc {
         parts
     }
 
-    /// Its length (mm), with the other linear axes.
+    /// Length (mm), with the other linear axes.
     #[must_use]
     pub fn length(&self) -> f64 {
         let [r0, r1] = self.radii();

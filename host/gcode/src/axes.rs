@@ -58,7 +58,7 @@ pub fn is_rotary(axis: usize) -> bool {
     (3..6).contains(&axis)
 }
 
-/// Its letter, for messages.
+/// Letter, for messages.
 #[must_use]
 pub fn name(axis: usize) -> char {
     char::from(LETTERS[axis])

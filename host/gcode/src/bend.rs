@@ -19,7 +19,7 @@ use trueaxis::{Bank, Grid, Interpolation, Largest};
 struct Change {
     /// At a point, per letter: kᵢ Π p.
     point: PerLetter,
-    /// The same over the distance of points: kᵢ Π p / hᵢ.
+    /// Like `point`, over the distance of points: kᵢ Π p / hᵢ.
     spread: PerLetter,
     /// In between, by another axis: sᵢ sⱼ Π p.
     other: [PerLetter; COUNT],

@@ -33,13 +33,13 @@ use trueaxis_model::machine::Machine;
 pub struct Exact<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors.
+    /// Errors of the real machine.
     pub errors: &'a ErrorModel,
 }
 
 /// A corrected program, and what its lines are.
 pub struct Corrected<T, M> {
-    /// Its text.
+    /// Text of the corrected program.
     pub text: T,
     /// The map that its writer made.
     pub map: M,

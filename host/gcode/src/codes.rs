@@ -97,7 +97,7 @@ pub enum Group {
 }
 
 impl Code {
-    /// Its group.
+    /// Group.
     #[must_use]
     pub fn group(self) -> Group {
         match self {

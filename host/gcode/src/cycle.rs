@@ -28,7 +28,7 @@ pub struct Sticky {
 /// A time as it is written: seconds, or milliseconds, which a point may tell apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wait {
-    /// Its number.
+    /// Number.
     pub value: f64,
     /// True if it has a point.
     pub point: bool,

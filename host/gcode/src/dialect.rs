@@ -254,7 +254,7 @@ impl Dialect {
         length.unwrap_or(0.0)
     }
 
-    /// The same of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.
+    /// Like `length`, of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.
     #[must_use]
     pub(crate) fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
         match self.table().feed_counts_all {

@@ -56,7 +56,7 @@ impl Fault {
         )
     }
 
-    /// The same of another kind.
+    /// Of another kind.
     #[must_use]
     pub fn kind(self, kind: Kind) -> Self {
         Self { kind, ..self }

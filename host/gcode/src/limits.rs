@@ -46,7 +46,7 @@ impl Limits {
         }
     }
 
-    /// The same of arcs, whose distances are looked at node by node: all that rounding leaves of a tolerance (mm).
+    /// Of arcs, whose distances are looked at node by node: all that rounding leaves of a tolerance (mm).
     #[must_use]
     pub fn of_arcs(self, tolerance: f64) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Limits {
         }
     }
 
-    /// The same with no more than this (mm).
+    /// With no more than this (mm).
     #[must_use]
     pub fn within(self, linear: f64) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl Limits {
         }
     }
 
-    /// The same with so much more (mm).
+    /// With so much more (mm).
     #[must_use]
     pub fn plus(self, linear: f64) -> Self {
         Self {
@@ -84,7 +84,7 @@ impl Limits {
         self.of_lengths([norm(false), norm(true)])
     }
 
-    /// The same of the lengths of its linear part (mm) and of its rotary part (degrees).
+    /// Like `of`, of the lengths of its linear part (mm) and of its rotary part (degrees).
     #[must_use]
     pub(crate) fn of_lengths(&self, [linear, rotary]: [f64; 2]) -> f64 {
         (linear / self.linear).max(rotary / self.rotary)

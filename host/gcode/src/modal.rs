@@ -44,7 +44,7 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Its first and second axis and its normal, right-handed.
+    /// First and second axis and its normal, right-handed.
     #[must_use]
     pub fn axes(self) -> [usize; 3] {
         match self {
@@ -82,7 +82,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Its word.
+    /// Word.
     #[must_use]
     pub fn word(self) -> String {
         match self {
@@ -107,7 +107,7 @@ pub enum Spindle {
 }
 
 impl Spindle {
-    /// Its word.
+    /// Word.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {

@@ -52,7 +52,7 @@ pub fn finest(decimals: usize) -> f64 {
     0.6 * last_digit(decimals)
 }
 
-/// The same as [`f64::round`] but for the sign of 0, which is a call where the processor is not known to have it.
+/// [`f64::round`] but for the sign of 0, which is a call where the processor is not known to have it.
 fn nearest(value: f64) -> f64 {
     /// Just below a half: with a half itself the number before it would be rounded up.
     const HALF: f64 = 0.499_999_999_999_999_94;

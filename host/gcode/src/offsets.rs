@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 /// A work coordinate system.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct System {
-    /// Its origin (mm, degrees).
+    /// Origin (mm, degrees).
     pub origin: PerLetter,
-    /// Its rotation in XY (degrees).
+    /// Rotation in XY (degrees).
     pub rotation: f64,
 }
 
@@ -139,7 +139,7 @@ impl Offsets {
         std::array::from_fn(|i| at[i] + self.origin(i) + self.tool[i])
     }
 
-    /// The same of one axis, where it does not depend on others.
+    /// Like `machine`, of one axis, where it does not depend on others.
     #[must_use]
     pub(crate) fn machine_axis(&self, axis: usize, program: f64) -> f64 {
         program + self.g92[axis] + self.origin(axis) + self.tool[axis]

@@ -32,7 +32,7 @@ pub struct Segment {
     pub tip: bool,
     /// Tool length (mm), if it is known.
     pub length: Option<f64>,
-    /// The same for poses and for the compensation: `State::field_length`.
+    /// Like `length`, for poses and for the compensation: `State::field_length`.
     pub field_length: Option<f64>,
     /// True under G41 or G42.
     pub cutter: bool,

@@ -19,7 +19,7 @@ const LARGEST: usize = 256 << 20;
 /// A program without calls.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inlined {
-    /// Its text.
+    /// Text.
     pub text: Vec<u8>,
     /// The line of the file, from 1, that each of its lines comes from.
     lines: Vec<u32>,

@@ -13,7 +13,7 @@ pub struct Tables<'a> {
     weights: Weights,
     /// For each of its axes the place of its letter.
     letters: Vec<usize>,
-    /// The same as bits.
+    /// Like `letters`, as bits.
     pub axes: u16,
     /// Letters (bits) whose direction of travel matters.
     pub directional: u16,

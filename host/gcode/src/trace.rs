@@ -85,7 +85,7 @@ pub struct Field<'a> {
 pub enum Lost {
     /// An axis is outside its travel: letter, position, limits.
     Outside(usize, f64, [f64; 2]),
-    /// The same of a corrected position, whose original one is within.
+    /// Like `Outside`, of a corrected position, whose original one is within.
     Beyond(usize, f64, [f64; 2]),
     /// No axis positions put the tip there.
     NoPose,

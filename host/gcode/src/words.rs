@@ -19,7 +19,7 @@ use unknown_bytes::{is_klartext, strange};
 pub struct Word {
     /// The letter, a capital.
     pub letter: u8,
-    /// Its number.
+    /// Number.
     pub value: f64,
     /// Where the letter stands.
     pub start: usize,
@@ -34,7 +34,7 @@ pub struct Word {
 }
 
 impl Word {
-    /// Its bytes.
+    /// Bytes.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         self.start..self.end
@@ -73,7 +73,7 @@ impl Word {
 /// A line, read.
 #[derive(Clone, Debug, Default)]
 pub struct Block {
-    /// Its words.
+    /// Words of the line.
     pub words: Vec<Word>,
     /// True behind `/`.
     pub deleted: bool,

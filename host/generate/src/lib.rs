@@ -134,7 +134,7 @@ pub enum GenerateError {
 pub struct Code {
     /// The file itself.
     pub file: String,
-    /// Its header, in C.
+    /// Header, in C.
     pub header: Option<String>,
 }
 

@@ -26,7 +26,7 @@ impl Samples {
 /// Constant samples in rows: one row per point of a bank or per node of a grid, one column per table or output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// Its name in the generated code, in capitals.
+    /// Name in the generated code, in capitals.
     pub name: String,
     /// What it holds, for the reader.
     pub about: String,
@@ -95,7 +95,7 @@ pub enum Statement {
         steps: Value,
         intervals: u32,
     },
-    /// The same on a circle of so many points.
+    /// Like `Held`, on a circle of so many points.
     Circular {
         index: Local,
         fraction: Local,

@@ -6,7 +6,7 @@ mod hemisphere;
 mod read_out;
 mod sphere;
 
-pub use circle::{Circle, CircleError, Turns};
+pub use circle::{BallBarTurns, Circle, CircleError};
 pub use hemisphere::{Hemisphere, PathPoint, Uneven, program};
-pub use read_out::{Bar, OutOfTravel, Read, tip};
-pub use sphere::{Fitted, Sphere, TooFew, fitted};
+pub use read_out::{BallBar, OutOfTravel, ReadOut, tip};
+pub use sphere::{FittedSphere, Sphere, TooFew, fitted};

@@ -7,4 +7,4 @@ mod distance;
 mod motion;
 
 pub use distance::{Apart, distance};
-pub use motion::{Body, Nearest, Pair, RESOLVED, may_meet, nearest};
+pub use motion::{Body, BodyPair, Nearest, RESOLVED, may_meet, nearest};

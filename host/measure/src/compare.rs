@@ -6,7 +6,7 @@ mod single;
 use crate::identify::{Compensated, IdentifyError};
 use crate::simulate::SimulateError;
 use probed::Strategy;
-pub use single::{Single, Taken, single};
+pub use single::{SingleError, TablesTaken, single};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{self, CompileError, Compiled, Progress, Size};
@@ -16,29 +16,29 @@ use trueaxis_tables::validate::Runtime;
 
 /// One scheme on this machine.
 #[derive(Clone, Debug)]
-pub struct Compared {
+pub struct ComparedScheme {
     /// Name of the scheme.
     pub scheme: String,
-    /// Its figures, or why it does not support the machine.
-    pub found: Result<Figures, CompileError>,
+    /// Figures, or why it does not support the machine.
+    pub found: Result<SchemeFigures, CompileError>,
 }
 
 /// Resources and effect of a scheme's tables.
 #[derive(Clone, Debug)]
-pub struct Figures {
+pub struct SchemeFigures {
     /// Tables, terms, samples, bytes.
     pub size: Size,
     /// Estimated instructions of one evaluation on the reference target.
     pub instructions: f64,
     /// The compensation and its proof.
     pub compiled: Compiled,
-    /// Its effect on each error parameter, or why that cannot be determined.
-    pub compensability: Result<Compensated, Unknown>,
+    /// Effect on each error parameter, or why that cannot be determined.
+    pub compensability: Result<Compensated, NotCompared>,
 }
 
 /// Why the remaining parameters after a compensation cannot be determined.
 #[derive(Clone, Debug, thiserror::Error)]
-pub enum Unknown {
+pub enum NotCompared {
     /// There are no parameters.
     #[error("the error file has no parameters, only tables")]
     NoParameters,
@@ -65,7 +65,7 @@ pub fn compare(
     schemes: &[Scheme],
     options: &compile::Options,
     progress: &dyn Progress,
-) -> Vec<Compared> {
+) -> Vec<ComparedScheme> {
     let strategy = Strategy::new(machine, errors, options.seed);
     let one = |scheme: &Scheme| {
         let options = compile::Options {
@@ -81,7 +81,7 @@ pub fn compare(
         };
         let instructions = instructions(&runtime);
         drop(runtime);
-        Ok(Figures {
+        Ok(SchemeFigures {
             size: compiled.built.size,
             instructions,
             compensability,
@@ -90,7 +90,7 @@ pub fn compare(
     };
     schemes
         .iter()
-        .map(|scheme| Compared {
+        .map(|scheme| ComparedScheme {
             scheme: scheme.name(),
             found: one(scheme),
         })

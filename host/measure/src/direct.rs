@@ -24,8 +24,10 @@ pub use direct_error::DirectError;
 pub use error_file::error_file;
 pub(crate) use error_file::tables;
 pub use kept::{kept, same_tables};
-pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
+pub use measurement::{
+    AxisRuns, Means, MeasuredRuns, Measurement, MeasurementSetup, RunColumn, Square,
+};
 pub use motion::FoundMotion;
 pub use single::Single;
-pub use solve::{DirectResult, FoundLocation, Options, solve};
+pub use solve::{DirectResult, FoundLocation, SolveOptions, solve};
 pub use warnings::{Doubt, counted_twice, misread};

@@ -40,9 +40,9 @@ pub enum Kind {
 /// How an instrument is set up. Each kind uses some of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Its place in the workpiece frame (mm).
+    /// Place in the workpiece frame (mm).
     pub place: Vector3<f64>,
-    /// Its orientation: a rotation matrix.
+    /// Orientation: a rotation matrix.
     pub turn: Matrix3<f64>,
     /// Length (mm) that its readings lack; of a part, by how much the radius of its tool is too large.
     pub length: f64,
@@ -60,18 +60,18 @@ impl Default for Setting {
 
 /// One unknown of a [`Setting`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum SettingPart {
     /// A coordinate (0, 1, 2) of its place (mm).
     Place(usize),
     /// A rotation (rad) about an axis (0, 1, 2), added to its orientation.
     Turn(usize),
-    /// Its length (mm).
+    /// Length (mm).
     Length,
     /// The radius of the tool that cut a part, in excess of the program's (mm).
     Radius,
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for SettingPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let coordinate = |i: &usize| ["x", "y", "z"][*i];
         match self {
@@ -84,16 +84,16 @@ impl fmt::Display for Part {
 }
 
 impl Setting {
-    /// The same with a part changed (mm or rad).
+    /// With a part changed (mm or rad).
     #[must_use]
-    pub fn moved(mut self, part: Part, change: f64) -> Self {
+    pub fn moved(mut self, part: SettingPart, change: f64) -> Self {
         match part {
-            Part::Place(k) => self.place[k] += change,
-            Part::Turn(k) => {
+            SettingPart::Place(k) => self.place[k] += change,
+            SettingPart::Turn(k) => {
                 let turn = Rotation3::from_scaled_axis(Vector3::ith(k, change));
                 self.turn = turn.matrix() * self.turn;
             }
-            Part::Length | Part::Radius => self.length += change,
+            SettingPart::Length | SettingPart::Radius => self.length += change,
         }
         self
     }
@@ -104,7 +104,7 @@ impl Setting {
 pub struct Commanded {
     /// Nominal position of the tool point (mm, workpiece frame).
     pub point: Vector3<f64>,
-    /// The same less that of the first observation with this set-up.
+    /// Like `point`, less that of the first observation with this set-up.
     pub travel: Vector3<f64>,
     /// Orthonormal directions of the linear axes (workpiece frame): the frame in which a direction of reading turns.
     pub ways: Matrix3<f64>,
@@ -157,7 +157,7 @@ impl Commanded {
         self.seen_at(point, &actual.r)
     }
 
-    /// The same for a point (mm) and an orientation of the actual tool in the workpiece frame.
+    /// Like `seen`, for a point (mm) and an orientation of the actual tool in the workpiece frame.
     #[must_use]
     pub fn seen_at(&self, point: Vector3<f64>, orientation: &Matrix3<f64>) -> Seen {
         Seen {
@@ -166,7 +166,7 @@ impl Commanded {
         }
     }
 
-    /// The same on a machine without errors.
+    /// Like `seen_at`, on a machine without errors.
     fn seen_nominally(&self) -> Seen {
         Seen {
             point: self.point,
@@ -198,14 +198,14 @@ fn ways(bench: &Bench<'_>, q: &PerAxis) -> Matrix3<f64> {
 /// What there is to see of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Its point (mm, workpiece frame).
+    /// Point (mm, workpiece frame).
     pub point: Vector3<f64>,
-    /// Its rotation in excess of the commanded one (workpiece frame).
+    /// Rotation in excess of the commanded one (workpiece frame).
     pub turn: Matrix3<f64>,
 }
 
 /// One observation on a machine without errors, for a first set-up.
-pub struct Sample {
+pub struct InitialSample {
     /// What was commanded.
     pub commanded: Commanded,
     /// What was read (mm).
@@ -214,27 +214,27 @@ pub struct Sample {
 
 /// What is known about a set-up beforehand; what is `None` is found from the readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Given {
-    /// Its place (mm, workpiece frame).
+pub struct SetupPriors {
+    /// Place (mm, workpiece frame).
     pub place: Option<Vector3<f64>>,
-    /// Its orientation, and the standard uncertainty of each rotation (rad) if it is known.
+    /// Orientation, and the standard uncertainty of each rotation (rad) if it is known.
     pub turn: Option<Matrix3<f64>>,
     /// See there.
     pub turn_sigma: Option<f64>,
-    /// Its dead length (mm), and the standard uncertainty of that (mm) if it was calibrated.
+    /// Dead length (mm), and the standard uncertainty of that (mm) if it was calibrated.
     pub length: Option<f64>,
     /// See there.
     pub length_sigma: Option<f64>,
 }
 
-impl Given {
+impl SetupPriors {
     /// The standard uncertainty of a part (mm or rad), if it is known beforehand.
     #[must_use]
-    pub fn sigma(&self, part: Part) -> Option<f64> {
+    pub fn sigma(&self, part: SettingPart) -> Option<f64> {
         match part {
-            Part::Place(_) | Part::Radius => None,
-            Part::Turn(_) => self.turn_sigma,
-            Part::Length => self.length_sigma,
+            SettingPart::Place(_) | SettingPart::Radius => None,
+            SettingPart::Turn(_) => self.turn_sigma,
+            SettingPart::Length => self.length_sigma,
         }
     }
 
@@ -252,13 +252,13 @@ impl Given {
 
 /// The reading of a kind of instrument, and its derivatives. A scalar is the first component; the others are 0.
 pub trait Instrument: Sync {
-    /// Its unknowns, in order of preference where several have the same effect.
-    fn parts(&self) -> &'static [Part];
+    /// Unknowns, in order of preference where several have the same effect.
+    fn parts(&self) -> &'static [SettingPart];
 
     /// The reading (mm).
     fn reads(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64>;
 
-    /// Its derivative with respect to the tool point: mm per mm.
+    /// Derivative with respect to the tool point: mm per mm.
     fn by_point(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Matrix3<f64>;
 
     /// The axis about which it reads a rotation of the tool, if it does: [`LEVER`] mm per rad.
@@ -266,17 +266,17 @@ pub trait Instrument: Sync {
         None
     }
 
-    /// Its derivative with respect to a part of the set-up: mm per mm or rad.
+    /// Derivative with respect to a part of the set-up: mm per mm or rad.
     fn by_part(
         &self,
         commanded: &Commanded,
         setting: &Setting,
         seen: &Seen,
-        part: Part,
+        part: SettingPart,
     ) -> Vector3<f64>;
 
     /// A first set-up, from what is given and from readings of a machine without errors.
-    fn start(&self, given: &Given, samples: &[Sample]) -> Setting;
+    fn start(&self, given: &SetupPriors, samples: &[InitialSample]) -> Setting;
 }
 
 impl Kind {
@@ -289,11 +289,11 @@ impl Kind {
         Self::Surface,
     ];
 
-    /// Its reading.
+    /// Reading.
     #[must_use]
     pub fn instrument(self) -> &'static dyn Instrument {
         match self {
-            Self::Length => &length::Length,
+            Self::Length => &length::LengthReading,
             Self::Point => &point::Point,
             Self::Displacement => &displacement::Displacement,
             Self::Angle => &angle::Angle,
@@ -301,7 +301,7 @@ impl Kind {
         }
     }
 
-    /// Its name in files.
+    /// Name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -313,7 +313,7 @@ impl Kind {
         }
     }
 
-    /// Its name with an article.
+    /// Name with an article.
     #[must_use]
     pub fn one(self) -> &'static str {
         match self {
@@ -369,28 +369,28 @@ impl Kind {
 
     /// A first set-up: [`Instrument::start`], improved by least squares.
     #[must_use]
-    pub fn start(self, given: &Given, samples: &[Sample]) -> Setting {
+    pub fn start(self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         /// Each round reduces the error to its square.
         const ROUNDS: usize = 12;
         /// Combinations with a smaller effect than this part of the largest are left as they are.
         const LEAST: f64 = 1e-6;
         let instrument = self.instrument();
         let mut setting = instrument.start(given, samples);
-        let parts: Vec<Part> = (instrument.parts().iter().copied())
+        let parts: Vec<SettingPart> = (instrument.parts().iter().copied())
             .filter(|part| given.sigma(*part).is_none())
             .collect();
         if samples.is_empty() || parts.is_empty() {
             return setting;
         }
-        let scale = |part: Part| match part {
-            Part::Turn(_) => LEVER,
+        let scale = |part: SettingPart| match part {
+            SettingPart::Turn(_) => LEVER,
             _ => 1.0,
         };
         for _ in 0..ROUNDS {
             let rows = 3 * samples.len();
             let (mut jacobian, mut rest) =
                 (DMatrix::zeros(rows, parts.len()), DVector::zeros(rows));
-            for (i, Sample { commanded, read }) in samples.iter().enumerate() {
+            for (i, InitialSample { commanded, read }) in samples.iter().enumerate() {
                 let seen = commanded.seen_nominally();
                 let reads = instrument.reads(commanded, &setting, &seen);
                 rest.fixed_rows_mut::<3>(3 * i).copy_from(&(read - reads));

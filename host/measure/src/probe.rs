@@ -4,7 +4,7 @@
 //! early without a message when the computer is busy. Here every touch is confirmed and logged before the next move.
 
 use crate::formats::probings::{Probing, Probings};
-use crate::plan::{Step, Target};
+use crate::plan::{AxisTargets, ProbingStep};
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A machine with a probe.
@@ -16,25 +16,25 @@ pub trait Prober {
     ///
     /// # Errors
     /// The probe was tripped, or the move did not reach its end.
-    fn rapid(&mut self, to: &Target) -> Result<(), Self::Error>;
+    fn rapid(&mut self, to: &AxisTargets) -> Result<(), Self::Error>;
 
     /// A move with the stylus near a ball, at a feed rate in mm/min.
     ///
     /// # Errors
     /// As for [`rapid`](Self::rapid).
-    fn near(&mut self, to: &Target, feed: f64) -> Result<(), Self::Error>;
+    fn near(&mut self, to: &AxisTargets, feed: f64) -> Result<(), Self::Error>;
 
     /// A move away from a contact; the probe may be tripped until it ends.
     ///
     /// # Errors
     /// The move did not reach its end.
-    fn retreat(&mut self, to: &Target, feed: f64) -> Result<(), Self::Error>;
+    fn retreat(&mut self, to: &AxisTargets, feed: f64) -> Result<(), Self::Error>;
 
     /// A move until there is contact; `None` if there was none.
     ///
     /// # Errors
     /// The probe was tripped before it, or it was interrupted.
-    fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, Self::Error>;
+    fn touch(&mut self, end: &AxisTargets, feed: f64) -> Result<Option<Contact>, Self::Error>;
 
     /// Turns the spindle to an angle (deg).
     ///
@@ -69,8 +69,8 @@ pub struct Speeds {
 
 /// A touch that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Record<'a> {
-    /// Its row of the strategy.
+pub struct TouchRecord<'a> {
+    /// Row of the strategy.
     pub row: &'a Probing,
     /// Number of the touch in its row, from 1.
     pub touch: usize,
@@ -105,20 +105,20 @@ pub enum ProbeError<E> {
 /// [`ProbeError`], at the first problem.
 pub fn probe<P: Prober>(
     strategy: &Probings,
-    steps: &[Step],
+    steps: &[ProbingStep],
     speeds: Speeds,
     prober: &mut P,
-    record: &mut dyn FnMut(&Record<'_>) -> std::io::Result<()>,
+    record: &mut dyn FnMut(&TouchRecord<'_>) -> std::io::Result<()>,
 ) -> Result<(), ProbeError<P::Error>> {
     let machine = ProbeError::Machine;
     let mut current = 0;
     for step in steps {
         match step {
-            Step::Row(row) => current = *row,
-            Step::Orient(angle) => prober.orient(*angle).map_err(machine)?,
-            Step::Rapid(to) => prober.rapid(to).map_err(machine)?,
-            Step::Near(to) => prober.near(to, speeds.near).map_err(machine)?,
-            Step::Touch { number, begin, end } => {
+            ProbingStep::Row(row) => current = *row,
+            ProbingStep::Orient(angle) => prober.orient(*angle).map_err(machine)?,
+            ProbingStep::Rapid(to) => prober.rapid(to).map_err(machine)?,
+            ProbingStep::Near(to) => prober.near(to, speeds.near).map_err(machine)?,
+            ProbingStep::Touch { number, begin, end } => {
                 let row = &strategy.rows[current];
                 let no_contact = || ProbeError::NoContact {
                     line: row.line,
@@ -132,7 +132,7 @@ pub fn probe<P: Prober>(
                 let second = prober.touch(end, speeds.second).map_err(machine)?;
                 let contact = second.ok_or_else(no_contact)?;
                 prober.retreat(begin, speeds.near).map_err(machine)?;
-                record(&Record {
+                record(&TouchRecord {
                     row,
                     touch: number + 1,
                     contact,
@@ -145,7 +145,7 @@ pub fn probe<P: Prober>(
 }
 
 /// A position at a distance (mm) from the contact on the way back to where the touch began; at most there.
-fn between(contact: &PerAxis, begin: &Target, distance: f64) -> Target {
+fn between(contact: &PerAxis, begin: &AxisTargets, distance: f64) -> AxisTargets {
     let ways = begin.iter().map(|(i, begin)| begin - contact[*i]);
     let length = ways.map(|way| way * way).sum::<f64>().sqrt();
     let part = if length > distance {
@@ -161,19 +161,19 @@ fn between(contact: &PerAxis, begin: &Target, distance: f64) -> Target {
 
 /// About how long the steps take (s), where rapid moves take this long each.
 #[must_use]
-pub fn duration(steps: &[Step], speeds: Speeds, rapid: f64) -> f64 {
-    let mut last: Target = Vec::new();
+pub fn duration(steps: &[ProbingStep], speeds: Speeds, rapid: f64) -> f64 {
+    let mut last: AxisTargets = Vec::new();
     let mut seconds = 0.0;
     for step in steps {
         seconds += match step {
-            Step::Row(_) => 0.0,
-            Step::Orient(_) | Step::Rapid(_) => rapid,
-            Step::Near(to) => {
+            ProbingStep::Row(_) => 0.0,
+            ProbingStep::Orient(_) | ProbingStep::Rapid(_) => rapid,
+            ProbingStep::Near(to) => {
                 let way = distance(&last, to);
                 last.clone_from(to);
                 60.0 * way / speeds.near
             }
-            Step::Touch { begin, end, .. } => {
+            ProbingStep::Touch { begin, end, .. } => {
                 let way = distance(begin, end);
                 60.0 * (way / speeds.first + 2.0 * speeds.retreat / speeds.second)
             }
@@ -183,7 +183,7 @@ pub fn duration(steps: &[Step], speeds: Speeds, rapid: f64) -> f64 {
 }
 
 /// Distance between two positions of the same axes; 0 if they are of different ones.
-fn distance(from: &Target, to: &Target) -> f64 {
+fn distance(from: &AxisTargets, to: &AxisTargets) -> f64 {
     if from.len() != to.len() {
         return 0.0;
     }
@@ -205,7 +205,7 @@ pub fn header(machine: &Machine, has_temperature: bool) -> String {
     text + "\n"
 }
 
-impl Record<'_> {
+impl TouchRecord<'_> {
     /// A line of the log: a touch with its labels (mm, deg, s, °C).
     #[must_use]
     pub fn line(&self, machine: &Machine, strategy: &Probings) -> String {
@@ -333,19 +333,19 @@ mod tests {
     impl Prober for Recorder {
         type Error = &'static str;
 
-        fn rapid(&mut self, _: &Target) -> Result<(), Self::Error> {
+        fn rapid(&mut self, _: &AxisTargets) -> Result<(), Self::Error> {
             self.record("rapid")
         }
 
-        fn near(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
+        fn near(&mut self, _: &AxisTargets, _: f64) -> Result<(), Self::Error> {
             self.record("near")
         }
 
-        fn retreat(&mut self, _: &Target, _: f64) -> Result<(), Self::Error> {
+        fn retreat(&mut self, _: &AxisTargets, _: f64) -> Result<(), Self::Error> {
             self.record("retreat")
         }
 
-        fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, Self::Error> {
+        fn touch(&mut self, end: &AxisTargets, feed: f64) -> Result<Option<Contact>, Self::Error> {
             self.record(&format!("touch {feed}"))?;
             let mut position = PerAxis::default();
             for (axis, at) in end {
@@ -364,18 +364,18 @@ mod tests {
         }
     }
 
-    fn steps() -> Vec<Step> {
-        let touch = |number| Step::Touch {
+    fn steps() -> Vec<ProbingStep> {
+        let touch = |number| ProbingStep::Touch {
             number,
             begin: vec![(0, 0.0)],
             end: vec![(0, 5.0)],
         };
         vec![
-            Step::Row(0),
-            Step::Rapid(vec![(0, 0.0)]),
+            ProbingStep::Row(0),
+            ProbingStep::Rapid(vec![(0, 0.0)]),
             touch(0),
-            Step::Row(1),
-            Step::Near(vec![(0, 0.0)]),
+            ProbingStep::Row(1),
+            ProbingStep::Near(vec![(0, 0.0)]),
             touch(1),
         ]
     }
@@ -436,7 +436,7 @@ mod tests {
     #[test]
     fn a_log_that_cannot_be_written_stops_the_machine() {
         let mut recorder = Recorder::default();
-        let full = |_: &Record<'_>| Err(std::io::Error::other("full"));
+        let full = |_: &TouchRecord<'_>| Err(std::io::Error::other("full"));
         let done = probe(&strategy(), &steps(), SPEEDS, &mut recorder, &mut { full });
         assert_eq!(done, Err(ProbeError::Log("full".to_owned())));
         assert_eq!(recorder.moves.len(), 5);

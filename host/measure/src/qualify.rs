@@ -15,17 +15,17 @@ use crate::formats::probe::{Lobe, ProbeFile, Spherical};
 use crate::identify::deviations;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::fmt;
-pub use suspects::Suspect;
+pub use suspects::TouchSuspect;
 use suspects::suspects;
 use trueaxis_kinematics::Nominal;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// What is known before.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Known {
+pub struct ProbePriors {
     /// Radius of the ball (mm).
     pub radius: f64,
-    /// Its standard uncertainty (mm).
+    /// Standard uncertainty (mm).
     pub radius_uncertainty: f64,
     /// Standard uncertainty of each coordinate of the ball's centre in the workpiece frame, and that centre (mm).
     pub place: Option<(Vector3<f64>, f64)>,
@@ -39,7 +39,7 @@ pub struct Known {
 
 /// An unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unknown {
+pub enum ProbeUnknown {
     /// A coordinate (0, 1, 2 for x, y, z) of the ball as seen at a rotary position.
     Centre(usize, usize),
     /// The radius r.
@@ -52,7 +52,7 @@ pub enum Unknown {
     Tip(usize),
 }
 
-impl fmt::Display for Unknown {
+impl fmt::Display for ProbeUnknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |k: usize| ["x", "y", "z"][k];
         match *self {
@@ -66,7 +66,7 @@ impl fmt::Display for Unknown {
     }
 }
 
-impl Unknown {
+impl ProbeUnknown {
     /// Those that may stay at what they were taken for; balls have a place and a radius in any case.
     fn is_optional(self) -> bool {
         !matches!(self, Self::Centre(..) | Self::Radius)
@@ -91,11 +91,11 @@ pub struct Qualified {
     /// Number of touches.
     pub touches: usize,
     /// What the touches do not determine.
-    pub undetermined: Vec<Unknown>,
+    pub undetermined: Vec<ProbeUnknown>,
     /// The touch that fits least, counted from 0, and what it is off (mm).
     pub worst: (usize, f64),
     /// Touches that do not fit the others, and a ball that was moved.
-    pub suspects: Vec<Suspect>,
+    pub suspects: Vec<TouchSuspect>,
     /// The ball is seen elsewhere from one rotary position on, and the others agree.
     pub shift: Option<Shift>,
 }
@@ -141,9 +141,9 @@ pub enum QualifyError {
     Moved {
         /// Root mean square distance (mm) with all rotary positions.
         off: f64,
-        /// The same without the one that does not fit.
+        /// Like `off`, without the one that does not fit.
         rest: f64,
-        /// Its first touch, counted from 1.
+        /// First touch, counted from 1.
         touch: usize,
     },
     /// The diameters of ball and tip are not those that were touched.
@@ -207,10 +207,10 @@ const SAME: f64 = 1e-3;
 /// [`QualifyError`].
 pub fn qualify(
     machine: &Machine,
-    known: &Known,
+    known: &ProbePriors,
     touches: &[PerAxis],
 ) -> Result<Qualified, QualifyError> {
-    let mut fit = Fit::new(machine, known, touches)?;
+    let mut fit = DistanceFit::new(machine, known, touches)?;
     let mut undetermined = Vec::new();
     loop {
         fit.solve()?;
@@ -229,7 +229,10 @@ pub fn qualify(
 
 /// An unknown that cannot be told from others, of those that may stay as they are: the one that has most of it, a high order
 /// before a low one.
-fn confounded(by: &DMatrix<f64>, unknowns: &[Unknown]) -> Result<Option<Unknown>, QualifyError> {
+fn confounded(
+    by: &DMatrix<f64>,
+    unknowns: &[ProbeUnknown],
+) -> Result<Option<ProbeUnknown>, QualifyError> {
     if by.nrows() < by.ncols() {
         let last = unknowns.iter().rev().find(|u| u.is_optional());
         return last.copied().map(Some).ok_or(QualifyError::TooFew {
@@ -259,7 +262,7 @@ fn confounded(by: &DMatrix<f64>, unknowns: &[Unknown]) -> Result<Option<Unknown>
 }
 
 /// Touches at one rotary position.
-struct Group {
+struct TouchGroup {
     /// Orientation of the spindle in the workpiece frame.
     turn: Matrix3<f64>,
     /// Where the tip would be, with the touches by their number.
@@ -269,23 +272,23 @@ struct Group {
 }
 
 /// Least squares of the distances.
-struct Fit<'a> {
+struct DistanceFit<'a> {
     machine: &'a Machine,
-    known: &'a Known,
-    groups: Vec<Group>,
+    known: &'a ProbePriors,
+    groups: Vec<TouchGroup>,
     touches: usize,
-    unknowns: Vec<Unknown>,
+    unknowns: Vec<ProbeUnknown>,
     radius: f64,
     shape: Spherical,
 }
 
-impl<'a> Fit<'a> {
+impl<'a> DistanceFit<'a> {
     fn new(
         machine: &'a Machine,
-        known: &'a Known,
+        known: &'a ProbePriors,
         touches: &[PerAxis],
     ) -> Result<Self, QualifyError> {
-        let mut groups: Vec<(PerAxis, Group)> = Vec::new();
+        let mut groups: Vec<(PerAxis, TouchGroup)> = Vec::new();
         let nominal = Nominal::new(machine);
         for (number, position) in touches.iter().enumerate() {
             let carriers = nominal.carriers(&machine.to_kinematic(position));
@@ -299,7 +302,7 @@ impl<'a> Fit<'a> {
                 Some((_, group)) => group.points.push(point),
                 None => groups.push((
                     *position,
-                    Group {
+                    TouchGroup {
                         turn: spindle.r,
                         points: vec![point],
                         centre: Vector3::zeros(),
@@ -307,7 +310,7 @@ impl<'a> Fit<'a> {
                 )),
             }
         }
-        let mut groups: Vec<Group> = groups.into_iter().map(|(_, group)| group).collect();
+        let mut groups: Vec<TouchGroup> = groups.into_iter().map(|(_, group)| group).collect();
         let mut unknowns = Vec::new();
         let mut sum = 0.0;
         for (number, group) in groups.iter_mut().enumerate() {
@@ -321,11 +324,14 @@ impl<'a> Fit<'a> {
             let found = crate::spheres::start(&points).ok_or(QualifyError::NoSphere)?;
             group.centre = found.0;
             sum += found.1;
-            unknowns.extend((0..3).map(|k| Unknown::Centre(number, k)));
+            unknowns.extend((0..3).map(|k| ProbeUnknown::Centre(number, k)));
         }
-        unknowns.extend([Unknown::Radius, Unknown::Pole]);
+        unknowns.extend([ProbeUnknown::Radius, ProbeUnknown::Pole]);
         for order in 2..=known.orders {
-            unknowns.extend([Unknown::Lobe(order, false), Unknown::Lobe(order, true)]);
+            unknowns.extend([
+                ProbeUnknown::Lobe(order, false),
+                ProbeUnknown::Lobe(order, true),
+            ]);
         }
         Ok(Self {
             machine,
@@ -354,11 +360,11 @@ impl<'a> Fit<'a> {
                     - self.shape.deviation(around, height);
                 for (column, unknown) in self.unknowns.iter().enumerate() {
                     by[(*row, column)] = match *unknown {
-                        Unknown::Centre(of, k) if of == number => -out[k],
-                        Unknown::Centre(..) | Unknown::Tip(_) => 0.0,
-                        Unknown::Radius => -1.0,
-                        Unknown::Pole => -libm::sin(height).powi(2),
-                        Unknown::Lobe(order, is_sine) => {
+                        ProbeUnknown::Centre(of, k) if of == number => -out[k],
+                        ProbeUnknown::Centre(..) | ProbeUnknown::Tip(_) => 0.0,
+                        ProbeUnknown::Radius => -1.0,
+                        ProbeUnknown::Pole => -libm::sin(height).powi(2),
+                        ProbeUnknown::Lobe(order, is_sine) => {
                             let angle = order as f64 * around;
                             -libm::cos(height)
                                 * if is_sine {
@@ -377,10 +383,10 @@ impl<'a> Fit<'a> {
     fn add(&mut self, step: &DVector<f64>) {
         for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
             match *unknown {
-                Unknown::Centre(of, k) => self.groups[of].centre[k] += step,
-                Unknown::Radius => self.radius += step,
-                Unknown::Pole => self.shape.pole += step,
-                Unknown::Lobe(order, is_sine) => {
+                ProbeUnknown::Centre(of, k) => self.groups[of].centre[k] += step,
+                ProbeUnknown::Radius => self.radius += step,
+                ProbeUnknown::Pole => self.shape.pole += step,
+                ProbeUnknown::Lobe(order, is_sine) => {
                     let lobe = self.shape.lobe(order);
                     *(if is_sine {
                         &mut lobe.sine
@@ -388,7 +394,7 @@ impl<'a> Fit<'a> {
                         &mut lobe.cosine
                     }) += step;
                 }
-                Unknown::Tip(_) => {}
+                ProbeUnknown::Tip(_) => {}
             }
         }
     }
@@ -420,12 +426,12 @@ impl<'a> Fit<'a> {
     }
 
     /// Goes on without an unknown, which is what it was taken for.
-    fn drop(&mut self, unknown: Unknown) {
+    fn drop(&mut self, unknown: ProbeUnknown) {
         self.unknowns.retain(|u| *u != unknown);
         self.shape = Spherical::default();
     }
 
-    fn qualified(mut self, mut undetermined: Vec<Unknown>) -> Result<Qualified, QualifyError> {
+    fn qualified(mut self, mut undetermined: Vec<ProbeUnknown>) -> Result<Qualified, QualifyError> {
         let (left, by) = self.equations();
         let too_few = QualifyError::TooFew {
             touches: self.touches,
@@ -438,12 +444,12 @@ impl<'a> Fit<'a> {
         let noise = (left.norm_squared() / free.ok_or(too_few)? as f64).sqrt();
         let inverse = (by.transpose() * &by).try_inverse();
         let inverse = inverse.ok_or(QualifyError::NoSphere)?;
-        let of = |unknown: Unknown| -> Option<f64> {
+        let of = |unknown: ProbeUnknown| -> Option<f64> {
             let column = self.unknowns.iter().position(|u| *u == unknown)?;
             Some(noise * inverse[(column, column)].max(0.0).sqrt())
         };
         let centres =
-            (0..self.groups.len()).flat_map(|g| (0..3).map(move |k| Unknown::Centre(g, k)));
+            (0..self.groups.len()).flat_map(|g| (0..3).map(move |k| ProbeUnknown::Centre(g, k)));
         let squares: f64 = centres.filter_map(&of).map(|u| u * u).sum();
         let of_centre = (squares / (3 * self.groups.len()) as f64).sqrt().max(LEAST);
         let tip = self.tip(of_centre)?;
@@ -466,10 +472,11 @@ impl<'a> Fit<'a> {
         undetermined.extend(
             (0..3)
                 .filter(|k| tip.offset[*k].is_none())
-                .map(Unknown::Tip),
+                .map(ProbeUnknown::Tip),
         );
         let lobes = (2..=self.known.orders).filter_map(|order| {
-            let [cosine, sine] = [false, true].map(|is_sine| of(Unknown::Lobe(order, is_sine)));
+            let [cosine, sine] =
+                [false, true].map(|is_sine| of(ProbeUnknown::Lobe(order, is_sine)));
             let found = self.shape.lobes.iter().find(|lobe| lobe.order == order)?;
             (cosine.is_some() || sine.is_some()).then(|| Lobe {
                 uncertainty: cosine.unwrap_or(0.0).max(sine.unwrap_or(0.0)),
@@ -479,7 +486,7 @@ impl<'a> Fit<'a> {
         let lobes: Vec<Lobe> = lobes.collect();
         let worst = left.icamax();
         let [radius, pole] =
-            [Unknown::Radius, Unknown::Pole].map(|unknown| of(unknown).unwrap_or(0.0));
+            [ProbeUnknown::Radius, ProbeUnknown::Pole].map(|unknown| of(unknown).unwrap_or(0.0));
         self.shape.lobes = lobes;
         let tip_uncertainty = tip
             .offset
@@ -530,7 +537,7 @@ impl<'a> Fit<'a> {
         };
         let without = |number: usize| {
             let other = (self.groups.iter().enumerate()).filter(|(i, _)| *i != number);
-            let groups: Vec<&Group> = other.map(|(_, group)| group).collect();
+            let groups: Vec<&TouchGroup> = other.map(|(_, group)| group).collect();
             let rest = self.tip_of(&groups, of_centre).ok()?.apart?;
             Some((rest, number))
         };
@@ -545,7 +552,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    fn tip(&self, of_centre: f64) -> Result<Tip, QualifyError> {
+    fn tip(&self, of_centre: f64) -> Result<QualifiedTip, QualifyError> {
         self.tip_of(&self.groups.iter().collect::<Vec<_>>(), of_centre)
     }
 
@@ -598,7 +605,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Where the tip is: the ball seems to be at c − R·δ where it is at c, and the tip δ from where it was taken to be.
-    fn tip_of(&self, groups: &[&Group], of_centre: f64) -> Result<Tip, QualifyError> {
+    fn tip_of(&self, groups: &[&TouchGroup], of_centre: f64) -> Result<QualifiedTip, QualifyError> {
         let stated = self.known.place;
         let rows = 3 * groups.len() + stated.map_or(0, |_| 3);
         let mut seen = DVector::zeros(rows);
@@ -617,11 +624,14 @@ impl<'a> Fit<'a> {
             let unit = Matrix3::identity() / uncertainty;
             all.view_mut((at, 0), (3, 3)).copy_from(&unit);
         }
-        let place = |k: usize| Unknown::Centre(0, k);
-        let mut kept: Vec<Unknown> = (0..3).map(place).chain((0..3).map(Unknown::Tip)).collect();
-        let column = |unknown: &Unknown| match *unknown {
-            Unknown::Tip(k) => 3 + k,
-            Unknown::Centre(_, k) => k,
+        let place = |k: usize| ProbeUnknown::Centre(0, k);
+        let mut kept: Vec<ProbeUnknown> = (0..3)
+            .map(place)
+            .chain((0..3).map(ProbeUnknown::Tip))
+            .collect();
+        let column = |unknown: &ProbeUnknown| match *unknown {
+            ProbeUnknown::Tip(k) => 3 + k,
+            ProbeUnknown::Centre(_, k) => k,
             _ => 0,
         };
         let by = loop {
@@ -644,9 +654,9 @@ impl<'a> Fit<'a> {
         } else {
             1.0
         };
-        Ok(Tip {
+        Ok(QualifiedTip {
             offset: std::array::from_fn(|k| {
-                let at = kept.iter().position(|u| *u == Unknown::Tip(k))?;
+                let at = kept.iter().position(|u| *u == ProbeUnknown::Tip(k))?;
                 Some((found[at], factor * inverse[(at, at)].max(0.0).sqrt()))
             }),
             apart: (free > 0 && groups.len() > 1).then_some(square.sqrt() * of_centre),
@@ -655,7 +665,7 @@ impl<'a> Fit<'a> {
 }
 
 /// Where the tip is.
-struct Tip {
+struct QualifiedTip {
     /// From where it was taken to be, in the spindle frame, with the standard uncertainty (mm).
     offset: [Option<(f64, f64)>; 3],
     apart: Option<f64>,
@@ -752,8 +762,8 @@ mod tests {
         all
     }
 
-    fn known() -> Known {
-        Known {
+    fn known() -> ProbePriors {
+        ProbePriors {
             radius: BALL,
             radius_uncertainty: 0.0,
             place: None,
@@ -825,7 +835,7 @@ mod tests {
         let truth = truth();
         let place = truth.centre + Vector3::new(0.004, -0.003, 0.002);
         for (positions, place) in [(&SEVERAL[..], None), (&SEVERAL[..1], Some((place, 0.005)))] {
-            let known = Known { place, ..known() };
+            let known = ProbePriors { place, ..known() };
             let (mut covered, mut all) = (0.0, 0.0);
             for seed in 0..150 {
                 let touches = touches(&truth, positions, &LATITUDES, NOISE, seed);
@@ -861,19 +871,19 @@ mod tests {
             found
                 .undetermined
                 .iter()
-                .all(|u| matches!(u, Unknown::Tip(_)))
+                .all(|u| matches!(u, ProbeUnknown::Tip(_)))
         );
         assert_eq!(found.file.tip, [None; 3]);
         assert!((found.file.radius - truth.radius).abs() < 4.0 * found.file.radius_uncertainty);
         // C alone turns about the tool axis: the length is not seen.
         let about = touches(&truth, &[[0.0, 0.0], [0.0, 90.0]], &LATITUDES, NOISE, 1);
         let found = qualify(&machine(), &known(), &about).unwrap();
-        assert_eq!(found.undetermined, [Unknown::Tip(2)]);
+        assert_eq!(found.undetermined, [ProbeUnknown::Tip(2)]);
         // Two latitudes: the pole cannot be told from the height of the ball.
         let low = touches(&truth, &SEVERAL[..1], &[90.0, 10.0], NOISE, 1);
         let found = qualify(&machine(), &known(), &low).unwrap();
         assert!(
-            found.undetermined.contains(&Unknown::Pole),
+            found.undetermined.contains(&ProbeUnknown::Pole),
             "{:?}",
             found.undetermined
         );
@@ -918,7 +928,7 @@ mod tests {
             let found = qualify(&machine(), &known(), &touches).unwrap();
             // 0.5 µm of noise.
             assert!(
-                matches!(found.suspects[..], [Suspect::Touch(14, off)] if (off - 0.030).abs() < 0.003),
+                matches!(found.suspects[..], [TouchSuspect::Touch(14, off)] if (off - 0.030).abs() < 0.003),
                 "{seed}: {:?}",
                 found.suspects
             );
@@ -936,7 +946,7 @@ mod tests {
         // Within a rotary position: half of the touches around.
         let within = [&before[..8], &after[8..]].concat();
         let found = qualify(&machine(), &known(), &within).unwrap();
-        let [Suspect::Moved(first, by)] = found.suspects[..] else {
+        let [TouchSuspect::Moved(first, by)] = found.suspects[..] else {
             panic!("{:?}", found.suspects)
         };
         assert!((7..=9).contains(&first), "{first}");
@@ -990,7 +1000,7 @@ mod tests {
         let truth = truth();
         let touches = touches(&truth, &SEVERAL, &LATITUDES, NOISE, 1);
         let of = |ball: f64, stylus: Option<f64>| {
-            let known = Known {
+            let known = ProbePriors {
                 radius: ball / 2.0,
                 stylus,
                 ..known()

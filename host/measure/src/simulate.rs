@@ -50,7 +50,7 @@ pub enum SimulateError {
     /// The position of a ball is unknown.
     #[error("ball `{ball}` has no nominal_mm in the artefact")]
     NoPlace {
-        /// Its name.
+        /// Name of the position.
         ball: String,
     },
     /// The machine does not have three linear axes that reach every position.

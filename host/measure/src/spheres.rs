@@ -7,6 +7,6 @@ mod resumed;
 mod strategy;
 
 pub(crate) use fit::start;
-pub use fit::{Centre, FitError, Fitted, fit};
+pub use fit::{Centre, FitError, FittedBalls, fit};
 pub use log::{Touched, read_log};
 pub use log_contents::{LogContents, to_probings};

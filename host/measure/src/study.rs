@@ -8,13 +8,14 @@ mod runs;
 mod warnings;
 
 pub use identification::{
-    Ball, Bar, Change, Check, Compared, Cycle, Drift, Estimate, HeldOut, Identification, Level,
-    Noise, NotSeen, Observed, Part, PartStated, Place, Probed, Published, Reading, Repeats, Row,
-    Setup, Suspected, Temperatures, Term,
+    BallRecord, BarRecord, ChangeRecord, CheckRecord, Compared, CycleRecord, DriftRecord,
+    EstimateRecord, HeldOutRecord, Identification, LevelRecord, NoiseRecord, NotSeen,
+    ObservedRecord, PartStated, PlaceRecord, Probed, PublishedRecord, ReadingRecord, RepeatsRecord,
+    RowRecord, SetupPartRecord, SetupRecord, Suspected, TemperaturesRecord, ThermalRecord,
 };
-pub use outcome::Outcome;
-pub use refusal::{About, Refusal};
-pub use warnings::{Warning, WarningKind};
+pub use outcome::StudyOutcome;
+pub use refusal::{RefusedInput, StudyRefusal};
+pub use warnings::{StudyWarning, WarningKind};
 
 use crate::direct::{DirectResult, Measurement};
 use crate::formats::artefact::Artefact;
@@ -22,7 +23,7 @@ use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::formats::temperatures;
 use crate::identify::{
-    Chosen, Identified, Model, NotKnown, Options, Problem, Suspicion, Warmed, automatic,
+    Chosen, Identified, IdentifyOptions, Model, NotKnown, Problem, Suspicion, Warmed, automatic,
     compensability, drifting, held_out, honesty, identify, lacking, misplaced, published, snoop,
     stated, thermal, unseen_senses, without,
 };
@@ -49,7 +50,7 @@ pub struct Study<'a> {
 }
 
 /// What is to be found.
-pub struct Request<'a> {
+pub struct StudyRequest<'a> {
     /// The parameters to look for.
     pub model: Model,
     /// True if rows that fit badly count less.
@@ -68,7 +69,7 @@ pub struct Request<'a> {
     pub before: Option<&'a ErrorModel>,
 }
 
-impl Request<'_> {
+impl StudyRequest<'_> {
     /// These parameters, and nothing else said.
     #[must_use]
     pub fn of(model: Model) -> Self {
@@ -89,24 +90,24 @@ impl<'a> Study<'a> {
     /// Identifies, and judges what was found.
     ///
     /// # Errors
-    /// [`Refusal`], with what it is about and what to do.
-    pub fn identify(&self, request: &Request<'_>) -> Result<Outcome<'a>, Refusal> {
-        Rows::new(self, request)?.identify()
+    /// [`StudyRefusal`], with what it is about and what to do.
+    pub fn identify(&self, request: &StudyRequest<'_>) -> Result<StudyOutcome<'a>, StudyRefusal> {
+        CountedRows::new(self, request)?.identify()
     }
 }
 
 /// The rows that count, and what they are asked for.
-struct Rows<'r, 'a> {
+struct CountedRows<'r, 'a> {
     study: &'r Study<'a>,
-    request: &'r Request<'r>,
-    options: Options,
+    request: &'r StudyRequest<'r>,
+    options: IdentifyOptions,
     probings: Probings,
     /// With the drift and the temperatures that have been found so far.
     observations: Observations,
 }
 
 /// The parameters, and how they came about.
-struct Found {
+struct FoundParameters {
     /// The errors known beforehand, with the tables of runs.
     base: ErrorModel,
     identified: Identified,
@@ -116,14 +117,14 @@ struct Found {
     kept: Option<DirectResult>,
 }
 
-impl<'r, 'a> Rows<'r, 'a> {
-    fn new(study: &'r Study<'a>, request: &'r Request<'r>) -> Result<Self, Refusal> {
+impl<'r, 'a> CountedRows<'r, 'a> {
+    fn new(study: &'r Study<'a>, request: &'r StudyRequest<'r>) -> Result<Self, StudyRefusal> {
         let mut rows = Self {
             study,
             request,
-            options: Options {
+            options: IdentifyOptions {
                 robust: request.robust,
-                ..Options::default()
+                ..IdentifyOptions::default()
             },
             probings: study.probings.clone(),
             observations: study.observations.clone(),
@@ -144,12 +145,12 @@ impl<'r, 'a> Rows<'r, 'a> {
         self.observations.thermal = None;
     }
 
-    fn leave_out(&mut self, what: &str) -> Result<(), Refusal> {
+    fn leave_out(&mut self, what: &str) -> Result<(), StudyRefusal> {
         let machine = self.study.machine;
         let observed = self.observations.without(machine, what);
         match without(machine, &self.probings, what) {
             Ok(left) => self.probings = left,
-            Err(reason) if observed.is_none() => return Err(Refusal::Without(reason)),
+            Err(reason) if observed.is_none() => return Err(StudyRefusal::Without(reason)),
             Err(_) => {}
         }
         if let Some(left) = observed {
@@ -176,13 +177,13 @@ impl<'r, 'a> Rows<'r, 'a> {
         Problem::new(machine, &self.probings, artefact, parameters, base).with(&self.observations)
     }
 
-    fn identify(mut self) -> Result<Outcome<'a>, Refusal> {
+    fn identify(mut self) -> Result<StudyOutcome<'a>, StudyRefusal> {
         if let Some(before) = self.request.before {
             let mut motions = before.motions.iter().flatten();
             if motions.any(|m| m.table.is_some() || !m.thermal.is_empty())
                 || !before.inter_thermal.is_empty()
             {
-                return Err(Refusal::Incomparable);
+                return Err(StudyRefusal::Incomparable);
             }
         }
         let mut found = self.with_tables()?;
@@ -191,7 +192,7 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Identifies over errors known beforehand, together with the drift that shows.
-    fn found(&mut self, base: &ErrorModel) -> Result<(Identified, Option<Chosen>), Refusal> {
+    fn found(&mut self, base: &ErrorModel) -> Result<(Identified, Option<Chosen>), StudyRefusal> {
         self.observations.drift.clear();
         let (machine, model) = (self.study.machine, &self.request.model);
         if *model == Model::Auto {
@@ -208,11 +209,13 @@ impl<'r, 'a> Rows<'r, 'a> {
             self.observations.drift.clone_from(&chosen.drift);
             return Ok((chosen.identified.clone(), Some(chosen)));
         }
-        let parameters = model.parameters(machine, 0, &[]).map_err(Refusal::Model)?;
+        let parameters = model
+            .parameters(machine, 0, &[])
+            .map_err(StudyRefusal::Model)?;
         let twice = parameters.iter().find(|p| base.is_tabulated(machine, p));
         if let (Model::Named(_), Some(parameter)) = (model, twice) {
             let parameter = *parameter;
-            return Err(Refusal::Tabulated { parameter });
+            return Err(StudyRefusal::Tabulated { parameter });
         }
         let steady = self.problem(&parameters, base);
         let identified = identify(&steady, self.options)?;
@@ -225,7 +228,7 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Replaces what was found by what temperatures explain better.
-    fn warmed(&mut self, found: &mut Found) -> Result<Option<Warmed>, Refusal> {
+    fn warmed(&mut self, found: &mut FoundParameters) -> Result<Option<Warmed>, StudyRefusal> {
         let Some(log) = self.request.temperatures else {
             return Ok(None);
         };
@@ -233,15 +236,15 @@ impl<'r, 'a> Rows<'r, 'a> {
         let candidates = match &self.request.thermal {
             None => looked_for.clone(),
             Some(model) => {
-                (model.parameters(self.study.machine, 0, &[])).map_err(Refusal::Thermal)?
+                (model.parameters(self.study.machine, 0, &[])).map_err(StudyRefusal::Thermal)?
             }
         };
         // What moves with temperature is not taken for drift with time.
         self.observations.drift.clear();
         let steady = self.problem(&looked_for, &found.base);
         found.identified = identify(&steady, self.options)?;
-        let warmed =
-            thermal(&steady, &found.identified, log, &candidates).map_err(Refusal::Temperatures)?;
+        let warmed = thermal(&steady, &found.identified, log, &candidates)
+            .map_err(StudyRefusal::Temperatures)?;
         if !warmed.model.terms.is_empty() {
             self.observations.thermal = Some(warmed.model.clone());
             let changing = self.problem(&looked_for, &found.base);
@@ -251,8 +254,12 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Everything that is said of what was found.
-    fn judged(self, found: Found, warmed: Option<Warmed>) -> Result<Outcome<'a>, Refusal> {
-        let Found {
+    fn judged(
+        self,
+        found: FoundParameters,
+        warmed: Option<Warmed>,
+    ) -> Result<StudyOutcome<'a>, StudyRefusal> {
+        let FoundParameters {
             base,
             identified,
             chosen,
@@ -269,7 +276,7 @@ impl<'r, 'a> Rows<'r, 'a> {
         if !self.request.accept_places
             && let Some(mistake) = misplaced(&problem, &places)
         {
-            return Err(Refusal::Misplaced(mistake));
+            return Err(StudyRefusal::Misplaced(mistake));
         }
         let suspicions: Vec<(Suspicion, String)> = (snoop(&problem, &identified).into_iter())
             .map(|suspicion| {
@@ -283,7 +290,7 @@ impl<'r, 'a> Rows<'r, 'a> {
             .as_ref()
             .is_some_and(|all| all.parameters.is_empty())
         {
-            return Err(Refusal::Uncompared);
+            return Err(StudyRefusal::Uncompared);
         }
         let honesty = honesty(&problem, &self.probings, &identified);
         let seen: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();
@@ -306,7 +313,7 @@ impl<'r, 'a> Rows<'r, 'a> {
             &base,
             &identified,
         );
-        Ok(Outcome {
+        Ok(StudyOutcome {
             machine,
             artefact,
             runs,

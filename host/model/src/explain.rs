@@ -14,19 +14,19 @@ mod single_entry;
 
 use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
-pub use bench::{Bench, Deviation, State};
-pub use instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
+pub use bench::{Bench, BenchState, Deviation};
+pub use instrument::{BallPlacement, BenchInstrument, InstrumentReading, REACH, Sense};
 pub use minimal::MinimalParameters;
 pub use sentence::number;
-pub use single_entry::{Alone, EntryKind, Nature};
+pub use single_entry::{EntryKind, Nature, SingleEntry};
 
 /// The explanation of one entry of an error file.
 #[derive(Clone, Debug)]
 pub struct Explained<'a> {
     /// The entry.
-    pub alone: Alone<'a>,
+    pub alone: SingleEntry<'a>,
     /// The reading that shows it; `None` if it changes nothing.
-    pub reading: Option<Reading>,
+    pub reading: Option<InstrumentReading>,
     /// For an inclination that changes nothing: the pair of axes (by index) whose squareness may have been meant,
     /// and the corresponding parameters.
     pub meant: Option<([usize; 2], Vec<Parameter>)>,
@@ -35,7 +35,7 @@ pub struct Explained<'a> {
 /// Explains every entry of an error file, axis by axis.
 #[must_use]
 pub fn explain<'a>(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Explained<'a>> {
-    let all = Alone::all(machine, errors).into_iter();
+    let all = SingleEntry::all(machine, errors).into_iter();
     all.map(|alone| {
         if nothing::changes_nothing(&alone) {
             let meant = nothing::meant(&alone);

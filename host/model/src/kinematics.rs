@@ -13,7 +13,7 @@ pub use trueaxis_kinematics::{Correction, Htm, Jacobian, NotConverged, Policy, T
 pub struct Kinematics<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors.
+    /// Errors.
     pub errors: &'a ErrorModel,
     kinematics: trueaxis_kinematics::Kinematics<'a, Vec<f64>>,
 }
@@ -29,7 +29,7 @@ impl<'a> Kinematics<'a> {
         }
     }
 
-    /// The same with another policy.
+    /// With another policy.
     #[must_use]
     pub fn with_policy(self, policy: Policy) -> Self {
         Self {

@@ -19,7 +19,7 @@ pub fn map<'i, I: Sync, R: Send>(items: &'i [I], of: impl Fn(&'i I) -> R + Sync)
     done.unwrap_or_else(|never| match never {})
 }
 
-/// The same for a function that can fail; after a failure, no further items are started.
+/// Like `map`, for a function that can fail; after a failure, no further items are started.
 ///
 /// # Errors
 /// The first error, in the order of the items, of those that occurred.

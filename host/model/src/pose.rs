@@ -9,14 +9,14 @@ use trueaxis_kinematics::{Branch, Nominal};
 
 /// A tool in the workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tool {
+pub struct ToolPose {
     /// The tip (mm).
     pub tip: [f64; 3],
     /// Unit vector from the tip to the spindle, as displayed by controllers.
     pub direction: [f64; 3],
 }
 
-impl Tool {
+impl ToolPose {
     /// The tool of a pose (spindle orientation, origin at the tip).
     #[must_use]
     pub fn of(machine: &Machine, pose: &Htm) -> Self {
@@ -29,8 +29,8 @@ impl Tool {
 
 /// An axis in the foundation frame, without errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Line {
-    /// Its letter.
+pub struct AxisLine {
+    /// Letter of the axis.
     pub axis: char,
     /// The branch that it carries: `workpiece` or `tool`.
     pub carries: &'static str,
@@ -47,11 +47,11 @@ pub struct Line {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Posed {
     /// The tool of a machine without errors.
-    pub nominal: Tool,
+    pub nominal: ToolPose,
     /// The tool with all errors, if errors were given.
-    pub actual: Option<Tool>,
+    pub actual: Option<ToolPose>,
     /// The axes, in the order of the machine.
-    pub axes: Vec<Line>,
+    pub axes: Vec<AxisLine>,
 }
 
 /// Tool and axes at one position (mm, rad) of the uncompensated machine.
@@ -65,7 +65,7 @@ pub fn pose(
     let nominal = Nominal::new(machine);
     let axes = machine.axes.iter().enumerate().map(|(index, axis)| {
         let [point, direction] = nominal.line(q, index).unwrap_or_default();
-        Line {
+        AxisLine {
             axis: axis.letter.char(),
             carries: carries(axis.branch),
             rotary: axis.letter.is_rotary(),
@@ -74,10 +74,10 @@ pub fn pose(
         }
     });
     Posed {
-        nominal: Tool::of(machine, &nominal.pose(q, situation.length)),
+        nominal: ToolPose::of(machine, &nominal.pose(q, situation.length)),
         actual: errors.map(|errors| {
             let kinematics = Kinematics::new(machine, errors);
-            Tool::of(machine, &kinematics.actual(q, situation, &Switches::ALL))
+            ToolPose::of(machine, &kinematics.actual(q, situation, &Switches::ALL))
         }),
         axes: axes.collect(),
     }

@@ -5,7 +5,7 @@
 //! decimal point. Empty lines are skipped. The order of the rows is the motion.
 
 use crate::errors::{Thermal, temperature_name};
-use crate::formats::csv::Table;
+use crate::formats::csv::CsvTable;
 use crate::machine::Machine;
 use crate::source::FileError;
 use std::fmt::{Display, Write};
@@ -13,8 +13,8 @@ use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Lag};
 
 /// An input that needs a column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Input {
-    /// Its name in messages.
+pub struct ColumnInput {
+    /// Name in messages of the input.
     pub name: String,
     /// An alternative name.
     pub alias: Option<&'static str>,
@@ -27,7 +27,7 @@ pub struct Input {
 /// Name of the tool length as an input.
 pub(crate) const TOOL_LENGTH: &str = "tool length";
 
-impl Input {
+impl ColumnInput {
     fn axis(letter: char) -> Self {
         Self {
             name: letter.to_string(),
@@ -86,7 +86,7 @@ const VALUES: &str = "give every position a value in each column: a plain number
 
 /// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Column {
+enum PositionColumn {
     Input(usize),
     /// The sensor of the lagging input with this number.
     Sensor(usize),
@@ -101,38 +101,39 @@ const PERIOD: f64 = 0.01;
 /// since the one before.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a column that is not an input, an
+/// [`FileError`] with line, column, cause and remedy: whatever [`CsvTable`] refuses, a column that is not an input, an
 /// input without a column, a value that is not finite as f32, times that do not increase, no rows.
-pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
+pub fn read(text: &str, inputs: &[ColumnInput]) -> Result<Vec<Vec<f64>>, FileError> {
     let names: Vec<&str> = inputs.iter().map(|i| i.name.as_str()).collect();
     let layout = format!(
         "write the header {} (exactly the inputs, in any order), then one position per line in mm and degrees",
         names.join(",")
     );
-    let table = Table::open(text, 0, layout, VALUES)?;
-    let sensor_of = |input: &Input, name: &str| input.lag.as_ref().is_some_and(|(s, _)| s == name);
+    let table = CsvTable::open(text, 0, layout, VALUES)?;
+    let sensor_of =
+        |input: &ColumnInput, name: &str| input.lag.as_ref().is_some_and(|(s, _)| s == name);
     let columns = table.columns(0, |name| {
         let exact = inputs.iter().position(|i| i.name == name);
         let known = exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)));
         let lagging = || inputs.iter().position(|i| sensor_of(i, name));
         let is_time = name == "time_s" && inputs.iter().any(|i| i.lag.is_some());
         known
-            .map(Column::Input)
-            .or_else(|| is_time.then_some(Column::Time))
-            .or_else(|| lagging().map(Column::Sensor))
+            .map(PositionColumn::Input)
+            .or_else(|| is_time.then_some(PositionColumn::Time))
+            .or_else(|| lagging().map(PositionColumn::Sensor))
     })?;
-    let place = |column: Column| columns.iter().position(|c| *c == column);
-    let time = place(Column::Time);
+    let place = |column: PositionColumn| columns.iter().position(|c| *c == column);
+    let time = place(PositionColumn::Time);
     // The column of each input, and the lag to apply to it.
     let mut sources = Vec::with_capacity(inputs.len());
     for (number, input) in inputs.iter().enumerate() {
-        let own = place(Column::Input(number)).map(|column| (column, None));
+        let own = place(PositionColumn::Input(number)).map(|column| (column, None));
         let of_sensor = || {
             let (sensor, rate) = input.lag.as_ref()?;
             time?;
             let same = inputs.iter().position(|i| i.name == *sensor);
             let first = inputs.iter().position(|i| sensor_of(i, sensor))?;
-            let column = same.map_or(Column::Sensor(first), Column::Input);
+            let column = same.map_or(PositionColumn::Sensor(first), PositionColumn::Input);
             Some((place(column)?, Some(*rate)))
         };
         let Some(source) = own.or_else(of_sensor) else {
@@ -204,11 +205,11 @@ pub fn write<T: Display>(letters: &[char], rows: &[Vec<T>]) -> String {
 mod tests {
     use super::*;
 
-    fn inputs() -> Vec<Input> {
+    fn inputs() -> Vec<ColumnInput> {
         vec![
-            Input::axis('X'),
-            Input::axis('A'),
-            Input::tool_length(TOOL_LENGTH),
+            ColumnInput::axis('X'),
+            ColumnInput::axis('A'),
+            ColumnInput::tool_length(TOOL_LENGTH),
         ]
     }
 

@@ -22,9 +22,9 @@ pub struct FileError {
 /// A text file with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
-    /// Its name as referred to.
+    /// Name as referred to.
     pub name: String,
-    /// Its content.
+    /// Content of the text file.
     pub text: String,
 }
 
@@ -56,7 +56,7 @@ impl FileError {
         }
     }
 
-    /// The same in another file.
+    /// The error, in another file.
     #[must_use]
     pub fn within(mut self, name: &str, text: &str) -> Self {
         self.within = Some(Box::new(Named {

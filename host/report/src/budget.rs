@@ -2,11 +2,11 @@
 
 use super::volumetric::quality;
 use super::words::{in_words, name};
-use super::worst::{FEW, Of, Search};
+use super::worst::{FEW, Of, WorstSearch};
 use super::{ReportError, Subject};
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
-use trueaxis_model::explain::{Alone, EntryKind};
+use trueaxis_model::explain::{EntryKind, SingleEntry};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::parallel;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
@@ -22,7 +22,7 @@ const EXPANDED: f64 = 2.0;
 
 /// Effects of single parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Budget {
+pub struct ErrorBudget {
     /// Number of random positions in the travel.
     pub positions: usize,
     /// The effect of every parameter; the largest mean at the tip first.
@@ -32,13 +32,13 @@ pub struct Budget {
 /// The effect of one parameter alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Share {
-    /// Its name, as in the error file; `EXX (table)` for a tabulated motion.
+    /// Name, as in the error file; `EXX (table)` for a tabulated motion.
     pub name: String,
-    /// Its description.
+    /// Description of the effect.
     pub words: String,
-    /// Its value (mm, rad, per mm or rad to the power of its degree); `None` for a tabulated motion.
+    /// Value (mm, rad, per mm or rad to the power of its degree); `None` for a tabulated motion.
     pub value: Option<f64>,
-    /// Its standard uncertainty in the same unit, if known.
+    /// Standard uncertainty in the same unit, if known.
     pub standard_uncertainty: Option<f64>,
     /// The volumetric error of a machine on which only this parameter is wrong: means at random positions, and the
     /// maxima found by a search.
@@ -60,18 +60,18 @@ pub struct Share {
 /// What is computed for each parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// Its effect.
+    /// Effect.
     Alone,
     /// Also the effect of its uncertainty, and the part that no correction removes.
     Everything,
 }
 
 /// Computes the effect of each parameter alone.
-pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError> {
+pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<ErrorBudget, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
-    let all = Alone::all(machine, errors);
+    let all = SingleEntry::all(machine, errors);
     let mut shares = parallel::try_map(&all, |alone| share(subject, alone, &commands, depth))?;
     let size = |share: &Share| {
         let Quality {
@@ -84,7 +84,7 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError
         let (a, b) = (size(a), size(b));
         b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1))
     });
-    Ok(Budget {
+    Ok(ErrorBudget {
         positions: POSITIONS,
         shares,
     })
@@ -92,7 +92,7 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError
 
 fn share(
     subject: &Subject<'_>,
-    alone: &Alone<'_>,
+    alone: &SingleEntry<'_>,
     commands: &[Command],
     depth: Depth,
 ) -> Result<Share, ReportError> {
@@ -133,8 +133,8 @@ fn share(
     })
 }
 
-/// Its standard uncertainty, from a covariance file or from the error file.
-fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
+/// Standard uncertainty, from a covariance file or from the error file.
+fn uncertainty(subject: &Subject<'_>, alone: &SingleEntry<'_>) -> Option<f64> {
     let covariance = subject.errors.covariance();
     let known = covariance.parameters.iter();
     let place = known.clone().position(|p| *p == alone.parameter)?;
@@ -142,7 +142,7 @@ fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
 }
 
 /// The situation with the temperature of the only sensor in the model of one parameter.
-fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) -> Situation {
+fn situation(subject: &Subject<'_>, alone: &SingleEntry<'_>, situation: &Situation) -> Situation {
     let mut kelvin = [0.0; MAX_SENSORS];
     if let EntryKind::PerKelvin { sensor, .. } = &alone.said {
         let sensors = &subject.errors.sensors;
@@ -159,7 +159,7 @@ fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) ->
 /// The volumetric error caused by this parameter alone. For a verdict, maxima are those at the commands.
 fn does(
     subject: &Subject<'_>,
-    alone: &Alone<'_>,
+    alone: &SingleEntry<'_>,
     commands: &[Command],
     depth: Depth,
 ) -> Result<Quality, ReportError> {
@@ -177,13 +177,13 @@ fn does(
     let left = |command: &Command, of: Of| errors_at(command)[of as usize];
     if depth == Depth::Everything {
         let few = &commands[..FEW.min(commands.len())];
-        Search { machine, errors }.raise(&mut found, few, &left);
+        WorstSearch { machine, errors }.raise(&mut found, few, &left);
     }
     Ok(found)
 }
 
 /// Mean error of the tool direction (µrad) that the kinematic correction leaves.
-fn left(subject: &Subject<'_>, alone: &Alone<'_>, commands: &[Command]) -> Option<f64> {
+fn left(subject: &Subject<'_>, alone: &SingleEntry<'_>, commands: &[Command]) -> Option<f64> {
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(subject.machine, &model).with_policy(subject.policy);
     let left = commands.iter().map(|command| {

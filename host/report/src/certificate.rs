@@ -8,13 +8,15 @@ mod limits;
 mod rounding;
 mod sources;
 
-pub use calibration::{Calibration, Instrument, Stated, Temperature};
+pub use calibration::{
+    CalibrationRecord, CalibrationTemperature, InstrumentRecord, StatedUncertainty,
+};
 pub use limits::{Decision, Limit, Quantity};
 pub use rounding::{Rounded, rounded};
-pub use sources::{Source, Sources};
+pub use sources::{Sources, UncertaintySource};
 
 use super::words::{coarse, in_unit, rounded_down, rounded_up};
-use super::{Compensation, Report, ReportError, Share, Subject};
+use super::{ReportError, ReportFigures, ReportedCompensation, Share, Subject};
 use expected::expected;
 use grounds::Grounds;
 use serde::Serialize;
@@ -37,7 +39,7 @@ const LEAST_PRINTED: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// The circumstances, as stated.
-    pub calibration: Calibration,
+    pub calibration: CalibrationRecord,
     /// What is missing, and what follows from that, one sentence each.
     pub missing: Vec<String>,
     /// The result of all limits, in one sentence.
@@ -49,7 +51,7 @@ pub struct Certificate {
     /// Number of parameters, and largest mean effect (µm) of one, that are not in the list.
     pub unlisted: Option<(usize, f64)>,
     /// Balls and stylus.
-    pub places: Vec<Placed>,
+    pub places: Vec<FoundPlace>,
     /// Number of places that are not in the list.
     pub unlisted_places: usize,
     /// Rows that do not fit the others, one sentence each.
@@ -69,7 +71,7 @@ pub struct Certificate {
 pub struct Judged {
     /// The limit.
     pub limit: Limit,
-    /// Its quantity in words.
+    /// Quantity in words of the limit.
     pub words: String,
     /// `measured`, `identified` or `expected`.
     pub source: &'static str,
@@ -86,13 +88,13 @@ pub struct Judged {
 /// An error parameter as printed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its description.
+    /// Description.
     pub words: String,
-    /// Its value.
+    /// Value.
     pub value: String,
-    /// Its expanded uncertainty, k = 2, if known.
+    /// Expanded uncertainty, k = 2, if known.
     pub expanded_uncertainty: Option<String>,
     /// The unit of both.
     pub unit: String,
@@ -102,8 +104,8 @@ pub struct Ranked {
 
 /// A place found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Placed {
-    /// Its name.
+pub struct FoundPlace {
+    /// Name of the place found.
     pub what: String,
     /// Where it was found.
     pub found_mm: [f64; 3],
@@ -120,9 +122,9 @@ pub struct Placed {
 pub fn certificate(
     machine: &Machine,
     errors: &ErrorModel,
-    compensation: Option<Compensation<'_>>,
-    report: &Report,
-    calibration: Calibration,
+    compensation: Option<ReportedCompensation<'_>>,
+    report: &ReportFigures,
+    calibration: CalibrationRecord,
 ) -> Result<Certificate, ReportError> {
     let validation = report.validation.clone();
     let subject = Subject::new(machine, errors, compensation, report.document.seed);
@@ -191,9 +193,9 @@ fn ranked(share: &Share) -> Ranked {
     }
 }
 
-fn places(found: &Identification) -> Vec<Placed> {
+fn places(found: &Identification) -> Vec<FoundPlace> {
     let all = found.places.iter();
-    all.map(|place| Placed {
+    all.map(|place| FoundPlace {
         what: place.what.clone(),
         found_mm: place.found_mm,
         stated_mm: place.stated_mm,
@@ -211,9 +213,9 @@ fn suspects(found: &Identification) -> Vec<String> {
 /// Decides about each limit.
 fn judged(
     subject: &Subject<'_>,
-    report: &Report,
+    report: &ReportFigures,
     grounds: &Grounds<'_>,
-    stated: &Calibration,
+    stated: &CalibrationRecord,
     validation: Option<&Validation>,
 ) -> Result<Vec<Judged>, ReportError> {
     let limits = &stated.limits;
@@ -258,10 +260,10 @@ fn judged(
 }
 
 /// A value with its 95 % interval, or why there is none.
-type Found = Result<(f64, Option<[f64; 2]>), &'static str>;
+type FoundValue = Result<(f64, Option<[f64; 2]>), &'static str>;
 
 /// The amount of a parameter.
-fn identified(report: &Report, limit: &Limit) -> Found {
+fn identified(report: &ReportFigures, limit: &Limit) -> FoundValue {
     let name = limit.quantity.name();
     let share = report.budget.shares.iter().find(|share| share.name == name);
     let share = share.ok_or("it was not identified")?;
@@ -276,7 +278,7 @@ fn identified(report: &Report, limit: &Limit) -> Found {
 /// n rows that adds 3s² to the mean square m², which has a standard uncertainty of s·√(6s² + 4m²)/√n at most. Of n rows the
 /// largest may be the one that probing made so: all are within k·s with 95 % if k = √(4 + 2 ln n). The upper end keeps
 /// what probing adds; the lower end of the largest leaves out k·s in each coordinate.
-fn measured(validation: Option<&Validation>, is_rms: bool) -> Found {
+fn measured(validation: Option<&Validation>, is_rms: bool) -> FoundValue {
     let validation = validation.ok_or("no validation was given")?;
     let n = validation.probings.max(1) as f64;
     let s = validation.probing_um / 3.0_f64.sqrt();
@@ -315,7 +317,11 @@ fn conformity(judged: &[Judged]) -> String {
 }
 
 /// What is missing.
-fn missing(report: &Report, stated: &Calibration, validation: Option<&Validation>) -> Vec<String> {
+fn missing(
+    report: &ReportFigures,
+    stated: &CalibrationRecord,
+    validation: Option<&Validation>,
+) -> Vec<String> {
     let mut missing = Vec::new();
     let mut add = |is_missing: bool, sentence: &str| {
         if is_missing {
@@ -337,7 +343,7 @@ fn missing(report: &Report, stated: &Calibration, validation: Option<&Validation
         stated.instruments.is_empty(),
         "No instrument is stated: the results are not traceable.",
     );
-    let without = |is_missing: fn(&Instrument) -> bool| {
+    let without = |is_missing: fn(&InstrumentRecord) -> bool| {
         let all = stated.instruments.iter();
         all.filter(|one| is_missing(one)).count()
     };

@@ -1,7 +1,7 @@
 //! Changes since an older report.
 
 use super::words::figure;
-use super::{Report, Share};
+use super::{ReportFigures, Share};
 use serde::{Deserialize, Serialize};
 
 /// Coverage factor: larger changes are significant (95 %).
@@ -9,7 +9,7 @@ const EXPANDED: f64 = 2.0;
 
 /// The differences between two reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Changes {
+pub struct ReportChanges {
     /// The date of the older report, if it has one.
     pub since: Option<String>,
     /// A summary.
@@ -17,15 +17,15 @@ pub struct Changes {
     /// Files whose content has changed.
     pub files: Vec<String>,
     /// Overall figures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<FigureChange>,
     /// Parameters that have changed; the largest change at the tip first.
-    pub parameters: Vec<Change>,
+    pub parameters: Vec<ParameterChange>,
 }
 
 /// A figure, old and new.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Figure {
-    /// Its name.
+pub struct FigureChange {
+    /// Name of the figure.
     pub name: String,
     /// `µm` or `µrad`.
     pub unit: String,
@@ -37,10 +37,10 @@ pub struct Figure {
 
 /// A parameter, old and new.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Change {
-    /// Its name.
+pub struct ParameterChange {
+    /// Name of the parameter.
     pub name: String,
-    /// Its description.
+    /// Description of the parameter.
     pub words: String,
     /// The old value (mm, rad, per mm or rad to the power of its degree); `None` if it did not exist.
     pub old: Option<f64>,
@@ -56,14 +56,15 @@ pub struct Change {
 
 /// Compares with an older report of the same machine.
 #[must_use]
-pub fn changes(old: &Report, new: &Report) -> Changes {
-    let figure_of = |name: &str, unit: &str, of: &dyn Fn(&Report) -> Option<f64>| Figure {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        old: of(old),
-        new: of(new),
-    };
-    let after = |report: &Report| report.volumetric.after;
+pub fn changes(old: &ReportFigures, new: &ReportFigures) -> ReportChanges {
+    let figure_of =
+        |name: &str, unit: &str, of: &dyn Fn(&ReportFigures) -> Option<f64>| FigureChange {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            old: of(old),
+            new: of(new),
+        };
+    let after = |report: &ReportFigures| report.volumetric.after;
     let figures = vec![
         figure_of("mean at the tip before", "µm", &|r| {
             Some(r.volumetric.before.translation_um.mean)
@@ -107,7 +108,7 @@ pub fn changes(old: &Report, new: &Report) -> Changes {
         same.next()
             .is_none_or(|f| f.crc32 != file.crc32 || f.bytes != file.bytes)
     });
-    Changes {
+    ReportChanges {
         since: old.document.date.clone(),
         sentence,
         files: files.map(|file| file.role.clone()).collect(),
@@ -116,12 +117,12 @@ pub fn changes(old: &Report, new: &Report) -> Changes {
     }
 }
 
-fn parameters(old: &[Share], new: &[Share]) -> Vec<Change> {
+fn parameters(old: &[Share], new: &[Share]) -> Vec<ParameterChange> {
     let find = |all: &[Share], name: &str| all.iter().find(|s| s.name == name).cloned();
     let mut names: Vec<&String> = new.iter().chain(old).map(|share| &share.name).collect();
     let mut seen = std::collections::BTreeSet::new();
     names.retain(|name| seen.insert(name.as_str()));
-    let mut changes: Vec<Change> = (names.into_iter())
+    let mut changes: Vec<ParameterChange> = (names.into_iter())
         .filter_map(|name| {
             let (then, now) = (find(old, name), find(new, name));
             let same = match (&then, &now) {
@@ -139,7 +140,7 @@ fn parameters(old: &[Share], new: &[Share]) -> Vec<Change> {
             let unsure = known(&then)
                 .zip(known(&now))
                 .map(|(a, b)| libm::hypot(a, b));
-            Some(Change {
+            Some(ParameterChange {
                 name: name.clone(),
                 words: now
                     .as_ref()
@@ -153,7 +154,7 @@ fn parameters(old: &[Share], new: &[Share]) -> Vec<Change> {
             })
         })
         .collect();
-    let size = |change: &Change| (change.new_mean_um - change.old_mean_um).abs();
+    let size = |change: &ParameterChange| (change.new_mean_um - change.old_mean_um).abs();
     changes.sort_by(|a, b| size(b).total_cmp(&size(a)));
     changes
 }

@@ -6,18 +6,18 @@ use trueaxis_model::machine::Machine;
 
 /// A file from which a report was made.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct File {
-    /// Its role: machine, errors, compensation …
+pub struct DescribedFile {
+    /// Role: machine, errors, compensation …
     pub role: String,
-    /// Its name as given.
+    /// Name as given.
     pub name: String,
-    /// Its length in bytes.
+    /// Length in bytes.
     pub bytes: usize,
     /// CRC-32 of its bytes (that of ISO-HDLC, zip and PNG), eight hexadecimal digits.
     pub crc32: String,
 }
 
-impl File {
+impl DescribedFile {
     /// Describes a file with these bytes.
     #[must_use]
     pub fn new(role: &str, name: &str, bytes: &[u8]) -> Self {
@@ -35,21 +35,21 @@ impl File {
 pub struct Document {
     /// Name of the machine.
     pub machine: String,
-    /// Its axes from the workpiece to the tool, with F for the foundation: `wCAYFXZSt`.
+    /// Axes from the workpiece to the tool, with F for the foundation: `wCAYFXZSt`.
     pub topology: String,
     /// The date as given.
     pub date: Option<String>,
     /// Version of the program.
     pub version: String,
     /// The files.
-    pub files: Vec<File>,
+    pub files: Vec<DescribedFile>,
     /// The position whose correction is subtracted, as given.
     pub reference_position: Option<String>,
     /// What the rotary axes correct.
     pub policy: String,
     /// The tolerance of the tables, at the tip.
     pub tolerance_um: f64,
-    /// The same for the tool direction or rotary axes.
+    /// Like `tolerance_um`, for the tool direction or rotary axes.
     pub tolerance_urad: f64,
     /// Seed of the random positions.
     pub seed: u64,
@@ -76,11 +76,11 @@ impl Document {
 
 #[cfg(test)]
 mod tests {
-    use super::File;
+    use super::DescribedFile;
 
     #[test]
     fn checksums_are_those_of_other_programs() {
         // The check value from the catalogue of CRC algorithms.
-        assert_eq!(File::new("r", "n", b"123456789").crc32, "cbf43926");
+        assert_eq!(DescribedFile::new("r", "n", b"123456789").crc32, "cbf43926");
     }
 }

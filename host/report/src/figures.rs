@@ -1,10 +1,10 @@
 //! The static figures of the page.
 
 use super::{
-    AxisMotions, AxisUse, Budget, CircularTest, Curve, Diagonal, Identification, Motion,
-    Positioning, Share, Volumetric,
+    AxisMotions, AxisUse, CircularTest, Diagonal, ErrorBudget, Identification, MotionShown,
+    Positioning, Share, TableCurve, Volumetric,
 };
-use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series, Turn};
+use crate::picture::{Bars, Chart, ChartBar, Ink, Mark, Picture, Polar, PolarTurn, Scale, Series};
 use trueaxis_measure::formats::validation::{Scatter, Validation};
 use trueaxis_tables::validate::Quality;
 
@@ -14,12 +14,12 @@ const BARS: usize = 30;
 const NOTHING: f64 = 1e-4;
 
 /// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
-pub fn budget(budget: &Budget, together: &Volumetric, at_tip: bool) -> Option<Picture> {
+pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Option<Picture> {
     let statistics = |quality: &Quality| match at_tip {
         true => quality.translation_um,
         false => quality.direction_urad,
     };
-    let of = |name: &str, quality: &Quality, uncertainty| Bar {
+    let of = |name: &str, quality: &Quality, uncertainty| ChartBar {
         name: name.to_owned(),
         mean: statistics(quality).mean,
         max: statistics(quality).max,
@@ -32,7 +32,7 @@ pub fn budget(budget: &Budget, together: &Volumetric, at_tip: bool) -> Option<Pi
         };
         of(&share.name, &share.alone, uncertainty)
     };
-    let mut bars: Vec<Bar> = budget
+    let mut bars: Vec<ChartBar> = budget
         .shares
         .iter()
         .map(bar)
@@ -100,7 +100,7 @@ fn unmeasured(axes: &[AxisMotions], name: &str) -> Vec<[f64; 2]> {
 }
 
 /// An error motion over the travel of its axis.
-pub fn motion(axis: &AxisMotions, motion: &Motion) -> String {
+pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> String {
     let mut all = Vec::new();
     let positive = points(&motion.at, &motion.positive, 1.0);
     match &motion.negative {
@@ -147,7 +147,7 @@ pub fn motion(axis: &AxisMotions, motion: &Motion) -> String {
 
 /// A circular test.
 pub fn circle(test: &CircularTest) -> Picture {
-    let turn = |name: &str, ink, found: &super::CircleFound| Turn {
+    let turn = |name: &str, ink, found: &super::CircleFound| PolarTurn {
         name: name.to_owned(),
         ink,
         readings: (found.angles_deg.iter().zip(&found.readings_um))
@@ -250,7 +250,7 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// A table.
-pub fn curve(curve: &Curve, axes: &[AxisMotions]) -> String {
+pub fn curve(curve: &TableCurve, axes: &[AxisMotions]) -> String {
     let ends = [curve.at.first(), curve.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let line = thinned(points(&curve.at, &curve.values, 1.0));
     let mut all = vec![series(&curve.name, Ink::Accent, Mark::Line, line.clone())];
@@ -308,8 +308,8 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
 
 /// Residuals of an identification, ball by ball.
 pub fn balls(identification: &Identification) -> Option<String> {
-    let bars: Vec<Bar> = (identification.balls.iter())
-        .map(|ball| Bar {
+    let bars: Vec<ChartBar> = (identification.balls.iter())
+        .map(|ball| ChartBar {
             name: format!("{} ({})", ball.name, ball.probings),
             mean: ball.left_um,
             max: ball.most_um,
@@ -328,7 +328,7 @@ pub fn balls(identification: &Identification) -> Option<String> {
 
 /// What was measured before and after, beside what was predicted.
 pub fn validation(found: &Validation) -> String {
-    let bar = |name: &str, mean: f64, max: f64| Bar {
+    let bar = |name: &str, mean: f64, max: f64| ChartBar {
         name: name.to_owned(),
         mean,
         max,

@@ -66,7 +66,7 @@ fn said(
 
 #[cfg(test)]
 mod tests {
-    use super::super::Known;
+    use super::super::ErrorKnowledge;
     use super::*;
 
     fn quality(tip: f64, direction: f64) -> Quality {
@@ -92,9 +92,9 @@ mod tests {
             difference_urad: None,
             meets_tolerance: None,
             um_per_mm_of_tool_length: None,
-            known: band.map(|at_most| Known {
+            known: band.map(|at_most| ErrorKnowledge {
                 at_most,
-                ..Known::default()
+                ..ErrorKnowledge::default()
             }),
         }
     }

@@ -1,8 +1,8 @@
 //! The errors of a machine, the effect of a compensation, and how well both are known: figures for programs
-//! ([`Report`]), and a page for people ([`page()`]).
+//! ([`ReportFigures`]), and a page for people ([`page()`]).
 //!
 //! A report is data first. It contains every figure that the page shows, with the unit as part of the name, and the
-//! page is made only from it and from the [`Model`] behind the interactive drawings.
+//! page is made only from it and from the [`PageModel`] behind the interactive drawings.
 //!
 //! Builds on `trueaxis-model`, `trueaxis-tables` and `trueaxis-measure`.
 #![forbid(unsafe_code)]
@@ -27,14 +27,14 @@ mod words;
 mod worst;
 
 use budget::Depth;
-pub use budget::{Budget, Share};
-pub use compare::{Change, Changes, Figure, changes};
-pub use document::{Document, File};
-pub use model::Model;
-pub use motions::{AxisMotions, Motion};
+pub use budget::{ErrorBudget, Share};
+pub use compare::{FigureChange, ParameterChange, ReportChanges, changes};
+pub use document::{DescribedFile, Document};
+pub use model::PageModel;
+pub use motions::{AxisMotions, MotionShown};
 pub use page::{certificate_page, page, pictures};
 use serde::{Deserialize, Serialize};
-pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
+pub use tables::{AxisUse, Class, CorrectionAlong, Formula, TableCurve, TablesShown};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 use trueaxis_measure::formats::validation::Validation;
 pub use trueaxis_measure::study::Identification;
@@ -46,7 +46,7 @@ use trueaxis_tables::policy::of_blob;
 use trueaxis_tables::schemes::{self, SchemeError};
 use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{DrawError, Runtime};
-pub use volumetric::{Known, Volumetric};
+pub use volumetric::{ErrorKnowledge, Volumetric};
 pub use words::{figure, parameter_in_words, unit};
 pub use worst::{ErrorAt, Worst};
 
@@ -55,8 +55,8 @@ pub const FORMAT: u32 = 1;
 
 /// A compensation and its proof.
 #[derive(Clone, Copy)]
-pub struct Compensation<'a> {
-    /// Its tables.
+pub struct ReportedCompensation<'a> {
+    /// Tables.
     pub runtime: &'a Runtime<'a>,
     /// The comparison with the exact model.
     pub proof: &'a Proof,
@@ -70,7 +70,7 @@ pub struct Compensation<'a> {
 
 /// All figures of a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
+pub struct ReportFigures {
     /// [`FORMAT`].
     pub format: u32,
     /// The error before and with the tables, and what that rests on.
@@ -87,11 +87,11 @@ pub struct Report {
     /// Where the error of the tip is largest.
     pub worst: Worst,
     /// The effect of each parameter alone.
-    pub budget: Budget,
+    pub budget: ErrorBudget,
     /// Errors that no table corrects, and why, one sentence each.
     pub beyond: Vec<String>,
     /// The tables, if any.
-    pub tables: Option<Tables>,
+    pub tables: Option<TablesShown>,
     /// Predicted results of machine tests.
     pub tests: Tests,
     /// The error motions of its axes.
@@ -101,7 +101,7 @@ pub struct Report {
     /// What was measured without and with the compensation, if it was. The computed figures do not depend on it.
     pub validation: Option<Validation>,
     /// Changes since an older report, if one was given.
-    pub changes: Option<Changes>,
+    pub changes: Option<ReportChanges>,
 }
 
 /// Why there is no report.
@@ -144,10 +144,10 @@ impl From<NotConverged> for ReportError {
 pub fn report(
     machine: &Machine,
     errors: &ErrorModel,
-    compensation: Option<Compensation<'_>>,
+    compensation: Option<ReportedCompensation<'_>>,
     identification: Option<Identification>,
     document: Document,
-) -> Result<Report, ReportError> {
+) -> Result<ReportFigures, ReportError> {
     let subject = Subject::new(machine, errors, compensation, document.seed);
     let mut remarks = Vec::new();
     let mut volumetric = volumetric::volumetric(&subject, &mut remarks)?;
@@ -175,7 +175,7 @@ pub fn report(
     let axes = motions::motions(&subject, probed.unwrap_or_default());
     let mut beyond = reach::beyond(&subject, &volumetric, &budget);
     beyond.extend(reach::never_probed(&axes));
-    let mut report = Report {
+    let mut report = ReportFigures {
         format: FORMAT,
         headline: headline::headline(&volumetric, errors),
         verdict: Vec::new(),
@@ -204,7 +204,7 @@ pub fn report(
 
 /// The summary, and the parameters with the largest effects.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct ReportVerdict {
     /// The first sentences of a report.
     pub sentences: Vec<String>,
     /// The effect of every parameter; the largest mean at the tip first.
@@ -220,15 +220,15 @@ pub struct Verdict {
 pub fn verdict(
     machine: &Machine,
     errors: &ErrorModel,
-    compensation: Option<Compensation<'_>>,
+    compensation: Option<ReportedCompensation<'_>>,
     seed: u64,
-) -> Result<Verdict, ReportError> {
+) -> Result<ReportVerdict, ReportError> {
     let subject = Subject::new(machine, errors, compensation, seed);
     let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
     let shares = budget::budget(&subject, Depth::Alone)?.shares;
     let mut sentences = verdict::sentences(&volumetric, &shares, errors, reach::why(&subject));
     sentences.extend(verdict::thermal(errors));
-    Ok(Verdict {
+    Ok(ReportVerdict {
         sentences,
         shares,
         volumetric,
@@ -241,7 +241,7 @@ struct Subject<'a> {
     machine: &'a Machine,
     errors: &'a ErrorModel,
     policy: Policy,
-    compensation: Option<Compensation<'a>>,
+    compensation: Option<ReportedCompensation<'a>>,
     seed: u64,
     /// What the tables subtract.
     subtracted: schemes::Options,
@@ -251,7 +251,7 @@ impl<'a> Subject<'a> {
     fn new(
         machine: &'a Machine,
         errors: &'a ErrorModel,
-        compensation: Option<Compensation<'a>>,
+        compensation: Option<ReportedCompensation<'a>>,
         seed: u64,
     ) -> Self {
         let policy = compensation.map_or(Policy::default(), |c| {

@@ -7,9 +7,9 @@
 mod check;
 mod tables;
 
-use check::Check;
+use check::PageCheck;
 use serde::Serialize;
-use tables::Tables;
+use tables::PageTables;
 use trueaxis_kinematics::ParameterKind;
 use trueaxis_model::errors::{ErrorModel, Motion};
 use trueaxis_model::kinematics::Htm;
@@ -18,17 +18,17 @@ use trueaxis_model::pose::carries;
 use trueaxis_tables::validate::Runtime;
 
 /// A pose: three rows of rotation and translation (mm).
-pub type Frame = [f64; 12];
+pub type PoseRows = [f64; 12];
 
 /// Everything that the page needs to move the machine with and without its tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Model {
+pub struct PageModel {
     /// The axes, each branch from the foundation outwards.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<PageAxis>,
     /// The spindle frame in the foundation frame, all axes at zero.
-    pub spindle: Frame,
+    pub spindle: PoseRows,
     /// The workpiece frame in the foundation frame, all axes at zero.
-    pub workpiece: Frame,
+    pub workpiece: PoseRows,
     /// The tool axis in the spindle frame: 0, 1, 2 for x, y, z.
     pub tool_axis: usize,
     /// The tool tip in the spindle frame (mm).
@@ -36,24 +36,24 @@ pub struct Model {
     /// Range of the tool length (mm) if the length is an input.
     pub length_range: Option<[f64; 2]>,
     /// Temperature sensors on which errors depend.
-    pub sensors: Vec<Sensor>,
+    pub sensors: Vec<PageSensor>,
     /// Inter-axis errors `[x y z a b c]` (mm, rad) of each axis, then of the spindle.
     pub locations: Vec<[f64; 6]>,
     /// Changes of these with temperature.
     pub locations_per_kelvin: Vec<LocationChange>,
     /// The compensation, if any.
-    pub tables: Option<Tables>,
+    pub tables: Option<PageTables>,
     /// Subtracted from every correction (mm, deg), before and after: that of the position whose correction the
     /// tables subtract, or zero.
     pub zero: Vec<f64>,
     /// Expected results at positions over the whole travel.
-    pub checks: Vec<Check>,
+    pub checks: Vec<PageCheck>,
 }
 
 /// An axis with its error motions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Axis {
-    /// Its letter.
+pub struct PageAxis {
+    /// Letter of the axis.
     pub letter: char,
     /// The branch that it carries: `workpiece` or `tool`.
     pub carries: &'static str,
@@ -67,17 +67,17 @@ pub struct Axis {
     pub travel: [f64; 2],
     /// True if it rotates without limits.
     pub endless: bool,
-    /// Its frame in the foundation frame, all axes at zero.
-    pub frame: Frame,
+    /// Frame in the foundation frame, all axes at zero.
+    pub frame: PoseRows,
     /// The range in which its error motions are known (mm or rad).
     pub calibrated: [f64; 2],
-    /// Its error motions x y z a b c; `None` if zero.
-    pub motions: [Option<ErrorMotion>; 6],
+    /// Error motions x y z a b c; `None` if zero.
+    pub motions: [Option<MotionCurves>; 6],
 }
 
 /// An error motion: the sum of all of these (mm or rad, over mm or rad).
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ErrorMotion {
+pub struct MotionCurves {
     /// Coefficients of degree 0, 1, 2 …
     pub coefficients: Vec<f64>,
     /// Coefficients of cosine and sine of 1, 2, 3 … times the angle.
@@ -105,8 +105,8 @@ pub struct Tabulated {
 
 /// A temperature sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sensor {
-    /// Its name.
+pub struct PageSensor {
+    /// Name of the temperature sensor.
     pub name: String,
     /// Range of differences from its reference (K).
     pub range_kelvin: [f64; 2],
@@ -138,7 +138,7 @@ pub struct CoefficientChange {
     pub per_kelvin: f64,
 }
 
-impl Model {
+impl PageModel {
     /// A machine with its errors, and with a compensation that belongs to it
     /// ([`belongs`](trueaxis_tables::compile::belongs)).
     #[must_use]
@@ -146,7 +146,7 @@ impl Model {
         Self::relative_to(machine, errors, runtime, &[0.0; MAX_AXES])
     }
 
-    /// The same for tables that subtract a correction (mm, rad): the machine's datum is corrected by that amount,
+    /// Like `new`, for tables that subtract a correction (mm, rad): the machine's datum is corrected by that amount,
     /// before and after, as in [`Measured`](trueaxis_tables::validate::Measured).
     #[must_use]
     pub fn relative_to(
@@ -155,19 +155,23 @@ impl Model {
         runtime: Option<&Runtime<'_>>,
         zero: &PerAxis,
     ) -> Self {
-        let axes = machine.axes.iter().enumerate().map(|(index, axis)| Axis {
-            letter: axis.letter.char(),
-            carries: carries(axis.branch),
-            rotary: axis.letter.is_rotary(),
-            component: axis.letter.component(),
-            sense: if axis.reversed { -1.0 } else { 1.0 },
-            travel: axis.travel,
-            endless: axis.modulo,
-            frame: frame(&axis.frame),
-            calibrated: errors.calibrated[index],
-            motions: errors.motions[index].each_ref().map(motion),
-        });
-        let sensors = errors.sensors.iter().map(|sensor| Sensor {
+        let axes = machine
+            .axes
+            .iter()
+            .enumerate()
+            .map(|(index, axis)| PageAxis {
+                letter: axis.letter.char(),
+                carries: carries(axis.branch),
+                rotary: axis.letter.is_rotary(),
+                component: axis.letter.component(),
+                sense: if axis.reversed { -1.0 } else { 1.0 },
+                travel: axis.travel,
+                endless: axis.modulo,
+                frame: frame(&axis.frame),
+                calibrated: errors.calibrated[index],
+                motions: errors.motions[index].each_ref().map(motion),
+            });
+        let sensors = errors.sensors.iter().map(|sensor| PageSensor {
             name: sensor.name(),
             range_kelvin: sensor.range_kelvin,
         });
@@ -187,7 +191,7 @@ impl Model {
             sensors: sensors.collect(),
             locations: errors.inter[..=machine.axes.len()].to_vec(),
             locations_per_kelvin: changes.collect(),
-            tables: runtime.map(|runtime| Tables::of(runtime.compensation())),
+            tables: runtime.map(|runtime| PageTables::of(runtime.compensation())),
             zero: machine.to_command(zero)[..machine.axes.len()].to_vec(),
             checks: check::checks(machine, errors, runtime, zero),
         }
@@ -195,14 +199,14 @@ impl Model {
 }
 
 /// A pose as three rows of rotation and translation (mm).
-fn frame(pose: &Htm) -> Frame {
+fn frame(pose: &Htm) -> PoseRows {
     std::array::from_fn(|k| match (k / 4, k % 4) {
         (row, 3) => pose.t[row],
         (row, column) => pose.r[(row, column)],
     })
 }
 
-fn motion(motion: &Motion) -> Option<ErrorMotion> {
+fn motion(motion: &Motion) -> Option<MotionCurves> {
     let per_kelvin = motion.thermal.iter().map(|change| {
         let (of, k) = match change.kind {
             ParameterKind::Cosine(k) => ("cosine", k),
@@ -218,7 +222,7 @@ fn motion(motion: &Motion) -> Option<ErrorMotion> {
             per_kelvin: change.per_kelvin,
         }
     });
-    (!motion.is_zero()).then(|| ErrorMotion {
+    (!motion.is_zero()).then(|| MotionCurves {
         coefficients: motion.coefficients.to_vec(),
         harmonics: motion.harmonics.to_vec(),
         backlash: motion.backlash,

@@ -17,11 +17,11 @@ const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 /// The error motions of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisMotions {
-    /// Its letter.
+    /// Letter.
     pub axis: char,
     /// Unit of its positions, `mm` or `deg`.
     pub unit: String,
-    /// Its travel.
+    /// Travel.
     pub travel: [f64; 2],
     /// True if it rotates without limits.
     pub is_endless: bool,
@@ -30,15 +30,15 @@ pub struct AxisMotions {
     /// Lowest and highest probed position, if the errors come from probings and the axis has limits.
     pub probed: Option<[f64; 2]>,
     /// The error motions that are not zero everywhere.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<MotionShown>,
 }
 
 /// One error motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
-    /// Its name according to ISO 230-1: `EYX`.
+pub struct MotionShown {
+    /// Name according to ISO 230-1: `EYX`.
     pub name: String,
-    /// Its description.
+    /// Description of the error motion.
     pub words: String,
     /// `µm` or `µrad`.
     pub unit: String,
@@ -96,7 +96,12 @@ pub fn motions(subject: &Subject<'_>, probed: &[Probed]) -> Vec<AxisMotions> {
     machine.axes.iter().enumerate().map(of).collect()
 }
 
-fn motion(subject: &Subject<'_>, index: usize, axis: &Axis, component: usize) -> Option<Motion> {
+fn motion(
+    subject: &Subject<'_>,
+    index: usize,
+    axis: &Axis,
+    component: usize,
+) -> Option<MotionShown> {
     let (machine, errors) = (subject.machine, subject.errors);
     let motion = &errors.motions[index][component];
     let is_known = motion.coefficients.iter().any(|c| *c != 0.0)
@@ -148,7 +153,7 @@ fn motion(subject: &Subject<'_>, index: usize, axis: &Axis, component: usize) ->
     };
     let curve = |sign: f64| at.iter().map(|q| value(q, sign)).collect::<Vec<f64>>();
     let letter = axis.letter.char();
-    Some(Motion {
+    Some(MotionShown {
         name: format!("E{}{letter}", COMPONENTS[component]),
         words: motion_in_words(component, letter),
         unit: if component < 3 { "µm" } else { "µrad" }.to_owned(),

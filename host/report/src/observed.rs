@@ -2,11 +2,13 @@
 
 use super::words::{figure, quantity};
 use serde::Serialize;
-use trueaxis_measure::study::{Noise, Observed, Part, Setup, Temperatures, Term};
+use trueaxis_measure::study::{
+    NoiseRecord, ObservedRecord, SetupPartRecord, SetupRecord, TemperaturesRecord, ThermalRecord,
+};
 
 /// Rows of tables, in words.
 #[derive(Debug, Default, Serialize)]
-pub(crate) struct Shown {
+pub(crate) struct ShownRows {
     /// Source, rows, noise, of stated, degrees of freedom.
     sources: Vec<[String; 5]>,
     /// Set-up, unknown, value, expanded uncertainty.
@@ -21,16 +23,16 @@ pub(crate) struct Shown {
 /// Coverage factor of expanded uncertainties.
 const EXPANDED: f64 = 2.0;
 
-impl Shown {
+impl ShownRows {
     /// With at most so many unknowns of set-ups; `None` if there is nothing besides probings.
     pub fn of(
-        observed: Option<&Observed>,
-        temperatures: Option<&Temperatures>,
+        observed: Option<&ObservedRecord>,
+        temperatures: Option<&TemperaturesRecord>,
         most: usize,
     ) -> Option<Self> {
         let mut shown = Self::default();
         if let Some(observed) = observed {
-            let source = |one: &Noise| {
+            let source = |one: &NoiseRecord| {
                 let factor = one.of_stated.map_or("–".to_owned(), figure);
                 let doubt = if one.is_misstated {
                     ", more than chance explains"
@@ -65,7 +67,7 @@ impl Shown {
     }
 }
 
-fn of_part(setup: &Setup, part: &Part) -> [String; 4] {
+fn of_part(setup: &SetupRecord, part: &SetupPartRecord) -> [String; 4] {
     let (factor, unit) = match part.what.starts_with("rotation") {
         true => (1e3, "mrad"),
         false => (1.0, "mm"),
@@ -81,7 +83,7 @@ fn of_part(setup: &Setup, part: &Part) -> [String; 4] {
     ]
 }
 
-fn of_term(term: &Term) -> [String; 5] {
+fn of_term(term: &ThermalRecord) -> [String; 5] {
     let name = format!("{} (per K)", term.parameter);
     let lag = match term.lag_s > 0.0 {
         true => format!("{:.0} s", term.lag_s),
@@ -96,7 +98,7 @@ fn of_term(term: &Term) -> [String; 5] {
     ]
 }
 
-fn sentence(warmed: &Temperatures) -> String {
+fn sentence(warmed: &TemperaturesRecord) -> String {
     if warmed.terms.is_empty() {
         return "No temperature improves the prediction of left-out warm-ups.".to_owned();
     }

@@ -1,9 +1,9 @@
 //! The page: templates, figures and data in one file.
 
 use super::certificate::{Certificate, Judged};
-use super::observed::Shown;
+use super::observed::ShownRows;
 use super::words::{figure, quantity, sensible};
-use super::{Model, Report, figures};
+use super::{PageModel, ReportFigures, figures};
 use crate::picture::Picture;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
@@ -54,14 +54,14 @@ const MOST_ON_PAPER: usize = 12;
 #[derive(Serialize)]
 struct Motions<'a> {
     axis: &'a super::AxisMotions,
-    figures: Vec<Figure>,
+    figures: Vec<CaptionedFigure>,
     /// Names of the motions that are zero.
     none: Vec<String>,
 }
 
 /// A figure and its heading.
 #[derive(Serialize)]
-struct Figure {
+struct CaptionedFigure {
     name: String,
     words: String,
     svg: String,
@@ -71,7 +71,7 @@ struct Figure {
 ///
 /// # Errors
 /// A wrong template, or data that cannot be written as JSON: a bug in the program.
-pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
+pub fn page(report: &ReportFigures, model: &PageModel) -> Result<String, Error> {
     let environment = environment()?;
     let identification = report.identification.as_ref();
     environment.get_template("page.html")?.render(context! {
@@ -91,7 +91,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             uses => report.tables.iter().flat_map(|t| &t.axes)
                 .map(|a| svg(figures::along(a, &report.axes)))
                 .collect::<Vec<_>>(),
-            checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::Check::words)
+            checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::CheckRecord::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
             observed => observed(identification, MOST_SETUPS),
@@ -105,7 +105,10 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
 ///
 /// # Errors
 /// A wrong template: a bug in the program.
-pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<String, Error> {
+pub fn certificate_page(
+    report: &ReportFigures,
+    certificate: &Certificate,
+) -> Result<String, Error> {
     let identification = report.identification.as_ref();
     environment()?
         .get_template("certificate.html")?
@@ -124,7 +127,7 @@ pub fn certificate_page(report: &Report, certificate: &Certificate) -> Result<St
 /// Instruments, drift and temperatures, if an identification has them, with at most so many unknowns of set-ups.
 fn observed(found: Option<&super::Identification>, most: usize) -> Option<Value> {
     let found = found?;
-    let shown = Shown::of(found.observed.as_ref(), found.temperatures.as_ref(), most)?;
+    let shown = ShownRows::of(found.observed.as_ref(), found.temperatures.as_ref(), most)?;
     Some(Value::from(Serde(shown)))
 }
 
@@ -168,13 +171,13 @@ fn decimals(value: f64, count: i32) -> String {
     format!("{rounded:.*}", count as usize).replace('-', "−")
 }
 
-fn motions(report: &Report) -> Vec<Motions<'_>> {
+fn motions(report: &ReportFigures) -> Vec<Motions<'_>> {
     report
         .axes
         .iter()
         .map(|axis| {
             let (motions, letter) = (&axis.motions, axis.axis);
-            let figures = motions.iter().map(|motion| Figure {
+            let figures = motions.iter().map(|motion| CaptionedFigure {
                 name: motion.name.clone(),
                 words: motion.words.clone(),
                 svg: figures::motion(axis, motion),
@@ -191,7 +194,7 @@ fn motions(report: &Report) -> Vec<Motions<'_>> {
 }
 
 /// The report without the samples of its tables, which are half of it; the page has them in the data of its model.
-fn without_samples(report: &Report) -> Report {
+fn without_samples(report: &ReportFigures) -> ReportFigures {
     let mut report = report.clone();
     for curve in report
         .tables
@@ -222,7 +225,7 @@ fn data(value: &impl Serialize) -> Result<String, Error> {
 
 /// Pictures of a report for use elsewhere, with their names: the error budget and the circular tests.
 #[must_use]
-pub fn pictures(report: &Report) -> Vec<(String, Picture)> {
+pub fn pictures(report: &ReportFigures) -> Vec<(String, Picture)> {
     let budget = [("tip", true), ("direction", false)];
     let budget = budget.into_iter().filter_map(|(name, at_tip)| {
         let picture = figures::budget(&report.budget, &report.volumetric, at_tip)?;

@@ -8,9 +8,9 @@ mod canvas;
 mod chart;
 mod polar;
 
-pub use bars::{Bar, Bars};
+pub use bars::{Bars, ChartBar};
 pub use chart::{Chart, Mark, Scale, Series};
-pub use polar::{Polar, Turn};
+pub use polar::{Polar, PolarTurn};
 
 use std::fmt::Write;
 

@@ -1,7 +1,7 @@
 //! Errors that tables cannot correct, and why.
 
 use super::words::figure;
-use super::{AxisMotions, Budget, Subject, Volumetric};
+use super::{AxisMotions, ErrorBudget, Subject, Volumetric};
 use trueaxis_model::kinematics::Policy;
 
 /// Mean direction errors (µrad) below this are not mentioned.
@@ -27,7 +27,7 @@ pub fn why(subject: &Subject<'_>) -> &'static str {
 }
 
 /// Sentences on errors that remain with any tables.
-pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -> Vec<String> {
+pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &ErrorBudget) -> Vec<String> {
     let mut sentences = Vec::new();
     if let Some(best) = &volumetric.kinematic {
         let (mean, max) = (best.direction_urad.mean, best.direction_urad.max);

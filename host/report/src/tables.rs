@@ -18,8 +18,8 @@ const CLOCK: f64 = 168.0;
 
 /// Contents and effect of a compensation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tables {
-    /// Its counts and sizes.
+pub struct TablesShown {
+    /// Counts and sizes.
     pub size: Size,
     /// Estimated instructions of an evaluation on a Cortex-M4F.
     pub instructions: f64,
@@ -27,15 +27,15 @@ pub struct Tables {
     pub cycles: f64,
     /// Estimated time at 168 MHz.
     pub time_us: f64,
-    /// Its classification by ISO/TR 16907.
+    /// Classification by ISO/TR 16907.
     pub class: Class,
     /// Every table.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<TableCurve>,
     /// Every term.
     pub terms: Vec<Formula>,
     /// The grids, one sentence each.
     pub grids: Vec<String>,
-    /// Its effect on each axis.
+    /// Effect on each axis.
     pub axes: Vec<AxisUse>,
 }
 
@@ -50,10 +50,10 @@ pub struct Class {
 
 /// One table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
+pub struct TableCurve {
     /// `T3`.
     pub name: String,
-    /// Its input.
+    /// Input of the table.
     pub input: String,
     /// Unit of its input.
     pub input_unit: String,
@@ -67,7 +67,7 @@ pub struct Curve {
     pub is_endless: bool,
     /// Positions of its points.
     pub at: Vec<f64>,
-    /// Its values at these.
+    /// Values at these.
     pub values: Vec<f64>,
 }
 
@@ -85,7 +85,7 @@ pub struct Formula {
 /// The effect on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisUse {
-    /// Its letter.
+    /// Letter.
     pub axis: char,
     /// `mm` or `deg`.
     pub unit: String,
@@ -99,17 +99,17 @@ pub struct AxisUse {
     pub rate_bound: f64,
     /// The axis along which the correction varies most, with all linear axes in the middle and rotary ones at zero;
     /// `None` if it does not vary.
-    pub along: Option<Along>,
+    pub along: Option<CorrectionAlong>,
 }
 
 /// A correction along an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Along {
+pub struct CorrectionAlong {
     /// The axis that moves.
     pub axis: char,
-    /// Its unit.
+    /// Unit of the correction.
     pub unit: String,
-    /// Its positions.
+    /// Positions of the correction.
     pub at: Vec<f64>,
     /// The correction after positive travel.
     pub positive: Vec<f64>,
@@ -118,7 +118,7 @@ pub struct Along {
 }
 
 /// Evaluates the compensation.
-pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<Tables, ReportError> {
+pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<TablesShown, ReportError> {
     let machine = subject.machine;
     let contents = contents(runtime);
     let found = bounds_of(machine, runtime, subject.seed, &())?;
@@ -147,7 +147,7 @@ pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<Tables, Re
             inputs.join(" × ")
         )
     });
-    Ok(Tables {
+    Ok(TablesShown {
         size: contents.size,
         instructions: count,
         cycles,
@@ -201,7 +201,7 @@ fn four_digits(weight: f32) -> f32 {
 }
 
 /// The values of every table at its points.
-fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
+fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<TableCurve> {
     let compensation = runtime.compensation();
     let banks = contents.bank_list.iter().zip(compensation.banks());
     let tables = banks.flat_map(|(entry, bank)| {
@@ -243,7 +243,7 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
                 let at = f64::from(bank.start) + node as f64 * f64::from(bank.step);
                 wide(at as f32)
             };
-            Curve {
+            TableCurve {
                 name: format!("T{table}"),
                 input: entry.input.clone(),
                 input_unit: unit_of(&entry.input).to_owned(),
@@ -259,7 +259,7 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
 }
 
 /// The correction of an axis along the axis with which it varies most.
-fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<Along> {
+fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<CorrectionAlong> {
     let middle = |axis: &trueaxis_model::machine::Axis| {
         let [low, high] = axis.travel;
         match axis.letter.is_rotary() {
@@ -293,7 +293,7 @@ fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<Alon
     }
     let negative = curve(moved, -1.0);
     let axis = &machine.axes[moved];
-    Some(Along {
+    Some(CorrectionAlong {
         axis: axis.letter.char(),
         unit: axis.unit().to_owned(),
         at: positions(axis.travel[0], axis.travel[1]).collect(),
@@ -318,7 +318,7 @@ fn class(contents: &Contents<'_>) -> Class {
         })
         .collect();
     let inputs = contents.inputs();
-    let mut found = Found::default();
+    let mut found = LocatedValue::default();
     for term in &contents.term_list {
         let mut reads: Vec<&str> = (term.tables.iter())
             .map(|t| inputs[usize::from(*t)])
@@ -341,7 +341,7 @@ fn class(contents: &Contents<'_>) -> Class {
 }
 
 #[derive(Default)]
-struct Found {
+struct LocatedValue {
     own: bool,
     square: bool,
     straight: bool,
@@ -350,7 +350,7 @@ struct Found {
     orientation: bool,
 }
 
-impl Found {
+impl LocatedValue {
     /// Adds a correction of an axis that depends on given axes.
     fn add(&mut self, output: char, reads: &[&str], is_straight: bool) {
         let (rotary, linear): (Vec<&str>, Vec<&str>) =
@@ -420,7 +420,7 @@ mod tests {
 
     /// The types for terms with these outputs, inputs and straightness.
     fn names(terms: &[(char, &[&str], bool)]) -> Vec<String> {
-        let mut found = Found::default();
+        let mut found = LocatedValue::default();
         for (output, reads, is_straight) in terms {
             found.add(*output, reads, *is_straight);
         }

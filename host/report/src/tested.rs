@@ -4,9 +4,9 @@
 use super::Subject;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use trueaxis_measure::ballbar::{Bar, Circle, PathPoint, Turns, tip};
+use trueaxis_measure::ballbar::{BallBar, BallBarTurns, Circle, PathPoint, tip};
 use trueaxis_measure::direct::iso230_2::analysis;
-use trueaxis_measure::direct::{Column, Line, Setup};
+use trueaxis_measure::direct::{AxisRuns, MeasurementSetup, RunColumn};
 use trueaxis_model::explain::{Bench, Sense};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_tables::validate::Runtime;
@@ -64,26 +64,26 @@ pub struct CircleFound {
 /// A body diagonal, travelled both ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagonal {
-    /// Its directions: `+X+Y−Z`.
+    /// Directions: `+X+Y−Z`.
     pub name: String,
-    /// Its length.
+    /// Length of the body diagonal.
     pub length_mm: f64,
     /// Positions along it from its start.
     pub at_mm: Vec<f64>,
     /// Deviations along it without tables: outward, and back.
     pub before_um: [Vec<f64>; 2],
-    /// The same with the tables.
+    /// Like `before_um`, with the tables.
     pub after_um: Option<[Vec<f64>; 2]>,
     /// Range of all deviations, before: the bidirectional systematic deviation E of ISO 230-6.
     pub systematic_before_um: f64,
-    /// The same with the tables.
+    /// Like `systematic_before_um`, with the tables.
     pub systematic_after_um: Option<f64>,
 }
 
 /// A linear axis, travelled both ways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Positioning {
-    /// Its letter.
+    /// Letter of the linear axis.
     pub axis: char,
     /// Targets.
     pub at_mm: Vec<f64>,
@@ -132,7 +132,7 @@ pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
         positioning: positioning.collect(),
         ..Tests::default()
     };
-    let Some(axes) = Bar::axes(machine) else {
+    let Some(axes) = BallBar::axes(machine) else {
         remarks.push(
             "Circular tests and diagonals are for axes X, Y and Z, which this machine does not have."
                 .to_owned(),
@@ -190,7 +190,7 @@ fn circular(
         .rev()
         .map(|k| place(k, is_read(k)));
     let path: Vec<PathPoint> = forth.chain(back).collect();
-    let bar = Bar::new(bench, axes, centre.to_vec());
+    let bar = BallBar::new(bench, axes, centre.to_vec());
     bar.reaches(&path).ok()?;
     let found = |runtime: Option<&Runtime<'_>>| {
         let readings = bar.read(&path, runtime);
@@ -200,7 +200,7 @@ fn circular(
             .map(|(step, read)| (angle(step), read.deviation))
             .collect();
         let (forth, back) = all.split_at(STEPS as usize + 1);
-        let turns = Turns {
+        let turns = BallBarTurns {
             counter_clockwise: forth.to_vec(),
             clockwise: back.to_vec(),
         };
@@ -319,12 +319,12 @@ fn positioning(
         .collect();
     let found = |runtime: Option<&Runtime<'_>>| {
         let deviations = along(bench, runtime, way, at);
-        let column = |direction: usize| Column {
+        let column = |direction: usize| RunColumn {
             direction: [1.0, -1.0][direction],
             readings: deviations[direction].iter().map(|d| d * 1e-3).collect(),
         };
-        let analysis = analysis(&Line {
-            setup: Setup {
+        let analysis = analysis(&AxisRuns {
+            setup: MeasurementSetup {
                 moved: index,
                 sense: Sense::In(index),
                 counts: 1.0,

@@ -1,7 +1,7 @@
 //! The summary at the top of a report.
 
 use super::words::{capital, figure, rounded_up};
-use super::{Known, Share, Volumetric};
+use super::{ErrorKnowledge, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tables::validate::{Quality, Statistics};
 
@@ -112,7 +112,7 @@ fn most_of(statistics: &Statistics) -> [String; 3] {
 }
 
 /// The zone of an interval.
-fn zone(known: &Known) -> &'static str {
+fn zone(known: &ErrorKnowledge) -> &'static str {
     match known.is_of_zone {
         true => "probed zone; outside of it, errors beyond the model are unknown",
         false => "travel",
@@ -293,7 +293,7 @@ mod tests {
             difference_urad: None,
             meets_tolerance: None,
             um_per_mm_of_tool_length: None,
-            known: after.map(|_| super::super::Known {
+            known: after.map(|_| super::super::ErrorKnowledge {
                 band: quality(2.06, 4.0),
                 at_most: quality(3.0, 6.0),
                 is_of_zone: false,

@@ -26,19 +26,19 @@ pub struct Volumetric {
     pub kinematic: Option<Quality>,
     /// Largest difference of the tables from the kinematic correction at the tip, where the tolerance applies.
     pub difference_um: Option<f64>,
-    /// The same for the tool direction, or for a rotary axis.
+    /// Like `difference_um`, for the tool direction, or for a rotary axis.
     pub difference_urad: Option<f64>,
     /// True if the tables meet the tolerance.
     pub meets_tolerance: Option<bool>,
     /// Change of the tip error with tool length, if that is not an input of the tables.
     pub um_per_mm_of_tool_length: Option<f64>,
     /// The error that uncertain parameters leave, if an uncertainty is known.
-    pub known: Option<Known>,
+    pub known: Option<ErrorKnowledge>,
 }
 
 /// How well the errors are known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Known {
+pub struct ErrorKnowledge {
     /// 95 % interval of the error that uncertain parameters, measured motions and errors that the model lacks leave.
     pub band: Quality,
     /// What mean, 95 % and largest error of a machine by the same do not exceed, each with 95 %. A mean of the band is none
@@ -61,7 +61,7 @@ pub struct Known {
     pub exact: usize,
 }
 
-impl Known {
+impl ErrorKnowledge {
     /// What mean, 95 % and largest error of the machine with tables do not exceed, each with 95 %, if their own error is
     /// `after` over the travel: the length of a sum does not exceed the sum of the lengths.
     #[must_use]
@@ -108,7 +108,7 @@ pub fn volumetric(
         }
         _ => None,
     };
-    let known = known.map(|found| Known {
+    let known = known.map(|found| ErrorKnowledge {
         at_most: found.at_most,
         is_of_zone: found.zone.is_some(),
         after,

@@ -1,7 +1,7 @@
 //! Parameters and figures in everyday terms.
 
 use trueaxis_model::errors::{Parameter, ParameterKind};
-use trueaxis_model::explain::{Alone, EntryKind, number};
+use trueaxis_model::explain::{EntryKind, SingleEntry, number};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
@@ -75,7 +75,7 @@ fn shown(parameter: Parameter) -> (f64, String) {
 }
 
 /// The name of an entry of an error file: `EZ0S`, `EXX (table)`.
-pub fn name(alone: &Alone<'_>) -> String {
+pub fn name(alone: &SingleEntry<'_>) -> String {
     let name = alone.parameter.to_string();
     let motion = &name[..3.min(name.len())];
     match &alone.said {
@@ -86,8 +86,8 @@ pub fn name(alone: &Alone<'_>) -> String {
     }
 }
 
-/// Its description: `the spindle's Z position`.
-pub(crate) fn in_words(alone: &Alone<'_>) -> String {
+/// Description: `the spindle's Z position`.
+pub(crate) fn in_words(alone: &SingleEntry<'_>) -> String {
     described(alone.parameter, &alone.said)
 }
 
@@ -328,7 +328,11 @@ mod tests {
             errors.clone_from(&ErrorModel::perfect(&machine));
             let parameter = Parameter::parse(name).unwrap();
             assert!(errors.set(&machine, parameter, 1e-5), "{name}");
-            assert_eq!(in_words(&Alone::all(&machine, &errors)[0]), words, "{name}");
+            assert_eq!(
+                in_words(&SingleEntry::all(&machine, &errors)[0]),
+                words,
+                "{name}"
+            );
         }
     }
 }

@@ -34,7 +34,7 @@ const NEAR: f64 = 0.25;
 pub struct Worst {
     /// Without correction; the worst first, none close to another.
     pub before: Vec<ErrorAt>,
-    /// The same with the tables; empty if there are none.
+    /// Like `before`, with the tables; empty if there are none.
     pub after: Vec<ErrorAt>,
 }
 
@@ -63,7 +63,7 @@ pub enum Of {
 }
 
 /// An error at a command.
-pub type Left<'a> = dyn Fn(&Command, Of) -> f64 + Sync + 'a;
+pub type RemainingError<'a> = dyn Fn(&Command, Of) -> f64 + Sync + 'a;
 
 /// Searches the largest errors, which become the maxima of the figures at random positions.
 pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, ReportError> {
@@ -77,7 +77,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
     let commands = random_commands(&kinematics, Region::Travel, found.positions, seed)?;
     let few = &commands[..FEW.min(commands.len())];
     let zero = subject.subtracted.zero(machine, errors)?;
-    let search = Search { machine, errors };
+    let search = WorstSearch { machine, errors };
     let with = |command: &Command, dq: &PerAxis, of: Of| {
         let (q, situation) = command.kinematic(machine);
         let error = kinematics.volumetric_error(&q, dq, &situation);
@@ -121,32 +121,43 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
 }
 
 /// A search over all inputs of a command: positions, directions of travel, tool length, temperatures.
-pub struct Search<'a> {
+pub struct WorstSearch<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors, which include the temperature sensors.
+    /// Errors, which include the temperature sensors.
     pub errors: &'a ErrorModel,
 }
 
 /// An error, and the command at which it is.
 type Sized = (f64, Command);
 
-impl Search<'_> {
+impl WorstSearch<'_> {
     /// Raises the maxima to those found by a search from the worst of `commands`.
-    pub fn raise(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
+    pub fn raise(&self, found: &mut Quality, commands: &[Command], left: &RemainingError<'_>) {
         for of in [Of::Tip, Of::Direction] {
             self.raise_of(of, found, commands, left);
         }
     }
 
     /// Raises one of the two maxima.
-    fn raise_of(&self, of: Of, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
+    fn raise_of(
+        &self,
+        of: Of,
+        found: &mut Quality,
+        commands: &[Command],
+        left: &RemainingError<'_>,
+    ) {
         let all = self.climbed(&sized(commands, left, of), STARTS, left, of);
         raise(found, of, all.first());
     }
 
     /// Raises the maxima, and lists the worst positions for the tip, none close to another.
-    fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<ErrorAt> {
+    fn places(
+        &self,
+        found: &mut Quality,
+        commands: &[Command],
+        left: &RemainingError<'_>,
+    ) -> Vec<ErrorAt> {
         self.raise_of(Of::Direction, found, commands, left);
         let all = sized(commands, left, Of::Tip);
         let climbed = self.climbed(&all, LISTED, left, Of::Tip);
@@ -180,7 +191,7 @@ impl Search<'_> {
         })
     }
 
-    fn place(&self, mut command: Command, left: &Left<'_>) -> ErrorAt {
+    fn place(&self, mut command: Command, left: &RemainingError<'_>) -> ErrorAt {
         let axes = self.machine.axes.len();
         let errors = |command: &Command| [Of::Tip, Of::Direction].map(|of| left(command, of));
         let here = errors(&command);
@@ -218,7 +229,13 @@ impl Search<'_> {
     }
 
     /// Some of the worst, none close to another, each improved by a climb; the worst first.
-    fn climbed(&self, all: &[Sized], starts: usize, left: &Left<'_>, of: Of) -> Vec<Sized> {
+    fn climbed(
+        &self,
+        all: &[Sized],
+        starts: usize,
+        left: &RemainingError<'_>,
+        of: Of,
+    ) -> Vec<Sized> {
         let starts = self.apart(all.iter(), starts);
         let climb = |start: &Sized| self.climb(*start, &|command| left(command, of));
         sorted(parallel::map(&starts, climb))
@@ -289,7 +306,7 @@ fn around(here: f32, [low, high]: [f64; 2], part: f64) -> impl Iterator<Item = f
 }
 
 /// Commands with their errors, the largest first.
-fn sized(commands: &[Command], left: &Left<'_>, of: Of) -> Vec<Sized> {
+fn sized(commands: &[Command], left: &RemainingError<'_>, of: Of) -> Vec<Sized> {
     sorted(parallel::map(commands, |c| (left(c, of), *c)))
 }
 

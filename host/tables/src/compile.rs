@@ -91,7 +91,7 @@ impl Progress for () {
 pub struct Built {
     /// The compensation as written to a file.
     pub blob: AlignedBlob,
-    /// Its counts and sizes.
+    /// Counts and sizes of the blob before verification.
     pub size: Size,
     /// Bounds of each axis, with the largest corrections that they are derived from.
     pub bounds: Vec<AxisBounds>,
@@ -113,7 +113,7 @@ pub struct Built {
 pub struct Compiled {
     /// The blob and what is known about it.
     pub built: Built,
-    /// Its effect on the volumetric error.
+    /// Effect on the volumetric error.
     pub proof: Proof,
 }
 

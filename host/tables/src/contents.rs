@@ -15,10 +15,10 @@ pub struct Contents<'a> {
     /// What the rotary axes correct.
     #[serde(flatten)]
     pub policy: PolicyName,
-    /// The same as the blob stores it.
+    /// Like `policy`, as the blob stores it.
     #[serde(skip)]
     pub stored: Policy,
-    /// Its counts and sizes.
+    /// Counts and sizes.
     #[serde(flatten)]
     pub size: Size,
     /// The axes, in the order of the compensation.

@@ -8,9 +8,9 @@ use trueaxis_kinematics::Axis;
 /// Of the correction of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
-    /// Its largest speed (mm/s, deg/s).
+    /// Largest speed (mm/s, deg/s).
     pub speed: f64,
-    /// Its largest change of speed from one servo period to the next, over the period (mm/s², deg/s²).
+    /// Largest change of speed from one servo period to the next, over the period (mm/s², deg/s²).
     pub acceleration: f64,
     /// For each axis its part in both.
     pub parts: Vec<[f64; 2]>,
@@ -93,7 +93,7 @@ fn of_term(
     factors.iter().enumerate().map(one).collect()
 }
 
-/// The same for one output of a grid.
+/// Like `of_term`, for one output of a grid.
 fn of_grid(
     compensation: &Largest<'_>,
     grid: &Grid,

@@ -40,7 +40,7 @@ pub struct Whole {
 /// What a proven compensation is for programs: its part of what `trueaxis compile --json` prints.
 #[derive(Serialize)]
 pub struct Proven<'a> {
-    /// Its counts and sizes.
+    /// Counts and sizes.
     #[serde(flatten)]
     pub size: Size,
     /// Bounds of each axis.

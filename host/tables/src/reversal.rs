@@ -10,7 +10,7 @@ use trueaxis_model::machine::MAX_AXES;
 const POSITIONS: u16 = 256;
 /// Radius (mm) of the circle of [`Reversal::beside_circles`].
 pub const RADIUS: f64 = 30.0;
-/// Its feeds (mm/min).
+/// Feeds (mm/min).
 pub const FEEDS: [f64; 3] = [600.0, 1800.0, 6000.0];
 /// Bisections to find a time: far below a servo period.
 const BISECTIONS: usize = 60;
@@ -130,7 +130,7 @@ impl Reversal {
         command(after).min(self.step)
     }
 
-    /// The same (mm) for a radius of [`RADIUS`] and each of [`FEEDS`].
+    /// Like `beside_circle` (mm) for a radius of [`RADIUS`] and each of [`FEEDS`].
     #[must_use]
     pub fn beside_circles(&self) -> [f64; 3] {
         FEEDS.map(|feed| self.beside_circle(RADIUS, feed / 60.0))

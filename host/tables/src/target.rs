@@ -10,7 +10,7 @@ use trueaxis::SampleFormat;
 /// slots.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Target {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Axes of a compensation.
     pub axes: usize,

@@ -44,7 +44,7 @@ impl Command {
         command
     }
 
-    /// The same with the directions from which the axes arrived: positive, negative, or 0 if unknown.
+    /// Like `at`, with the directions from which the axes arrived: positive, negative, or 0 if unknown.
     #[must_use]
     pub fn coming(machine: &Machine, position: &[f64], direction: &[f64]) -> Self {
         let mut command = Self::at(machine, position);
@@ -58,7 +58,7 @@ impl Command {
         command
     }
 
-    /// The same for the kinematic model: position (mm, rad) and situation.
+    /// Like `coming`, for the kinematic model: position (mm, rad) and situation.
     #[must_use]
     pub fn kinematic(&self, machine: &Machine) -> (PerAxis, Situation) {
         let position: Vec<f64> = self.axes.iter().map(|a| f64::from(*a)).collect();

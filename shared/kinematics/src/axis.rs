@@ -67,11 +67,11 @@ impl fmt::Display for Letter {
 /// One axis of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Its letter, which gives its kind and its direction in its own frame.
+    /// Letter, which gives its kind and its direction in its own frame.
     pub letter: Letter,
     /// The branch it belongs to.
     pub branch: Branch,
-    /// Its frame in the foundation frame, all axes at zero (mm, rad).
+    /// Frame in the foundation frame, all axes at zero (mm, rad).
     pub frame: Htm,
     /// Travel limits of the command (mm or deg).
     pub travel: [f64; 2],
@@ -113,7 +113,7 @@ impl Axis {
         }
     }
 
-    /// The same axis with another frame: origin (mm) and rotations (rad) about x, then y, then z, in the foundation
+    /// This axis with another frame: origin (mm) and rotations (rad) about x, then y, then z, in the foundation
     /// frame with all axes at zero.
     #[must_use]
     pub fn at(mut self, xyz_abc: [f64; 6]) -> Self {

@@ -12,7 +12,7 @@ use crate::{
 pub struct Kinematics<'a, P = &'static [f64]> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors.
+    /// Errors.
     pub errors: &'a ErrorModel<P>,
     /// What the rotary axes correct.
     pub policy: Policy,
@@ -51,7 +51,7 @@ impl<'a, P> Kinematics<'a, P> {
         }
     }
 
-    /// The same kinematics with another policy.
+    /// These kinematics with another policy.
     #[must_use]
     pub fn with_policy(self, policy: Policy) -> Self {
         Self { policy, ..self }

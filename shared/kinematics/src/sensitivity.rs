@@ -10,12 +10,12 @@ use nalgebra::{Matrix3, Matrix3x6, Vector3};
 pub struct Sensitivity {
     /// The point (mm, workpiece frame).
     pub point: Vector3<f64>,
-    /// Its derivative with respect to the point in the spindle frame: mm per mm.
+    /// Derivative with respect to the point in the spindle frame: mm per mm.
     pub by_tool: Matrix3<f64>,
-    /// Its derivative with respect to the inter-axis error `[x y z a b c]` of each axis, then of the spindle: mm per mm
+    /// Derivative with respect to the inter-axis error `[x y z a b c]` of each axis, then of the spindle: mm per mm
     /// or rad.
     pub by_inter: [Matrix3x6<f64>; MAX_AXES + 1],
-    /// Its derivative with respect to the error motions `[x y z a b c]` of each axis: mm per mm or rad.
+    /// Derivative with respect to the error motions `[x y z a b c]` of each axis: mm per mm or rad.
     pub by_intra: [Matrix3x6<f64>; MAX_AXES],
 }
 

@@ -42,7 +42,7 @@ pub struct Stored<'f> {
     pub name: &'f str,
     /// The machine.
     pub machine: Machine,
-    /// Its errors.
+    /// Errors of the machine.
     pub errors: ErrorModel<&'f [f64]>,
     /// The temperatures on which errors depend.
     pub sensors: Vec<Sensor, MAX_SENSORS>,
@@ -64,16 +64,16 @@ pub struct Sensor {
 pub enum StoredError {
     /// It does not start with the magic bytes of a model file.
     NoModel,
-    /// Its version is unknown.
+    /// The version is unknown.
     Version {
         /// The version found.
         found: u16,
     },
-    /// Its length or its checksum is wrong.
+    /// Length or its checksum is wrong.
     Damaged,
     /// It does not start at a multiple of 8 bytes, or this system is not little-endian.
     Misaligned,
-    /// Its checksum is correct but its contents are not valid.
+    /// Checksum is correct but its contents are not valid.
     Contents,
 }
 

@@ -31,7 +31,7 @@ fn machine() -> Machine {
     machine
 }
 
-/// Its thirteen published errors, and some of every other kind.
+/// Thirteen published errors, and some of every other kind.
 fn errors(machine: &Machine) -> ErrorModel {
     let mut errors = ErrorModel::perfect(machine);
     for (name, value) in [

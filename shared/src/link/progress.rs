@@ -38,7 +38,7 @@ pub enum Upload {
     Committed {
         /// Slot that holds it.
         slot: Slot,
-        /// Its sequence number: the highest is the newest.
+        /// Sequence number: the highest is the newest.
         sequence: u32,
     },
 }

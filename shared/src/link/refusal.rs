@@ -51,7 +51,7 @@ pub enum Refusal {
     OtherBlob,
     /// This firmware refuses the compensation.
     Load(LoadError),
-    /// Its machine has another name or other axes than that of the active compensation.
+    /// Machine has another name or other axes than that of the active compensation.
     OtherMachine,
     /// The servo refuses the compensation.
     Swap(Refused),

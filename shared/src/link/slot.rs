@@ -92,7 +92,7 @@ impl SlotState {
 pub enum Damage {
     /// The slot is not empty, but its record is invalid.
     Record,
-    /// Its record has a version unknown to this firmware.
+    /// Record has a version unknown to this firmware.
     UnknownLayout {
         /// Version of the layout.
         found: u16,

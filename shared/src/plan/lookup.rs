@@ -6,7 +6,7 @@ use crate::description::{Bank, Direction, GRID_INPUTS, GRID_OUTPUTS, Interpolati
 /// One bank.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankLookup {
-    /// Its points. They are read directly if the tables are linear, apply to both directions and have f32 samples.
+    /// Points. They are read directly if the tables are linear, apply to both directions and have f32 samples.
     pub span: Span,
     /// Whether the bank is read directly and has one table of two points: then only `line` is read.
     pub straight: bool,

@@ -9,7 +9,7 @@ use trueaxis_tables::validate::Runtime;
 /// A parameter as stated: it is in `value` ± `band` with a probability of 95 % (mm, rad, per mmᵏ or radᵏ).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stated {
-    /// Its value.
+    /// Value.
     pub value: f64,
     /// Half the width of the interval.
     pub band: f64,

@@ -33,7 +33,7 @@ pub enum Baseline {
     ScalesAndSquareness,
     /// All parameters that are asked for are identified; tables of a scheme under a policy.
     Tables(Scheme, Policy),
-    /// The same with the kinematic correction itself instead of tables.
+    /// Like `Tables`, with the kinematic correction itself instead of tables.
     Kinematics,
 }
 
@@ -116,7 +116,7 @@ fn identified(task: &Task, parameters: &[Parameter]) -> Result<Found, String> {
     let base = ErrorModel::perfect(&task.machine);
     let readings = task.measured.read(&task.machine);
     let problem = readings.problem(&task.machine, parameters, &base);
-    let identified = identify(&problem, identify::Options::default());
+    let identified = identify(&problem, identify::IdentifyOptions::default());
     Ok(Found {
         identified: identified.map_err(|e| e.to_string())?,
         thermal: None,

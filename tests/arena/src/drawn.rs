@@ -8,7 +8,7 @@ use crate::seed::{self, Purpose};
 use crate::task::{Hidden, Position, Task};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use trueaxis_measure::identify::{Model, Options, identify};
+use trueaxis_measure::identify::{IdentifyOptions, Model, identify};
 use trueaxis_model::errors::{ErrorModel, Parameter, Table};
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::{Command, commands_in_travel};
@@ -21,7 +21,7 @@ const POSITIONS: usize = 500;
 const SEEN: f64 = 0.03;
 /// Root mean square effect at the tip (mm) up to which a parameter is drawn, if it is one of a few.
 const EFFECT: f64 = 0.02;
-/// The same of all parameters together, if they are many.
+/// Like `EFFECT`, of all parameters together, if they are many.
 const TOGETHER: f64 = 0.08;
 /// Effect at the tip (mm) up to which a wave is drawn.
 const WAVE: f64 = 0.002;
@@ -112,9 +112,9 @@ fn asked(class: Class, machine: &Machine, measured: &Measured) -> Vec<Parameter>
     let perfect = ErrorModel::perfect(machine);
     let readings = measured.read(machine);
     let problem = readings.problem(machine, &all, &perfect);
-    let options = Options {
+    let options = IdentifyOptions {
         least: SEEN,
-        ..Options::default()
+        ..IdentifyOptions::default()
     };
     let identified = identify(&problem, options).expect("a machine without errors");
     identified.parameters.iter().map(|e| e.parameter).collect()

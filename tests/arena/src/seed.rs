@@ -10,7 +10,7 @@ use trueaxis_tests::Fixed;
 pub enum Purpose {
     /// The machine file.
     Machine,
-    /// Its errors.
+    /// Errors.
     Errors,
     /// The places of measurements.
     Strategy,

@@ -15,7 +15,7 @@ use std::{fs, io};
 use toml::Spanned;
 use trueaxis::AlignedBlob;
 use trueaxis_model::errors::Parameter;
-use trueaxis_model::formats::csv::Table;
+use trueaxis_model::formats::csv::CsvTable;
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::Runtime;
@@ -239,7 +239,7 @@ fn corrections(text: &str, task: &Task) -> Result<Vec<PerAxis>, FileError> {
         "write the header {}: corrections in mm and degrees",
         letters.join(",")
     );
-    let table = Table::open(text, 0, layout, ROWS)?;
+    let table = CsvTable::open(text, 0, layout, ROWS)?;
     let columns = table.columns(0, |name| letters.iter().position(|l| l == name))?;
     for (axis, letter) in letters.iter().enumerate() {
         if !columns.contains(&axis) {
@@ -266,7 +266,7 @@ fn corrections(text: &str, task: &Task) -> Result<Vec<PerAxis>, FileError> {
 
 /// A number that is not negative, and not too large for its unit.
 fn not_negative(
-    row: &trueaxis_model::formats::csv::Row<'_>,
+    row: &trueaxis_model::formats::csv::CsvRow<'_>,
     column: usize,
     most: f64,
 ) -> Result<f64, FileError> {
@@ -283,7 +283,7 @@ fn not_negative(
 }
 
 fn bands(text: &str, task: &Task) -> Result<Vec<[f64; 2]>, FileError> {
-    let table = Table::open(text, 0, "write the header band_um,band_urad", ROWS)?;
+    let table = CsvTable::open(text, 0, "write the header band_um,band_urad", ROWS)?;
     table.begins_with(&["band_um", "band_urad"])?;
     let mut bands = Vec::new();
     for row in table {
@@ -298,7 +298,7 @@ fn bands(text: &str, task: &Task) -> Result<Vec<[f64; 2]>, FileError> {
 fn parameters(text: &str, task: &Task) -> Result<BTreeMap<Parameter, Stated>, FileError> {
     let layout =
         "write the header parameter,value,band: values and bands in the units of error files";
-    let table = Table::open(text, 0, layout, ROWS)?;
+    let table = CsvTable::open(text, 0, layout, ROWS)?;
     table.begins_with(&["parameter", "value", "band"])?;
     let mut parameters = BTreeMap::new();
     for row in table {

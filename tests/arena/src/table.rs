@@ -10,9 +10,9 @@ use std::fmt::Write;
 pub struct Scored {
     /// Number of the machine.
     pub machine: usize,
-    /// Its name.
+    /// Name of the scores.
     pub name: String,
-    /// Its scores; those without any correction if it failed.
+    /// Scores; those without any correction if it failed.
     pub score: Score,
     /// Why it failed.
     pub failure: Option<String>,

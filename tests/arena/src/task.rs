@@ -19,9 +19,9 @@ pub struct Position {
 /// What is public of one machine.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// Its number.
+    /// Number.
     pub number: usize,
-    /// Its class.
+    /// Class.
     pub class: Class,
     /// The machine file.
     pub machine_file: String,
@@ -43,11 +43,11 @@ pub struct Task {
 pub struct Warm {
     /// While the machine was measured, as a file.
     pub measured_file: String,
-    /// The same as read.
+    /// Like `measured_file`, as read.
     pub measured: Temperatures,
     /// In the cycles of the positions, as a file.
     pub unseen_file: String,
-    /// The same as read.
+    /// Like `unseen_file`, as read.
     pub unseen: Temperatures,
 }
 
@@ -134,7 +134,7 @@ pub struct Cycle {
 pub struct Hidden {
     /// What is public.
     pub task: Task,
-    /// Its errors: one for all positions, or one for each.
+    /// Errors: one for all positions, or one for each.
     pub truth: Vec<ErrorModel>,
 }
 

@@ -4,7 +4,7 @@
 //! nothing is timed: the workload is called N times, for a program that counts instructions.
 
 mod direct;
-/// The same compensation as `golden::blob("huron-13")`.
+/// This compensation as `golden::blob("huron-13")`.
 #[path = "../../../shared/examples/generated/huron_13.rs"]
 mod huron_13;
 mod steady;

@@ -4,7 +4,7 @@ use super::embedded::{Example, Parameters, hu40};
 use super::grids::Tables;
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError};
 use rayon::prelude::*;
-use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint, Read, Sphere};
+use trueaxis_measure::ballbar::{BallBar, Hemisphere, PathPoint, ReadOut, Sphere};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
@@ -68,22 +68,22 @@ fn read(
     path: &[PathPoint],
     centre: [f64; 3],
     with: Option<&Built>,
-) -> Result<Vec<Read>, ReproduceError> {
+) -> Result<Vec<ReadOut>, ReproduceError> {
     let machine = &example.machine;
     let bench = Bench::new(machine, errors, Default::default());
-    let axes = Bar::axes(machine).ok_or_else(|| ReproduceError::NoBar {
+    let axes = BallBar::axes(machine).ok_or_else(|| ReproduceError::NoBar {
         machine: machine.name.clone(),
     })?;
     let mut at = vec![0.0; machine.axes.len()];
     for (axis, centre) in axes.into_iter().zip(centre) {
         at[axis] = centre;
     }
-    let bar = Bar::new(&bench, axes, at);
+    let bar = BallBar::new(&bench, axes, at);
     let runtime = with.map(|built| Runtime::load(&built.blob)).transpose()?;
     Ok(bar.read(path, runtime.as_ref()))
 }
 
-fn told(radius: f64, read: &[Read]) -> Result<(Told, Vec<f64>), ReproduceError> {
+fn told(radius: f64, read: &[ReadOut]) -> Result<(Told, Vec<f64>), ReproduceError> {
     let readings: Vec<_> = read.iter().map(|r| (r.direction, r.deviation)).collect();
     let found = Sphere::of(radius, &readings)?;
     let left = &found.without_setup;

@@ -137,13 +137,13 @@ impl Example {
         Ok(Artefact::from_toml(&self.artefact, self.machine.tool_axis)?)
     }
 
-    /// The same with the first ball at another place (mm), and no others.
+    /// With the first ball at another place (mm), and no others.
     pub fn with_ball(mut self, [x, y, z]: [f64; 3]) -> Self {
         self.artefact = format!("[[ball]]\nname = \"1\"\nnominal_mm = [{x:?}, {y:?}, {z:?}]\n");
         self
     }
 
-    /// The same with travels of X, Y and Z of the same length that begin at zero.
+    /// With travels of X, Y and Z of the same length that begin at zero.
     pub fn begun_at_zero(mut self) -> Self {
         for axis in &mut self.machine.axes {
             if !axis.letter.is_rotary() {
@@ -153,7 +153,7 @@ impl Example {
         self
     }
 
-    /// The same with the tip in the frame of Z, as in Chapter 6 (Eq. 44 has no tool), and the travel of Z where the tip
+    /// With the tip in the frame of Z, as in Chapter 6 (Eq. 44 has no tool), and the travel of Z where the tip
     /// goes.
     pub fn tip_at_z(mut self) -> Self {
         let along = self.machine.tip[2];
@@ -165,7 +165,7 @@ impl Example {
         self
     }
 
-    /// The same with the travel of a linear axis, and the tool (mm).
+    /// With the travel of a linear axis, and the tool (mm).
     pub fn with_zone(mut self, zone: &[(char, [f64; 2])], tool: f64) -> Self {
         for (letter, travel) in zone {
             if let Some(index) = self.machine.index(*letter) {
@@ -177,7 +177,7 @@ impl Example {
         self
     }
 
-    /// The same with every axis limited to the probed range (sections 5.9.2 and 6.8).
+    /// With every axis limited to the probed range (sections 5.9.2 and 6.8).
     pub fn within_probed(mut self, probed: &Probings) -> Self {
         for (index, axis) in self.machine.axes.iter_mut().enumerate() {
             let at = probed.rows.iter().map(|row| row.position[index]);
@@ -188,7 +188,7 @@ impl Example {
         self
     }
 
-    /// The same with an axis limited to ±`degrees`.
+    /// With an axis limited to ±`degrees`.
     pub fn within(mut self, letter: char, degrees: f64) -> Self {
         if let Some(index) = self.machine.index(letter) {
             self.machine.axes[index].travel = [-degrees, degrees];

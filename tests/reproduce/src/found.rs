@@ -9,7 +9,7 @@ use trueaxis_report::picture::{Bars, Chart};
 pub enum Figure {
     /// A number with a fixed number of decimals: rounded, so that it is the same on every system.
     Number {
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// Number of decimals shown.
         decimals: usize,
@@ -77,7 +77,7 @@ pub enum Quantity {
     Other,
     /// The displacement by the errors of the machine.
     Raw,
-    /// The same without the part that another place of the ball and of the stylus would explain.
+    /// Like `Raw`, without the part that another place of the ball and of the stylus would explain.
     SetUpFree,
 }
 
@@ -103,7 +103,7 @@ pub struct Compared {
     /// The place in the document, if it is not that of the chapter.
     #[serde(skip_serializing_if = "str::is_empty")]
     pub source: &'static str,
-    /// Its unit, if it has one.
+    /// Unit, if it has one.
     pub unit: &'static str,
     /// Value in the document.
     pub document: Figure,
@@ -111,7 +111,7 @@ pub struct Compared {
     pub ours: Figure,
     /// Value with the scheme `exact`, under the policy *orientation*.
     pub exact_orientation: Figure,
-    /// The same under the policy *direction*.
+    /// Like `exact_orientation`, under the policy *direction*.
     pub exact_direction: Figure,
     /// Why the two differ, if they do.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -135,35 +135,35 @@ impl Compared {
         }
     }
 
-    /// The same with its unit.
+    /// With its unit.
     #[must_use]
     pub fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
 
-    /// The same as a displacement of the tip.
+    /// As a displacement of the tip.
     #[must_use]
     pub fn of(mut self, quantity: Quantity) -> Self {
         self.quantity = quantity;
         self
     }
 
-    /// The same with its place in the document.
+    /// With its place in the document.
     #[must_use]
     pub fn from(mut self, source: &'static str) -> Self {
         self.source = source;
         self
     }
 
-    /// The same with the results of `exact` under *orientation* and *direction*.
+    /// With the results of `exact` under *orientation* and *direction*.
     #[must_use]
     pub fn beside(mut self, [orientation, direction]: [Figure; 2]) -> Self {
         (self.exact_orientation, self.exact_direction) = (orientation, direction);
         self
     }
 
-    /// The same with the reason for a difference.
+    /// With the reason for a difference.
     #[must_use]
     pub fn because(mut self, why: &'static str) -> Self {
         self.why = Some(why);
@@ -269,7 +269,7 @@ pub struct Chapter {
     pub tables: Vec<Table>,
     /// Statements that our computation meets or fails.
     pub fixed: Vec<Fixed>,
-    /// Its pictures.
+    /// Pictures of the chapter or section.
     pub pictures: Vec<Picture>,
 }
 

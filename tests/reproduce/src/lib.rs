@@ -27,7 +27,7 @@ pub use page::page;
 pub use table_6_2::{CASES as TABLE_6_2, LINEAR as WITHOUT_REST};
 use trueaxis::LoadError;
 use trueaxis_measure::ballbar::{TooFew, Uneven};
-use trueaxis_measure::compare::Unknown;
+use trueaxis_measure::compare::NotCompared;
 use trueaxis_measure::identify::IdentifyError;
 use trueaxis_measure::simulate::SimulateError;
 use trueaxis_model::kinematics::NotConverged;
@@ -53,7 +53,7 @@ pub enum ReproduceError {
     Draw(#[from] DrawError),
     /// The remaining parameters cannot be identified.
     #[error(transparent)]
-    Unknown(#[from] Unknown),
+    Unknown(#[from] NotCompared),
     /// The ends of the ball-bar's path do not meet.
     #[error(transparent)]
     Uneven(#[from] Uneven),
@@ -63,7 +63,7 @@ pub enum ReproduceError {
     /// A machine has no axes X, Y and Z.
     #[error("{machine} has no axes X, Y and Z")]
     NoBar {
-        /// Its name.
+        /// Name.
         machine: String,
     },
     /// A blob cannot be read back.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use trueaxis_measure::simulate::normal;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_report::picture::{Bar, Bars, Ink};
+use trueaxis_report::picture::{Bars, ChartBar, Ink};
 use trueaxis_tables::compile::Built;
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::validate::{Command, Region, Runtime, Statistics, random_commands};
@@ -358,7 +358,7 @@ fn output_counts(built: &Built) -> Result<Vec<(char, usize)>, ReproduceError> {
 
 fn picture(found: &[(&str, [f64; 2])]) -> Picture {
     let title = "Figure 7.6: the tip by each parameter, before and after".to_owned();
-    let bars = found.iter().map(|(name, [before, after])| Bar {
+    let bars = found.iter().map(|(name, [before, after])| ChartBar {
         name: (*name).to_owned(),
         mean: *after,
         max: *before,

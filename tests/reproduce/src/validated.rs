@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::{
-    Compensated, Identified, Options, Problem, compensability, identify,
+    Compensated, Identified, IdentifyOptions, Problem, compensability, identify,
 };
 use trueaxis_measure::simulate::{Disturbances, compensated, corrections};
 use trueaxis_model::errors::{ErrorModel, Motion, Parameter, Situation, Switches};
@@ -236,7 +236,7 @@ impl<'a> Validation<'a> {
         let base = ErrorModel::perfect(self.machine);
         let (artefact, parameters) = (&self.artefact, &self.parameters);
         let problem = Problem::new(self.machine, &measured, artefact, parameters, &base);
-        let identified = identify(&problem, Options::default())?;
+        let identified = identify(&problem, IdentifyOptions::default())?;
         Ok((problem, identified))
     }
 

@@ -18,7 +18,7 @@ fn kolibri(a: f64) -> Machine {
     machine
 }
 
-/// The same with the tip in the frame of Z, as in the document.
+/// Like `kolibri`, with the tip in the frame of Z, as in the document.
 fn without_tool(a: f64) -> Machine {
     let mut machine = kolibri(a);
     machine.tip = [0.0; 3];

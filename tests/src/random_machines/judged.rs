@@ -113,7 +113,7 @@ pub struct Effort {
 pub struct Judged {
     /// Number of the drawing.
     pub seed: u64,
-    /// Its special features.
+    /// Special features.
     pub kinds: Kinds,
     /// The tolerances of [`TIMES`], or all but the finest, on a controller with the maximum capacities; finer ones
     /// first.
@@ -190,7 +190,7 @@ impl Judged {
         })
     }
 
-    /// Its marks: its problems, or nothing if all is well.
+    /// Marks: its problems, or nothing if all is well.
     #[must_use]
     pub fn marks(&self) -> String {
         let any = |wrong: fn(&Outcome) -> bool| self.outcomes.iter().any(wrong);

@@ -51,7 +51,7 @@ pub struct Measured {
     /// Largest deviation (µm, µrad) from the exact correction where no motion holds, farther than one correction from
     /// measured points.
     pub reached: f64,
-    /// The same within one correction of a measured point; 0 if there is no such position.
+    /// Like `reached`, within one correction of a measured point; 0 if there is no such position.
     pub near: f64,
     /// Largest deviation of each axis anywhere in the travel (µm, µrad).
     pub anywhere: PerAxis,

@@ -7,7 +7,9 @@ use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::identify::{Identified, Options, Problem, automatic, held_out, identify};
+use trueaxis_measure::identify::{
+    Identified, IdentifyOptions, Problem, automatic, held_out, identify,
+};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
@@ -30,7 +32,7 @@ enum Outside {
     Nothing,
     /// Waves of one to three periods over the travel in each straightness.
     Waves,
-    /// The same in all six motions of linear axes, of random size.
+    /// Like `Waves`, in all six motions of linear axes, of random size.
     Motions,
     /// Rotary axes run out and wobble once and twice a turn.
     RunOut,
@@ -154,7 +156,7 @@ fn identification(
         row.sigma = way.1.then_some(1e-3);
     }
     let machine = &case.machine;
-    let (perfect, options) = (ErrorModel::perfect(machine), Options::default());
+    let (perfect, options) = (ErrorModel::perfect(machine), IdentifyOptions::default());
     let artefact = &case.artefact;
     let found = match way.0 {
         "auto" => {
@@ -188,7 +190,7 @@ fn written(
             .map(|e| e.parameter)
             .collect::<Vec<Parameter>>(),
         &ErrorModel::perfect(&case.machine),
-        Options::default(),
+        IdentifyOptions::default(),
     );
     case.written(measured, observed, found, predicted.as_ref().ok())
 }

@@ -1,10 +1,10 @@
 //! Clearances over moves, compared with dense sampling on random machines.
 
 use nalgebra::Vector3;
-use trueaxis_measure::clearance::{Body, Pair, RESOLVED, distance, nearest};
+use trueaxis_measure::clearance::{Body, BodyPair, RESOLVED, distance, nearest};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Htm, Kinematics};
-use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, Shape};
+use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, SolidShape};
 use trueaxis_tests::{Fixed, random_machines, usual_or_all};
 
 /// Times at which a move is looked at, and points of the surface of one of the bodies.
@@ -18,15 +18,15 @@ fn unit(random: &mut Fixed) -> Vector3<f64> {
 fn body(random: &mut Fixed, carrier: Carrier, number: usize) -> Body {
     let mut size = |least: f64, most: f64| least + (most - least) * random.within(0.0, 1.0);
     let shape = match number % 4 {
-        0 => Shape::Sphere {
+        0 => SolidShape::Sphere {
             radius: size(2.0, 30.0),
         },
-        1 => Shape::Capsule {
+        1 => SolidShape::Capsule {
             radius: size(2.0, 10.0),
             half: size(5.0, 60.0),
         },
-        2 => Shape::Box([size(5.0, 80.0), size(5.0, 80.0), size(5.0, 80.0)]),
-        _ => Shape::Cylinder {
+        2 => SolidShape::Box([size(5.0, 80.0), size(5.0, 80.0), size(5.0, 80.0)]),
+        _ => SolidShape::Cylinder {
             radius: size(5.0, 80.0),
             half: size(2.0, 60.0),
         },
@@ -43,16 +43,16 @@ fn body(random: &mut Fixed, carrier: Carrier, number: usize) -> Body {
 }
 
 /// A point of the surface of a shape, or inside, in its own frame.
-fn point(random: &mut Fixed, shape: &Shape) -> Vector3<f64> {
+fn point(random: &mut Fixed, shape: &SolidShape) -> Vector3<f64> {
     let way = unit(random);
     let along = 2.0 * random.within(0.0, 1.0) - 1.0;
     match *shape {
-        Shape::Sphere { radius } => way * radius,
-        Shape::Capsule { radius, half } => way * radius + Vector3::z() * along * half,
-        Shape::Box(half) => {
+        SolidShape::Sphere { radius } => way * radius,
+        SolidShape::Capsule { radius, half } => way * radius + Vector3::z() * along * half,
+        SolidShape::Box(half) => {
             Vector3::from_fn(|i, _| half[i] * (2.0 * random.within(0.0, 1.0) - 1.0).signum())
         }
-        Shape::Cylinder { radius, half } => {
+        SolidShape::Cylinder { radius, half } => {
             let out = Vector3::new(way.x, way.y, 0.0).normalize() * radius;
             out + Vector3::z() * half.copysign(along)
         }
@@ -60,15 +60,17 @@ fn point(random: &mut Fixed, shape: &Shape) -> Vector3<f64> {
 }
 
 /// Distance of a point from a shape around the origin.
-fn from_point(own: &Vector3<f64>, shape: &Shape) -> f64 {
+fn from_point(own: &Vector3<f64>, shape: &SolidShape) -> f64 {
     let out = |v: f64, half: f64| (v.abs() - half).max(0.0);
     match *shape {
-        Shape::Sphere { radius } => own.norm() - radius,
-        Shape::Capsule { radius, half } => {
+        SolidShape::Sphere { radius } => own.norm() - radius,
+        SolidShape::Capsule { radius, half } => {
             Vector3::new(own.x, own.y, out(own.z, half)).norm() - radius
         }
-        Shape::Box(half) => Vector3::from_fn(|i, _| out(own[i], half[i])).norm(),
-        Shape::Cylinder { radius, half } => out(own.x.hypot(own.y), radius).hypot(out(own.z, half)),
+        SolidShape::Box(half) => Vector3::from_fn(|i, _| out(own[i], half[i])).norm(),
+        SolidShape::Cylinder { radius, half } => {
+            out(own.x.hypot(own.y), radius).hypot(out(own.z, half))
+        }
     }
 }
 
@@ -152,7 +154,7 @@ fn no_sample_is_closer_than_what_is_proven() {
                 sampled + 0.02,
                 sampled + 10.0,
             ] {
-                let pair = Pair {
+                let pair = BodyPair {
                     bodies: [0, 1],
                     keep: keep.max(0.0),
                 };
@@ -187,7 +189,7 @@ fn no_sample_is_closer_than_what_is_proven() {
             // The places are those of the tool's pose.
             let q = machine.to_kinematic(&from);
             let [workpiece, spindle] = [Carrier::Workpiece, Carrier::Spindle].map(|carrier| {
-                let shape = Shape::Sphere { radius: 1.0 };
+                let shape = SolidShape::Sphere { radius: 1.0 };
                 let origin = Htm::identity();
                 let body = Body {
                     carrier,

@@ -6,7 +6,7 @@ mod instruments;
 use instruments::{everything, simulate};
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueaxis_measure::direct::{
-    DirectResult, Line, Measured, Measurement, Options, error_file, solve,
+    AxisRuns, DirectResult, MeasuredRuns, Measurement, SolveOptions, error_file, solve,
 };
 use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
@@ -20,7 +20,7 @@ use trueaxis_tests::{Fixed, errors, machine};
 
 fn import(machine: &Machine, measured: &[Measurement]) -> DirectResult {
     let perfect = ErrorModel::perfect(machine);
-    solve(machine, measured, &perfect, Options::default()).unwrap()
+    solve(machine, measured, &perfect, SolveOptions::default()).unwrap()
 }
 
 /// Least-squares slope.
@@ -286,19 +286,19 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
         assert_eq!(points, count);
         let all = everything(&machine, count, || random.position(&machine));
         let own = all.into_iter().filter(|one| match &one.measured {
-            Measured::Line(line) => line.setup.moved == moved,
-            Measured::Square(_) => letter == 'X',
+            MeasuredRuns::Line(line) => line.setup.moved == moved,
+            MeasuredRuns::Square(_) => letter == 'X',
         });
         plan.extend(own);
     }
     let mut shown = Vec::new();
     for noise in [0.0, 0.2] {
-        let five = |line: &mut Line| line.columns = vec![line.columns.clone(); 5].concat();
+        let five = |line: &mut AxisRuns| line.columns = vec![line.columns.clone(); 5].concat();
         let mut plan = plan.clone();
         for one in &mut plan {
             match &mut one.measured {
-                Measured::Line(line) => five(line),
-                Measured::Square(square) => square.lines.iter_mut().for_each(five),
+                MeasuredRuns::Line(line) => five(line),
+                MeasuredRuns::Square(square) => square.lines.iter_mut().for_each(five),
             }
         }
         let measured = simulate(&machine, &truth, &plan, [noise * 1e-3, noise * 1e-6], 3);
@@ -343,7 +343,7 @@ fn files_are_read_as_they_were_written() {
     let mut random = Fixed::new(11);
     let mut plan = everything(&machine, 5, || random.position(&machine));
     for one in plan.iter_mut().step_by(2) {
-        if let Measured::Line(line) = &mut one.measured {
+        if let MeasuredRuns::Line(line) = &mut one.measured {
             // An instrument with the opposite sign.
             line.setup.counts = -1.0;
             line.setup.keeps_slope = line.setup.is_straightness(&machine);
@@ -361,7 +361,7 @@ fn files_are_read_as_they_were_written() {
             lines
         };
         assert_eq!(sorted(&runs::write(&read, &machine)), sorted(&text));
-        let (Measured::Line(a), Measured::Line(b)) = (&one.measured, &read) else {
+        let (MeasuredRuns::Line(a), MeasuredRuns::Line(b)) = (&one.measured, &read) else {
             continue;
         };
         assert_eq!(
@@ -444,7 +444,8 @@ fn a_straightness_with_a_slope_beside_a_squareness_may_count_it_twice() {
         &machine,
     )
     .unwrap();
-    let found = |slope: &str| solve(&machine, &dial(slope), &known, Options::default()).unwrap();
+    let found =
+        |slope: &str| solve(&machine, &dial(slope), &known, SolveOptions::default()).unwrap();
     let counts_twice = |found: &DirectResult| {
         let said = found.doubts.iter().map(ToString::to_string);
         said.filter(|said| said.contains("counted twice"))
@@ -476,7 +477,7 @@ fn one_number_is_half_of_the_mean_reversal_value() {
     let measured = runs::read(text, &machine).unwrap();
     let name = "x.csv".to_owned();
     let perfect = ErrorModel::perfect(&machine);
-    let options = Options { one_number: true };
+    let options = SolveOptions { one_number: true };
     let found = solve(
         &machine,
         &[Measurement { name, measured }],
@@ -569,7 +570,7 @@ fn readings_of_no_small_errors_make_no_error_file() {
         &machine,
         &[Measurement { name, measured }],
         &perfect,
-        Options::default(),
+        SolveOptions::default(),
     );
     // Exact rotations are found even then; the error file refuses values above 0.1 rad.
     let found = solved.unwrap();

@@ -4,7 +4,7 @@ mod first_order;
 
 use first_order::{First, left};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{BallPlacement, Instrument, Nature, Sense, State, explain};
+use trueaxis_model::explain::{BallPlacement, BenchInstrument, BenchState, Nature, Sense, explain};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::random_machines::{ALL, cases};
 use trueaxis_tests::{Fixed, errors, machine};
@@ -38,9 +38,9 @@ fn check(name: &str, machine: &Machine, errors: &ErrorModel) -> usize {
     let mut random = Fixed::new(3);
     for explained in &all {
         if explained.alone.size() > 0.0 {
-            let positions: Vec<State> = (0..30)
+            let positions: Vec<BenchState> = (0..30)
                 .map(|k| {
-                    let mut state = State::at(random.position(machine));
+                    let mut state = BenchState::at(random.position(machine));
                     if let Some(q) = state.q.get_mut(explained.alone.index()) {
                         let [low, high] = explained.alone.range;
                         *q = q.max(low).min(high);
@@ -257,7 +257,7 @@ fn a_centre_shows_twice_on_a_ball() {
     let reading = all[0].reading.unwrap();
     assert_eq!(
         reading.instrument,
-        Instrument::Ball {
+        BenchInstrument::Ball {
             place: BallPlacement::OnAxis
         }
     );

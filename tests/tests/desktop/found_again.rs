@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use std::fs;
-use trueaxis_measure::identify::{Identified, Options, Problem, identify};
+use trueaxis_measure::identify::{Identified, IdentifyOptions, Problem, identify};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
@@ -53,7 +53,7 @@ fn found(case: &Case, disturbances: &Disturbances) -> Identified {
     let parameters = parameters(case);
     let (machine, artefact) = (&case.machine, &case.artefact);
     let problem = Problem::new(machine, &measured, artefact, &parameters, &perfect);
-    identify(&problem, Options::default()).unwrap()
+    identify(&problem, IdentifyOptions::default()).unwrap()
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Identification on machines with known errors.
 
-use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::artefact::ArtefactBar;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings;
-use trueaxis_measure::identify::{Chosen, Fit, Identified, Level, Options, automatic};
+use trueaxis_measure::identify::{Chosen, Fit, Identified, IdentifyOptions, Level, automatic};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_tests::probed::{Case, worst};
@@ -21,7 +21,7 @@ fn without_noise_the_truth_is_found() {
         let identified = case.found(
             model,
             &case.measured(&Disturbances::default()),
-            Options::default(),
+            IdentifyOptions::default(),
         );
         // 0.001 µm.
         assert!(
@@ -65,8 +65,8 @@ fn the_order_of_rows_does_not_matter() {
     let [measured, other] =
         [&text, &other].map(|t| probings::read(t, &case.machine, true).unwrap());
     assert_ne!(measured.balls, other.balls);
-    let one = case.found("13", &measured, Options::default());
-    let other = case.found("13", &other, Options::default());
+    let one = case.found("13", &measured, IdentifyOptions::default());
+    let other = case.found("13", &other, IdentifyOptions::default());
     assert_eq!(one.parameters, other.parameters);
     assert_eq!((one.noise, one.condition), (other.noise, other.condition));
 }
@@ -79,7 +79,7 @@ fn uncertainties_are_what_noise_does() {
     let mut noise = 0.0;
     for seed in 0..seeds {
         let measured = case.noisy(seed);
-        let identified = case.found("10", &measured, Options::default());
+        let identified = case.found("10", &measured, IdentifyOptions::default());
         noise += identified.noise / f64::from(seeds as u32);
         for (square, e) in squares.iter_mut().zip(&identified.parameters) {
             *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2) / seeds as f64;
@@ -101,11 +101,11 @@ fn outliers_are_named_and_count_little() {
         seed: 5,
         ..Disturbances::default()
     };
-    let options = Options {
+    let options = IdentifyOptions {
         robust: true,
-        ..Options::default()
+        ..IdentifyOptions::default()
     };
-    let expected = case.found("10", &case.measured(&clean), Options::default());
+    let expected = case.found("10", &case.measured(&clean), IdentifyOptions::default());
     let dirty = Disturbances {
         outliers: 0.05,
         outlier: 0.1,
@@ -137,7 +137,7 @@ fn what_cannot_be_seen_is_said() {
     let measured = case.noisy(0);
     let all =
         "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z,EXX1,EYY1,EZZ1,EX0S,EZ0S,EZ0C,EC0S,ECCb,EA0A,EC0Y";
-    let identified = case.found(all, &measured, Options::default());
+    let identified = case.found(all, &measured, IdentifyOptions::default());
     let mut found: Vec<String> = identified.unseen.iter().map(|u| u.sentence()).collect();
     found.sort();
     let mut expected = vec![
@@ -170,11 +170,14 @@ fn a_bar_makes_scales_absolute() {
             .map(|e| e.parameter.to_string());
         all.filter(|name| name == "EXX1").count()
     };
-    assert_eq!(scale(&case.found("13", &measured, Options::default())), 1);
+    assert_eq!(
+        scale(&case.found("13", &measured, IdentifyOptions::default())),
+        1
+    );
     let mut without = Case::new("hu40", "errors-13.toml");
     without.artefact.bars.clear();
     assert_eq!(
-        scale(&without.found("13", &measured, Options::default())),
+        scale(&without.found("13", &measured, IdentifyOptions::default())),
         0
     );
 }
@@ -187,7 +190,7 @@ fn chosen(case: &Case) -> Chosen {
     let measured = case.noisy(0);
     let perfect = ErrorModel::perfect(&case.machine);
     let (machine, artefact) = (&case.machine, &case.artefact);
-    let (none, options) = (Observations::default(), Options::default());
+    let (none, options) = (Observations::default(), IdentifyOptions::default());
     automatic(machine, &measured, artefact, &none, &perfect, options).unwrap()
 }
 
@@ -218,14 +221,14 @@ fn the_automatic_model_has_the_motions_that_predict_other_positions_and_no_other
 fn bars_that_are_known_far_better_than_the_probe_repeats_do_no_harm() {
     let mut case = Case::new("kolibri", "errors-81.toml");
     let ball = |i: usize| case.artefact.balls[i].nominal.unwrap();
-    let bars = [(0, 1), (0, 2), (1, 3), (2, 3)].map(|(a, b)| Bar {
+    let bars = [(0, 1), (0, 2), (1, 3), (2, 3)].map(|(a, b)| ArtefactBar {
         balls: [a, b].map(|i| case.artefact.balls[i].name.clone()),
         length: (ball(a) - ball(b)).norm(),
         uncertainty: 1e-5,
     });
     case.artefact.bars.extend(bars);
     let measured = case.noisy(0);
-    let identified = case.found("81", &measured, Options::default());
+    let identified = case.found("81", &measured, IdentifyOptions::default());
     assert_eq!(identified.parameters.len(), 79);
     // 1 µm, to a twentieth: with 400 degrees of freedom it is known to 3.5 %.
     assert!(
@@ -239,15 +242,15 @@ fn bars_that_are_known_far_better_than_the_probe_repeats_do_no_harm() {
 fn a_row_of_another_ball_is_named() {
     let case = Case::new("kolibri", "errors-10.toml");
     let mut measured = case.noisy(0);
-    let clean = case.found("10", &measured, Options::default());
+    let clean = case.found("10", &measured, IdentifyOptions::default());
     let own = measured.balls[measured.rows[130].ball].clone();
     measured.rows[130].ball = 1;
     let identified = case.found(
         "10",
         &measured,
-        Options {
+        IdentifyOptions {
             robust: true,
-            ..Options::default()
+            ..IdentifyOptions::default()
         },
     );
     for (number, row) in identified.rows.iter().enumerate() {
@@ -259,7 +262,9 @@ fn a_row_of_another_ball_is_named() {
         assert!(off < 0.5 * clean.uncertainty, "{}", found.parameter);
     }
     // By default it names the row and returns no parameters.
-    let error = case.tried("10", &measured, Options::default()).unwrap_err();
+    let error = case
+        .tried("10", &measured, IdentifyOptions::default())
+        .unwrap_err();
     let line = measured.rows[130].line;
     assert!(
         error

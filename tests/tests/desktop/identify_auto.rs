@@ -2,7 +2,7 @@
 
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{
-    Chosen, Form, Level, Missing, Options, Tried, automatic, published,
+    Chosen, IdentifyOptions, Level, Missing, RotationForm, TriedTerms, automatic, published,
 };
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tests::probed::Case;
@@ -10,7 +10,7 @@ use trueaxis_tests::probed::Case;
 fn chosen(case: &Case) -> Chosen {
     let perfect = ErrorModel::perfect(&case.machine);
     let measured = case.noisy(0);
-    let options = Options::default();
+    let options = IdentifyOptions::default();
     let others = Observations::default();
     let (machine, artefact) = (&case.machine, &case.artefact);
     automatic(machine, &measured, artefact, &others, &perfect, options).unwrap()
@@ -30,7 +30,10 @@ fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_sam
         let case = Case::new(folder, errors).coming();
         let chosen = chosen(&case);
         assert_eq!(chosen.identified.parameters.len(), count);
-        assert_eq!(level(&chosen).tried, Tried::Degree(3, Form::Polynomials));
+        assert_eq!(
+            level(&chosen).tried,
+            TriedTerms::Degree(3, RotationForm::Polynomials)
+        );
         let beside = published(&case.machine, &chosen).unwrap();
         // Alternatives among parameters that cannot be distinguished.
         assert!(beside.is_same, "{beside:?}");

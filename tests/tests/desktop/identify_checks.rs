@@ -1,19 +1,20 @@
 //! Diagnostics of an identification from faulty probings.
 
 use nalgebra::Vector3;
-use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::artefact::ArtefactBar;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
-    Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify, snoop,
+    Checked, IdentifyError, IdentifyOptions, Model, Problem, TrendAlong, held_out, honesty,
+    identify, snoop,
 };
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::usual_or_all;
 
-fn bar(case: &Case, [a, b]: [usize; 2], longer: f64) -> Bar {
-    Bar {
+fn bar(case: &Case, [a, b]: [usize; 2], longer: f64) -> ArtefactBar {
+    ArtefactBar {
         balls: [a, b].map(|i| case.artefact.balls[i].name.clone()),
         length: (case.ball(a) - case.ball(b)).norm() + longer,
         uncertainty: 1e-3,
@@ -29,7 +30,7 @@ fn uncertainties_that_cannot_be_are_an_error_and_no_hang() {
             row.sigma = Some(1e-3);
         }
         measured.rows[0].sigma = Some(sigma);
-        case.tried("10", &measured, Options::default())
+        case.tried("10", &measured, IdentifyOptions::default())
     };
     for sigma in [1e-303, f64::NAN] {
         assert_eq!(
@@ -55,7 +56,7 @@ fn parameters_that_the_machine_cannot_have_are_an_error_and_none_of_a_model() {
     };
     let measured = case.noisy(1);
     let problem = Problem::new(&case.machine, &measured, &case.artefact, &[ninth], &perfect);
-    let error = identify(&problem, Options::default()).unwrap_err();
+    let error = identify(&problem, IdentifyOptions::default()).unwrap_err();
     assert_eq!(error, IdentifyError::NoSuchParameter { parameter: ninth });
     for degree in 0..=20 {
         let all = Model::Auto.parameters(&case.machine, degree, &[]).unwrap();
@@ -71,7 +72,9 @@ fn a_bar_whose_balls_are_in_one_place_is_an_error() {
     let measured = case.noisy(1);
     case.artefact.bars.push(bar(&case, [0, 1], 0.0));
     case.artefact.balls[1].nominal = case.artefact.balls[0].nominal;
-    let error = case.tried("10", &measured, Options::default()).unwrap_err();
+    let error = case
+        .tried("10", &measured, IdentifyOptions::default())
+        .unwrap_err();
     assert!(matches!(error, IdentifyError::SamePlace { .. }), "{error}");
 }
 
@@ -90,14 +93,19 @@ fn positions_in_metres_or_inches_are_told_by_what_is_known() {
                     *position /= if axis.letter.is_rotary() { 1.0 } else { mm };
                 }
             }
-            let error = case.tried("10", &other, Options::default()).unwrap_err();
+            let error = case
+                .tried("10", &other, IdentifyOptions::default())
+                .unwrap_err();
             let message = error.to_string();
             assert!(
                 message.contains(unit) && error.remedy().contains("mm"),
                 "{message}"
             );
         }
-        assert!(case.tried("10", &measured, Options::default()).is_ok());
+        assert!(
+            case.tried("10", &measured, IdentifyOptions::default())
+                .is_ok()
+        );
     }
 }
 
@@ -110,7 +118,7 @@ fn a_wrong_bar_is_named_if_others_tell() {
         let longer = if ends == [1, 3] { 0.02 } else { 0.0 };
         case.artefact.bars.push(bar(&case, ends, longer));
     }
-    let identified = case.found(all, &measured, Options::default());
+    let identified = case.found(all, &measured, IdentifyOptions::default());
     let sizes: Vec<f64> = (identified.bars.iter())
         .map(|bar| bar.others.unwrap().normalised.abs())
         .collect();
@@ -129,7 +137,7 @@ fn a_wrong_bar_is_named_if_others_tell() {
     assert!(off.abs() < 4.0 * others.uncertainty, "{off} {others:?}");
     // Correct ones are not doubted.
     case.artefact.bars.remove(2);
-    let identified = case.found(all, &measured, Options::default());
+    let identified = case.found(all, &measured, IdentifyOptions::default());
     assert!(
         identified
             .bars
@@ -138,11 +146,11 @@ fn a_wrong_bar_is_named_if_others_tell() {
     );
     // A single one defines the scales.
     case.artefact.bars.truncate(1);
-    let identified = case.found(all, &measured, Options::default());
+    let identified = case.found(all, &measured, IdentifyOptions::default());
     assert!(identified.bars[0].others.is_none(), "{:?}", identified.bars);
     // But if no scale is identified, the machine reveals it.
     case.artefact.bars[0].length += 0.02;
-    match case.tried("10", &measured, Options::default()) {
+    match case.tried("10", &measured, IdentifyOptions::default()) {
         Ok(identified) => assert!(identified.bars[0].is_doubtful(), "{:?}", identified.bars),
         Err(error) => assert!(matches!(error, IdentifyError::Bars { .. }), "{error}"),
     }
@@ -153,13 +161,15 @@ fn a_bar_of_another_length_altogether_is_an_error() {
     let mut case = Case::new("kolibri", "errors-10.toml");
     let measured = case.noisy(1);
     case.artefact.bars.push(bar(&case, [0, 1], 30.0));
-    let error = case.tried("10", &measured, Options::default()).unwrap_err();
+    let error = case
+        .tried("10", &measured, IdentifyOptions::default())
+        .unwrap_err();
     assert!(matches!(error, IdentifyError::Bars { .. }), "{error}");
     assert!(error.to_string().contains("1 to 2 is"), "{error}");
 }
 
 fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
-    let identified = case.found(model, measured, Options::default());
+    let identified = case.found(model, measured, IdentifyOptions::default());
     let perfect = ErrorModel::perfect(&case.machine);
     let parameters = &identified.looked_for;
     let problem = Problem::new(
@@ -198,7 +208,7 @@ fn drift_is_estimated_with_its_uncertainty_where_balls_repeat() {
             row.time = Some(60.0 * k as f64);
         }
         let found = checks(&case, &measured, "10")[0];
-        assert_eq!(found.along, Along::Time(60.0 * 167.0));
+        assert_eq!(found.along, TrendAlong::Time(60.0 * 167.0));
         let trend = found.trend.unwrap();
         assert!(found.warning().unwrap().contains("drifts"), "{trend:?}");
         let off = trend.change - Vector3::from(drift);
@@ -233,12 +243,12 @@ fn temperature_runs_and_directions_are_looked_at() {
         row.position[x] += 5e-3 * row.run.unwrap();
     }
     let found = checks(&case, &measured, "10");
-    let kinds: Vec<Along> = found.iter().map(|c| c.along).collect();
+    let kinds: Vec<TrendAlong> = found.iter().map(|c| c.along).collect();
     let expected = [
-        Along::Order,
-        Along::Temperature(4.0),
-        Along::Run(1.0),
-        Along::Direction('A'),
+        TrendAlong::Order,
+        TrendAlong::Temperature(4.0),
+        TrendAlong::Run(1.0),
+        TrendAlong::Direction('A'),
     ];
     assert_eq!(kinds, expected);
     assert!(found[1].warning().is_none(), "{:?}", found[1]);
@@ -265,7 +275,7 @@ fn what_repeats_is_less_than_what_is_left_if_the_model_lacks_something() {
     for (size, is_less) in [(0.0, false), (2e-6, true)] {
         assert!(case.errors.set(&case.machine, bend, size));
         let measured = case.noisy(3);
-        let identified = case.found("10", &measured, Options::default());
+        let identified = case.found("10", &measured, IdentifyOptions::default());
         let perfect = ErrorModel::perfect(&case.machine);
         let parameters = &identified.looked_for;
         let problem = Problem::new(
@@ -296,7 +306,7 @@ fn balls_that_were_left_out_are_predicted_as_well_as_noise_lets_them() {
         &Observations::default(),
         &case.parameters("10"),
         &perfect,
-        Options::default(),
+        IdentifyOptions::default(),
     );
     let found = found.unwrap();
     assert_eq!(found.balls.len(), 4);
@@ -315,8 +325,8 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
     base.standard_uncertainty.insert(scale, 1e-5);
     let parameters = case.parameters("10");
     let problem = Problem::new(&case.machine, &measured, &case.artefact, &parameters, &base);
-    let identified = identify(&problem, Options::default()).unwrap();
-    let free = case.found("10", &measured, Options::default());
+    let identified = identify(&problem, IdentifyOptions::default()).unwrap();
+    let free = case.found("10", &measured, IdentifyOptions::default());
     assert_eq!(identified.known.parameters.len(), 11);
     let place = |name: &str| {
         let parameter = Parameter::parse(name).unwrap();
@@ -341,7 +351,7 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
     // As if EXX1 were found to be larger by this amount.
     assert!(base.set(&case.machine, scale, 1e-5));
     let problem = Problem::new(&case.machine, &measured, &case.artefact, &parameters, &base);
-    let moved = identify(&problem, Options::default()).unwrap();
+    let moved = identify(&problem, IdentifyOptions::default()).unwrap();
     for (moved, found) in moved.parameters.iter().zip(&identified.parameters) {
         let place = place(&moved.parameter.to_string());
         let expected = matrix[(place, 10)] / 1e-10 * 1e-5;
@@ -376,7 +386,7 @@ fn good_probings_are_hardly_ever_suspected() {
                 &parameters,
                 &perfect,
             );
-            let found = identify(&problem, Options::default()).unwrap();
+            let found = identify(&problem, IdentifyOptions::default()).unwrap();
             alarms += usize::from(!snoop(&problem, &found).is_empty());
         }
     }

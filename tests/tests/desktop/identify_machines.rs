@@ -2,8 +2,8 @@
 
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::identify::{
-    Identified, IdentifyError, Model, NotKnown, Options, Problem, Trial, error_file, identify,
-    monte_carlo,
+    Identified, IdentifyError, IdentifyOptions, Model, NotKnown, Problem, Trial, error_file,
+    identify, monte_carlo,
 };
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::covariance;
@@ -31,10 +31,10 @@ fn found(case: &Case, parameters: &[Parameter]) -> Option<Result<Identified, Ide
     let perfect = ErrorModel::perfect(&case.machine);
     let (machine, artefact) = (&case.machine, &case.artefact);
     let problem = Problem::new(machine, &measured, artefact, parameters, &perfect);
-    Some(identify(&problem, Options::default()))
+    Some(identify(&problem, IdentifyOptions::default()))
 }
 
-/// The same with a machine that has only errors identifiable from these probings: other parameters are removed until
+/// Like `found`, with a machine that has only errors identifiable from these probings: other parameters are removed until
 /// none is left.
 fn seen_alone(
     mut case: Case,
@@ -180,7 +180,7 @@ fn what_is_not_seen_does_not_depend_on_noise() {
                 let perfect = ErrorModel::perfect(&machine);
                 let problem =
                     Problem::new(&machine, &measured, &case.artefact, &parameters, &perfect);
-                let found = identify(&problem, Options::default());
+                let found = identify(&problem, IdentifyOptions::default());
                 let found = found.unwrap_or_else(|e| panic!("{drawn} {model} {noise}: {e}"));
                 let unseen: Vec<String> = found.unseen.iter().map(|u| u.sentence()).collect();
                 assert_eq!(
@@ -252,7 +252,7 @@ fn one_factorisation_serves_as_well_as_one_for_each() {
     let mut squares = [0.0; 10];
     let seeds = 40;
     for seed in 1..=seeds {
-        let identified = case.found("10", &case.noisy(seed), Options::default());
+        let identified = case.found("10", &case.noisy(seed), IdentifyOptions::default());
         for (square, e) in squares.iter_mut().zip(&identified.parameters) {
             *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2);
         }

@@ -3,7 +3,9 @@
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
-use trueaxis_model::explain::{Instrument, Nature, REACH, Reading, Sense, State, explain};
+use trueaxis_model::explain::{
+    BenchInstrument, BenchState, InstrumentReading, Nature, REACH, Sense, explain,
+};
 use trueaxis_model::kinematics::{Htm, Kinematics};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::{machine, read};
@@ -46,10 +48,15 @@ fn rows() -> Vec<Row> {
 }
 
 /// Reading of an instrument on a machine with errors (mm, rad), from exact poses.
-fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Reading) -> f64 {
+fn exact(
+    machine: &Machine,
+    errors: &ErrorModel,
+    nature: Nature,
+    reading: &InstrumentReading,
+) -> f64 {
     let kinematics = Kinematics::new(machine, errors);
-    let nominal = |state: &State| kinematics.nominal(&state.q, None);
-    let actual = |state: &State| {
+    let nominal = |state: &BenchState| kinematics.nominal(&state.q, None);
+    let actual = |state: &BenchState| {
         let situation = Situation {
             sign: state.sign,
             ..Situation::default()
@@ -57,7 +64,7 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
         kinematics.actual(&state.q, &situation, &Switches::ALL)
     };
     // In the workpiece frame: along or about the tool's motion for a positive command.
-    let way = |axis: usize, state: &State| -> Vector3<f64> {
+    let way = |axis: usize, state: &BenchState| -> Vector3<f64> {
         let [x, y, z, a, b, c] = kinematics.jacobian(&state.q, None).column(axis);
         let column = match machine.axes[axis].letter.is_rotary() {
             true => Vector3::new(a, b, c),
@@ -66,9 +73,9 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
         nominal(state).r * column
     };
     let (from, to) = (&reading.from, &reading.to);
-    let gone = |pose: &dyn Fn(&State) -> Htm| pose(to).t - pose(from).t;
+    let gone = |pose: &dyn Fn(&BenchState) -> Htm| pose(to).t - pose(from).t;
     let tip = gone(&actual) - gone(&nominal);
-    let off = |state: &State| actual(state).r * nominal(state).r.transpose();
+    let off = |state: &BenchState| actual(state).r * nominal(state).r.transpose();
     let turn = off(to) * off(from).transpose();
     let turn = Htm {
         r: turn,
@@ -76,7 +83,7 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
     };
     let turn = turn.twist().r;
     match (reading.instrument, reading.sense) {
-        (Instrument::Square, Sense::In(aligned)) => {
+        (BenchInstrument::Square, Sense::In(aligned)) => {
             // Both legs as they run: the cosine of the angle between them, which is nominally a right angle.
             let moved = reading.moved.unwrap();
             let mut ahead = *from;
@@ -84,12 +91,12 @@ fn exact(machine: &Machine, errors: &ErrorModel, nature: Nature, reading: &Readi
             if ahead.q[aligned] > machine.axes[aligned].travel[1] {
                 ahead.q[aligned] -= 2.0 * REACH;
             }
-            let leg = |q: f64, at: &State| (actual(at).t - actual(from).t) / q;
+            let leg = |q: f64, at: &BenchState| (actual(at).t - actual(from).t) / q;
             let a = leg(ahead.q[aligned] - from.q[aligned], &ahead);
             let b = leg(to.q[moved] - from.q[moved], to);
             a.normalize().dot(&b) * REACH
         }
-        (Instrument::Tram, Sense::In(axis)) => {
+        (BenchInstrument::Tram, Sense::In(axis)) => {
             // Heights of the two ends of the arm above the table, which is perpendicular to the nominal tool.
             let tool = nominal(to).r.column(machine.tool_axis).into_owned();
             let height = |side: f64| {

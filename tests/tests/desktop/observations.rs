@@ -7,7 +7,7 @@ use std::process::Command;
 use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
-    Identified, Options, Problem, Source, Suspect, drifting, identify, snoop,
+    Identified, IdentifyOptions, NoiseSource, Problem, Suspect, drifting, identify, snoop,
 };
 use trueaxis_measure::instrument::Kind;
 use trueaxis_measure::simulate::{self, Disturbances, OfObservations};
@@ -39,7 +39,7 @@ fn found(
     parameters: &[Parameter],
     probed: &Probings,
     all: &Observations,
-    options: Options,
+    options: IdentifyOptions,
 ) -> Identified {
     let perfect = ErrorModel::perfect(&case.machine);
     let problem = Problem::new(&case.machine, probed, &case.artefact, parameters, &perfect);
@@ -62,7 +62,13 @@ fn without_noise_the_truth_is_found_from_any_kinds_together() {
     for set in sets {
         let strategy = mixed(&case.machine, set, &mut Fixed::new(5));
         let all = observed(&case.machine, &case.errors, &strategy, SETUPS, 0.0, 1);
-        let found = found(&case, &parameters, &probed, &all, Options::default());
+        let found = found(
+            &case,
+            &parameters,
+            &probed,
+            &all,
+            IdentifyOptions::default(),
+        );
         assert!(found.unseen.is_empty(), "{set:?}: {:?}", found.unseen);
         for e in &found.parameters {
             let off = (e.value - case.truth(e.parameter)).abs();
@@ -105,14 +111,26 @@ fn instruments_alone_are_enough() {
     }
     let clean = observed(&case.machine, &case.errors, &strategy, &setups, 0.0, 1);
     let none = Probings::default();
-    let exact = found(&case, &parameters, &none, &clean, Options::default());
+    let exact = found(
+        &case,
+        &parameters,
+        &none,
+        &clean,
+        IdentifyOptions::default(),
+    );
     assert!(exact.unseen.is_empty(), "{:?}", exact.unseen);
     for e in &exact.parameters {
         let off = (e.value - case.truth(e.parameter)).abs();
         assert!(off < 1e-6, "{}: {off}", e.parameter);
     }
     let noisy = observed(&case.machine, &case.errors, &strategy, &setups, 1.0, 2);
-    let noisy = found(&case, &parameters, &none, &noisy, Options::default());
+    let noisy = found(
+        &case,
+        &parameters,
+        &none,
+        &noisy,
+        IdentifyOptions::default(),
+    );
     for e in &noisy.parameters {
         let off = (e.value - case.truth(e.parameter)) / e.uncertainty;
         assert!(off.abs() < 4.0, "{}: {off}", e.parameter);
@@ -145,7 +163,13 @@ fn intervals_of_mixed_sets_cover_the_truth_as_often_as_they_say() {
         let mut all = observed(&case.machine, &case.errors, &strategy, SETUPS, 1.0, seed);
         // The same set-ups to start with, to save time.
         all.setups.clone_from(&clean.setups);
-        let found = found(&case, &parameters, &probed, &all, Options::default());
+        let found = found(
+            &case,
+            &parameters,
+            &probed,
+            &all,
+            IdentifyOptions::default(),
+        );
         for e in &found.parameters {
             let is_in = (e.value - case.truth(e.parameter)).abs() < 1.96 * e.uncertainty;
             inside += usize::from(is_in);
@@ -173,10 +197,16 @@ fn a_wrong_stated_uncertainty_is_reported_for_its_kind_alone() {
             row.sigma = row.sigma.map(|sigma| sigma / 2.0);
         }
     }
-    let found = found(&case, &parameters, &case.noisy(3), &all, Options::default());
+    let found = found(
+        &case,
+        &parameters,
+        &case.noisy(3),
+        &all,
+        IdentifyOptions::default(),
+    );
     assert_eq!(found.components.len(), 1 + ALL.len());
     for one in &found.components {
-        let is_wrong = one.source == Source::Observations(Kind::Length);
+        let is_wrong = one.source == NoiseSource::Observations(Kind::Length);
         assert_eq!(one.is_misstated(), is_wrong, "{one:?}");
         let expected = if is_wrong { 2.0 } else { 1.0 };
         if let Some(factor) = one.of_stated {
@@ -208,7 +238,7 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
     };
     let suspected = |all: &Observations| {
         let problem = problem(all);
-        let identified = identify(&problem, Options::default()).unwrap();
+        let identified = identify(&problem, IdentifyOptions::default()).unwrap();
         let found = snoop(&problem, &identified);
         found
             .into_iter()
@@ -274,9 +304,9 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
     for i in (0..all.rows.len()).step_by(25) {
         all.rows[i].value.x += 0.2;
     }
-    let robust = Options {
+    let robust = IdentifyOptions {
         robust: true,
-        ..Options::default()
+        ..IdentifyOptions::default()
     };
     let found = identify(&problem(&all), robust).unwrap();
     for e in &found.parameters {
@@ -319,14 +349,14 @@ fn drift_is_found_with_the_parameters_and_costs_little() {
                 &perfect,
             )
         };
-        let steady = identify(&problem(), Options::default()).unwrap();
+        let steady = identify(&problem(), IdentifyOptions::default()).unwrap();
         let all = Observations {
             drift: drifting(&problem(), &steady),
             ..Observations::default()
         };
         (
             all.drift.len(),
-            identify(&problem().with(&all), Options::default()).unwrap(),
+            identify(&problem().with(&all), IdentifyOptions::default()).unwrap(),
         )
     };
     let positions: Vec<_> = (case.strategy.rows.iter())
@@ -396,9 +426,9 @@ fn an_instrument_that_drifts_does_not_bend_the_machine() {
         &parameters,
         &perfect,
     );
-    let steady = identify(&problem.clone().with(&all), Options::default()).unwrap();
+    let steady = identify(&problem.clone().with(&all), IdentifyOptions::default()).unwrap();
     all.drift = drifting(&problem.clone().with(&all), &steady);
-    let found = identify(&problem.with(&all), Options::default()).unwrap();
+    let found = identify(&problem.with(&all), IdentifyOptions::default()).unwrap();
     assert!(!found.drift.is_empty());
     for e in &found.parameters {
         let off = (e.value - case.truth(e.parameter)) / e.uncertainty;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::identify::{Options, automatic};
+use trueaxis_measure::identify::{IdentifyOptions, automatic};
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
@@ -80,7 +80,7 @@ fn over_the_travel_the_choice_is_no_worse_than_locations_and_scales() {
     for (number, case) in cases.take(count) {
         let seed = number as u64 + 1;
         let measured = case.noisy(seed);
-        let (none, options) = (Observations::default(), Options::default());
+        let (none, options) = (Observations::default(), IdentifyOptions::default());
         let (machine, perfect) = (&case.machine, ErrorModel::perfect(&case.machine));
         let twelve = case.found("12", &measured, options);
         let chosen = automatic(machine, &measured, &case.artefact, &none, &perfect, options);

@@ -5,9 +5,11 @@ use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probe::Spherical;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
+use trueaxis_measure::identify::{
+    Identified, IdentifyOptions, Model, Problem, Unknown, Unseen, identify,
+};
 use trueaxis_measure::plan::{
-    Allowed, Criterion, Probe, Ratios, Setup, Wanted, as_good_as, design, expected, judge,
+    Allowed, Criterion, Probe, Ratios, Setup, WantedDesign, as_good_as, design, expected, judge,
     simulated_touches, touch_log, would_show,
 };
 use trueaxis_measure::simulate::{self, Disturbances};
@@ -92,7 +94,7 @@ impl Case {
             &self.parameters,
             &perfect,
         );
-        identify(&problem, Options::default()).unwrap()
+        identify(&problem, IdentifyOptions::default()).unwrap()
     }
 }
 
@@ -196,7 +198,7 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
             &perfect,
         );
         let problem = problem.with(&observed);
-        let identified = identify(&problem, Options::default()).unwrap();
+        let identified = identify(&problem, IdentifyOptions::default()).unwrap();
         let foreseen = &judged.foreseen;
         assert_eq!(foreseen.parameters.len(), parameters.len());
         let uncertainties = foreseen.uncertainties().into_iter();
@@ -209,7 +211,7 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
     let observed = expected(&case.machine, &instruments, &case.errors, SIGMA).unwrap();
     // Probings are chosen for what the instruments do not show.
     let allowed = Allowed::of(&case.machine, &[false; 5]);
-    let wanted = |_| Wanted {
+    let wanted = |_| WantedDesign {
         probings: 10,
         criterion: Criterion::Volume,
     };
@@ -336,7 +338,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
         allowed.restrict(&case.machine, indexings).unwrap();
         let perfect = ErrorModel::perfect(&case.machine);
         let assumed = &perfect;
-        let wanted = |_| Wanted {
+        let wanted = |_| WantedDesign {
             probings: 50,
             criterion: Criterion::Volume,
         };

@@ -5,7 +5,7 @@ use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings;
 use trueaxis_measure::identify::Model;
 use trueaxis_measure::plan::{
-    Allowed, Feeds, Probe, Setup, Wanted, collision, design, judge, linuxcnc, steps, table,
+    Allowed, Feeds, Probe, Setup, WantedDesign, collision, design, judge, linuxcnc, steps, table,
 };
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
@@ -100,7 +100,7 @@ fn a_proposal_is_accepted_by_judge_program_and_check_of_collisions() {
         };
         let allowed = Allowed::of(machine, &rotary);
         let perfect = ErrorModel::perfect(machine);
-        let wanted = |enough| Wanted {
+        let wanted = |enough| WantedDesign {
             probings: enough,
             criterion: Default::default(),
         };

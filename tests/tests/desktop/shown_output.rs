@@ -86,7 +86,7 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
     }
 }
 
-/// The same with the default policy: its rows in the manual, its permitted size relative to `orientation`, and the
+/// Like `the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance`, with the default policy: its rows in the manual, its permitted size relative to `orientation`, and the
 /// capacity in bytes of controllers.
 #[test]
 fn the_manual_counts_what_the_direction_takes() {

@@ -24,7 +24,7 @@ const EXAMPLES: [[&str; 2]; 12] = [
 ];
 /// Numbers of error parameters of the Huron.
 const COUNTS: [usize; 4] = [13, 30, 60, 120];
-/// Its axes with the ends of their travels (mm, rad).
+/// Axes with the ends of their travels (mm, rad).
 const AXES: [(char, f64); 5] = [
     ('X', 350.0),
     ('Y', 350.0),

@@ -19,7 +19,7 @@ const EXAMPLES: [[&str; 2]; 8] = [
 ];
 
 /// Costs of one compilation.
-struct Costs {
+struct CompilationCosts {
     tables: u64,
     terms: u64,
     bytes: u64,
@@ -66,7 +66,12 @@ fn name(path: &str) -> String {
     }
 }
 
-fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs, String> {
+fn of(
+    program: &Path,
+    machine: &str,
+    errors: &str,
+    policy: &str,
+) -> Result<CompilationCosts, String> {
     let blob = target("policies.trax");
     let mut compile = Command::new(program);
     compile
@@ -82,7 +87,7 @@ fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs
         rest.split([',', '\n']).next()?.trim().parse().ok()
     };
     let missing = |key| format!("compile --json gives no `{key}`");
-    let costs = Costs {
+    let costs = CompilationCosts {
         tables: number("tables").ok_or_else(|| missing("tables"))?,
         terms: number("terms").ok_or_else(|| missing("terms"))?,
         bytes: number("bytes").ok_or_else(|| missing("bytes"))?,

@@ -4,7 +4,7 @@
 //! Not counted: a cycle for an address computed by the previous instruction, contention between loads and instruction
 //! fetch, IT instructions that take no cycle. Counted in full: instructions skipped by the condition of an IT.
 
-use super::instruction::{Instruction, Kind};
+use super::instruction::{Instruction, InstructionKind};
 use std::collections::BTreeMap;
 
 /// Cycles needed to refill the pipeline after a taken branch: 1 to 3 according to the manual.
@@ -16,7 +16,7 @@ pub struct Cost {
     pub instructions: u32,
     pub cycles: u32,
     /// Number of instructions of each kind, and their cycles.
-    pub kinds: BTreeMap<Kind, (u32, u32)>,
+    pub kinds: BTreeMap<InstructionKind, (u32, u32)>,
     /// Cycles spent waiting for a floating-point result.
     pub waits: u32,
     /// Cycles spent after taken branches.
@@ -56,7 +56,7 @@ pub fn cost(steps: &[(u32, Instruction)], end: u32) -> Cost {
 
 #[cfg(test)]
 mod tests {
-    use super::{Kind, cost};
+    use super::{InstructionKind, cost};
     use crate::bench_target::instruction::Instruction;
 
     /// Consecutive encodings, starting at address 0.
@@ -116,7 +116,7 @@ mod tests {
     fn each_kind_has_its_share() {
         let cost = run(&[LOAD, ADD, ADD]);
         assert_eq!((cost.instructions, cost.cycles), (3, 5));
-        assert_eq!(cost.kinds[&Kind::Load], (1, 2));
-        assert_eq!(cost.kinds[&Kind::FloatArithmetic], (2, 3));
+        assert_eq!(cost.kinds[&InstructionKind::Load], (1, 2));
+        assert_eq!(cost.kinds[&InstructionKind::FloatArithmetic], (2, 3));
     }
 }

@@ -4,7 +4,7 @@
 
 /// Kind of an instruction, for a table of costs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Kind {
+pub enum InstructionKind {
     Data,
     Load,
     Store,
@@ -17,7 +17,7 @@ pub enum Kind {
     FloatMove,
 }
 
-impl Kind {
+impl InstructionKind {
     pub const ALL: [Self; 10] = [
         Self::Data,
         Self::Load,
@@ -52,7 +52,7 @@ impl Kind {
 pub struct Instruction {
     /// Length in bytes.
     pub bytes: u32,
-    pub kind: Kind,
+    pub kind: InstructionKind,
     /// Cycles without the effects of neighbouring instructions.
     pub cycles: u32,
     /// Takes one cycle less directly after a load or store that permits it.
@@ -73,7 +73,7 @@ pub struct Instruction {
 const DIVIDE: u32 = 12;
 
 impl Instruction {
-    fn new(bytes: u32, kind: Kind, cycles: u32) -> Self {
+    fn new(bytes: u32, kind: InstructionKind, cycles: u32) -> Self {
         Self {
             bytes,
             kind,
@@ -99,9 +99,9 @@ impl Instruction {
     /// A load or store of one core register, `offset` by an immediate or, with its bit, a register.
     fn single(bytes: u32, loads: Option<u32>, base: u16, offset: u16) -> Self {
         let (kind, cycles) = match (loads, offset) {
-            (Some(_), _) => (Kind::Load, 2),
-            (None, 0) => (Kind::Store, 1),
-            (None, _) => (Kind::Store, 2),
+            (Some(_), _) => (InstructionKind::Load, 2),
+            (None, 0) => (InstructionKind::Store, 1),
+            (None, _) => (InstructionKind::Store, 2),
         };
         Self {
             overlaps: cycles == 2,
@@ -121,7 +121,7 @@ fn narrow(word: u16) -> Option<Instruction> {
     let new = |kind, cycles| Instruction::new(2, kind, cycles);
     Some(match word >> 12 {
         4 if word & 0x0800 != 0 => single(2, Some(register(8)), 0, 0),
-        4 if word & 0x0F00 == 0x0700 => new(Kind::Branch, 1),
+        4 if word & 0x0F00 == 0x0700 => new(InstructionKind::Branch, 1),
         5 => {
             // STR, STRH and STRB come first.
             let load = (word >> 9 & 7 > 2).then(|| register(0));
@@ -130,15 +130,18 @@ fn narrow(word: u16) -> Option<Instruction> {
         6..=8 => single(2, (word & 0x0800 != 0).then(|| register(0)), field(3), 0),
         9 => single(2, (word & 0x0800 != 0).then(|| register(8)), 1 << 13, 0),
         // CBZ and CBNZ; PUSH and POP; BKPT.
-        0xB if word & 0x0500 == 0x0100 => new(Kind::Branch, 1),
-        0xB if word & 0x0600 == 0x0400 => new(Kind::Several, 1 + list),
+        0xB if word & 0x0500 == 0x0100 => new(InstructionKind::Branch, 1),
+        0xB if word & 0x0600 == 0x0400 => new(InstructionKind::Several, 1 + list),
         0xB if word & 0x0F00 == 0x0E00 => return None,
-        0xC => new(Kind::Several, 1 + u32::from(word & 0xFF).count_ones()),
+        0xC => new(
+            InstructionKind::Several,
+            1 + u32::from(word & 0xFF).count_ones(),
+        ),
         // Without UDF and SVC.
-        0xD if word & 0x0E00 != 0x0E00 => new(Kind::Branch, 1),
+        0xD if word & 0x0E00 != 0x0E00 => new(InstructionKind::Branch, 1),
         0xD => return None,
-        0xE => new(Kind::Branch, 1),
-        _ => new(Kind::Data, 1),
+        0xE => new(InstructionKind::Branch, 1),
+        _ => new(InstructionKind::Data, 1),
     })
 }
 
@@ -148,21 +151,30 @@ fn wide(first: u16, second: u16) -> Option<Instruction> {
     Some(match first >> 9 & 0x3F {
         // 0xE8, 0xE9
         0b110100 => match first & 0x0040 {
-            0 => new(Kind::Several, 1 + second.count_ones()),
-            _ if first & 0xFFF0 == 0xE8D0 && second & 0xFFE0 == 0xF000 => new(Kind::Branch, 2),
+            0 => new(InstructionKind::Several, 1 + second.count_ones()),
+            _ if first & 0xFFF0 == 0xE8D0 && second & 0xFFE0 == 0xF000 => {
+                new(InstructionKind::Branch, 2)
+            }
             // Exclusive ones: no P, no W.
-            _ if first & 0x0120 == 0 => new(Kind::Load, 2),
-            _ => new(Kind::Several, 3),
+            _ if first & 0x0120 == 0 => new(InstructionKind::Load, 2),
+            _ => new(InstructionKind::Several, 3),
         },
         // 0xEA, 0xEB
-        0b110101 => new(Kind::Data, 1),
+        0b110101 => new(InstructionKind::Data, 1),
         0b110110 | 0b110111 => return float(first, second),
         // 0xF0 to 0xF7
-        0b111000..=0b111011 if second & 0x8000 == 0 => new(Kind::Data, 1),
+        0b111000..=0b111011 if second & 0x8000 == 0 => new(InstructionKind::Data, 1),
         0b111000..=0b111011 => {
             // MSR, hints, barriers, MRS have the conditions 14 and 15 of a branch.
             let other = second & 0x5000 == 0 && first & 0x0380 == 0x0380;
-            new(if other { Kind::Data } else { Kind::Branch }, 1)
+            new(
+                if other {
+                    InstructionKind::Data
+                } else {
+                    InstructionKind::Branch
+                },
+                1,
+            )
         }
         // 0xF8, 0xF9
         0b111100 => {
@@ -178,12 +190,12 @@ fn wide(first: u16, second: u16) -> Option<Instruction> {
             single
         }
         // 0xFA; 0xFB: multiplications, long ones, divisions
-        0b111101 if first & 0x0100 == 0 => new(Kind::Data, 1),
+        0b111101 if first & 0x0100 == 0 => new(InstructionKind::Data, 1),
         0b111101 => match (first >> 4 & 15, second >> 4 & 15) {
-            (9 | 11, 15) => new(Kind::Data, DIVIDE),
+            (9 | 11, 15) => new(InstructionKind::Data, DIVIDE),
             // With an accumulator: MLA, MLS.
-            (0, _) if top != 15 => new(Kind::Data, 2),
-            _ => new(Kind::Data, 1),
+            (0, _) if top != 15 => new(InstructionKind::Data, 2),
+            _ => new(InstructionKind::Data, 1),
         },
         _ => return None,
     })
@@ -221,14 +233,14 @@ fn float(first: u16, second: u16) -> Option<Instruction> {
             };
             return Some(Instruction {
                 reads: read,
-                ..new(Kind::FloatMove, 2)
+                ..new(InstructionKind::FloatMove, 2)
             });
         } else if f & 0x0120 == 0x0100 {
             let words = if double { 2 } else { 1 };
             let kind = if load {
-                Kind::FloatLoad
+                InstructionKind::FloatLoad
             } else {
-                Kind::FloatStore
+                InstructionKind::FloatStore
             };
             let stored = if load { 0 } else { floats(d, words) };
             Instruction {
@@ -240,7 +252,7 @@ fn float(first: u16, second: u16) -> Option<Instruction> {
             let stored = if load { 0 } else { floats(d, words) };
             Instruction {
                 reads: stored,
-                ..new(Kind::FloatSeveral, 1 + words)
+                ..new(InstructionKind::FloatSeveral, 1 + words)
             }
         };
         found.address = 1 << (first & 15);
@@ -255,17 +267,17 @@ fn float(first: u16, second: u16) -> Option<Instruction> {
         let reads = if from_float { floats(n, 1) } else { 0 };
         return Some(Instruction {
             reads,
-            ..new(Kind::FloatMove, 1)
+            ..new(InstructionKind::FloatMove, 1)
         });
     }
     let arithmetic = |cycles, reads| Instruction {
         result: floats(d, 1),
         reads,
-        ..new(Kind::FloatArithmetic, cycles)
+        ..new(InstructionKind::FloatArithmetic, cycles)
     };
     let moves = |reads| Instruction {
         reads,
-        ..new(Kind::FloatMove, 1)
+        ..new(InstructionKind::FloatMove, 1)
     };
     let both = floats(n, 1) | floats(m, 1);
     Some(match f >> 4 & 0b1011 {
@@ -286,10 +298,10 @@ fn float(first: u16, second: u16) -> Option<Instruction> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Instruction, Kind};
+    use super::{Instruction, InstructionKind};
 
     /// Kind and cycles of an encoding.
-    fn of(first: u16, second: u16) -> Option<(Kind, u32)> {
+    fn of(first: u16, second: u16) -> Option<(InstructionKind, u32)> {
         Instruction::decode(first, second).map(|i| (i.kind, i.cycles))
     }
 
@@ -297,35 +309,35 @@ mod tests {
     #[test]
     fn integer_instructions_have_the_cycles_of_the_manual() {
         for (encoding, expected) in [
-            ([0x1840, 0], (Kind::Data, 1)),          // adds r0, r0, r1
-            ([0xBF18, 0], (Kind::Data, 1)),          // it ne
-            ([0xEB00, 0x0081], (Kind::Data, 1)),     // add.w r0, r0, r1, lsl #2
-            ([0xF3C0, 0x0107], (Kind::Data, 1)),     // ubfx r1, r0, #0, #8
-            ([0xF3EF, 0x8000], (Kind::Data, 1)),     // mrs r0, apsr
-            ([0xFB00, 0xF101], (Kind::Data, 1)),     // mul r1, r0, r1
-            ([0xFB00, 0x2101], (Kind::Data, 2)),     // mla r1, r0, r1, r2
-            ([0xFB00, 0x2111], (Kind::Data, 2)),     // mls r1, r0, r1, r2
-            ([0xFBA0, 0x2301], (Kind::Data, 1)),     // umull r2, r3, r0, r1
-            ([0xFBB0, 0xF0F1], (Kind::Data, 12)),    // udiv r0, r0, r1
-            ([0x6808, 0], (Kind::Load, 2)),          // ldr r0, [r1]
-            ([0x6008, 0], (Kind::Store, 1)),         // str r0, [r1]
-            ([0x5088, 0], (Kind::Store, 2)),         // str r0, [r1, r2]
-            ([0x7808, 0], (Kind::Load, 2)),          // ldrb r0, [r1]
-            ([0x4801, 0], (Kind::Load, 2)),          // ldr r0, [pc, #4]
-            ([0x9801, 0], (Kind::Load, 2)),          // ldr r0, [sp, #4]
-            ([0xF8D1, 0x0100], (Kind::Load, 2)),     // ldr.w r0, [r1, #256]
-            ([0xE9D0, 0x1200], (Kind::Several, 3)),  // ldrd r1, r2, [r0]
-            ([0xC807, 0], (Kind::Several, 4)),       // ldmia r0!, {r0, r1, r2}
-            ([0xB5F0, 0], (Kind::Several, 6)),       // push {r4-r7, lr}
-            ([0xE92D, 0x4FF0], (Kind::Several, 10)), // push.w {r4-r11, lr}
-            ([0xBDF0, 0], (Kind::Several, 6)),       // pop {r4-r7, pc}
-            ([0xE7FE, 0], (Kind::Branch, 1)),        // b .
-            ([0xD1FE, 0], (Kind::Branch, 1)),        // bne .
-            ([0xB108, 0], (Kind::Branch, 1)),        // cbz r0, .+6
-            ([0x4770, 0], (Kind::Branch, 1)),        // bx lr
-            ([0xF7FF, 0xFFFE], (Kind::Branch, 1)),   // bl .
-            ([0xF47F, 0xAFFE], (Kind::Branch, 1)),   // bne.w .
-            ([0xE8DF, 0xF000], (Kind::Branch, 2)),   // tbb [pc, r0]
+            ([0x1840, 0], (InstructionKind::Data, 1)), // adds r0, r0, r1
+            ([0xBF18, 0], (InstructionKind::Data, 1)), // it ne
+            ([0xEB00, 0x0081], (InstructionKind::Data, 1)), // add.w r0, r0, r1, lsl #2
+            ([0xF3C0, 0x0107], (InstructionKind::Data, 1)), // ubfx r1, r0, #0, #8
+            ([0xF3EF, 0x8000], (InstructionKind::Data, 1)), // mrs r0, apsr
+            ([0xFB00, 0xF101], (InstructionKind::Data, 1)), // mul r1, r0, r1
+            ([0xFB00, 0x2101], (InstructionKind::Data, 2)), // mla r1, r0, r1, r2
+            ([0xFB00, 0x2111], (InstructionKind::Data, 2)), // mls r1, r0, r1, r2
+            ([0xFBA0, 0x2301], (InstructionKind::Data, 1)), // umull r2, r3, r0, r1
+            ([0xFBB0, 0xF0F1], (InstructionKind::Data, 12)), // udiv r0, r0, r1
+            ([0x6808, 0], (InstructionKind::Load, 2)), // ldr r0, [r1]
+            ([0x6008, 0], (InstructionKind::Store, 1)), // str r0, [r1]
+            ([0x5088, 0], (InstructionKind::Store, 2)), // str r0, [r1, r2]
+            ([0x7808, 0], (InstructionKind::Load, 2)), // ldrb r0, [r1]
+            ([0x4801, 0], (InstructionKind::Load, 2)), // ldr r0, [pc, #4]
+            ([0x9801, 0], (InstructionKind::Load, 2)), // ldr r0, [sp, #4]
+            ([0xF8D1, 0x0100], (InstructionKind::Load, 2)), // ldr.w r0, [r1, #256]
+            ([0xE9D0, 0x1200], (InstructionKind::Several, 3)), // ldrd r1, r2, [r0]
+            ([0xC807, 0], (InstructionKind::Several, 4)), // ldmia r0!, {r0, r1, r2}
+            ([0xB5F0, 0], (InstructionKind::Several, 6)), // push {r4-r7, lr}
+            ([0xE92D, 0x4FF0], (InstructionKind::Several, 10)), // push.w {r4-r11, lr}
+            ([0xBDF0, 0], (InstructionKind::Several, 6)), // pop {r4-r7, pc}
+            ([0xE7FE, 0], (InstructionKind::Branch, 1)), // b .
+            ([0xD1FE, 0], (InstructionKind::Branch, 1)), // bne .
+            ([0xB108, 0], (InstructionKind::Branch, 1)), // cbz r0, .+6
+            ([0x4770, 0], (InstructionKind::Branch, 1)), // bx lr
+            ([0xF7FF, 0xFFFE], (InstructionKind::Branch, 1)), // bl .
+            ([0xF47F, 0xAFFE], (InstructionKind::Branch, 1)), // bne.w .
+            ([0xE8DF, 0xF000], (InstructionKind::Branch, 2)), // tbb [pc, r0]
         ] {
             assert_eq!(
                 of(encoding[0], encoding[1]),
@@ -342,24 +354,24 @@ mod tests {
     #[test]
     fn floating_point_instructions_have_the_cycles_of_the_manual() {
         for (encoding, expected) in [
-            ([0xED91, 0x0A02], (Kind::FloatLoad, 2)), // vldr s0, [r1, #8]
-            ([0xED81, 0x0A02], (Kind::FloatStore, 2)), // vstr s0, [r1, #8]
-            ([0xED91, 0x0B02], (Kind::FloatLoad, 3)), // vldr d0, [r1, #8]
-            ([0xEC91, 0x0A04], (Kind::FloatSeveral, 5)), // vldmia r1, {s0-s3}
-            ([0xED2D, 0x8B04], (Kind::FloatSeveral, 5)), // vpush {d8-d9}
-            ([0xEE30, 0x0A20], (Kind::FloatArithmetic, 1)), // vadd.f32 s0, s0, s1
-            ([0xEE20, 0x0A20], (Kind::FloatArithmetic, 1)), // vmul.f32 s0, s0, s1
-            ([0xEE00, 0x0A81], (Kind::FloatArithmetic, 3)), // vmla.f32 s0, s1, s2
-            ([0xEE80, 0x0A20], (Kind::FloatArithmetic, 14)), // vdiv.f32 s0, s0, s1
-            ([0xEEB1, 0x0AC0], (Kind::FloatArithmetic, 14)), // vsqrt.f32 s0, s0
-            ([0xEEB8, 0x0AC0], (Kind::FloatArithmetic, 1)), // vcvt.f32.s32 s0, s0
-            ([0xEEBD, 0x0AC0], (Kind::FloatArithmetic, 1)), // vcvt.s32.f32 s0, s0
-            ([0xEEB4, 0x0A60], (Kind::FloatMove, 1)), // vcmp.f32 s0, s1
-            ([0xEEB0, 0x0AE0], (Kind::FloatMove, 1)), // vabs.f32 s0, s1
-            ([0xEEB7, 0x0A00], (Kind::FloatMove, 1)), // vmov.f32 s0, #1
-            ([0xEEF1, 0xFA10], (Kind::FloatMove, 1)), // vmrs APSR_nzcv, fpscr
-            ([0xEE10, 0x0A90], (Kind::FloatMove, 1)), // vmov r0, s1
-            ([0xEC51, 0x0A10], (Kind::FloatMove, 2)), // vmov r0, r1, s0, s1
+            ([0xED91, 0x0A02], (InstructionKind::FloatLoad, 2)), // vldr s0, [r1, #8]
+            ([0xED81, 0x0A02], (InstructionKind::FloatStore, 2)), // vstr s0, [r1, #8]
+            ([0xED91, 0x0B02], (InstructionKind::FloatLoad, 3)), // vldr d0, [r1, #8]
+            ([0xEC91, 0x0A04], (InstructionKind::FloatSeveral, 5)), // vldmia r1, {s0-s3}
+            ([0xED2D, 0x8B04], (InstructionKind::FloatSeveral, 5)), // vpush {d8-d9}
+            ([0xEE30, 0x0A20], (InstructionKind::FloatArithmetic, 1)), // vadd.f32 s0, s0, s1
+            ([0xEE20, 0x0A20], (InstructionKind::FloatArithmetic, 1)), // vmul.f32 s0, s0, s1
+            ([0xEE00, 0x0A81], (InstructionKind::FloatArithmetic, 3)), // vmla.f32 s0, s1, s2
+            ([0xEE80, 0x0A20], (InstructionKind::FloatArithmetic, 14)), // vdiv.f32 s0, s0, s1
+            ([0xEEB1, 0x0AC0], (InstructionKind::FloatArithmetic, 14)), // vsqrt.f32 s0, s0
+            ([0xEEB8, 0x0AC0], (InstructionKind::FloatArithmetic, 1)), // vcvt.f32.s32 s0, s0
+            ([0xEEBD, 0x0AC0], (InstructionKind::FloatArithmetic, 1)), // vcvt.s32.f32 s0, s0
+            ([0xEEB4, 0x0A60], (InstructionKind::FloatMove, 1)), // vcmp.f32 s0, s1
+            ([0xEEB0, 0x0AE0], (InstructionKind::FloatMove, 1)), // vabs.f32 s0, s1
+            ([0xEEB7, 0x0A00], (InstructionKind::FloatMove, 1)), // vmov.f32 s0, #1
+            ([0xEEF1, 0xFA10], (InstructionKind::FloatMove, 1)), // vmrs APSR_nzcv, fpscr
+            ([0xEE10, 0x0A90], (InstructionKind::FloatMove, 1)), // vmov r0, s1
+            ([0xEC51, 0x0A10], (InstructionKind::FloatMove, 2)), // vmov r0, r1, s0, s1
         ] {
             assert_eq!(
                 of(encoding[0], encoding[1]),

@@ -2,7 +2,7 @@
 
 use super::cycles::{Cost, cost};
 use super::instruction::Instruction;
-use crate::elf::Program;
+use crate::elf::ElfProgram;
 use crate::qemu;
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read};
@@ -19,7 +19,7 @@ const READS: usize = 2;
 /// # Errors
 /// If QEMU does not start, the program ends with a message, or the trace does not contain the counted instructions.
 pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
-    let program = Program::read(path)?;
+    let program = ElfProgram::read(path)?;
     let mut child = qemu::board(path)
         .args(["-append", "trace"])
         // One line for each instruction.
@@ -52,7 +52,7 @@ pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
 
 /// Costs of the sequences between two marks, without the reads of the counter, and without the empty sequence that
 /// measures the cost of counting itself.
-fn between_marks(program: &Program, trace: ChildStderr) -> Result<Vec<Cost>, String> {
+fn between_marks(program: &ElfProgram, trace: ChildStderr) -> Result<Vec<Cost>, String> {
     let mut runs = Runs::default();
     let mut last = None;
     let mut line = Vec::new();
@@ -86,7 +86,7 @@ fn between_marks(program: &Program, trace: ChildStderr) -> Result<Vec<Cost>, Str
 /// Sequences between two marks, from the addresses of all instructions in order.
 #[derive(Default)]
 struct Runs {
-    known: HashMap<u32, Found>,
+    known: HashMap<u32, FoundContent>,
     /// After a first mark.
     steps: Option<Vec<(u32, Instruction)>>,
     costs: Vec<Cost>,
@@ -94,26 +94,27 @@ struct Runs {
 
 /// Content of an address.
 #[derive(Clone, Copy)]
-enum Found {
+enum FoundContent {
     Mark,
     Instruction(Instruction),
     Unknown,
 }
 
 impl Runs {
-    fn take(&mut self, program: &Program, address: u32) -> Result<(), String> {
+    fn take(&mut self, program: &ElfProgram, address: u32) -> Result<(), String> {
         let found = self.known.entry(address).or_insert_with(|| {
             let Some((first, second)) = program.code(address) else {
-                return Found::Unknown;
+                return FoundContent::Unknown;
             };
             if first == MARK {
-                return Found::Mark;
+                return FoundContent::Mark;
             }
-            Instruction::decode(first, second).map_or(Found::Unknown, Found::Instruction)
+            Instruction::decode(first, second)
+                .map_or(FoundContent::Unknown, FoundContent::Instruction)
         });
         match (*found, &mut self.steps) {
-            (Found::Mark, None) => self.steps = Some(Vec::new()),
-            (Found::Mark, Some(steps)) => {
+            (FoundContent::Mark, None) => self.steps = Some(Vec::new()),
+            (FoundContent::Mark, Some(steps)) => {
                 if let [_, work @ .., (end, _)] = &steps[..]
                     && steps.len() > READS
                 {
@@ -121,8 +122,8 @@ impl Runs {
                 }
                 self.steps = None;
             }
-            (Found::Instruction(step), Some(steps)) => steps.push((address, step)),
-            (Found::Unknown, Some(_)) => {
+            (FoundContent::Instruction(step), Some(steps)) => steps.push((address, step)),
+            (FoundContent::Unknown, Some(_)) => {
                 return Err(format!("no cycles are known of what is at {address:#x}"));
             }
             (_, None) => {}

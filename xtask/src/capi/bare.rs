@@ -1,9 +1,9 @@
 //! The library for a Cortex-M4F, linked and analysed.
 
 use super::FRAME;
-use super::build::{self, Capacities};
+use super::build::{self, BuildCapacities};
 use crate::cross::{CORTEX_M, Cross, library_folder};
-use crate::elf::Program;
+use crate::elf::ElfProgram;
 use crate::files;
 use crate::process::{has, judged, root, run, target};
 use std::path::Path;
@@ -25,7 +25,7 @@ const CALLS_A_POINTER: &str = "generated_code";
 /// If it does not build, a function of the loop can panic or calls through a pointer, or a frame is too large.
 pub fn check() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
-    let library = build::bare_library(&cross, "3", &Capacities::USUAL)?;
+    let library = build::bare_library(&cross, "3", &BuildCapacities::USUAL)?;
     let functions = functions()?;
     let program = link(
         &library,
@@ -75,7 +75,7 @@ pub fn link<'f>(
     library: &Path,
     functions: impl IntoIterator<Item = &'f str>,
     name: &str,
-) -> Result<Program, String> {
+) -> Result<ElfProgram, String> {
     let linked = target(name);
     let mut link = linker()?;
     // Older linkers do not search an archive for the requested symbols.
@@ -89,7 +89,7 @@ pub fn link<'f>(
         link.args(["-u", function]);
     }
     run(link.arg(library))?;
-    Program::read(&linked)
+    ElfProgram::read(&linked)
 }
 
 /// Names of all functions in the header except those of simulated machines.

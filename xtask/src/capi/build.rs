@@ -7,9 +7,9 @@ use std::process::Command;
 
 /// Capacities of the library, by the name of their environment variable and macro.
 #[derive(Clone, Copy)]
-pub struct Capacities(pub [(&'static str, u32); 5]);
+pub struct BuildCapacities(pub [(&'static str, u32); 5]);
 
-impl Capacities {
+impl BuildCapacities {
     /// As in the committed header.
     pub const USUAL: Self = Self::of([8, 32, 96, 256, 2]);
 
@@ -74,7 +74,7 @@ pub fn option(capacity: &str) -> String {
 ///
 /// # Errors
 /// If they do not build.
-pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
+pub fn libraries(capacities: &BuildCapacities) -> Result<PathBuf, String> {
     let folder = target("capi");
     let mut build = cargo();
     build
@@ -95,7 +95,7 @@ pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
 pub fn bare_library(
     cross: &Cross,
     optimised: &str,
-    capacities: &Capacities,
+    capacities: &BuildCapacities,
 ) -> Result<PathBuf, String> {
     let words = "rustc -q --profile dist --lib --features halt";
     let (mut build, folder) = cross.cargo("stm32f405", words);
@@ -119,8 +119,11 @@ mod tests {
     #[test]
     fn a_header_has_the_capacities_of_its_library() {
         let committed = files::read_text(&root().join("firmware/capi/trueaxis.h")).unwrap();
-        assert_eq!(Capacities::USUAL.header(&committed), Ok(committed.clone()));
-        let mut some = Capacities::USUAL;
+        assert_eq!(
+            BuildCapacities::USUAL.header(&committed),
+            Ok(committed.clone())
+        );
+        let mut some = BuildCapacities::USUAL;
         assert_eq!(some.set("--axes", "5"), Ok(()));
         assert_eq!(some.set("--grids", "0"), Ok(()));
         assert!(some.set("--axes", "five").is_err() && some.set("--rows", "5").is_err());

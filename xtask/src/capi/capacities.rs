@@ -1,13 +1,13 @@
 //! Libraries with non-default capacities.
 
-use super::build::{self, Capacities};
+use super::build::{self, BuildCapacities};
 use super::{CProgram, blob};
 use crate::process::{root, said};
 use std::path::Path;
 use std::process::Command;
 
 /// Exactly the requirements of the blob `huron-13`.
-pub const LEAST: Capacities = Capacities::of([5, 4, 16, 14, 0]);
+pub const LEAST: BuildCapacities = BuildCapacities::of([5, 4, 16, 14, 0]);
 
 /// A program built for the capacities of its library runs. A program for others is refused, and so is a blob that needs
 /// more, each with the name of the capacity.
@@ -42,7 +42,7 @@ pub fn check() -> Result<(), String> {
 /// Compiles the test for given capacities, and looks for a text in its output for a blob.
 fn says(
     libraries: &Path,
-    capacities: &Capacities,
+    capacities: &BuildCapacities,
     name: &str,
     expected: &str,
 ) -> Result<(), String> {

@@ -1,6 +1,6 @@
 //! Cost of an update through the C interface compared with the Rust update inside it: instructions, by callgrind.
 
-use super::build::{self, Capacities};
+use super::build::{self, BuildCapacities};
 use super::{CProgram, blob};
 use crate::callgrind;
 use crate::process::root;
@@ -12,7 +12,7 @@ const PERIODS: f64 = 20_000.0;
 /// # Errors
 /// If something does not build or cannot be counted.
 pub fn print() -> Result<(), String> {
-    let libraries = build::libraries(&Capacities::USUAL)?;
+    let libraries = build::libraries(&BuildCapacities::USUAL)?;
     let mut program = CProgram::plain("gcc", &["-std=c99", "-O2"]);
     program.sources([root().join("firmware/capi/examples/soft_motion.c")]);
     let program = program.link(&libraries, "soft_motion_plain")?;

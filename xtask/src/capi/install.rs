@@ -1,6 +1,6 @@
 //! `cargo xtask install --prefix DIR [--axes N] …`.
 
-use super::build::{self, Capacities};
+use super::build::{self, BuildCapacities};
 use crate::files;
 use crate::process::root;
 use std::fs;
@@ -49,8 +49,8 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
 }
 
 /// Reads the destination and the capacities.
-fn read<'o>(options: &[&'o str]) -> Result<(&'o str, Capacities), String> {
-    let (mut prefix, mut capacities) = (None, Capacities::USUAL);
+fn read<'o>(options: &[&'o str]) -> Result<(&'o str, BuildCapacities), String> {
+    let (mut prefix, mut capacities) = (None, BuildCapacities::USUAL);
     for pair in options.chunks(2) {
         match pair {
             ["--prefix", folder] => prefix = Some(*folder),

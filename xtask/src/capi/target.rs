@@ -2,7 +2,7 @@
 //! instructions of an update, counted in QEMU.
 
 use super::bare::link;
-use super::build::{self, Capacities};
+use super::build::{self, BuildCapacities};
 use super::capacities::LEAST;
 use crate::cross::{CORTEX_M, Cross};
 use crate::figures::Figures;
@@ -36,7 +36,7 @@ pub fn print() -> Result<(), String> {
         cross.version, "code", "constants"
     );
     for (optimised, _) in OPTIMISED {
-        let library = build::bare_library(&cross, optimised, &Capacities::USUAL)?;
+        let library = build::bare_library(&cross, optimised, &BuildCapacities::USUAL)?;
         for (update, what) in [("_f32", "floats"), ("", "doubles")] {
             let update = format!("trueaxis_servo_update{update}");
             let functions = LINKED.map(|name| match name {
@@ -59,7 +59,7 @@ pub fn print() -> Result<(), String> {
     }
     println!("\ninstructions of an update  typical    most");
     for (optimised, profile) in OPTIMISED {
-        let figures = measure(&cross, profile, &Capacities::USUAL)?;
+        let figures = measure(&cross, profile, &BuildCapacities::USUAL)?;
         let get = |key: &str| figures.get(key).unwrap_or(0);
         for (key, what) in [
             ("rust", "Rust"),
@@ -82,7 +82,7 @@ pub fn print() -> Result<(), String> {
         }
     }
     println!("\nbytes of memory             tables   servo  (of them used)");
-    for capacities in [Capacities::USUAL, LEAST] {
+    for capacities in [BuildCapacities::USUAL, LEAST] {
         let figures = measure(&cross, "release", &capacities)?;
         let get = |key: &str| figures.get(key).unwrap_or(0);
         println!(
@@ -99,7 +99,7 @@ pub fn print() -> Result<(), String> {
 }
 
 /// Builds and runs the counting program.
-fn measure(cross: &Cross, profile: &str, capacities: &Capacities) -> Result<Figures, String> {
+fn measure(cross: &Cross, profile: &str, capacities: &BuildCapacities) -> Result<Figures, String> {
     let words = format!("build -q --profile {profile} -p trueaxis-bench-target --bin capi");
     let (mut build, folder) = cross.cargo("stm32f405", &words);
     capacities.build_with(&mut build);

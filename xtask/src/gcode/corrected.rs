@@ -67,7 +67,7 @@ pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
             let expected: Vec<f64> = (0..3).map(|i| motion.to[i] + correction[i]).collect();
             // Half a digit each for the number read, the number written, and the two printed.
             let digits = 2.2 * motion.digits + 1e-4;
-            let arrives = |m: &rs274::Motion| {
+            let arrives = |m: &rs274::Rs274Motion| {
                 (0..3).all(|i| {
                     // An axis that has not been commanded yet does not move during a rapid.
                     let held = motion.kind == "rapid" && motion.to[i] == from[i];

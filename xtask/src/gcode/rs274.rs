@@ -6,7 +6,7 @@ use std::process::Command;
 
 /// A motion in machine coordinates (mm, degrees).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct Rs274Motion {
     /// `rapid`, `feed` or `arc`.
     pub kind: String,
     /// X Y Z A B C U V W.
@@ -20,7 +20,7 @@ pub struct Motion {
     pub digits: f64,
 }
 
-impl Motion {
+impl Rs274Motion {
     /// Parses a line of `gcode_moves`.
     pub fn read(line: &str) -> Option<Self> {
         let mut words = line.split(' ');
@@ -73,7 +73,7 @@ impl Motion {
 }
 
 /// Offsets between a printed coordinate and the machine.
-struct Offsets {
+struct Rs274Offsets {
     unit: f64,
     /// Units in which the non-zero ones were printed: `g5x`, `g92`, `tool`.
     printed: [f64; 3],
@@ -83,7 +83,7 @@ struct Offsets {
     rotation: f64,
 }
 
-impl Offsets {
+impl Rs274Offsets {
     fn machine(&self, printed: [f64; 9]) -> [f64; 9] {
         let mut at: [f64; 9] = std::array::from_fn(|i| printed[i] + self.g92[i]);
         let (s, c) = self.rotation.to_radians().sin_cos();
@@ -124,7 +124,11 @@ impl Offsets {
 ///
 /// # Errors
 /// If `rs274` refuses it.
-pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Vec<Motion>, String> {
+pub fn run(
+    program: &Path,
+    tools: &Path,
+    options: &[(&str, &Path)],
+) -> Result<Vec<Rs274Motion>, String> {
     let mut command = Command::new("rs274");
     command
         .arg("-t")
@@ -137,7 +141,7 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
     // It writes a file of parameters into its working folder.
     command.current_dir(program.parent().unwrap_or(Path::new(".")));
     let said = said(&mut command)?.output;
-    let mut offsets = Offsets {
+    let mut offsets = Rs274Offsets {
         unit: 1.0,
         printed: [0.0; 3],
         g5x: [0.0; 9],
@@ -196,7 +200,7 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
             }
             "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" => {
                 let rapid = name == "STRAIGHT_TRAVERSE";
-                motions.push(Motion {
+                motions.push(Rs274Motion {
                     kind: if rapid { "rapid" } else { "feed" }.to_owned(),
                     to: offsets.machine(nine(&numbers)),
                     feed: if rapid { 0.0 } else { feed / offsets.unit },
@@ -213,7 +217,7 @@ pub fn run(program: &Path, tools: &Path, options: &[(&str, &Path)]) -> Result<Ve
                 (centre[plane[0]], centre[plane[1]]) = (centre_1, centre_2);
                 to[3..6].copy_from_slice(&numbers[6..9]);
                 let centre = offsets.machine(centre);
-                motions.push(Motion {
+                motions.push(Rs274Motion {
                     kind: "arc".to_owned(),
                     to: offsets.machine(to),
                     feed: feed / offsets.unit,

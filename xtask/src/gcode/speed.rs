@@ -74,7 +74,7 @@ fn timed(command: &mut Command) -> Result<Took, String> {
 }
 
 /// Files and the command.
-struct Bench<'w> {
+struct SpeedBench<'w> {
     work: &'w Path,
     trueaxis: PathBuf,
     blob: PathBuf,
@@ -83,7 +83,7 @@ struct Bench<'w> {
     out: PathBuf,
 }
 
-impl<'w> Bench<'w> {
+impl<'w> SpeedBench<'w> {
     fn new(work: &'w Path) -> Result<Self, String> {
         let trueaxis = shipped_trueaxis()?;
         let bench = Self {
@@ -159,7 +159,7 @@ impl<'w> Bench<'w> {
 /// # Errors
 /// If something cannot be built or run, is too slow, or needs more and more memory.
 pub fn measure(work: &Path) -> Result<(), String> {
-    let bench = Bench::new(work)?;
+    let bench = SpeedBench::new(work)?;
     let done = bench
         .memory("corrected", [6, 100], &[])
         .and_then(|()| bench.memory("corrected and checked", [6, 100], &["--check"]))

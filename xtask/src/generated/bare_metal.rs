@@ -1,7 +1,7 @@
 //! The examples of generated code on a Cortex-M4F, in Rust and in C, in QEMU: what they send to the drives is what the
 //! example with a blob sends on this computer.
 
-use crate::capi::{Capacities, bare_library, linker};
+use crate::capi::{BuildCapacities, bare_library, linker};
 use crate::cross::{CORTEX_M, Cross};
 use crate::process::{cargo, output, root, run, said, target};
 use crate::{packages, qemu};
@@ -64,7 +64,7 @@ fn in_c(cross: &Cross) -> Result<PathBuf, String> {
         .arg(root().join("firmware/boards/portable/bare.x"))
         .args(MEMORY.map(|symbol| format!("--defsym={symbol}")))
         .args(&objects)
-        .arg(bare_library(cross, "3", &Capacities::USUAL)?)
+        .arg(bare_library(cross, "3", &BuildCapacities::USUAL)?)
         .arg("-o")
         .arg(&program);
     run(&mut link).map(|()| program)

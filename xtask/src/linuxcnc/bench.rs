@@ -17,7 +17,7 @@ const INSIDE: &str =
     "mount --bind \"$1\" \"$2\" && mount --bind \"$3\" /tmp && cd /tmp && shift 3 && exec \"$@\"";
 
 /// Environment of the tests.
-pub struct Bench {
+pub struct LinuxCncBench {
     /// `/tmp` of the runs.
     work: PathBuf,
     modules: PathBuf,
@@ -38,7 +38,7 @@ pub fn provide_linuxcnc() -> Result<(), String> {
     )
 }
 
-impl Bench {
+impl LinuxCncBench {
     /// # Errors
     /// If something cannot be installed or built.
     pub fn provide() -> Result<Self, String> {
@@ -81,7 +81,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// The same with a `/tmp` of its own, to run beside this one.
+    /// With a `/tmp` of its own, to run beside this one.
     pub fn apart(&self, name: &str) -> Result<Self, String> {
         let work = target("linuxcnc").join(name);
         let _ = fs::remove_dir_all(&work);

@@ -1,6 +1,6 @@
 //! The loop in LinuxCNC: a probe that trips on balls of simulated machines, whose errors the loop does not know.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion::example;
 use crate::files;
 use crate::process::{self, root, run};
@@ -31,7 +31,7 @@ const INTERRUPTED: i32 = 130;
 
 /// Machines that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum DrawnKind {
     /// Their errors are in the model.
     Plain,
     /// Straightness, backlash and run-out are not.
@@ -42,7 +42,7 @@ enum Kind {
 
 /// What is wrong with a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Fault {
+enum MachineFault {
     None,
     /// A ball is pushed aside while it is being probed.
     Ball,
@@ -52,7 +52,7 @@ enum Fault {
     Sign,
 }
 
-impl Fault {
+impl MachineFault {
     /// What must be said of it.
     fn words(self) -> &'static str {
         match self {
@@ -66,7 +66,7 @@ impl Fault {
 
 /// Runs lines inside, in a folder, while LinuxCNC runs a configuration; returns what they printed and their codes.
 fn operate(
-    bench: &Bench,
+    bench: &LinuxCncBench,
     folder: &str,
     ini: &str,
     lines: &[String],
@@ -107,7 +107,7 @@ fn number(text: &str, name: &str) -> Result<f64, String> {
 }
 
 /// The mean error of the tip (µm) that a compensation leaves of a machine with known errors, over the whole travel.
-fn left(bench: &Bench, folder: &str) -> Result<[f64; 2], String> {
+fn left(bench: &LinuxCncBench, folder: &str) -> Result<[f64; 2], String> {
     let file = |name: &str| format!("{folder}/{name}");
     let (machine, errors, blob) = (
         file("machine.toml"),
@@ -134,11 +134,16 @@ fn left(bench: &Bench, folder: &str) -> Result<[f64; 2], String> {
 
 /// Calibrates one random machine, or checks that its fault is reported and nothing is loaded. Returns a line of the
 /// table.
-fn drawn(bench: &Bench, seed: u64, fault: Fault, kind: Kind) -> Result<String, String> {
+fn drawn(
+    bench: &LinuxCncBench,
+    seed: u64,
+    fault: MachineFault,
+    kind: DrawnKind,
+) -> Result<String, String> {
     let bench = bench.apart(&format!("machine-{seed}"))?;
     let trueaxis = bench.program()?;
     let folder = bench.file("m");
-    let outside = (kind == Kind::Outside).then_some("outside");
+    let outside = (kind == DrawnKind::Outside).then_some("outside");
     let about = process::output(
         process::example("calibration-machine")
             .arg(seed.to_string())
@@ -155,23 +160,27 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, kind: Kind) -> Result<String, S
         "m/machine.model",
     ])?;
     let qualifies = seed == QUALIFIED;
-    let drift = if kind == Kind::Drifting { DRIFT } else { 0.0 };
+    let drift = if kind == DrawnKind::Drifting {
+        DRIFT
+    } else {
+        0.0
+    };
     let mut before = format!("halcmd setp trueaxis-model.drift {drift}; ");
     match fault {
-        Fault::None => {}
-        Fault::Ball => {
+        MachineFault::None => {}
+        MachineFault::Ball => {
             before += &format!(
                 "({}; halcmd setp trueaxis-model.moved 0.1) & ",
                 until("touches.csv", 60)
             );
         }
-        Fault::Stylus => before += "halcmd setp trueaxis-model.tool-length TOOL; ",
-        Fault::Sign => {
+        MachineFault::Stylus => before += "halcmd setp trueaxis-model.tool-length TOOL; ",
+        MachineFault::Sign => {
             let text = files::read_text(&bench.file("m/machine.toml"))?;
             bench.write("m/machine.toml", other_sign(&text))?;
         }
     }
-    if fault == Fault::Stylus {
+    if fault == MachineFault::Stylus {
         let text = files::read_text(&bench.file("m/machine.toml"))?;
         before = before.replace("TOOL", &(tool_length(&text)? + 3.0).to_string());
     }
@@ -187,7 +196,7 @@ fn drawn(bench: &Bench, seed: u64, fault: Fault, kind: Kind) -> Result<String, S
     let about = format!("{seed:>3}  {about:<60} {seconds:>4} s  ");
     // The reason comes last: a summary of many steps shows the last lines.
     let bad = |why: &str| format!("{printed}\n{about}: {why}");
-    if fault != Fault::None {
+    if fault != MachineFault::None {
         let named = printed
             .lines()
             .find(|l| l.starts_with("error:") || l.starts_with("warning:"))
@@ -292,7 +301,7 @@ fn other_sign(machine: &str) -> String {
 }
 
 /// The machine with switched kinematics: interrupted, continued, loaded.
-fn switched(bench: &Bench) -> Result<String, String> {
+fn switched(bench: &LinuxCncBench) -> Result<String, String> {
     let bench = bench.apart("switched")?;
     let trueaxis = bench.program()?;
     run(Command::new("cp")
@@ -403,7 +412,12 @@ fn switched(bench: &Bench) -> Result<String, String> {
 }
 
 /// Runs machines beside each other; prints a line for each.
-fn all(bench: &Bench, machines: &[(u64, Fault)], kind: Kind, beside: usize) -> Result<(), String> {
+fn all(
+    bench: &LinuxCncBench,
+    machines: &[(u64, MachineFault)],
+    kind: DrawnKind,
+    beside: usize,
+) -> Result<(), String> {
     let mut failed = Vec::new();
     for some in machines.chunks(beside) {
         let results: Vec<Result<String, String>> = thread::scope(|scope| {
@@ -435,12 +449,12 @@ const BESIDE: usize = 4;
 ///
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     thread::scope(|scope| {
         let first = scope.spawn(|| switched(bench));
-        let healthy = [(1, Fault::None), (3, Fault::None)];
+        let healthy = [(1, MachineFault::None), (3, MachineFault::None)];
         let others = [&healthy[..], &FAULTS].concat();
-        let others = all(bench, &others, Kind::Plain, others.len());
+        let others = all(bench, &others, DrawnKind::Plain, others.len());
         let first = first.join().map_err(|_| "the test panics".to_owned())?;
         println!("{}", first?);
         others
@@ -451,32 +465,38 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 const QUALIFIED: u64 = 3;
 
 /// Machines with a fault.
-const FAULTS: [(u64, Fault); 3] = [(17, Fault::Ball), (18, Fault::Stylus), (19, Fault::Sign)];
+const FAULTS: [(u64, MachineFault); 3] = [
+    (17, MachineFault::Ball),
+    (18, MachineFault::Stylus),
+    (19, MachineFault::Sign),
+];
 
 /// Twenty machines, three of them with faults.
 ///
 /// # Errors
 /// The violated condition.
-pub fn twenty(bench: &Bench) -> Result<(), String> {
-    let healthy = (0..17).map(|seed| (seed, Fault::None));
-    let machines: Vec<(u64, Fault)> = healthy.chain(FAULTS).collect();
-    all(bench, &machines, Kind::Plain, BESIDE)
+pub fn twenty(bench: &LinuxCncBench) -> Result<(), String> {
+    let healthy = (0..17).map(|seed| (seed, MachineFault::None));
+    let machines: Vec<(u64, MachineFault)> = healthy.chain(FAULTS).collect();
+    all(bench, &machines, DrawnKind::Plain, BESIDE)
 }
 
 /// Twenty machines with errors that no model of the loop has.
 ///
 /// # Errors
 /// The violated condition.
-pub fn outside(bench: &Bench) -> Result<(), String> {
-    let machines: Vec<(u64, Fault)> = (20..40).map(|seed| (seed, Fault::None)).collect();
-    all(bench, &machines, Kind::Outside, 2 * BESIDE)
+pub fn outside(bench: &LinuxCncBench) -> Result<(), String> {
+    let machines: Vec<(u64, MachineFault)> =
+        (20..40).map(|seed| (seed, MachineFault::None)).collect();
+    all(bench, &machines, DrawnKind::Outside, 2 * BESIDE)
 }
 
 /// The healthy ones, on tables that drift.
 ///
 /// # Errors
 /// The violated condition.
-pub fn drifting(bench: &Bench) -> Result<(), String> {
-    let machines: Vec<(u64, Fault)> = (0..17).map(|seed| (seed, Fault::None)).collect();
-    all(bench, &machines, Kind::Drifting, BESIDE)
+pub fn drifting(bench: &LinuxCncBench) -> Result<(), String> {
+    let machines: Vec<(u64, MachineFault)> =
+        (0..17).map(|seed| (seed, MachineFault::None)).collect();
+    all(bench, &machines, DrawnKind::Drifting, BESIDE)
 }

@@ -2,8 +2,8 @@
 //! leaves that `setup` makes of it, in the same run. Both corrections of every period are recorded, and go to a model of
 //! play.
 
-use super::bench::Bench;
-use super::rows::Rows;
+use super::bench::LinuxCncBench;
+use super::rows::RecordedRows;
 use crate::csv;
 use crate::files;
 use crate::process::run;
@@ -30,7 +30,7 @@ const MOST_ROWS: usize = 60_000;
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     files::folder(bench.file(FOLDER))?;
     bench.copy("firmware/linuxcnc/tests/contour.py", "contour.py")?;
     bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
@@ -70,7 +70,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         .iter()
         .flat_map(|joint| OF_JOINT.map(|name| name.replace('N', joint)))
         .collect();
-    let rows = Rows::read(bench, "contour/record", &names)?;
+    let rows = RecordedRows::read(bench, "contour/record", &names)?;
     for circle in csv::numbers(&circles)? {
         let [feed, first, end] = circle[..] else {
             return Err(format!("a circle is {circle:?}"));
@@ -81,7 +81,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 /// One circle.
-fn judge(rows: &Rows, feed: f64, range: std::ops::Range<usize>) -> Result<(), String> {
+fn judge(rows: &RecordedRows, feed: f64, range: std::ops::Range<usize>) -> Result<(), String> {
     let (mut lasts, mut most) = ([0; 2], [0.0_f64; 2]);
     for joint in ["0", "1"] {
         let of = |name: &str| rows.of(&name.replace('N', joint))[range.clone()].to_vec();

@@ -1,20 +1,20 @@
 //! Anything an operator can do, at any moment: no correction steps, and there is no following error.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion::compile;
 use super::oracle::rate_bound;
-use super::run::{JOINTS, PERIOD, Run};
+use super::run::{JOINTS, PERIOD, ScenarioRun};
 use crate::files;
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     compile(bench, "EXX1 = -45e-6", "first.trax")?;
     compile(bench, "EXX1 = 60e-6", "second.trax")?;
     bench.write("third.trax", "no compensation at all")?;
     bench.copy("tests/golden/v1/router-10.trax", "fourth.trax")?;
     files::copy(&bench.file("first.trax"), &bench.file("machine.trax"))?;
-    let run = Run::of(bench, "events")?;
+    let run = ScenarioRun::of(bench, "events")?;
     let largest = run.adds_up()?;
     let mut fastest = 0.0_f64;
     for (j, letter) in JOINTS.iter().enumerate() {

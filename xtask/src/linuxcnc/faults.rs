@@ -1,7 +1,7 @@
 //! Files or signals that are missing, damaged, for another machine or unconnected: reported, and without effect on the
 //! machine.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion::{self, example};
 use crate::files;
 use crate::process::root;
@@ -45,7 +45,7 @@ fn referenced(joints: usize) -> String {
 }
 
 /// Runs lines; checks that everything awaited has occurred, and that these texts were printed.
-fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
+fn run(bench: &LinuxCncBench, lines: &str, texts: &[&str]) -> Result<(), String> {
     let said = bench.halrun(lines)?;
     if said.contains("until: ") || said.contains("not found") {
         return Err(format!("{said}\nafter\n{lines}"));
@@ -58,7 +58,7 @@ fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     let golden = |name: &str| files::read(&root().join("tests/golden/v1").join(name));
     let huron = golden("huron-13.trax")?;
     let mut damaged = huron.clone();
@@ -87,7 +87,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 /// A bad file does not prevent a start: outputs equal inputs.
-fn at_start(bench: &Bench) -> Result<usize, String> {
+fn at_start(bench: &LinuxCncBench) -> Result<usize, String> {
     let cases = [
         ("file=/tmp/none.trax axes=XYZAC", "1", "No such file"),
         ("axes=XYZAC", "1", "no file"),
@@ -134,7 +134,7 @@ fn at_start(bench: &Bench) -> Result<usize, String> {
 }
 
 /// Requirements for the line that loads the component.
-fn parameters(bench: &Bench) -> Result<usize, String> {
+fn parameters(bench: &LinuxCncBench) -> Result<usize, String> {
     let cases = [
         ("axes=XYZAC", "units=: write units=mm or units=inch"),
         ("axes=XYZAC units=furlong", "units=furlong: write"),
@@ -172,7 +172,7 @@ fn parameters(bench: &Bench) -> Result<usize, String> {
 }
 
 /// An unconnected input on which a correction depends does not count as 0.
-fn not_connected(bench: &Bench) -> Result<(), String> {
+fn not_connected(bench: &LinuxCncBench) -> Result<(), String> {
     let lines = started("file=/tmp/everything.trax axes=XYZC units=mm temperatures=1 weights=2")
         + &set("enable", "1")
         + &until("fault-code", "6")
@@ -227,7 +227,7 @@ fn not_connected(bench: &Bench) -> Result<(), String> {
 }
 
 /// A simulated machine follows a temperature with the lag of its error file.
-fn warming(bench: &Bench) -> Result<(), String> {
+fn warming(bench: &LinuxCncBench) -> Result<(), String> {
     let errors = "machine = \"xyzac-trt\"\n[thermal]\nEZ0S = { per_kelvin = 1e-3, sensor = \"bed\", lag_s = 3.0, reference_celsius = 20.0 }\n";
     bench.write("warm.toml", errors)?;
     let machine = example("machine.toml");
@@ -267,7 +267,7 @@ fn warming(bench: &Bench) -> Result<(), String> {
 }
 
 /// Both joints of a gantry must be homed and none homing; uncorrected joints need not be.
-fn not_referenced(bench: &Bench) -> Result<(), String> {
+fn not_referenced(bench: &LinuxCncBench) -> Result<(), String> {
     let lines = started("file=/tmp/router.trax axes=XYYZ- units=mm")
         // Keeps that the state was 6 for a moment.
         + "loadrt conv_u32_float\nloadrt wcomp\nloadrt flipflop\n\
@@ -323,7 +323,7 @@ fn not_referenced(bench: &Bench) -> Result<(), String> {
 }
 
 /// The compensation in use stays in use until a better one is available.
-fn reloading(bench: &Bench) -> Result<(), String> {
+fn reloading(bench: &LinuxCncBench) -> Result<(), String> {
     // The same axes with other travels.
     motion::compile(bench, "EXX1 = -45e-6", "other.trax")?;
     let again = |file: &str| copy(file, "machine.trax") + &pulse("reload");
@@ -366,7 +366,7 @@ fn reloading(bench: &Bench) -> Result<(), String> {
 }
 
 /// `trueaxis control --hal` and `monitor --hal` on the real pins.
-fn commanded(bench: &Bench) -> Result<(), String> {
+fn commanded(bench: &LinuxCncBench) -> Result<(), String> {
     let trueaxis = bench.program()?;
     let control = |what: &str| format!("loadusr -w {trueaxis} control --hal {what}\n");
     let lines = copy("huron.trax", "machine.trax")

@@ -1,8 +1,8 @@
 //! The component without a motion controller: inputs are played and outputs recorded, exactly.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::oracle::eval;
-use super::rows::{Random, Rows, adds_up, play};
+use super::rows::{EventNumbers, RecordedRows, adds_up, play};
 use std::fmt::Write;
 
 /// Number of rows in a path.
@@ -24,7 +24,7 @@ const PLAYED: [&str; 3] = ["pos-in", "motor-cmd-in", "motor-fb-in"];
 const INCH: f64 = 25.4;
 
 /// A file for the component, and its load parameters.
-struct Case {
+struct HalCase {
     file: &'static str,
     /// Letters of the joints.
     joints: &'static str,
@@ -47,8 +47,8 @@ const HURON: &[[f64; 2]] = &[
     [-350.0, 350.0],
 ];
 
-const CASES: [Case; 6] = [
-    Case {
+const CASES: [HalCase; 6] = [
+    HalCase {
         file: "huron-13.trax",
         joints: "XYZAC",
         units: "mm",
@@ -56,7 +56,7 @@ const CASES: [Case; 6] = [
         inputs: &[],
         smooth: true,
     },
-    Case {
+    HalCase {
         file: "huron-13.trax",
         joints: "XYZAC",
         units: "inch",
@@ -70,7 +70,7 @@ const CASES: [Case; 6] = [
         inputs: &[],
         smooth: true,
     },
-    Case {
+    HalCase {
         file: "router-10.trax",
         joints: "XYZ-",
         units: "metric",
@@ -79,7 +79,7 @@ const CASES: [Case; 6] = [
         smooth: false,
     },
     // A gantry: two joints on Y.
-    Case {
+    HalCase {
         file: "router-10.trax",
         joints: "XYYZ",
         units: "mm",
@@ -88,7 +88,7 @@ const CASES: [Case; 6] = [
         smooth: false,
     },
     // The table turns continuously.
-    Case {
+    HalCase {
         file: "table-head-13.trax",
         joints: "XYZBC",
         units: "mm",
@@ -102,7 +102,7 @@ const CASES: [Case; 6] = [
         inputs: &[],
         smooth: false,
     },
-    Case {
+    HalCase {
         file: "everything.trax",
         joints: "XYZC",
         units: "mm",
@@ -122,7 +122,7 @@ const CASES: [Case; 6] = [
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     for name in ["huron-13", "router-10", "table-head-13", "everything"] {
         bench.copy(
             &format!("tests/golden/v1/{name}.trax"),
@@ -142,7 +142,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     Ok(())
 }
 
-impl Case {
+impl HalCase {
     /// Load parameters of the component.
     fn load(&self) -> String {
         let temperatures = self.inputs.iter().filter(|i| i.1.starts_with('t')).count();
@@ -152,9 +152,9 @@ impl Case {
         )
     }
 
-    fn check(&self, bench: &Bench) -> Result<usize, String> {
+    fn check(&self, bench: &LinuxCncBench) -> Result<usize, String> {
         let joints = self.joints.len();
-        let mut random = Random::new(1);
+        let mut random = EventNumbers::new(1);
         let shapes: Vec<[f64; 2]> = (0..joints)
             .map(|_| [random.within(1.0, 3.0), random.within(0.0, 6.0)])
             .collect();
@@ -183,7 +183,8 @@ impl Case {
             .flat_map(|j| OF_JOINT.map(|pin| format!("{j}.{pin}")))
             .chain(self.inputs.iter().map(|i| i.1.to_owned()))
             .collect();
-        let recorded = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+        let recorded =
+            RecordedRows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
         if recorded.len() < ROWS {
             return Err(format!("{} rows were recorded\n{said}", recorded.len()));
         }
@@ -248,7 +249,11 @@ impl Case {
         }
     }
 
-    fn corrections_are_those_of_eval(&self, bench: &Bench, recorded: &Rows) -> Result<(), String> {
+    fn corrections_are_those_of_eval(
+        &self,
+        bench: &LinuxCncBench,
+        recorded: &RecordedRows,
+    ) -> Result<(), String> {
         // The first joint of each axis.
         let mut firsts: Vec<usize> = Vec::new();
         for (j, letter) in self.joints.char_indices() {
@@ -311,7 +316,7 @@ impl Case {
     }
 
     /// The command includes the correction of this period, and that of the last period is removed from the feedback.
-    fn outputs_add_up(&self, recorded: &Rows) -> Result<(), String> {
+    fn outputs_add_up(&self, recorded: &RecordedRows) -> Result<(), String> {
         for j in 0..self.joints.len() {
             let of = |pin: &str| recorded.of(&format!("{j}.{pin}"));
             let correction = of("correction");
@@ -330,7 +335,7 @@ impl Case {
     }
 }
 
-/// The same bits, or both 0.
+/// Equal bits, or both 0.
 fn same(found: f64, right: f64) -> bool {
     found.to_bits() == right.to_bits() || (found == 0.0 && right == 0.0)
 }

@@ -1,7 +1,7 @@
 //! What `trueaxis linuxcnc setup` imports: LinuxCNC once with `COMP_FILE` and `BACKLASH`, and once with the imported
 //! errors, compiled, under the component. Every drive gets the same commands, approached from both sides.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use crate::csv::numbers;
 use crate::files;
 use crate::process::run;
@@ -41,7 +41,7 @@ const A: &str = "-80 0.004 0.001\n-10 -0.006 -0.010\n75 0.011 0.008\n";
 /// Permitted difference, mm: the tolerance of `compile`, and that an error belongs to the corrected position: a slope
 /// of up to 8e-4 times a correction of up to 0.03 mm.
 const MILLIMETRES: f64 = 0.05e-3 + 8e-4 * 0.03;
-/// The same in degrees: 0.05 µrad, and a slope of 2e-4 times 0.012 degrees.
+/// Like `MILLIMETRES`, in degrees: 0.05 µrad, and a slope of 2e-4 times 0.012 degrees.
 const DEGREES: f64 = 2.9e-6 + 2e-4 * 0.012;
 /// Every axis meets the tolerance by itself: under `direction`, the linear axes would make up at the tip for up to
 /// 1 µrad of A.
@@ -51,7 +51,7 @@ const FOLDER: &str = "imported";
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     let ini = "imported/machine.ini";
     files::folder(bench.file(FOLDER))?;
     bench.copy("firmware/linuxcnc/tests/imported.py", "imported.py")?;
@@ -156,7 +156,7 @@ fn findings(answer: &str) -> Vec<(usize, &str)> {
 }
 
 /// Joint, position, side, correction.
-fn recorded(bench: &Bench) -> Result<Vec<Vec<f64>>, String> {
+fn recorded(bench: &LinuxCncBench) -> Result<Vec<Vec<f64>>, String> {
     let record = bench.file("imported/record.csv");
     // The results of an earlier run must not be used instead.
     let _ = std::fs::remove_file(&record);

@@ -1,10 +1,10 @@
 //! The component under LinuxCNC's motion controller, at 1 kHz, with the kinematics `xyzac-trt`.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::oracle::eval;
 use super::probing::{limits, probing};
 use super::rows;
-use super::run::{JOINTS, Run};
+use super::run::{JOINTS, ScenarioRun};
 use crate::files;
 use crate::process::root;
 
@@ -22,7 +22,7 @@ pub fn example(name: &str) -> String {
 
 /// The blob of the example, without its two reversal errors: a correction that depends on the direction of travel
 /// catches up with bounded rate, and differs from `eval` meanwhile.
-pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
+pub fn compile(bench: &LinuxCncBench, scale: &str, name: &str) -> Result<(), String> {
     let machine = example("machine.toml");
     let errors = files::read_text(example("errors-11.toml").as_ref())?;
     let errors: String = errors
@@ -39,7 +39,7 @@ pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     compile(bench, "EXX1 = -45e-6", "machine.trax")?;
     let machine = example("machine.toml");
     let model = [
@@ -51,7 +51,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         "machine.model",
     ];
     bench.trueaxis(&model)?;
-    let run = Run::of(bench, "programs probe limits")?;
+    let run = ScenarioRun::of(bench, "programs probe limits")?;
     let largest = run.adds_up()?;
     let offsets = run.told("offsets")?;
     if offsets.len() != JOINTS.len() || offsets.contains(&0.0) {
@@ -104,7 +104,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 /// The programs that were driven, and how far.
-fn programs(run: &Run) -> Result<String, String> {
+fn programs(run: &ScenarioRun) -> Result<String, String> {
     let mut all = Vec::new();
     for words in run.told.iter().filter(|w| w[0].starts_with("program ")) {
         let name = words[0].trim_start_matches("program ");
@@ -127,7 +127,7 @@ fn programs(run: &Run) -> Result<String, String> {
 
 /// Processor time stamps, mean and least, of each function. They depend on caches that other programs use meanwhile, on
 /// both sides, and are only shown; the part `times` enforces the component's limit.
-fn times(run: &Run) -> Result<(), String> {
+fn times(run: &ScenarioRun) -> Result<(), String> {
     let mean = |name: &str| rows::mean(&run.rows.of(name));
     let least = |name: &str| rows::least(&run.rows.of(name));
     println!("function             mean    least     tmax  (counts of the processor's clock)");

@@ -1,13 +1,13 @@
 //! `trueaxis eval` at recorded positions.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use crate::csv;
 use std::fmt::Write;
 
 /// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob, of which the
 /// first `axes` are axes; all as text that preserves every bit.
 pub fn eval(
-    bench: &Bench,
+    bench: &LinuxCncBench,
     blob: &str,
     columns: &[&str],
     axes: usize,
@@ -41,7 +41,7 @@ pub fn eval(
 
 /// The rate bound of an axis, mm/s or degrees/s, as printed by `trueaxis inspect`: `  Y  0 to 300 mm  correction within
 /// 0.147 mm, 6.396 mm/s; …`; plus its rounding error.
-pub fn rate_bound(bench: &Bench, blob: &str, letter: &str) -> Result<f64, String> {
+pub fn rate_bound(bench: &LinuxCncBench, blob: &str, letter: &str) -> Result<f64, String> {
     let printed = bench.trueaxis(&["inspect", blob])?;
     let mut lines = printed.lines();
     let line = lines.find(|l| l.starts_with(&format!("  {letter}  ")));

@@ -1,6 +1,6 @@
 //! The package: built like Debian does, installable, and with a component that LinuxCNC loads.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::halrun;
 use crate::process::{output, root, run, target};
 use crate::{capi, files, firmware_crate, packages};
@@ -14,7 +14,7 @@ const MODULE: &str = "usr/lib/linuxcnc/modules/trueaxis.so";
 
 /// # Errors
 /// If something does not build, or is not in the package.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     firmware_crate::leaves_out("linuxcnc")?;
     let around = target("linuxcnc").join("package");
     let package = build(&target("linuxcnc").join("prefix"), &around)?;
@@ -61,7 +61,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 /// # Errors
 /// If something cannot be installed or built, or a correction differs.
 pub fn corrects(package: &Path) -> Result<(), String> {
-    let bench = Bench::provide()?;
+    let bench = LinuxCncBench::provide()?;
     let files = target("linuxcnc").join("unpacked");
     run(Command::new("dpkg-deb").arg("-x").arg(package).arg(&files))?;
     let module = files.join(MODULE);

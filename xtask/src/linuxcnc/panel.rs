@@ -1,7 +1,7 @@
 //! The panel in LinuxCNC's screen AXIS, on a screen that nobody sees: its buttons are pressed with the mouse, and what it
 //! shows is compared with the pins. Makes the picture of the manual.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion::example;
 use crate::files;
 use crate::packages;
@@ -35,7 +35,7 @@ const VALIDATION: &str = "{\"probings\": 10, \"before\": {\"rms_um\": 39.18, \"l
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     if !(works(Command::new("xvfb-run").arg("--help")) && has("xdotool") && has("import")) {
         packages::install(&["xvfb", "xdotool", "imagemagick"], "the test of the panel")?;
     }

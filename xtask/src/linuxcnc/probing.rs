@@ -1,7 +1,7 @@
 //! Results of a probing move, and behaviour at the ends of the travel.
 
-use super::bench::Bench;
-use super::run::{JOINTS, PERIOD, Run};
+use super::bench::LinuxCncBench;
+use super::run::{JOINTS, PERIOD, ScenarioRun};
 use crate::csv;
 
 /// The tolerance of `compile` at the tip, mm.
@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 5e-5;
 ///
 /// # Errors
 /// If this does not hold.
-pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
+pub fn probing(bench: &LinuxCncBench, machine: &str, run: &ScenarioRun) -> Result<(), String> {
     let probed = run.told("probed")?;
     let &[tripped, ref position @ ..] = &probed[..] else {
         return Err("nothing was probed".to_owned());
@@ -54,7 +54,7 @@ pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
 ///
 /// # Errors
 /// If one does.
-pub fn limits(run: &Run) -> Result<(), String> {
+pub fn limits(run: &ScenarioRun) -> Result<(), String> {
     let corners: Vec<&Vec<String>> = run.told.iter().filter(|w| w[0] == "corner").collect();
     let mut pushed_back = 0;
     for words in &corners {

@@ -1,18 +1,18 @@
 //! Rows of doubles, as played and recorded by `tape`.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use crate::files;
 
 /// Recorded values, by column name.
-pub struct Rows {
+pub struct RecordedRows {
     names: Vec<String>,
     values: Vec<f64>,
 }
 
-impl Rows {
+impl RecordedRows {
     /// # Errors
     /// If nothing was recorded.
-    pub fn read(bench: &Bench, name: &str, names: &[String]) -> Result<Self, String> {
+    pub fn read(bench: &LinuxCncBench, name: &str, names: &[String]) -> Result<Self, String> {
         let bytes = files::read(&bench.file(name))?;
         let values: Vec<f64> = bytes
             .chunks_exact(8)
@@ -84,7 +84,7 @@ pub fn least(values: &[f64]) -> f64 {
 }
 
 /// Writes rows to be played.
-pub fn play(bench: &Bench, name: &str, rows: &[Vec<f64>]) -> Result<(), String> {
+pub fn play(bench: &LinuxCncBench, name: &str, rows: &[Vec<f64>]) -> Result<(), String> {
     let bytes: Vec<u8> = rows
         .iter()
         .flatten()
@@ -94,9 +94,9 @@ pub fn play(bench: &Bench, name: &str, rows: &[Vec<f64>]) -> Result<(), String> 
 }
 
 /// Pseudo-random numbers, the same in every run.
-pub struct Random(u64);
+pub struct EventNumbers(u64);
 
-impl Random {
+impl EventNumbers {
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

@@ -1,7 +1,7 @@
 //! A scenario driven under LinuxCNC's motion controller, and its recording.
 
-use super::bench::Bench;
-use super::rows::{self, Rows};
+use super::bench::LinuxCncBench;
+use super::rows::{self, RecordedRows};
 use crate::files;
 use std::fs;
 use std::io::ErrorKind;
@@ -35,19 +35,19 @@ const BESIDES: [&str; 9] = [
 const ROUNDINGS: f64 = 4.0;
 
 /// Result of a scenario.
-pub struct Run {
-    pub rows: Rows,
+pub struct ScenarioRun {
+    pub rows: RecordedRows,
     /// `name value…`, as reported by `drive.py`.
     pub told: Vec<Vec<String>>,
     said: String,
 }
 
-impl Run {
+impl ScenarioRun {
     /// Drives a scenario of `drive.py`.
     ///
     /// # Errors
     /// If LinuxCNC does not finish.
-    pub fn of(bench: &Bench, scenario: &str) -> Result<Self, String> {
+    pub fn of(bench: &LinuxCncBench, scenario: &str) -> Result<Self, String> {
         let folder = "firmware/linuxcnc/tests";
         for name in ["xyzac.ini", "xyzac.hal", "drive.py", "tool.tbl"] {
             bench.copy(&format!("{folder}/{name}"), name)?;
@@ -77,7 +77,8 @@ impl Run {
             .flat_map(|j| OF_JOINT.map(|what| format!("{j}.{what}")))
             .chain(BESIDES.map(str::to_owned))
             .collect();
-        let rows = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+        let rows =
+            RecordedRows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
         let run = Self { rows, told, said };
         run.told("done")?;
         Ok(run)

@@ -1,7 +1,7 @@
 //! `trueaxis linuxcnc start` on every sample configuration of LinuxCNC: what it accepts, LinuxCNC then starts; what it
 //! refuses, it leaves as it was, and gives the reason.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use crate::packages;
 use crate::process::{root, run, target, works};
 use std::path::Path;
@@ -12,7 +12,7 @@ const FONTS: &str = "/usr/share/fonts/X11/misc";
 
 /// # Errors
 /// If LinuxCNC does not start with a configuration that was accepted, though it does without the component.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     with(bench, "all")
 }
 
@@ -20,11 +20,11 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 ///
 /// # Errors
 /// As of [`check`].
-pub fn few(bench: &Bench) -> Result<(), String> {
+pub fn few(bench: &LinuxCncBench) -> Result<(), String> {
     with(bench, "few")
 }
 
-fn with(bench: &Bench, which: &str) -> Result<(), String> {
+fn with(bench: &LinuxCncBench, which: &str) -> Result<(), String> {
     // The machines that LinuxCNC draws beside its screen need a font.
     if !works(Command::new("xvfb-run").arg("--help")) || !Path::new(FONTS).exists() {
         packages::install(

@@ -1,7 +1,7 @@
 //! The simulated machines of `firmware/linuxcnc/configs`: without the compensation the error on the pins is that of the
 //! exact kinematics, with it less than the tolerance.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use crate::csv::numbers;
 use crate::files;
 use crate::process::{root, run};
@@ -38,14 +38,20 @@ const GROWTH: f64 = 1.0;
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     for (name, machine, errors, axes) in MACHINES {
         one(bench, name, machine, errors, axes).map_err(|e| format!("{name}: {e}"))?;
     }
     Ok(())
 }
 
-fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> Result<(), String> {
+fn one(
+    bench: &LinuxCncBench,
+    name: &str,
+    machine: &str,
+    errors: &str,
+    axes: usize,
+) -> Result<(), String> {
     let [machine, errors] = [machine, errors].map(|p| root().join(p).display().to_string());
     let configs = bench.file("configs");
     let folder = format!("configs/{name}");
@@ -92,7 +98,7 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
 
 /// Errors of tip (µm) and direction (µrad) without a compensation along the recorded positions.
 fn exact(
-    bench: &Bench,
+    bench: &LinuxCncBench,
     machine: &str,
     errors: &str,
     record: &str,
@@ -118,7 +124,12 @@ fn exact(
 
 /// Compares where LinuxCNC's kinematics have the tool, at each stop, with `trueaxis pose`: what `linuxcnc check` relies on
 /// when it compares directions and locations of axes with those of the module.
-fn nominal(bench: &Bench, machine: &str, errors: &str, rows: &[Vec<f64>]) -> Result<(), String> {
+fn nominal(
+    bench: &LinuxCncBench,
+    machine: &str,
+    errors: &str,
+    rows: &[Vec<f64>],
+) -> Result<(), String> {
     let poses = bench.trueaxis(&["pose", machine, errors, "--positions", "positions.csv"])?;
     let mut stops = 0;
     for (row, pose) in rows.iter().zip(numbers(&poses)?) {

@@ -1,7 +1,7 @@
 //! A surface that LinuxCNC probes becomes a map of Z over X and Y, is added to the compensation in use, and is loaded while
 //! the corrections are on. Probed again, the surface is flat; with the corrections off, it is what it was.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::contour::{configuration, connections};
 use crate::csv;
 use crate::files;
@@ -20,7 +20,7 @@ const ERRORS: &str = "machine = \"surface\"\n[parameters]\nEXX1 = 50e-6\nEZX1 = 
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     files::folder(bench.file(FOLDER))?;
     bench.program()?;
     bench.copy("firmware/linuxcnc/tests/surface.py", "surface.py")?;

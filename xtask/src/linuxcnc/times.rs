@@ -1,9 +1,9 @@
 //! Time of the component compared with the same correction from matrices, in one thread, and the part of it that is due
 //! to memory evicted from the caches between two periods.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion;
-use super::rows::{Rows, least, mean, play};
+use super::rows::{RecordedRows, least, mean, play};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 
@@ -25,7 +25,7 @@ const COMPONENT: [&str; 6] = [
     "rivals.matrix",
     "rivals_fast.matrix",
 ];
-/// The same with only the pins in place of the component.
+/// Like `COMPONENT`, with only the pins in place of the component.
 const PINS: [&str; 6] = [
     "rivals.nothing",
     "rivals.pins-in",
@@ -78,7 +78,7 @@ impl fmt::Display for Times {
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     motion::compile(bench, "EXX1 = -45e-6", "machine.trax")?;
     let mut least = [f64::INFINITY; 2];
     for _ in 0..ATTEMPTS {
@@ -97,7 +97,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 
 /// Ratio of our time to that of matrices while nearly everything stays in the caches: of the calmest mean, and of the
 /// least.
-fn measured(bench: &Bench) -> Result<[f64; 2], String> {
+fn measured(bench: &LinuxCncBench) -> Result<[f64; 2], String> {
     let mut found = Vec::new();
     for (period, rows) in PERIODS {
         let all = run(bench, period, rows, &COMPONENT)?;
@@ -137,7 +137,7 @@ fn measured(bench: &Bench) -> Result<[f64; 2], String> {
 
 /// Times of the functions while all joints move.
 fn run(
-    bench: &Bench,
+    bench: &LinuxCncBench,
     period: u32,
     rows: usize,
     functions: &[&str; 6],
@@ -155,7 +155,8 @@ fn run(
     play(bench, "play", &positions)?;
     let said = bench.halrun(&lines(period, rows, functions))?;
     let names: Vec<String> = functions.iter().map(|f| (*f).to_owned()).collect();
-    let recorded = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+    let recorded =
+        RecordedRows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
     if recorded.len() < rows / 2 {
         return Err(format!("{} rows were recorded\n{said}", recorded.len()));
     }

@@ -1,7 +1,7 @@
 //! A probing program of `trueaxis plan` in LinuxCNC: its interpreter accepts it, and under its motion controller, with
 //! simulated balls, its log gives the axis positions with the stylus on the balls.
 
-use super::bench::Bench;
+use super::bench::LinuxCncBench;
 use super::motion::example;
 use crate::process::{root, said};
 use crate::{csv, files};
@@ -64,7 +64,7 @@ fn hal() -> String {
 
 /// # Errors
 /// The violated condition.
-pub fn check(bench: &Bench) -> Result<(), String> {
+pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     let (machine, errors) = (example("machine.toml"), example("errors-11.toml"));
     bench.write("artefact.toml", ARTEFACT)?;
     bench.trueaxis(&[
@@ -164,7 +164,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 /// LinuxCNC's interpreter accepts the program as written, and sees its touches.
-fn interpret(bench: &Bench) -> Result<(), String> {
+fn interpret(bench: &LinuxCncBench) -> Result<(), String> {
     let mut rs274 = Command::new("rs274");
     let done = said(rs274.arg("-g").arg(bench.file("probe.ngc")))?;
     let probed = done
@@ -182,7 +182,7 @@ fn interpret(bench: &Bench) -> Result<(), String> {
 }
 
 /// X, Y and Z of each row of probings.
-fn places(bench: &Bench, name: &str) -> Result<Vec<Vec<f64>>, String> {
+fn places(bench: &LinuxCncBench, name: &str) -> Result<Vec<Vec<f64>>, String> {
     let text = files::read_text(&bench.file(name))?;
     let rows = csv::columns(&text, &["X", "Y", "Z"]);
     rows.ok()
@@ -191,7 +191,7 @@ fn places(bench: &Bench, name: &str) -> Result<Vec<Vec<f64>>, String> {
 }
 
 /// The program, which sets the balls to these places, row by row.
-fn with_balls(bench: &Bench, places: &[Vec<f64>]) -> Result<String, String> {
+fn with_balls(bench: &LinuxCncBench, places: &[Vec<f64>]) -> Result<String, String> {
     let text = files::read_text(&bench.file("probe.ngc"))?;
     let mut program = String::new();
     let mut places = places.iter();

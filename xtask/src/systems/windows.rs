@@ -1,6 +1,6 @@
 //! What is different on Windows: names of files, line ends, files that another program holds open, serial ports.
 
-use super::{Place, words};
+use super::{TestPlace, words};
 use crate::files;
 use crate::process::{judged, root, run, target};
 use std::path::Path;
@@ -57,7 +57,7 @@ fn compile(
 
 /// # Errors
 /// The names of what is wrong.
-pub fn check(place: &Place) -> Result<(), String> {
+pub fn check(place: &TestPlace) -> Result<(), String> {
     let folder = &place.folder;
     let example = "examples/huron-k2x8";
     let right = files::read(&folder.join(example).join("errors-13.trax"))?;
@@ -92,7 +92,7 @@ pub fn check(place: &Place) -> Result<(), String> {
         format!("{example}/machine.toml"),
         format!("{example}/errors-13.toml"),
     ];
-    let holding = Place {
+    let holding = TestPlace {
         folder: folder.clone(),
         program: hold,
         system: place.system,

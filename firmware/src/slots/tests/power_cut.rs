@@ -27,7 +27,7 @@ fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutE
     }
 }
 
-/// The same on flash with or without an error-correcting code.
+/// Like `cut_everywhere`, on flash with or without an error-correcting code.
 fn cut_with<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase, code: bool) {
     let flash = || {
         let flash = MockFlash::<W, E>::new(blocks);

@@ -10,7 +10,7 @@ use super::bad_input::BadInput;
 use super::number::positive;
 use super::position_argument;
 use clap::{Args, Subcommand};
-use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint};
+use trueaxis_measure::ballbar::{BallBar, Hemisphere, PathPoint};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
@@ -21,27 +21,27 @@ use trueaxis_model::machine::Machine;
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: BallbarCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
-    Path(path::Path),
+enum BallbarCommand {
+    Path(path::BallBarPath),
     Simulate(simulate::Simulate),
     Analyse(analyse::Analyse),
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
-        What::Path(path) => path.run(),
-        What::Simulate(simulate) => simulate.run(),
-        What::Analyse(analyse) => analyse.run(),
+        BallbarCommand::Path(path) => path.run(),
+        BallbarCommand::Simulate(simulate) => simulate.run(),
+        BallbarCommand::Analyse(analyse) => analyse.run(),
     }
 }
 
 /// The path and its centre.
 #[derive(Args)]
-struct Test {
+struct SimulatedTest {
     /// Centre of the path: machine positions of the axes; axes left out are at 0
     #[arg(long, value_name = "X=0,Y=0,Z=-200", allow_hyphen_values = true)]
     at: String,
@@ -56,7 +56,7 @@ struct Test {
     steps: u32,
 }
 
-impl Test {
+impl SimulatedTest {
     fn path(&self) -> Result<Vec<PathPoint>, BadInput> {
         let hemisphere = Hemisphere {
             radius: self.radius,
@@ -72,16 +72,16 @@ impl Test {
     }
 
     /// Sets up the bar and checks that the axes reach the whole path.
-    fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[PathPoint]) -> Result<Bar<'b>, BadInput> {
+    fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[PathPoint]) -> Result<BallBar<'b>, BadInput> {
         let machine: &Machine = bench.machine;
         let centre = position_argument::position("--at", &self.at, machine)?;
-        let axes = Bar::axes(machine).ok_or_else(|| {
+        let axes = BallBar::axes(machine).ok_or_else(|| {
             BadInput::new(
                 format!("{} has no three axes X, Y and Z", machine.name),
                 "the path of a hemisphere is written for axes of these names",
             )
         })?;
-        let bar = Bar::new(bench, axes, centre);
+        let bar = BallBar::new(bench, axes, centre);
         bar.reaches(path).map_err(|error| {
             BadInput::new(
                 error.to_string(),

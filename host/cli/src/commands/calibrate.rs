@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::calibration::{Calibration, Corrects, Moves, Options, Site};
+use super::calibration::{Calibration, CalibrationOptions, Corrects, Moves, Site};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ another name and rename it when it is whole, or append to it: it is read when it
 )]
 pub struct Arguments {
     #[command(flatten)]
-    options: Options,
+    options: CalibrationOptions,
     /// Serial device, pseudo-terminal, or tcp:HOST:PORT of the board
     #[arg(long, value_name = "PORT")]
     port: String,

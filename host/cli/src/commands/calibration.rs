@@ -19,21 +19,21 @@ use super::probing::asked;
 use super::probings::said;
 use super::qualify;
 use super::target;
-use super::touch_options::Touching;
+use super::touch_options::TouchOptions;
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::trial::{Corrector, on_trial};
+use trueaxis_controllers::trial::{TrialSite, on_trial};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::formats::validation::{Gain, Scatter, Validation};
 use trueaxis_measure::identify::{Model, Stated, scatters};
-use trueaxis_measure::plan::{Criterion, Probe, Rows, Setup, Task, validation};
-use trueaxis_measure::qualify::Known;
+use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task, validation};
+use trueaxis_measure::qualify::ProbePriors;
 use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
-use trueaxis_measure::study::{self, Request, Study};
+use trueaxis_measure::study::{self, Study, StudyRequest};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
@@ -42,7 +42,7 @@ use trueaxis_tables::validate::DrawError;
 
 /// What every calibration takes.
 #[derive(Args)]
-pub struct Options {
+pub struct CalibrationOptions {
     /// Machine description (machine.toml)
     machine: PathBuf,
     /// Positions of the balls (artefact.toml)
@@ -70,10 +70,10 @@ pub struct Options {
     #[arg(long, value_name = "BALL", conflicts_with = "probe")]
     qualify: Option<String>,
     #[command(flatten)]
-    pub touching: Touching,
+    pub touching: TouchOptions,
     /// Begin with this step, with the files of the steps before it in --folder
-    #[arg(long, value_enum, default_value_t = Step::Plan)]
-    from: Step,
+    #[arg(long, value_enum, default_value_t = CalibrationStep::Plan)]
+    from: CalibrationStep,
     /// Go on although errors that the machine may have are not measured, or lack a length reference: no limit that is
     /// printed then includes them
     #[arg(long)]
@@ -88,7 +88,7 @@ pub struct Options {
 
 /// The steps, in order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum Step {
+pub enum CalibrationStep {
     /// Choose what to probe
     Plan,
     /// Probe; a log that was stopped early is continued
@@ -135,18 +135,18 @@ const OTHER_STYLUS: f64 = 0.25;
 
 /// A calibration, with its files.
 pub struct Calibration<'a> {
-    options: &'a Options,
+    options: &'a CalibrationOptions,
     machine: Machine,
     artefact: Artefact,
     /// What is identified, as an option.
     model: String,
     folder: PathBuf,
     /// What identification found, once it has.
-    known: OnceCell<Basis>,
+    known: OnceCell<CalibrationBasis>,
 }
 
 /// What a calibration rests on, of the identification that it loads.
-struct Basis {
+struct CalibrationBasis {
     stylus: Vector3<f64>,
     /// Of a coordinate (mm).
     noise: f64,
@@ -156,8 +156,8 @@ struct Basis {
     missing: Vec<Parameter>,
 }
 
-impl Basis {
-    fn of(found: &study::Outcome<'_>) -> Self {
+impl CalibrationBasis {
+    fn of(found: &study::StudyOutcome<'_>) -> Self {
         Self {
             stylus: found.identified.stylus,
             noise: found.identified.noise,
@@ -169,12 +169,12 @@ impl Basis {
 
 impl<'a> Calibration<'a> {
     /// In a folder, which is made.
-    pub fn new(options: &'a Options, folder: PathBuf) -> Result<Self, BadInput> {
+    pub fn new(options: &'a CalibrationOptions, folder: PathBuf) -> Result<Self, BadInput> {
         // Before anything is asked of the machine.
         options.touching.stated()?;
         let machine = files::read_machine(&options.machine)?;
         let artefact = files::read_artefact(&options.artefact, &machine)?;
-        if options.from == Step::Plan && folder.join("strategy.csv").exists() {
+        if options.from == CalibrationStep::Plan && folder.join("strategy.csv").exists() {
             return Err(BadInput::new(
                 format!("{}: there is a calibration already", folder.display()),
                 "give --from probe, identify, compile or load to continue it, or another --folder",
@@ -204,7 +204,7 @@ impl<'a> Calibration<'a> {
             self.machine.name,
             self.folder.display()
         ))?;
-        if from <= Step::Plan {
+        if from <= CalibrationStep::Plan {
             self.plan()?;
         } else {
             files::print(&format!(
@@ -212,16 +212,16 @@ impl<'a> Calibration<'a> {
                 site.place()
             ))?;
         }
-        if from <= Step::Probe && !self.probe(site)? {
+        if from <= CalibrationStep::Probe && !self.probe(site)? {
             return Ok(CheckFailed);
         }
-        if from <= Step::Identify && self.identify()? == CheckFailed {
+        if from <= CalibrationStep::Identify && self.identify()? == CheckFailed {
             return self.stop("the measurements do not fit together: see the warnings above");
         }
         if let Some(why) = self.is_unclear()? {
             return self.stop(&why);
         }
-        if from <= Step::Compile && self.compile(site)? == CheckFailed {
+        if from <= CalibrationStep::Compile && self.compile(site)? == CheckFailed {
             return self.stop("the tolerance is not met: see above");
         }
         self.load(site)
@@ -307,7 +307,7 @@ impl<'a> Calibration<'a> {
             model: &self.model.parse().map_err(no_model)?,
             degree: 1,
             assumed: &ErrorModel::perfect(machine),
-            rows: Rows::Best {
+            rows: PlannedRows::Best {
                 indexings: options.indexings.as_deref(),
                 probings: fitting.or(options.probings),
                 criterion: Criterion::default(),
@@ -438,7 +438,7 @@ impl<'a> Calibration<'a> {
             &self.text("probe.toml"),
         ];
         self.show(&words.map(str::to_owned))?;
-        let known = Known {
+        let known = ProbePriors {
             radius: diameter / 2.0,
             radius_uncertainty: 0.0,
             place: None,
@@ -502,7 +502,7 @@ impl<'a> Calibration<'a> {
         self.identified(|found| {
             let errors = identify::write(found, &self.file("errors.toml"))?;
             identify::show(found, &errors, false)?;
-            self.known.get_or_init(|| Basis::of(found));
+            self.known.get_or_init(|| CalibrationBasis::of(found));
             Ok(identify::warn(found))
         })
     }
@@ -638,7 +638,9 @@ impl<'a> Calibration<'a> {
     fn is_right(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
         let yes = self.options.yes;
         let question = "May it be validated by probing with the corrections on?";
-        if !yes && !asked(question)? || self.options.from > Step::Probe && !site.take_over(yes)? {
+        if !yes && !asked(question)?
+            || self.options.from > CalibrationStep::Probe && !site.take_over(yes)?
+        {
             files::print("you did not want it probed\n")?;
             return Ok(false);
         }
@@ -737,7 +739,7 @@ impl<'a> Calibration<'a> {
     /// Identifies the errors that the compensation is to correct.
     fn identified<T>(
         &self,
-        then: impl FnOnce(&study::Outcome<'_>) -> Result<T, BadInput>,
+        then: impl FnOnce(&study::StudyOutcome<'_>) -> Result<T, BadInput>,
     ) -> Result<T, BadInput> {
         let study = Study {
             machine: &self.machine,
@@ -747,9 +749,9 @@ impl<'a> Calibration<'a> {
             runs: &[],
             base: &ErrorModel::perfect(&self.machine),
         };
-        let request = Request {
+        let request = StudyRequest {
             accept_places: self.options.accept_places,
-            ..Request::of(self.model.parse().map_err(no_model)?)
+            ..StudyRequest::of(self.model.parse().map_err(no_model)?)
         };
         let found = study.identify(&request).map_err(|refusal| {
             let file = self.text("probings.csv");
@@ -759,11 +761,11 @@ impl<'a> Calibration<'a> {
     }
 
     /// What identification found, of the files in the folder if that step was done before.
-    fn known(&self) -> Result<&Basis, BadInput> {
+    fn known(&self) -> Result<&CalibrationBasis, BadInput> {
         match self.known.get() {
             Some(known) => Ok(known),
             None => {
-                let known = self.identified(|found| Ok(Basis::of(found)))?;
+                let known = self.identified(|found| Ok(CalibrationBasis::of(found)))?;
                 Ok(self.known.get_or_init(|| known))
             }
         }
@@ -775,7 +777,7 @@ impl<'a> Calibration<'a> {
         Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
     }
 
-    /// The same where the parameters were fitted.
+    /// Like `band`, where the parameters were fitted.
     fn band_in_zone(&self) -> Result<f64, BadInput> {
         let band = self.over_the_travel(1.0, |machine| over_travel(machine, SEED))?;
         Ok(band.map_or(0.0, |band| {

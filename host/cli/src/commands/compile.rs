@@ -14,8 +14,8 @@ use super::number::positive;
 use super::offered;
 use super::policy::PolicyArguments;
 use super::position_argument;
-use super::progress::Bar;
-use super::random::Random;
+use super::progress::ProgressBarOnScreen;
+use super::random::RandomOptions;
 use super::scheme::SchemeArguments;
 use super::target;
 use clap::{Args, ValueEnum};
@@ -23,14 +23,14 @@ use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{self as report, Document, Model};
+use trueaxis_report::{self as report, Document, PageModel};
 use trueaxis_tables::compile::{self, CompileError};
 use trueaxis_tables::made::{Made, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::schemes::{self, Scheme};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
-use wanted::Wanted;
+use wanted::WantedFile;
 
 /// Turn a machine and its errors into a compensation, and verify it
 ///
@@ -77,7 +77,7 @@ pub struct Arguments {
     target: String,
     /// How samples are stored (default: what the target prefers)
     #[arg(long, value_enum)]
-    samples: Option<Samples>,
+    samples: Option<SampleStorage>,
     /// Write the file even if the tolerance is not met, unless the tables would do harm
     #[arg(long)]
     best_effort: bool,
@@ -91,7 +91,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT", requires = "report")]
     date: Option<String>,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Print every figure: other regions, the ideal correction, the worst positions, bounds of every axis
     #[arg(short, long)]
     verbose: bool,
@@ -101,7 +101,7 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Samples {
+enum SampleStorage {
     /// 4 bytes each
     F32,
     /// 2 bytes each
@@ -111,7 +111,7 @@ enum Samples {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let files = &arguments.files;
     let (wanted, machine, errors) = arguments.prepared()?;
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     let made = (wanted.iter())
         .map(|one| one.make(files, &machine, &errors, &bar))
         .collect::<Result<Vec<Made>, BadInput>>()?;
@@ -146,7 +146,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 impl Arguments {
     /// What to make of which machine; refuses outputs that cannot be written, or that are inputs.
-    fn prepared(&self) -> Result<(Vec<Wanted>, Machine, ErrorModel), BadInput> {
+    fn prepared(&self) -> Result<(Vec<WantedFile>, Machine, ErrorModel), BadInput> {
         let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
         let target_file = Path::new(&self.target);
         if target_file.exists() {
@@ -178,11 +178,11 @@ impl Arguments {
     }
 
     /// The files to make: one, or one for each position of the rotary axes.
-    fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
+    fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<WantedFile>, BadInput> {
         let schemes = self.scheme.schemes(machine)?;
         let is_one = schemes.len() == 1;
         let wanted = schemes.into_iter().map(|(scheme, place)| {
-            Ok(Wanted {
+            Ok(WantedFile {
                 output: match is_one {
                     true => self.output.clone(),
                     false => beside(&self.output, &place),
@@ -201,7 +201,7 @@ impl Arguments {
         &self,
         machine: &Machine,
         errors: &ErrorModel,
-        wanted: &Wanted,
+        wanted: &WantedFile,
         made: &Whole,
     ) -> Result<(), BadInput> {
         let Some(page) = &self.report else {
@@ -233,7 +233,7 @@ impl Arguments {
             |error: CompileError| error_source::compile(error, &self.files, machine, errors);
         let zero = tables.zero(machine, errors);
         let zero = zero.map_err(|error| blame(error.into()))?;
-        let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
+        let model = PageModel::relative_to(machine, errors, Some(&runtime), &zero);
         super::report::write_page(page, &found, &model)
     }
 
@@ -263,8 +263,8 @@ impl Arguments {
                 points: self.points.map(|n| n as usize),
                 format: match self.samples {
                     None => target.samples,
-                    Some(Samples::F32) => SampleFormat::F32,
-                    Some(Samples::I16) => SampleFormat::I16,
+                    Some(SampleStorage::F32) => SampleFormat::F32,
+                    Some(SampleStorage::I16) => SampleFormat::I16,
                 },
                 zero_at,
                 target,

@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
-use super::hal::Pins;
+use super::hal::PinValues;
 use super::monitor::{activation, conditions};
 use super::port::{Connection, PortArguments};
 use clap::{Args, Subcommand, ValueEnum};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Slot, Storing};
-use trueaxis_controllers::link::{self, Action, ControlError, Done, State};
+use trueaxis_controllers::link::{self, Action, ControlError, ControllerState, Done};
 
 /// Switch corrections on or off, and choose the compensation in use
 ///
@@ -31,11 +31,11 @@ pub struct Arguments {
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
-    what: What,
+    what: ControlCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
+enum ControlCommand {
     /// Show the state and change nothing
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 show")]
     Show,
@@ -52,13 +52,13 @@ enum What {
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 enable-at-start on")]
     EnableAtStart {
         /// on or off
-        switch: Switch,
+        switch: ControlSwitch,
     },
     /// Compute the corrections without applying them
     #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 dry-run on")]
     DryRun {
         /// on or off
-        switch: Switch,
+        switch: ControlSwitch,
     },
     /// Read the file of the HAL component again
     #[command(after_help = "Example:\n  trueaxis control --hal reload")]
@@ -106,7 +106,7 @@ enum What {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Switch {
+enum ControlSwitch {
     On,
     Off,
 }
@@ -124,30 +124,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         return in_hal(arguments);
     };
     let (mut client, controller) = port.connect()?;
-    let on = |switch: Switch| switch == Switch::On;
+    let on = |switch: ControlSwitch| switch == ControlSwitch::On;
     let action = match arguments.what {
-        What::Reload => {
+        ControlCommand::Reload => {
             return Err(BadInput::new(
                 "reload is for --hal: a board has slots",
                 "`trueaxis flash` writes a compensation to a board",
             ));
         }
-        What::Show => Action::Show,
-        What::Enable => Action::Enable(true),
-        What::Disable => Action::Enable(false),
-        What::EnableAtStart { switch } => Action::EnableAtStart(on(switch)),
-        What::DryRun { switch } => Action::DryRun(on(switch)),
-        What::ToolLength { length } => Action::ToolLength(length),
-        What::Weight { term, value } => Action::Weight { term, value },
-        What::Activate { slot, force } => Action::Activate {
+        ControlCommand::Show => Action::Show,
+        ControlCommand::Enable => Action::Enable(true),
+        ControlCommand::Disable => Action::Enable(false),
+        ControlCommand::EnableAtStart { switch } => Action::EnableAtStart(on(switch)),
+        ControlCommand::DryRun { switch } => Action::DryRun(on(switch)),
+        ControlCommand::ToolLength { length } => Action::ToolLength(length),
+        ControlCommand::Weight { term, value } => Action::Weight { term, value },
+        ControlCommand::Activate { slot, force } => Action::Activate {
             slot: match slot {
                 SlotName::A => Slot::A,
                 SlotName::B => Slot::B,
             },
             force,
         },
-        What::Rollback { force } => Action::Rollback { force },
-        What::Reference { ref axes } => Action::Reference(match axes.as_str() {
+        ControlCommand::Rollback { force } => Action::Rollback { force },
+        ControlCommand::Reference { ref axes } => Action::Reference(match axes.as_str() {
             "all" => controller.axes.clone(),
             "none" => String::new(),
             letters => letters.to_uppercase(),
@@ -171,22 +171,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// The component of LinuxCNC: its switches are pins.
 fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let before = Pins::read()?;
+    let before = PinValues::read()?;
     let switch = |name: &str, on: bool| before.set(name, if on { "1" } else { "0" });
     match &arguments.what {
-        What::Show => {}
-        What::Enable => switch("enable", true)?,
-        What::Disable => switch("enable", false)?,
-        What::DryRun { switch: to } => switch("dry-run", *to == Switch::On)?,
-        What::ToolLength { length } => before.set("tool-length", &length.to_string())?,
-        What::Weight { term, value } => {
+        ControlCommand::Show => {}
+        ControlCommand::Enable => switch("enable", true)?,
+        ControlCommand::Disable => switch("enable", false)?,
+        ControlCommand::DryRun { switch: to } => switch("dry-run", *to == ControlSwitch::On)?,
+        ControlCommand::ToolLength { length } => before.set("tool-length", &length.to_string())?,
+        ControlCommand::Weight { term, value } => {
             before.set(&format!("weight-{term}"), &value.to_string())?
         }
-        What::Reload => reload(&before)?,
-        What::EnableAtStart { .. }
-        | What::Activate { .. }
-        | What::Rollback { .. }
-        | What::Reference { .. } => {
+        ControlCommand::Reload => reload(&before)?,
+        ControlCommand::EnableAtStart { .. }
+        | ControlCommand::Activate { .. }
+        | ControlCommand::Rollback { .. }
+        | ControlCommand::Reference { .. } => {
             return Err(BadInput::new(
                 "this is for a board: LinuxCNC references axes itself, and has one file",
                 "enable, disable, dry-run, reload, tool-length, weight and show work with --hal",
@@ -194,11 +194,11 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     sleep(PERIODS);
-    let mut after = Pins::read()?;
+    let mut after = PinValues::read()?;
     let until = Instant::now() + LONGEST;
     while after.is_on("loading") && Instant::now() < until {
         sleep(PERIODS);
-        after = Pins::read()?;
+        after = PinValues::read()?;
     }
     if arguments.json {
         files::print_json(&json!({"before": before.object(), "after": after.object()}))?;
@@ -211,10 +211,10 @@ fn in_hal(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// Gives `reload` a rising edge and waits until the component has answered it. An edge counts when the servo thread has
 /// seen both levels.
-fn reload(before: &Pins) -> Result<(), BadInput> {
+fn reload(before: &PinValues) -> Result<(), BadInput> {
     let until = Instant::now() + LONGEST;
     let mut level = false;
-    while Pins::read()?.index("reloads") == before.index("reloads") {
+    while PinValues::read()?.index("reloads") == before.index("reloads") {
         if Instant::now() > until {
             return Err(BadInput::new(
                 "the component does not read its file",
@@ -251,7 +251,7 @@ fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
 }
 
 /// Whether corrections are on.
-fn corrections(state: &State) -> String {
+fn corrections(state: &ControllerState) -> String {
     let report = &state.report;
     let wanted = match (report.enabled, report.dry_run) {
         (false, _) => "disabled",
@@ -278,7 +278,7 @@ fn corrections(state: &State) -> String {
     format!("{wanted}, {come}{held}")
 }
 
-fn start(state: &State) -> String {
+fn start(state: &ControllerState) -> String {
     let at_start = &state.at_start;
     let slot =
         |slot: Option<Slot>| slot.map_or("no slot".to_owned(), |slot| format!("slot {slot}"));
@@ -303,7 +303,7 @@ fn start(state: &State) -> String {
     text
 }
 
-fn axes(state: &State) -> String {
+fn axes(state: &ControllerState) -> String {
     match state.referenced().as_str() {
         "" => "none".to_owned(),
         letters => letters.to_owned(),
@@ -311,7 +311,7 @@ fn axes(state: &State) -> String {
 }
 
 /// Every setting that can change, by name.
-fn lines(state: &State) -> Vec<(String, String)> {
+fn lines(state: &ControllerState) -> Vec<(String, String)> {
     let mut lines = vec![
         ("corrections".to_owned(), corrections(state)),
         (
@@ -362,7 +362,7 @@ fn text(mut text: String, before: &[(String, String)], after: &[(String, String)
 }
 
 fn object(done: &Done) -> Value {
-    let state = |state: &State| {
+    let state = |state: &ControllerState| {
         let (report, at_start) = (&state.report, &state.at_start);
         let slot = |slot: Option<Slot>| slot.map(|slot| slot.to_string());
         let weight = |weight: &trueaxis::link::TermWeight| {

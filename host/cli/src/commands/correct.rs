@@ -3,13 +3,13 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::error_source;
-use super::eval::Along;
+use super::eval::EvalAlong;
 use super::files::{MachineFiles, Text};
 use super::policy::PolicyArguments;
 use clap::Args;
 use trueaxis_model::formats::csv;
 use trueaxis_model::motion;
-use trueaxis_model::positions::Input;
+use trueaxis_model::positions::ColumnInput;
 
 /// Compute the exact kinematic correction at positions, without tables
 ///
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,
     #[command(flatten)]
-    along: Along,
+    along: EvalAlong,
     #[command(flatten)]
     policy: PolicyArguments,
 }
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         policy,
     } = arguments;
     let (machine, errors) = files.read()?;
-    let inputs = Input::of_machine(&machine, &errors.sensors);
+    let inputs = ColumnInput::of_machine(&machine, &errors.sensors);
     let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
     let corrections = motion::correct(&machine, &errors, policy.kinematic()?, &rows).map_err(
         |(row, error)| {

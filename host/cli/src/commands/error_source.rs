@@ -3,7 +3,7 @@
 use super::bad_input::BadInput;
 use super::files::{MachineFiles, Text};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{Alone, EntryKind};
+use trueaxis_model::explain::{EntryKind, SingleEntry};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
@@ -37,12 +37,12 @@ pub fn not_converged(
         iterations: 0,
     })
     .remedy();
-    let size = |alone: &Alone<'_>| match alone.parameter.is_angular() {
+    let size = |alone: &SingleEntry<'_>| match alone.parameter.is_angular() {
         // An angular error moves the tip of a 1 m tool by this much. 0.1 rad is the most that a file may contain.
         true => alone.size() * 1e3,
         false => alone.size(),
     };
-    let all = Alone::all(machine, errors);
+    let all = SingleEntry::all(machine, errors);
     let Some(largest) = all.iter().max_by(|a, b| size(a).total_cmp(&size(b))) else {
         return BadInput::new(message, remedy);
     };

@@ -9,7 +9,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use trueaxis::Policy;
 use trueaxis_model::motion::{self, Outside};
-use trueaxis_model::positions::{self, Input};
+use trueaxis_model::positions::{self, ColumnInput};
 use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::validate::Runtime;
 
@@ -30,12 +30,12 @@ pub struct Arguments {
     #[arg(value_name = "FILE.trax")]
     blob: PathBuf,
     #[command(flatten)]
-    along: Along,
+    along: EvalAlong,
 }
 
 /// Input positions and output of corrections.
 #[derive(Args)]
-pub struct Along {
+pub struct EvalAlong {
     /// Positions (CSV)
     #[arg(long, value_name = "P.csv")]
     pub positions: PathBuf,
@@ -48,7 +48,7 @@ pub struct Along {
 }
 
 #[derive(Serialize)]
-struct Corrections<'a, T> {
+struct EvalCorrections<'a, T> {
     #[serde(flatten)]
     policy: PolicyName,
     axes: &'a [char],
@@ -57,7 +57,7 @@ struct Corrections<'a, T> {
 }
 
 #[derive(Serialize)]
-struct Written<'a, T> {
+struct EvalWritten<'a, T> {
     #[serde(flatten)]
     policy: Option<PolicyName>,
     file: &'a Path,
@@ -65,9 +65,13 @@ struct Written<'a, T> {
     outside: &'a [Outside<T>],
 }
 
-impl Along {
+impl EvalAlong {
     /// Reads the positions, each row in the order of `inputs`. `others` are further input files.
-    pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
+    pub fn read(
+        &self,
+        inputs: &[ColumnInput],
+        others: &[&Path],
+    ) -> Result<Vec<Vec<f64>>, BadInput> {
         if let Some(output) = &self.output {
             files::prepare(output, others)?;
             files::prepare(output, &[&self.positions])?;
@@ -85,7 +89,7 @@ impl Along {
         outside: &[Outside<T>],
     ) -> Result<Outcome, BadInput> {
         self.warn(outside);
-        let answer = Corrections {
+        let answer = EvalCorrections {
             policy: policy.into(),
             axes: letters,
             outside,
@@ -120,7 +124,7 @@ impl Along {
             Some(path) => {
                 files::write(path, csv().as_bytes())?;
                 if self.json {
-                    files::print_json(&Written {
+                    files::print_json(&EvalWritten {
                         policy: policy.map(PolicyName::from),
                         file: path,
                         rows,
@@ -142,7 +146,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let compensation = runtime.compensation();
-    let inputs = Input::of_compensation(compensation.axes(), compensation.auxiliaries());
+    let inputs = ColumnInput::of_compensation(compensation.axes(), compensation.auxiliaries());
     let rows = along.read(&inputs, &[path])?;
     let corrections = motion::evaluate(compensation, &rows).map_err(|error| {
         BadInput::new(

@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::{
-    EntryKind, Explained, Instrument, MinimalParameters, Sense, State, explain,
+    BenchInstrument, BenchState, EntryKind, Explained, MinimalParameters, Sense, explain,
 };
 use trueaxis_model::machine::Machine;
 
@@ -34,10 +34,10 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct ExplainAnswer<'a> {
     machine: &'a str,
     axes: Vec<char>,
-    explained: Vec<One>,
+    explained: Vec<ExplainedEntry>,
     /// N = 4R + 2P + 6, and the location errors among them.
     independent_constants: usize,
     location_errors: usize,
@@ -45,7 +45,7 @@ struct Answer<'a> {
 
 /// One parameter, table or thermal change.
 #[derive(Serialize)]
-struct One {
+struct ExplainedEntry {
     parameter: String,
     /// `parameter`, `table`, `table_reversal` or `per_kelvin`.
     kind: &'static str,
@@ -54,12 +54,12 @@ struct One {
     changes_nothing: bool,
     /// Parameters that may have been meant instead.
     meant: Vec<String>,
-    shown: Option<Shown>,
+    shown: Option<InstrumentShown>,
 }
 
 /// The instrument that shows it.
 #[derive(Serialize)]
-struct Shown {
+struct InstrumentShown {
     instrument: &'static str,
     /// The axis that moves.
     moved: Option<char>,
@@ -78,10 +78,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let explained = explain(&machine, &errors);
     let minimal = MinimalParameters::of(&machine);
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&ExplainAnswer {
             machine: &machine.name,
             axes: machine.axes.iter().map(|a| a.letter.char()).collect(),
-            explained: explained.iter().map(|e| One::new(&machine, e)).collect(),
+            explained: explained
+                .iter()
+                .map(|e| ExplainedEntry::new(&machine, e))
+                .collect(),
             independent_constants: minimal.all(),
             location_errors: minimal.locations(),
         })?;
@@ -92,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-impl One {
+impl ExplainedEntry {
     fn new(machine: &Machine, explained: &Explained<'_>) -> Self {
         let alone = &explained.alone;
         let (kind, value) = match &alone.said {
@@ -116,10 +119,11 @@ impl One {
             meant: meant.map(Parameter::to_string).collect(),
             shown: explained.reading.map(|reading| {
                 let letter = |axis: usize| machine.axes[axis].letter.char();
-                let position =
-                    |state: &State| machine.to_command(&state.q)[..machine.axes.len()].to_vec();
+                let position = |state: &BenchState| {
+                    machine.to_command(&state.q)[..machine.axes.len()].to_vec()
+                };
                 let (reads_in, factor, unit) = match (reading.sense, reading.instrument) {
-                    (Sense::In(axis), Instrument::Square) => {
+                    (Sense::In(axis), BenchInstrument::Square) => {
                         (letter(axis).to_string(), 1e3, "µm per 100 mm")
                     }
                     (Sense::In(axis), _) => (letter(axis).to_string(), 1e3, "µm"),
@@ -128,7 +132,7 @@ impl One {
                     }
                     (Sense::About(axis), _) => (letter(axis).to_string(), 1e6, "µrad"),
                 };
-                Shown {
+                InstrumentShown {
                     instrument: name_of(&reading.instrument),
                     moved: reading.moved.map(letter),
                     reads_in,
@@ -142,15 +146,15 @@ impl One {
     }
 }
 
-fn name_of(instrument: &Instrument) -> &'static str {
+fn name_of(instrument: &BenchInstrument) -> &'static str {
     match instrument {
-        Instrument::Laser => "laser",
-        Instrument::Straightedge { .. } => "straightedge",
-        Instrument::Square => "square",
-        Instrument::Angle => "angle",
-        Instrument::Calibrator => "calibrator",
-        Instrument::Ball { .. } => "ball",
-        Instrument::Tram => "tram",
-        Instrument::Probe => "probe",
+        BenchInstrument::Laser => "laser",
+        BenchInstrument::Straightedge { .. } => "straightedge",
+        BenchInstrument::Square => "square",
+        BenchInstrument::Angle => "angle",
+        BenchInstrument::Calibrator => "calibrator",
+        BenchInstrument::Ball { .. } => "ball",
+        BenchInstrument::Tram => "tram",
+        BenchInstrument::Probe => "probe",
     }
 }

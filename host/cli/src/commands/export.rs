@@ -17,11 +17,11 @@ use trueaxis_controllers::skew::Firmware;
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: ExportCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
+enum ExportCommand {
     Cec(cec::Arguments),
     Fanuc(fanuc::Arguments),
     Heidenhain(rigid_body::Heidenhain),
@@ -57,14 +57,16 @@ enum What {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
-        What::Cec(arguments) => cec::run(arguments),
-        What::Fanuc(arguments) => fanuc::run(arguments),
-        What::Heidenhain(arguments) => rigid_body::heidenhain(arguments),
-        What::Isg(arguments) => rigid_body::isg(arguments),
-        What::LinuxCnc(arguments) => linuxcnc::run(arguments),
-        What::Klipper(arguments) => skew::with_map(Firmware::Klipper, arguments),
-        What::KlipperTwist(arguments) => twist::run(arguments),
-        What::Marlin(arguments) => skew::run(Firmware::Marlin, arguments),
-        What::RepRapFirmware(arguments) => skew::with_map(Firmware::RepRapFirmware, arguments),
+        ExportCommand::Cec(arguments) => cec::run(arguments),
+        ExportCommand::Fanuc(arguments) => fanuc::run(arguments),
+        ExportCommand::Heidenhain(arguments) => rigid_body::heidenhain(arguments),
+        ExportCommand::Isg(arguments) => rigid_body::isg(arguments),
+        ExportCommand::LinuxCnc(arguments) => linuxcnc::run(arguments),
+        ExportCommand::Klipper(arguments) => skew::with_map(Firmware::Klipper, arguments),
+        ExportCommand::KlipperTwist(arguments) => twist::run(arguments),
+        ExportCommand::Marlin(arguments) => skew::run(Firmware::Marlin, arguments),
+        ExportCommand::RepRapFirmware(arguments) => {
+            skew::with_map(Firmware::RepRapFirmware, arguments)
+        }
     }
 }

@@ -123,9 +123,9 @@ pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
 }
 
 /// An input file as listed in a report.
-pub fn described(role: &str, path: &Path) -> Result<report::File, BadInput> {
+pub fn described(role: &str, path: &Path) -> Result<report::DescribedFile, BadInput> {
     let name = path.display().to_string();
-    Ok(report::File::new(role, &name, &read_bytes(path)?))
+    Ok(report::DescribedFile::new(role, &name, &read_bytes(path)?))
 }
 
 /// The two files that describe a machine.
@@ -151,7 +151,7 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
     machine_in(&Text::read(path)?)
 }
 
-/// The same of a text that may not be written yet.
+/// Like `read_machine`, of a text that may not be written yet.
 pub fn machine_in(text: &Text) -> Result<Machine, BadInput> {
     let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
     for doubt in Machine::doubts(&text.text) {
@@ -184,7 +184,7 @@ pub fn read_observations(paths: &[PathBuf], machine: &Machine) -> Result<Observa
     of_instruments(paths, machine, observations::read)
 }
 
-/// The same of strategies, which may lack readings.
+/// Like `read_observations`, of strategies, which may lack readings.
 pub fn read_instruments(paths: &[PathBuf], machine: &Machine) -> Result<Observations, BadInput> {
     of_instruments(paths, machine, observations::read_strategy)
 }
@@ -220,7 +220,7 @@ pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInpu
     Ok(errors)
 }
 
-/// The same without warnings, for callers that issue their own.
+/// Like `read_errors`, without warnings, for callers that issue their own.
 pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let text = Text::read(path)?;
     let read = |name: &str| {

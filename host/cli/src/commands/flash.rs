@@ -4,7 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
 use super::port::PortArguments;
-use super::progress::Bar;
+use super::progress::ProgressBarOnScreen;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -62,7 +62,7 @@ struct Flashed<'a> {
 }
 
 #[derive(Serialize)]
-struct Checked<'a> {
+struct CheckedBlob<'a> {
     file: Option<&'a Path>,
     firmware: &'a str,
     board: &'a str,
@@ -88,7 +88,7 @@ fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = controller.target();
     let (firmware, board) = (&controller.firmware, &controller.board);
     if arguments.json {
-        files::print_json(&Checked {
+        files::print_json(&CheckedBlob {
             file: path,
             firmware,
             board,
@@ -118,11 +118,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let blob = read(path)?;
     let (mut client, controller) = port.connect()?;
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
         .map_err(|error| port.bad_flash(&error))?;
     drop(bar);
-    let link::Outcome {
+    let link::UploadOutcome {
         slot,
         sequence,
         already,

@@ -10,7 +10,7 @@ mod screen;
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
-use super::progress::Bar;
+use super::progress::ProgressBarOnScreen;
 use super::replace;
 use ahead::ahead;
 pub use arguments::Arguments;
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.has_machine = tip.is_some();
     rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     let inlined = inlined::Program::new(arguments, &rules)?;
     let program = match &inlined {
         Some(inlined) => inlined.path(),
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut bad = None;
     let mut found = None;
     let mut seen = 0_u64;
-    let write = |file: &mut replace::Sink<'_>| {
+    let write = |file: &mut replace::NewContent<'_>| {
         let (done, written) = ahead(file, |file| {
             let seen = |read| {
                 if (seen + read) >> 20 != seen >> 20 {

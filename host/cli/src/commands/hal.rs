@@ -41,9 +41,9 @@ struct Pin {
 }
 
 /// All pins at one time.
-pub struct Pins(Vec<Pin>);
+pub struct PinValues(Vec<Pin>);
 
-impl Pins {
+impl PinValues {
     /// Reads them.
     pub fn read() -> Result<Self, BadInput> {
         let shown = halcmd(&["-s", "show", "pin", "trueaxis."])?;

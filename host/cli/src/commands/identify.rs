@@ -14,15 +14,17 @@ use super::date;
 use super::files::{self, Text};
 use super::verdict;
 use clap::Args;
-use inputs::{Inputs, Same};
+use inputs::{MeasuredInputs, Same};
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::temperatures::{self, Temperatures};
 use trueaxis_measure::identify::{Model, ModelError};
-use trueaxis_measure::study::{self, About, Identification, Refusal, Request, Study};
+use trueaxis_measure::study::{
+    self, Identification, RefusedInput, Study, StudyRefusal, StudyRequest,
+};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{self as report, Document, Model as ReportModel};
+use trueaxis_report::{self as report, Document, PageModel as ReportModel};
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
 
@@ -112,7 +114,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
-    let given = Given::read(arguments)?;
+    let given = IdentifyInputs::read(arguments)?;
     let blob = match &arguments.active {
         Some(path) => Some(files::read_blob(path)?),
         None => None,
@@ -121,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         (Some(blob), Some(path)) => Some(given.active(blob, path)?),
         _ => None,
     };
-    let request = Request {
+    let request = StudyRequest {
         active: active.as_ref(),
         ..arguments.request(&given)?
     };
@@ -142,17 +144,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// What the files say.
-struct Given {
+struct IdentifyInputs {
     machine: Machine,
     artefact: Artefact,
-    inputs: Inputs,
+    inputs: MeasuredInputs,
     /// Errors that were known before.
     base: ErrorModel,
     before: Option<ErrorModel>,
     temperatures: Option<Temperatures>,
 }
 
-impl Given {
+impl IdentifyInputs {
     fn read(arguments: &Arguments) -> Result<Self, BadInput> {
         let machine = files::read_machine(&arguments.machine)?;
         let mut artefact = match &arguments.artefact {
@@ -162,7 +164,7 @@ impl Given {
         if let Some(path) = &arguments.probe {
             files::read_probe(path, &machine)?.known(&mut artefact.stylus);
         }
-        let inputs = Inputs::read(arguments, &machine, &artefact)?;
+        let inputs = MeasuredInputs::read(arguments, &machine, &artefact)?;
         let base = match &arguments.update {
             Some(path) => files::to_update(files::read_errors(path, &machine)?, path, "identify")?,
             None => ErrorModel::perfect(&machine),
@@ -203,7 +205,7 @@ impl Given {
 }
 
 /// Writes the errors and their covariances.
-pub fn write(found: &study::Outcome<'_>, output: &Path) -> Result<ErrorModel, BadInput> {
+pub fn write(found: &study::StudyOutcome<'_>, output: &Path) -> Result<ErrorModel, BadInput> {
     let model = errors(found)?;
     let covariances = beside(output);
     let name = covariances.file_name().unwrap_or_default();
@@ -213,7 +215,7 @@ pub fn write(found: &study::Outcome<'_>, output: &Path) -> Result<ErrorModel, Ba
     Ok(model)
 }
 
-fn errors(found: &study::Outcome<'_>) -> Result<ErrorModel, BadInput> {
+fn errors(found: &study::StudyOutcome<'_>) -> Result<ErrorModel, BadInput> {
     found
         .errors()
         .map_err(|error| BadInput::new(error.message, error.remedy))
@@ -221,7 +223,7 @@ fn errors(found: &study::Outcome<'_>) -> Result<ErrorModel, BadInput> {
 
 /// Prints what people read.
 pub fn show(
-    found: &study::Outcome<'_>,
+    found: &study::StudyOutcome<'_>,
     model: &ErrorModel,
     is_verbose: bool,
 ) -> Result<(), BadInput> {
@@ -235,7 +237,7 @@ pub fn show(
 }
 
 /// Prints what to check; the check fails if the parameters should not be trusted.
-pub fn warn(found: &study::Outcome<'_>) -> Outcome {
+pub fn warn(found: &study::StudyOutcome<'_>) -> Outcome {
     for warning in found.warnings() {
         eprintln!("warning: {warning}");
     }
@@ -288,31 +290,31 @@ impl Arguments {
         Ok(())
     }
 
-    fn request<'a>(&self, given: &'a Given) -> Result<Request<'a>, BadInput> {
+    fn request<'a>(&self, given: &'a IdentifyInputs) -> Result<StudyRequest<'a>, BadInput> {
         let thermal = self.thermal.as_deref().map(str::parse).transpose();
-        Ok(Request {
+        Ok(StudyRequest {
             robust: self.robust,
             without: self.without.clone(),
             accept_places: self.accept_places,
             active: None,
             temperatures: given.temperatures.as_ref(),
-            thermal: thermal.map_err(|error| self.refused(&Refusal::Thermal(error)))?,
+            thermal: thermal.map_err(|error| self.refused(&StudyRefusal::Thermal(error)))?,
             before: given.before.as_ref(),
             model: self.model.parse::<Model>().map_err(no_model)?,
         })
     }
 
     /// A refusal, with the option or the files that it is about.
-    fn refused(&self, refusal: &Refusal) -> BadInput {
+    fn refused(&self, refusal: &StudyRefusal) -> BadInput {
         let path = |path: Option<&PathBuf>| path.map_or(String::new(), |p| p.display().to_string());
         let about = match refusal.about() {
-            About::Measurements => self.names(),
-            About::Model => "--model".to_owned(),
-            About::Thermal => "--thermal".to_owned(),
-            About::Temperatures => path(self.temperatures.as_ref()),
-            About::Without => "--without".to_owned(),
-            About::Before => path(self.before.as_ref()),
-            About::Runs => return BadInput::new(refusal.to_string(), refusal.remedy()),
+            RefusedInput::Measurements => self.names(),
+            RefusedInput::Model => "--model".to_owned(),
+            RefusedInput::Thermal => "--thermal".to_owned(),
+            RefusedInput::Temperatures => path(self.temperatures.as_ref()),
+            RefusedInput::Without => "--without".to_owned(),
+            RefusedInput::Before => path(self.before.as_ref()),
+            RefusedInput::Runs => return BadInput::new(refusal.to_string(), refusal.remedy()),
         };
         BadInput::new(format!("{about}: {refusal}"), refusal.remedy())
     }
@@ -321,7 +323,7 @@ impl Arguments {
     fn report(
         &self,
         page: &Path,
-        found: &study::Outcome<'_>,
+        found: &study::StudyOutcome<'_>,
         errors: &ErrorModel,
     ) -> Result<(), BadInput> {
         let machine = found.machine;

@@ -14,11 +14,11 @@ use clap::{Args, Subcommand};
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: ImportCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
+enum ImportCommand {
     Cec(cec::Arguments),
     Isg(isg::Arguments),
     /// Read a stored profile of Klipper's bed_mesh as observations
@@ -44,11 +44,11 @@ enum What {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
-        What::Cec(arguments) => cec::run(arguments),
-        What::Isg(arguments) => isg::run(arguments),
-        What::Klipper(arguments) => height_map::klipper(arguments),
-        What::KlipperTwist(arguments) => twist::run(arguments),
-        What::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
-        What::Points(arguments) => points::run(arguments),
+        ImportCommand::Cec(arguments) => cec::run(arguments),
+        ImportCommand::Isg(arguments) => isg::run(arguments),
+        ImportCommand::Klipper(arguments) => height_map::klipper(arguments),
+        ImportCommand::KlipperTwist(arguments) => twist::run(arguments),
+        ImportCommand::RepRapFirmware(arguments) => height_map::reprapfirmware(arguments),
+        ImportCommand::Points(arguments) => points::run(arguments),
     }
 }

@@ -29,7 +29,7 @@ pub struct Arguments {
 
 /// The results as JSON.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct InspectAnswer<'a> {
     file: &'a Path,
     #[serde(flatten)]
     contents: &'a Contents<'a>,
@@ -242,7 +242,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&InspectAnswer {
             file: path,
             contents: &contents,
             extremes: &extremes,

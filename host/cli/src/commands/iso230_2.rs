@@ -3,11 +3,11 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
-use super::measured::{Files, positioning};
+use super::measured::{MeasuredFiles, positioning};
 use clap::Args;
 use serde::Serialize;
 use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
-use trueaxis_measure::direct::{Line, misread};
+use trueaxis_measure::direct::{AxisRuns, misread};
 use trueaxis_model::machine::Machine;
 
 /// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R
@@ -24,7 +24,7 @@ The file, with as many runs as there are:\n  # axis = \"X\"\n  # reads = \"tool 
 )]
 pub struct Arguments {
     #[command(flatten)]
-    files: Files,
+    files: MeasuredFiles,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -32,7 +32,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(true)?;
-    let evaluated: Vec<(String, Line, Analysis)> = positioning(&measurements)?
+    let evaluated: Vec<(String, AxisRuns, Analysis)> = positioning(&measurements)?
         .into_iter()
         .map(|(name, line)| (name.to_owned(), line.clone(), analysis(line)))
         .collect();
@@ -48,8 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     };
     if arguments.json {
-        let all: Vec<One<'_>> = (evaluated.iter())
-            .map(|(name, line, analysis)| One::new(&imported, name, line, analysis))
+        let all: Vec<AxisResults<'_>> = (evaluated.iter())
+            .map(|(name, line, analysis)| AxisResults::new(&imported, name, line, analysis))
             .collect();
         files::print_json(&all)?;
     } else {
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-fn factor(line: &Line) -> (f64, &'static str) {
+fn factor(line: &AxisRuns) -> (f64, &'static str) {
     match line.setup.is_angular() {
         true => (1e6, "µrad"),
         false => (1e3, "µm"),
@@ -78,7 +78,7 @@ fn number(value: Option<f64>, factor: f64) -> String {
 }
 
 /// The text output.
-fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> String {
+fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> String {
     let axis = &machine.axes[line.setup.moved];
     let (factor, unit) = factor(line);
     let show = |value| number(value, factor);
@@ -150,14 +150,14 @@ fn not_to_the_standard(found: &Analysis) -> Option<String> {
 
 /// The results as JSON, in µm and µrad.
 #[derive(Serialize)]
-struct One<'a> {
+struct AxisResults<'a> {
     file: &'a str,
     axis: char,
     unit: &'static str,
     runs: [usize; 2],
     /// Why these figures are not those of the standard.
     not_to_the_standard: Option<String>,
-    targets: Vec<AtTarget>,
+    targets: Vec<TargetAnswer>,
     accuracy: [Option<f64>; 3],
     systematic_deviation: [Option<f64>; 3],
     repeatability: [Option<f64>; 3],
@@ -167,7 +167,7 @@ struct One<'a> {
 }
 
 #[derive(Serialize)]
-struct AtTarget {
+struct TargetAnswer {
     target: f64,
     mean: [Option<f64>; 2],
     spread: [Option<f64>; 2],
@@ -175,8 +175,8 @@ struct AtTarget {
     repeatability: [Option<f64>; 3],
 }
 
-impl<'a> One<'a> {
-    fn new(machine: &Machine, file: &'a str, line: &Line, found: &Analysis) -> Self {
+impl<'a> AxisResults<'a> {
+    fn new(machine: &Machine, file: &'a str, line: &AxisRuns, found: &Analysis) -> Self {
         let (factor, unit) = factor(line);
         let one = |v: Option<f64>| v.map(|v| v * factor);
         let three = |[up, down]: [Option<f64>; 2], both| [up, down, both].map(one);
@@ -187,7 +187,7 @@ impl<'a> One<'a> {
             runs: found.runs,
             not_to_the_standard: not_to_the_standard(found),
             targets: (found.targets.iter())
-                .map(|t| AtTarget {
+                .map(|t| TargetAnswer {
                     target: t.target,
                     mean: t.mean.map(one),
                     spread: t.spread.map(one),

@@ -6,7 +6,9 @@ use super::files::{self, Text};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_measure::direct::iso230_3::{Analysis, Displacements, Drift, Test, Unit, analysis};
+use trueaxis_measure::direct::iso230_3::{
+    Displacements, DriftAnalysis, DriftKind, Test, Unit, analysis,
+};
 use trueaxis_measure::formats::displacements;
 use trueaxis_report::picture::{Chart, Ink, Mark, Picture, Scale, Series};
 
@@ -56,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
-        true => files::print_json(&Answer::new(&measured, &found, &arguments.at))?,
+        true => files::print_json(&Iso2303Answer::new(&measured, &found, &arguments.at))?,
         false => files::print(&screen(&text.name, &measured, &found, &arguments.at))?,
     }
     Ok(Outcome::Done)
@@ -88,7 +90,7 @@ fn shown(unit: Unit) -> (f64, &'static str) {
 }
 
 /// The text output.
-fn screen(name: &str, measured: &Displacements, found: &[Analysis], at: &[f64]) -> String {
+fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f64]) -> String {
     let [first, last] = measured.span();
     let mut text = format!(
         "{name}: {}\n{} readings in {:.1} min",
@@ -135,7 +137,7 @@ fn screen(name: &str, measured: &Displacements, found: &[Analysis], at: &[f64]) 
 }
 
 /// The courses of what has the same unit in a picture, with its name.
-fn pictures(measured: &Displacements, found: &[Analysis]) -> Vec<(String, Picture)> {
+fn pictures(measured: &Displacements, found: &[DriftAnalysis]) -> Vec<(String, Picture)> {
     let mut pictures = Vec::new();
     for analysis in found {
         for (unit, what) in [
@@ -145,7 +147,7 @@ fn pictures(measured: &Displacements, found: &[Analysis]) -> Vec<(String, Pictur
             (Unit::Expansion, "expansion"),
         ] {
             let drifts = analysis.drifts.iter().filter(|d| d.unit == unit);
-            let drifts: Vec<&Drift> = drifts.collect();
+            let drifts: Vec<&DriftKind> = drifts.collect();
             if drifts.is_empty() {
                 continue;
             }
@@ -161,7 +163,7 @@ fn pictures(measured: &Displacements, found: &[Analysis]) -> Vec<(String, Pictur
 }
 
 /// Courses over time.
-fn picture(measured: &Displacements, what: &str, drifts: &[&Drift]) -> Picture {
+fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Picture {
     const INKS: [Ink; 6] = [
         Ink::Accent,
         Ink::Before,
@@ -220,23 +222,23 @@ fn picture(measured: &Displacements, what: &str, drifts: &[&Drift]) -> Picture {
 
 /// The results as JSON; names state the units.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct Iso2303Answer<'a> {
     test: String,
     minutes: f64,
     stopped_after_minutes: Option<f64>,
     sensors_apart_mm: Option<f64>,
     at_minutes: &'a [f64],
-    results: Vec<At<'a>>,
+    results: Vec<DriftAt<'a>>,
 }
 
 #[derive(Serialize)]
-struct At<'a> {
+struct DriftAt<'a> {
     position_mm: Option<f64>,
-    drifts: Vec<One<'a>>,
+    drifts: Vec<DriftResults<'a>>,
 }
 
 #[derive(Serialize)]
-struct One<'a> {
+struct DriftResults<'a> {
     name: &'a str,
     unit: &'static str,
     range: f64,
@@ -245,15 +247,15 @@ struct One<'a> {
     at: Vec<Option<f64>>,
 }
 
-impl<'a> Answer<'a> {
-    fn new(measured: &Displacements, found: &'a [Analysis], at: &'a [f64]) -> Self {
+impl<'a> Iso2303Answer<'a> {
+    fn new(measured: &Displacements, found: &'a [DriftAnalysis], at: &'a [f64]) -> Self {
         let [first, last] = measured.span();
-        let one = |drift: &'a Drift| {
+        let one = |drift: &'a DriftKind| {
             let (factor, unit) = shown(drift.unit);
             let stopped = drift
                 .stopped
                 .map(|ranges| ranges.map(|range| range * factor));
-            One {
+            DriftResults {
                 name: &drift.name,
                 unit,
                 range: drift.range * factor,
@@ -269,7 +271,7 @@ impl<'a> Answer<'a> {
             sensors_apart_mm: measured.apart,
             at_minutes: at,
             results: (found.iter())
-                .map(|analysis| At {
+                .map(|analysis| DriftAt {
                     position_mm: analysis.position,
                     drifts: analysis.drifts.iter().map(one).collect(),
                 })

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use trueaxis_measure::direct::iso230_3::Unit;
 use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns};
 use trueaxis_measure::formats::revolutions;
-use trueaxis_report::picture::{Ink, Picture, Polar, Turn};
+use trueaxis_report::picture::{Ink, Picture, Polar, PolarTurn};
 
 /// Evaluate error motions of a spindle or a rotary table to ISO 230-7
 ///
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
-        true => files::print_json(&Answer::new(&measured, &found))?,
+        true => files::print_json(&Iso2307Answer::new(&measured, &found))?,
         false => files::print(&screen(&text.name, &measured, &found))?,
     }
     Ok(Outcome::Done)
@@ -106,7 +106,7 @@ fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
     let mut mean = around(&motion.mean);
     // The curve is closed.
     mean.extend(mean.first().copied());
-    let turn = |name: &str, ink, readings| Turn {
+    let turn = |name: &str, ink, readings| PolarTurn {
         name: name.to_owned(),
         ink,
         readings,
@@ -128,15 +128,15 @@ fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
 
 /// The results as JSON; names state the units.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct Iso2307Answer<'a> {
     turns: usize,
     angles: usize,
     sensors_apart_mm: Option<f64>,
-    error_motions: Vec<One<'a>>,
+    error_motions: Vec<ErrorMotionResults<'a>>,
 }
 
 #[derive(Serialize)]
-struct One<'a> {
+struct ErrorMotionResults<'a> {
     name: &'a str,
     unit: &'static str,
     total: f64,
@@ -145,11 +145,11 @@ struct One<'a> {
     off_centre: Option<f64>,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> Iso2307Answer<'a> {
     fn new(measured: &Turns, found: &'a [ErrorMotion]) -> Self {
         let one = |motion: &'a ErrorMotion| {
             let (factor, unit) = shown(motion);
-            One {
+            ErrorMotionResults {
                 name: &motion.name,
                 unit,
                 total: motion.total * factor,

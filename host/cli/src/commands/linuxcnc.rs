@@ -16,11 +16,11 @@ use clap::{Args, Subcommand};
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: LinuxCncCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
+enum LinuxCncCommand {
     Start(start::Arguments),
     Setup(setup::Arguments),
     Check(check::Arguments),
@@ -31,11 +31,11 @@ enum What {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
-        What::Start(arguments) => start::run(arguments),
-        What::Setup(arguments) => setup::run(arguments),
-        What::Check(arguments) => check::run(arguments),
-        What::Model(arguments) => model::run(arguments),
-        What::Probe(arguments) => probe::run(arguments),
-        What::Calibrate(arguments) => calibrate::run(arguments),
+        LinuxCncCommand::Start(arguments) => start::run(arguments),
+        LinuxCncCommand::Setup(arguments) => setup::run(arguments),
+        LinuxCncCommand::Check(arguments) => check::run(arguments),
+        LinuxCncCommand::Model(arguments) => model::run(arguments),
+        LinuxCncCommand::Probe(arguments) => probe::run(arguments),
+        LinuxCncCommand::Calibrate(arguments) => calibrate::run(arguments),
     }
 }

@@ -6,11 +6,11 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::quantity::count;
-use answer::Answer;
+use answer::MeasuredAnswer;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{
-    DirectError, DirectResult, Line, Measured, Measurement, Options, error_file, solve,
+    AxisRuns, DirectError, DirectResult, MeasuredRuns, Measurement, SolveOptions, error_file, solve,
 };
 use trueaxis_measure::formats::kind::{FileKind, kind};
 use trueaxis_measure::formats::runs;
@@ -36,7 +36,7 @@ For a square: # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }, and line,tar
 )]
 pub struct Arguments {
     #[command(flatten)]
-    pub files: Files,
+    pub files: MeasuredFiles,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -44,7 +44,7 @@ pub struct Arguments {
 
 /// Input files and output.
 #[derive(Args)]
-pub struct Files {
+pub struct MeasuredFiles {
     /// Machine description (machine.toml)
     pub machine: PathBuf,
     /// Files with readings (CSV)
@@ -69,7 +69,7 @@ pub struct Imported {
     pub found: DirectResult,
 }
 
-impl Files {
+impl MeasuredFiles {
     /// Reads all files. They need not say where other axes stood if nothing is written (`is_evaluated`).
     pub fn read(&self, is_evaluated: bool) -> Result<(Machine, Vec<Measurement>), BadInput> {
         let others = [Some(&self.machine), self.update.as_ref()];
@@ -111,7 +111,7 @@ impl Files {
             }
             None => ErrorModel::perfect(&machine),
         };
-        let options = Options {
+        let options = SolveOptions {
             one_number: self.one_number,
         };
         let found = solve(&machine, &measurements, &known, options)
@@ -165,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(false)?;
     let imported = arguments.files.import(machine, measurements)?;
     match arguments.json {
-        true => files::print_json(&Answer::new(&imported))?,
+        true => files::print_json(&MeasuredAnswer::new(&imported))?,
         false => files::print(&screen(&imported))?,
     }
     Ok(Outcome::Done)
@@ -255,9 +255,9 @@ pub fn motions(
 }
 
 /// The positioning runs of the axis itself, with their files.
-pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &Line)>, BadInput> {
+pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &AxisRuns)>, BadInput> {
     let of = |m: &'_ Measurement| match &m.measured {
-        Measured::Line(line) if line.setup.is_positioning() => Ok(()),
+        MeasuredRuns::Line(line) if line.setup.is_positioning() => Ok(()),
         _ => Err(BadInput::new(
             format!(
                 "{}: this is not the position of the axis that moves",
@@ -270,8 +270,8 @@ pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &Line)>, B
         of(m)?;
     }
     let lines = measurements.iter().filter_map(|m| match &m.measured {
-        Measured::Line(line) => Some((m.name.as_str(), line)),
-        Measured::Square(_) => None,
+        MeasuredRuns::Line(line) => Some((m.name.as_str(), line)),
+        MeasuredRuns::Square(_) => None,
     });
     Ok(lines.collect())
 }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::explain;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{Model, parameter_in_words};
+use trueaxis_report::{PageModel, parameter_in_words};
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
 
@@ -25,7 +25,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct Answer<'a> {
     machine: &'a str,
-    model: Model,
+    model: PageModel,
     /// The parameters of the error file: name, and the sentence of `explain`.
     explained: Vec<(String, String)>,
     /// The parameters that a person may add: name, and what it is.
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let explained = explain(&machine, &errors);
     files::print_json(&Answer {
         machine: &machine.name,
-        model: Model::new(&machine, &errors, runtime.as_ref()),
+        model: PageModel::new(&machine, &errors, runtime.as_ref()),
         explained: explained
             .iter()
             .map(|one| (one.alone.parameter.to_string(), one.sentence()))

@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files;
-use super::hal::Pins;
+use super::hal::PinValues;
 use super::port::{AnyClient, Connection, PortArguments};
 use clap::Args;
 use serde_json::json;
@@ -11,7 +11,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use trueaxis::Conditions;
 use trueaxis::link::{Activation, CostUnit, Health, MOST_AXES, Report, SlotState, Upload};
-use trueaxis_controllers::link::Controller;
+use trueaxis_controllers::link::LinkedController;
 
 /// Watch a controller or LinuxCNC: positions, corrections, faults
 #[derive(Args)]
@@ -36,7 +36,7 @@ pub struct Arguments {
 }
 
 /// What is watched, as of the last sample.
-trait Source {
+trait WatchedSource {
     fn sample(&mut self) -> Result<(), BadInput>;
     fn table(&self) -> String;
     /// Columns of `--csv`.
@@ -46,16 +46,16 @@ trait Source {
 }
 
 /// A board on a port.
-struct Board {
+struct WatchedBoard {
     port: PortArguments,
     client: AnyClient,
-    controller: Controller,
+    controller: LinkedController,
     report: Report,
     health: Option<Health>,
     known: Option<(Activation, Upload)>,
 }
 
-impl Board {
+impl WatchedBoard {
     fn connect(port: PortArguments) -> Result<Self, BadInput> {
         let (mut client, controller) = port.connect()?;
         let report = client.status().map_err(|error| port.bad(&error))?;
@@ -70,7 +70,7 @@ impl Board {
     }
 }
 
-impl Source for Board {
+impl WatchedSource for WatchedBoard {
     fn sample(&mut self) -> Result<(), BadInput> {
         let bad = |error| self.port.bad(&error);
         self.report = self.client.status().map_err(bad)?;
@@ -96,7 +96,7 @@ impl Source for Board {
     }
 }
 
-impl Source for Pins {
+impl WatchedSource for PinValues {
     fn sample(&mut self) -> Result<(), BadInput> {
         *self = Self::read()?;
         Ok(())
@@ -118,9 +118,9 @@ impl Source for Pins {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let mut source: Box<dyn Source> = match arguments.connection.port() {
-        Some(port) => Box::new(Board::connect(port)?),
-        None => Box::new(Pins::read()?),
+    let mut source: Box<dyn WatchedSource> = match arguments.connection.port() {
+        Some(port) => Box::new(WatchedBoard::connect(port)?),
+        None => Box::new(PinValues::read()?),
     };
     let live = std::io::stdout().is_terminal();
     let start = Instant::now();
@@ -226,7 +226,12 @@ fn slot(state: SlotState) -> String {
 }
 
 /// The text output.
-fn table(port: &str, controller: &Controller, report: &Report, health: Option<Health>) -> String {
+fn table(
+    port: &str,
+    controller: &LinkedController,
+    report: &Report,
+    health: Option<Health>,
+) -> String {
     let mut text = String::new();
     let t = &mut text;
     let (firmware, board) = (&controller.firmware, &controller.board);
@@ -325,7 +330,7 @@ fn well(health: &Health) -> String {
 }
 
 /// Columns of `--csv`.
-fn header(controller: &Controller) -> String {
+fn header(controller: &LinkedController) -> String {
     let mut text = "time".to_owned();
     for prefix in ["", "d", "computed "] {
         for letter in controller.axes.chars() {
@@ -359,7 +364,7 @@ fn line(report: &Report, seconds: f64) -> String {
 }
 
 fn object(
-    controller: &Controller,
+    controller: &LinkedController,
     report: &Report,
     health: Option<Health>,
     seconds: f64,

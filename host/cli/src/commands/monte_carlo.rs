@@ -5,7 +5,7 @@ use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::identify::no_model;
 use super::number::positive;
-use super::progress::Bar;
+use super::progress::ProgressBarOnScreen;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -46,12 +46,12 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct MonteCarloAnswer<'a> {
     machine: &'a str,
     identifications: usize,
     noise_um: f64,
     found_noise_um: f64,
-    parameters: Vec<One>,
+    parameters: Vec<ParameterScatter>,
     positions: usize,
     tips_inside: f64,
     directions_inside: f64,
@@ -60,7 +60,7 @@ struct Answer<'a> {
 
 /// The error of a parameter, divided by its stated standard uncertainty.
 #[derive(Serialize)]
-struct One {
+struct ParameterScatter {
     parameter: String,
     standard_uncertainty: f64,
     mean: f64,
@@ -85,14 +85,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         model: &model,
         noise: arguments.noise * 1e-3,
     };
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     bar.stage("identifying", arguments.seeds as usize);
     let step = || bar.step();
     let found = monte_carlo(&trial, arguments.seeds as usize, &step)
         .map_err(|error| arguments.failed(error))?;
     drop(bar);
     if arguments.json {
-        files::print_json(&Answer::new(arguments, &machine.name, &found))?;
+        files::print_json(&MonteCarloAnswer::new(arguments, &machine.name, &found))?;
     } else {
         files::print(&screen(arguments, &machine.name, &found))?;
     }
@@ -118,9 +118,9 @@ fn part(inside: usize, of: usize) -> f64 {
     inside as f64 / of as f64
 }
 
-impl<'a> Answer<'a> {
-    fn new(arguments: &Arguments, machine: &'a str, found: &identify::Outcome) -> Self {
-        let one = |p: &identify::Normalised| One {
+impl<'a> MonteCarloAnswer<'a> {
+    fn new(arguments: &Arguments, machine: &'a str, found: &identify::MonteCarloOutcome) -> Self {
+        let one = |p: &identify::Normalised| ParameterScatter {
             parameter: p.parameter.to_string(),
             standard_uncertainty: p.uncertainty,
             mean: p.mean,
@@ -140,7 +140,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-fn screen(arguments: &Arguments, machine: &str, found: &identify::Outcome) -> String {
+fn screen(arguments: &Arguments, machine: &str, found: &identify::MonteCarloOutcome) -> String {
     let mut text = format!(
         "{machine}: {} identifications of {} parameters, {} µm of noise; {:.3} µm were found\n\n",
         found.seeds,

@@ -7,7 +7,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::positive;
-use answers::{Answers, Axis, Given, Unit};
+use answers::{AnswerUnit, Answers, GivenOptions, NewAxis};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use kinds::KINDS;
@@ -41,7 +41,7 @@ pub struct Arguments {
     rotary: Vec<String>,
     /// Unit of lengths in the options; files have mm (default: mm)
     #[arg(long, value_enum)]
-    unit: Option<Unit>,
+    unit: Option<AnswerUnit>,
     /// Distance from the spindle nose to the tip of the tool
     #[arg(long, value_name = "LENGTH", default_value_t = 100.0, value_parser = positive)]
     tool: f64,
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    let given = Given {
+    let given = GivenOptions {
         kind: arguments.kind.as_deref(),
         layout: arguments.layout.as_deref(),
         unit: arguments.unit,
@@ -130,7 +130,7 @@ fn machine_file(name: &str, answers: &Answers, tool: f64) -> String {
         answers.layout
     );
     for axis in &answers.axes {
-        let Axis { letter, range, .. } = axis;
+        let NewAxis { letter, range, .. } = axis;
         let branch = if axis.carries_workpiece {
             "workpiece"
         } else {
@@ -158,7 +158,7 @@ fn machine_file(name: &str, answers: &Answers, tool: f64) -> String {
 }
 
 /// An error file whose parameters are comments: the usual ones of the linear axes.
-fn error_file(name: &str, axes: &[Axis]) -> String {
+fn error_file(name: &str, axes: &[NewAxis]) -> String {
     let mut text = format!(
         "# Remove the # of what you have measured; `trueaxis explain` prints the reading that belongs to each number.\n\
          machine = {}\n\n[parameters]  # mm, rad\n",
@@ -174,7 +174,7 @@ fn error_file(name: &str, axes: &[Axis]) -> String {
                 &format!("# {parameter} = 30e-6  # squareness of {a} and {b}: 30 µm per metre\n");
         }
     }
-    if axes.iter().any(Axis::is_rotary) {
+    if axes.iter().any(NewAxis::is_rotary) {
         text += "# Errors of rotary axes: see `trueaxis plan` and `trueaxis identify`.\n";
     }
     text

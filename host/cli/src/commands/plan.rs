@@ -7,7 +7,7 @@ use super::identify::no_model;
 use super::number::positive;
 use super::plan_output::screen;
 use super::quantity::count;
-use super::touch_options::Touching;
+use super::touch_options::TouchOptions;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,8 @@ use trueaxis_measure::formats::observations::Observations;
 use trueaxis_measure::formats::probings::{self, Probing, Probings};
 use trueaxis_measure::identify::Model;
 use trueaxis_measure::plan::{
-    Collision, Criterion, Feeds, NotTouched, PlanError, Planned, Positions, Rows, Set, Setup,
-    Summary, Task, Unreachable, collision, expected, linuxcnc, positions, steps, table,
+    Collision, Criterion, Feeds, NotTouched, PlanError, Planned, PlannedRows, Set, SetPositions,
+    Setup, Summary, Task, Unreachable, collision, expected, linuxcnc, positions, steps, table,
 };
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -100,7 +100,7 @@ pub struct Arguments {
     #[arg(long, value_name = "ERRORS.toml")]
     errors: Option<PathBuf>,
     #[command(flatten)]
-    touching: Touching,
+    touching: TouchOptions,
     /// Feed rate of touches
     #[arg(long, value_name = "MM/MIN", default_value_t = 60.0, value_parser = positive)]
     feed: f64,
@@ -356,7 +356,7 @@ impl Arguments {
     }
 
     /// A position set, with the positions that were left out.
-    fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<Positions, BadInput> {
+    fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<SetPositions, BadInput> {
         let found = positions(setup, set);
         let found = found.map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
         if let Some((ball, _, reason)) = found.left_out.first() {
@@ -370,16 +370,20 @@ impl Arguments {
     }
 
     /// The rows to probe.
-    fn rows<'a>(&'a self, given: Option<&'a Probings>, other: Option<&'a Probings>) -> Rows<'a> {
+    fn rows<'a>(
+        &'a self,
+        given: Option<&'a Probings>,
+        other: Option<&'a Probings>,
+    ) -> PlannedRows<'a> {
         let (indexings, criterion) = (self.indexings.as_deref(), self.best_for);
         match (given, other) {
-            (Some(strategy), _) => Rows::Given(strategy),
-            (None, Some(other)) => Rows::AsGoodAs {
+            (Some(strategy), _) => PlannedRows::Given(strategy),
+            (None, Some(other)) => PlannedRows::AsGoodAs {
                 indexings,
                 other,
                 criterion,
             },
-            (None, None) => Rows::Best {
+            (None, None) => PlannedRows::Best {
                 indexings,
                 probings: (self.minutes)
                     .map(|minutes| (minutes * 60.0 / self.seconds) as usize)

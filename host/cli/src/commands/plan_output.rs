@@ -3,7 +3,7 @@
 use super::quantity::{EXPANDED, count, shown};
 use super::unidentifiable;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{Judgement, Planned, Setup, Spread};
+use trueaxis_measure::plan::{Judgement, Planned, Setup, UncertaintySpread};
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::MinimalParameters;
 
@@ -41,17 +41,18 @@ pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
         MinimalParameters::of(machine)
     );
     parameters(&mut text, judgement, other);
-    let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
-        *text += &format!("  {name:<17}");
-        for (spread, first) in [(one, 9), (two, 15)] {
-            if let Some(spread) = spread {
-                let [mean, most_of, largest] =
-                    [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
-                *text += &format!("{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+    let spread =
+        |text: &mut String, name: &str, [one, two]: [Option<&UncertaintySpread>; 2], scale: f64| {
+            *text += &format!("  {name:<17}");
+            for (spread, first) in [(one, 9), (two, 15)] {
+                if let Some(spread) = spread {
+                    let [mean, most_of, largest] =
+                        [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
+                    *text += &format!("{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+                }
             }
-        }
-        text.push('\n');
-    };
+            text.push('\n');
+        };
     text += "\nstandard over travel     mean     95 %  largest";
     if other.is_some() {
         text += "    other: mean     95 %  largest";

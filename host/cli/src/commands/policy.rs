@@ -10,7 +10,7 @@ use trueaxis_tables::policy::of_blob;
 pub struct PolicyArguments {
     /// What the rotary axes correct
     #[arg(long, value_enum, default_value = "direction")]
-    policy: Policy,
+    policy: PolicyChoice,
     /// Damping of --policy direction, 0.01 to 1. A smaller value points the tool better near positions where it is
     /// parallel to a rotary axis, with larger rotary corrections (default: 0.1)
     #[arg(long, value_name = "λ", value_parser = damping)]
@@ -18,7 +18,7 @@ pub struct PolicyArguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Policy {
+enum PolicyChoice {
     /// The tool direction; rotation about the tool axis is ignored
     Direction,
     /// The full tool orientation, with rotation about the tool axis, as in the source document; the direction can
@@ -32,15 +32,15 @@ impl PolicyArguments {
     /// The policy as stored in a blob.
     pub fn stored(&self) -> Result<trueaxis::Policy, BadInput> {
         match (self.policy, self.damping) {
-            (Policy::Direction, damping) => Ok(trueaxis::Policy::Direction {
+            (PolicyChoice::Direction, damping) => Ok(trueaxis::Policy::Direction {
                 damping: damping.unwrap_or(0.1),
             }),
             (_, Some(_)) => Err(BadInput::new(
                 "--damping is given, but only --policy direction damps rotary corrections",
                 "leave out --damping, or use --policy direction",
             )),
-            (Policy::Orientation, None) => Ok(trueaxis::Policy::Orientation),
-            (Policy::Position, None) => Ok(trueaxis::Policy::Position),
+            (PolicyChoice::Orientation, None) => Ok(trueaxis::Policy::Orientation),
+            (PolicyChoice::Position, None) => Ok(trueaxis::Policy::Position),
         }
     }
 

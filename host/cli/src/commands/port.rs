@@ -4,7 +4,9 @@ use super::bad_input::BadInput;
 use clap::Args;
 use trueaxis::LoadError;
 use trueaxis::link::Refusal;
-use trueaxis_controllers::link::{self, BadPort, Client, Controller, FlashError, LinkError, Port};
+use trueaxis_controllers::link::{
+    self, BadPort, Client, LinkError, LinkedController, Port, UploadError,
+};
 
 /// Connection to the controller.
 #[derive(Args)]
@@ -54,7 +56,7 @@ impl PortArguments {
     pub const BAUD: u32 = 115_200;
 
     /// Opens the port and performs the handshake.
-    pub fn connect(&self) -> Result<(AnyClient, Controller), BadInput> {
+    pub fn connect(&self) -> Result<(AnyClient, LinkedController), BadInput> {
         let port = link::open(&self.port, self.baud).map_err(|error| {
             let remedy = match &error {
                 BadPort::Address(_) => "give tcp:HOST:PORT, for example tcp:localhost:4444",
@@ -73,18 +75,18 @@ impl PortArguments {
     }
 
     /// Describes why a blob was not uploaded.
-    pub fn bad_flash(&self, error: &FlashError) -> BadInput {
+    pub fn bad_flash(&self, error: &UploadError) -> BadInput {
         let remedy = match error {
-            FlashError::Blob(_) => "copy the file again (as binary), or compile it again",
-            FlashError::OtherMachine { .. } => {
+            UploadError::Blob(_) => "copy the file again (as binary), or compile it again",
+            UploadError::OtherMachine { .. } => {
                 "check that this is the right file and the right port; --force if it is meant so"
             }
-            FlashError::TooLarge(_) => {
+            UploadError::TooLarge(_) => {
                 "compile it with the --target that `trueaxis flash --dry-run` prints, or build the firmware with larger capacities"
             }
-            FlashError::Link(error) => remedy(error),
-            FlashError::NotReady(_) => "`trueaxis monitor` shows the reason",
-            FlashError::NotVerified(_) => {
+            UploadError::Link(error) => remedy(error),
+            UploadError::NotReady(_) => "`trueaxis monitor` shows the reason",
+            UploadError::NotVerified(_) => {
                 "flash it again; if that does not help, the flash memory is worn out"
             }
         };

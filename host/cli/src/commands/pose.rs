@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::eval::Along;
+use super::eval::EvalAlong;
 use super::files;
 use super::position_argument;
 use clap::Args;
@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::motion::{self, Outside};
-use trueaxis_model::pose::{Line, Posed, Tool, pose};
-use trueaxis_model::positions::Input;
+use trueaxis_model::pose::{AxisLine, Posed, ToolPose, pose};
+use trueaxis_model::positions::ColumnInput;
 
 /// Show the tool pose relative to the workpiece and the axis locations
 ///
@@ -46,16 +46,16 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct PoseAnswer<'a> {
     machine: &'a str,
     axes: &'a [char],
     outside: &'a [Outside<f64>],
-    poses: &'a [At],
+    poses: &'a [PosesAt],
 }
 
 /// A position (mm, deg) and the poses there.
 #[derive(Serialize)]
-struct At {
+struct PosesAt {
     position: Vec<f64>,
     #[serde(flatten)]
     posed: Posed,
@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => Some(files::read_errors(path, &machine)?),
         None => None,
     };
-    let along = arguments.positions.as_ref().map(|positions| Along {
+    let along = arguments.positions.as_ref().map(|positions| EvalAlong {
         positions: positions.clone(),
         output: arguments.output.clone(),
         json: arguments.json,
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let rows = match &along {
         Some(along) => {
             let sensors = errors.iter().flat_map(|errors| &errors.sensors);
-            let inputs = Input::of_machine(&machine, sensors);
+            let inputs = ColumnInput::of_machine(&machine, sensors);
             let mut others = vec![arguments.machine.as_path()];
             others.extend(arguments.errors.as_deref());
             along.read(&inputs, &others)?
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let poses = poses(&machine, errors.as_ref(), &rows);
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
     let outside = motion::outside_machine(&machine, &rows);
-    let answer = Answer {
+    let answer = PoseAnswer {
         machine: &machine.name,
         axes: &letters,
         outside: &outside,
@@ -126,11 +126,11 @@ impl Arguments {
     }
 }
 
-fn poses(machine: &Machine, errors: Option<&ErrorModel>, rows: &[Vec<f64>]) -> Vec<At> {
+fn poses(machine: &Machine, errors: Option<&ErrorModel>, rows: &[Vec<f64>]) -> Vec<PosesAt> {
     let situations = motion::situations(machine, rows);
     let along = rows.iter().zip(situations);
     along
-        .map(|(row, (q, situation))| At {
+        .map(|(row, (q, situation))| PosesAt {
             position: row[..machine.axes.len()].to_vec(),
             posed: pose(machine, errors, &q, &situation),
         })
@@ -138,12 +138,12 @@ fn poses(machine: &Machine, errors: Option<&ErrorModel>, rows: &[Vec<f64>]) -> V
 }
 
 /// One line per position.
-fn csv(poses: &[At]) -> String {
+fn csv(poses: &[PosesAt]) -> String {
     let mut text = String::from("x,y,z,i,j,k");
     if poses.iter().any(|at| at.posed.actual.is_some()) {
         text += ",actual x,actual y,actual z,actual i,actual j,actual k";
     }
-    for At { posed, .. } in poses {
+    for PosesAt { posed, .. } in poses {
         text.push('\n');
         let tools = std::iter::once(&posed.nominal).chain(&posed.actual);
         let cells: Vec<String> = tools
@@ -158,7 +158,7 @@ fn csv(poses: &[At]) -> String {
 }
 
 /// The text output for one position.
-fn screen(machine: &Machine, at: &At) -> String {
+fn screen(machine: &Machine, at: &PosesAt) -> String {
     let Posed {
         nominal,
         actual,
@@ -168,19 +168,20 @@ fn screen(machine: &Machine, at: &At) -> String {
     let place: Vec<String> = place.map(|(a, q)| format!("{} = {q}", a.letter)).collect();
     let mut text = format!("{} at {}\n", machine.name, place.join(", "));
     let three = |v: [f64; 3], digits: usize| v.map(|v| format!("{:>12}", decimals(v, digits)));
-    let mut block = |title: &str, of: fn(&Tool) -> [f64; 3], digits, unit: &str, factor: f64| {
-        let heads = ["x", "y", "z"].map(|head| format!("{head:>12}")).concat();
-        text += &format!("\n{title:<44}{heads}\n");
-        let mut row = |name: &str, v: [f64; 3], digits| {
-            text += &format!("  {name:<42}{}\n", three(v, digits).concat());
+    let mut block =
+        |title: &str, of: fn(&ToolPose) -> [f64; 3], digits, unit: &str, factor: f64| {
+            let heads = ["x", "y", "z"].map(|head| format!("{head:>12}")).concat();
+            text += &format!("\n{title:<44}{heads}\n");
+            let mut row = |name: &str, v: [f64; 3], digits| {
+                text += &format!("  {name:<42}{}\n", three(v, digits).concat());
+            };
+            row("nominal", of(nominal), digits);
+            if let Some(actual) = actual {
+                row("actual", of(actual), digits);
+                let off = std::array::from_fn(|i| (of(actual)[i] - of(nominal)[i]) * factor);
+                row(&format!("actual less nominal ({unit})"), off, 2);
+            }
         };
-        row("nominal", of(nominal), digits);
-        if let Some(actual) = actual {
-            row("actual", of(actual), digits);
-            let off = std::array::from_fn(|i| (of(actual)[i] - of(nominal)[i]) * factor);
-            row(&format!("actual less nominal ({unit})"), off, 2);
-        }
-    };
     block(
         "tool tip in the workpiece frame (mm)",
         |t| t.tip,
@@ -191,7 +192,7 @@ fn screen(machine: &Machine, at: &At) -> String {
     let title = "tool direction, from the tip to the spindle";
     block(title, |t| t.direction, 6, "µrad", 1e6);
     text += "\na positive command, in the foundation frame         along or about                    through (mm)\n";
-    for Line {
+    for AxisLine {
         axis,
         carries,
         rotary,

@@ -67,7 +67,7 @@ pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput
     within_travel("--zero-at", text, machine)
 }
 
-/// The same for any option.
+/// Like `zero_position`, for any option.
 pub fn within_travel(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     let position = position(option, text, machine)?;
     for (axis, q) in machine.axes.iter().zip(&position) {

@@ -4,16 +4,16 @@ use super::bad_input::BadInput;
 use super::files;
 use super::number::positive;
 use super::plan::{collides, not_reached};
-use super::progress::Bar;
-use super::touch_options::Touching;
+use super::progress::ProgressBarOnScreen;
+use super::touch_options::TouchOptions;
 use clap::Args;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
-use trueaxis_controllers::linuxcnc::{Positions, Session, SessionError};
+use trueaxis_controllers::linuxcnc::{AxisPositions, LinuxCncSession, SessionError};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
-use trueaxis_measure::plan::{Setup, Step, Target, collision, steps};
+use trueaxis_measure::plan::{AxisTargets, ProbingStep, Setup, collision, steps};
 use trueaxis_measure::probe::{
     Contact, ProbeError, Prober, Speeds, duration, header, probe, resume,
 };
@@ -44,8 +44,8 @@ pub struct SpeedOptions {
 pub const CLEAR: &str = "Is the stylus clear of everything, and may the machine move?";
 
 /// Connects to LinuxCNC, homed; `None` if the operator does not want it homed.
-pub fn started(may_home: bool, yes: bool) -> Result<Option<Session>, BadInput> {
-    let (mut session, state) = Session::start().map_err(bad)?;
+pub fn started(may_home: bool, yes: bool) -> Result<Option<LinuxCncSession>, BadInput> {
+    let (mut session, state) = LinuxCncSession::start().map_err(bad)?;
     #[cfg(unix)]
     stop_on_signals(&session)?;
     if !state.is_on {
@@ -72,7 +72,7 @@ pub fn started(may_home: bool, yes: bool) -> Result<Option<Session>, BadInput> {
 /// From now on Ctrl-C, SIGTERM and the end of the terminal stop the machine, also if they were ignored when this program
 /// began, as in scripts; the program ends when the machine stands and everything is as it was.
 #[cfg(unix)]
-fn stop_on_signals(session: &Session) -> Result<(), BadInput> {
+fn stop_on_signals(session: &LinuxCncSession) -> Result<(), BadInput> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM]);
     let mut signals = signals.map_err(|error| {
@@ -111,7 +111,7 @@ fn say(text: &str) {
 
 /// Takes the machine over, with kinematics in which each joint is an axis; false if the operator does not want them
 /// switched.
-pub fn take_over(session: &mut Session, yes: bool) -> Result<bool, BadInput> {
+pub fn take_over(session: &mut LinuxCncSession, yes: bool) -> Result<bool, BadInput> {
     session.begin().map_err(bad)?;
     if let Some(line) = session.joints_by().map_err(bad)? {
         let question =
@@ -148,7 +148,7 @@ pub struct Work<'a> {
     strategy: Probings,
     /// Rows that are not in the log yet.
     rest: Probings,
-    steps: Vec<Step>,
+    steps: Vec<ProbingStep>,
     speeds: &'a SpeedOptions,
     log: &'a Path,
 }
@@ -159,7 +159,7 @@ impl<'a> Work<'a> {
         machine: &'a Machine,
         artefact: &Artefact,
         strategy: Probings,
-        touching: &Touching,
+        touching: &TouchOptions,
         speeds: &'a SpeedOptions,
         log: &'a Path,
     ) -> Result<Self, BadInput> {
@@ -221,7 +221,7 @@ impl<'a> Work<'a> {
     }
 
     fn touches(&self) -> usize {
-        let touches = |step: &&Step| matches!(step, Step::Touch { .. });
+        let touches = |step: &&ProbingStep| matches!(step, ProbingStep::Touch { .. });
         self.steps.iter().filter(touches).count()
     }
 
@@ -262,7 +262,7 @@ impl<'a> Work<'a> {
     }
 
     /// Probes, with a session that has begun; returns the number of touches.
-    pub fn probe(&self, session: &mut Session) -> Result<usize, BadInput> {
+    pub fn probe(&self, session: &mut LinuxCncSession) -> Result<usize, BadInput> {
         let log = OpenOptions::new().append(true).open(self.log);
         let mut log: File = log.map_err(|error| {
             BadInput::new(
@@ -270,7 +270,7 @@ impl<'a> Work<'a> {
                 "make the file writable",
             )
         })?;
-        let bar = Bar::new();
+        let bar = ProgressBarOnScreen::new();
         bar.stage("touches", self.touches());
         let mut prober = Driven {
             machine: self.machine,
@@ -319,12 +319,12 @@ const TRIPPED: &str = "Probe tripped";
 /// LinuxCNC as a machine with a probe.
 struct Driven<'a> {
     machine: &'a Machine,
-    session: &'a mut Session,
+    session: &'a mut LinuxCncSession,
     temperature: Option<&'a str>,
 }
 
 impl Driven<'_> {
-    fn positions(&self, target: &Target) -> Positions {
+    fn positions(&self, target: &AxisTargets) -> AxisPositions {
         let letter = |i: usize| self.machine.axes[i].letter.char();
         target.iter().map(|(i, at)| (letter(*i), *at)).collect()
     }
@@ -333,22 +333,22 @@ impl Driven<'_> {
 impl Prober for Driven<'_> {
     type Error = SessionError;
 
-    fn rapid(&mut self, to: &Target) -> Result<(), SessionError> {
+    fn rapid(&mut self, to: &AxisTargets) -> Result<(), SessionError> {
         let to = self.positions(to);
         self.session.move_to(&to, None)
     }
 
-    fn near(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
+    fn near(&mut self, to: &AxisTargets, feed: f64) -> Result<(), SessionError> {
         let to = self.positions(to);
         self.session.move_to(&to, Some(feed))
     }
 
-    fn retreat(&mut self, to: &Target, feed: f64) -> Result<(), SessionError> {
+    fn retreat(&mut self, to: &AxisTargets, feed: f64) -> Result<(), SessionError> {
         let to = self.positions(to);
         self.session.retreat(&to, feed)
     }
 
-    fn touch(&mut self, end: &Target, feed: f64) -> Result<Option<Contact>, SessionError> {
+    fn touch(&mut self, end: &AxisTargets, feed: f64) -> Result<Option<Contact>, SessionError> {
         let end = self.positions(end);
         let contact = self.session.touch(&end, feed)?;
         if !contact.tripped {

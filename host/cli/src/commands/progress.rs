@@ -8,14 +8,14 @@ use std::time::Duration;
 use trueaxis_tables::compile::Progress;
 
 /// Shown only on a terminal, and only after a second.
-pub struct Bar {
+pub struct ProgressBarOnScreen {
     bar: ProgressBar,
     done: Arc<AtomicBool>,
 }
 
 const PATIENCE: Duration = Duration::from_secs(1);
 
-impl Bar {
+impl ProgressBarOnScreen {
     /// Creates a hidden bar.
     pub fn new() -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
@@ -34,7 +34,7 @@ impl Bar {
     }
 }
 
-impl Progress for Bar {
+impl Progress for ProgressBarOnScreen {
     fn stage(&self, what: &'static str, total: usize) {
         let look = if total == 0 {
             "{spinner} {msg}"
@@ -57,7 +57,7 @@ impl Progress for Bar {
     }
 }
 
-impl Drop for Bar {
+impl Drop for ProgressBarOnScreen {
     fn drop(&mut self) {
         self.done.store(true, Ordering::SeqCst);
         self.bar.finish_and_clear();

@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 use trueaxis_tables::compile::Progress;
 
 /// The stage, its steps, how many are done, and when this was last written.
-pub struct Bar(Mutex<(&'static str, usize, usize, Instant)>);
+pub struct ProgressBarOnScreen(Mutex<(&'static str, usize, usize, Instant)>);
 
 const PAUSE: Duration = Duration::from_millis(100);
 
-impl Bar {
+impl ProgressBarOnScreen {
     /// A bar that shows nothing yet.
     pub fn new() -> Self {
         Self(Mutex::new(("", 0, 0, Instant::now())))
@@ -21,7 +21,7 @@ fn write(what: &str, done: usize, total: usize) {
     let _ = std::fs::write("/progress", format!("{done} {total} {what}"));
 }
 
-impl Progress for Bar {
+impl Progress for ProgressBarOnScreen {
     fn stage(&self, what: &'static str, total: usize) {
         if let Ok(mut bar) = self.0.lock() {
             *bar = (what, total, 0, Instant::now());
@@ -40,7 +40,7 @@ impl Progress for Bar {
     }
 }
 
-impl Drop for Bar {
+impl Drop for ProgressBarOnScreen {
     fn drop(&mut self) {
         write("", 0, 0);
     }

@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probe::ORDERS;
-use trueaxis_measure::qualify::{Known, Qualified, QualifyError, Suspect, qualify};
+use trueaxis_measure::qualify::{ProbePriors, Qualified, QualifyError, TouchSuspect, qualify};
 use trueaxis_measure::spheres::{Touched, read_log};
 use trueaxis_model::machine::Machine;
 
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Diameter of the ball, as calibrated
     #[arg(long, value_name = "MM", value_parser = positive)]
     ball_diameter: f64,
-    /// Its standard uncertainty
+    /// Standard uncertainty of the diameter of the ball
     #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
     ball_uncertainty: f64,
     /// Diameter of the stylus tip, as it is stated: shows a wrong diameter of the ball
@@ -49,7 +49,7 @@ pub struct Arguments {
         requires = "place_uncertainty"
     )]
     artefact: Option<PathBuf>,
-    /// Its name there
+    /// Name of the ball in the artefact
     #[arg(long, value_name = "NAME", requires = "artefact")]
     ball: Option<String>,
     /// Standard uncertainty of each coordinate of its place
@@ -78,7 +78,7 @@ fn orders(text: &str) -> Result<usize, String> {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct QualifyAnswer {
     touches: usize,
     noise_um: f64,
     tip_radius_mm: f64,
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 /// Qualifies a probe by a log of touches.
 pub fn qualified(
     machine: &Machine,
-    known: &Known,
+    known: &ProbePriors,
     touches: &Path,
 ) -> Result<(Qualified, Vec<Touched>), BadInput> {
     let text = Text::read(touches)?;
@@ -154,7 +154,7 @@ pub fn qualified(
 pub fn show(
     found: &Qualified,
     log: &[Touched],
-    known: &Known,
+    known: &ProbePriors,
     written: Option<&Path>,
 ) -> Result<(), BadInput> {
     let mut said = screen(found, log[found.worst.0].line, known);
@@ -177,13 +177,13 @@ fn outcome(found: &Qualified) -> Outcome {
 
 /// A sentence about each suspect.
 fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
-    let sentence = |suspect: &Suspect| match suspect {
-        Suspect::Touch(touch, off) => format!(
+    let sentence = |suspect: &TouchSuspect| match suspect {
+        TouchSuspect::Touch(touch, off) => format!(
             "line {}: this touch is {:+.1} µm from where the others put the ball: look at it, and remove it if it is wrong",
             log[*touch].line,
             off * 1e3
         ),
-        Suspect::Moved(touch, by) => format!(
+        TouchSuspect::Moved(touch, by) => format!(
             "the ball was moved by {:.1} µm (x {:.1}, y {:.1}, z {:.1}) before line {}: look whether it is loose, and touch it again",
             by.norm() * 1e3,
             by.x * 1e3,
@@ -209,8 +209,8 @@ fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
 }
 
 impl Arguments {
-    fn known(&self, machine: &Machine) -> Result<Known, BadInput> {
-        let mut known = Known {
+    fn known(&self, machine: &Machine) -> Result<ProbePriors, BadInput> {
+        let mut known = ProbePriors {
             radius: self.ball_diameter / 2.0,
             radius_uncertainty: self.ball_uncertainty * 0.5e-3,
             place: None,
@@ -239,7 +239,7 @@ impl Arguments {
     }
 }
 
-fn answer(found: &Qualified, log: &[Touched]) -> Answer {
+fn answer(found: &Qualified, log: &[Touched]) -> QualifyAnswer {
     let file = &found.file;
     let um = |mm: f64| mm * 1e3;
     let lobe = |lobe: &trueaxis_measure::formats::probe::Lobe| LobeAnswer {
@@ -248,7 +248,7 @@ fn answer(found: &Qualified, log: &[Touched]) -> Answer {
         sine_um: um(lobe.sine),
         standard_uncertainty_um: um(lobe.uncertainty),
     };
-    Answer {
+    QualifyAnswer {
         touches: found.touches,
         noise_um: um(found.noise),
         tip_radius_mm: file.radius,
@@ -265,7 +265,7 @@ fn answer(found: &Qualified, log: &[Touched]) -> Answer {
     }
 }
 
-fn screen(found: &Qualified, worst: usize, known: &Known) -> String {
+fn screen(found: &Qualified, worst: usize, known: &ProbePriors) -> String {
     let file = &found.file;
     let um = |mm: f64| mm * 1e3;
     let mut text = format!(
@@ -280,7 +280,7 @@ fn screen(found: &Qualified, worst: usize, known: &Known) -> String {
     );
     if !found
         .undetermined
-        .contains(&trueaxis_measure::qualify::Unknown::Pole)
+        .contains(&trueaxis_measure::qualify::ProbeUnknown::Pole)
     {
         text += &format!(
             "  at the pole   {:>+10.2} µm {:>8.2} µm\n",

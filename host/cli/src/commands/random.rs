@@ -3,7 +3,7 @@
 use clap::Args;
 
 #[derive(Args, Clone, Copy)]
-pub struct Random {
+pub struct RandomOptions {
     /// Number of random positions in each region of the verification
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub random: u32,

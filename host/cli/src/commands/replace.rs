@@ -22,14 +22,14 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |file| file.write_all(bytes), |_| Ok(()))
 }
 
-/// The same for content produced by `write`, which need not fit into memory. The new file takes its place once
+/// Like `replace`, for content produced by `write`, which need not fit into memory. The new file takes its place once
 /// `accept` has read and accepted it. `accept` is not called for a device or a pipe, which cannot be read back.
 ///
 /// # Errors
 /// Also those of `write` and `accept`.
 pub fn replace_by(
     path: &Path,
-    write: impl FnOnce(&mut Sink<'_>) -> Result<()>,
+    write: impl FnOnce(&mut NewContent<'_>) -> Result<()>,
     accept: impl FnOnce(&File) -> Result<()>,
 ) -> Result<()> {
     match std::fs::metadata(path) {
@@ -37,7 +37,7 @@ pub fn replace_by(
         // A device or a pipe cannot be replaced, and has no old content to lose.
         Ok(found) if !found.is_file() => {
             let file = OpenOptions::new().write(true).open(path)?;
-            return write(&mut Sink::new(&file));
+            return write(&mut NewContent::new(&file));
         }
         // A link to a file that is not there yet is no error, a circle of links is.
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
@@ -107,15 +107,15 @@ fn partial_path(path: &Path) -> PathBuf {
 
 /// Checksum of what is written and of what is read back. Sixteen tables are far faster than one.
 static CRC: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
-type Sum = crc::Digest<'static, u64, crc::Table<16>>;
+type ContentChecksum = crc::Digest<'static, u64, crc::Table<16>>;
 
 /// Destination of the new content; keeps a checksum of it.
-pub struct Sink<'a> {
+pub struct NewContent<'a> {
     file: &'a File,
-    sum: Sum,
+    sum: ContentChecksum,
 }
 
-impl<'a> Sink<'a> {
+impl<'a> NewContent<'a> {
     fn new(file: &'a File) -> Self {
         Self {
             file,
@@ -124,7 +124,7 @@ impl<'a> Sink<'a> {
     }
 }
 
-impl Write for Sink<'_> {
+impl Write for NewContent<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
         let written = self.file.write(bytes)?;
         self.sum.update(&bytes[..written]);
@@ -169,9 +169,13 @@ impl Partial {
     }
 
     /// Writes everything to disk, with the permissions of the file to be replaced, and reads it back.
-    fn fill(&self, write: impl FnOnce(&mut Sink<'_>) -> Result<()>, old: &Path) -> Result<()> {
+    fn fill(
+        &self,
+        write: impl FnOnce(&mut NewContent<'_>) -> Result<()>,
+        old: &Path,
+    ) -> Result<()> {
         let mut file = &self.file;
-        let mut sink = Sink::new(file);
+        let mut sink = NewContent::new(file);
         write(&mut sink)?;
         let written = sink.sum.finalize();
         if let Ok(old) = std::fs::metadata(old) {

@@ -7,8 +7,8 @@ use super::error_source;
 use super::files::{self, MachineFiles, Text};
 use super::number::positive;
 use super::position_argument;
-use super::progress::Bar;
-use super::random::Random;
+use super::progress::ProgressBarOnScreen;
+use super::random::RandomOptions;
 use clap::Args;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -16,9 +16,10 @@ use trueaxis::AlignedBlob;
 use trueaxis_measure::formats::validation::Validation;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::certificate::{self, Calibration, Certificate};
+use trueaxis_report::certificate::{self, CalibrationRecord, Certificate};
 use trueaxis_report::{
-    self as report, Compensation, Document, Identification, Model, Report, ReportError,
+    self as report, Document, Identification, PageModel, ReportError, ReportFigures,
+    ReportedCompensation,
 };
 use trueaxis_tables::compile::{self, Proof};
 use trueaxis_tables::policy::{of_blob, stored, tolerance_urad};
@@ -75,7 +76,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Largest permitted difference from the kinematic correction, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
@@ -121,7 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         )?),
         None => None,
     };
-    let old: Option<Report> = match &arguments.compare {
+    let old: Option<ReportFigures> = match &arguments.compare {
         Some(path) => Some(read_old(path)?),
         None => None,
     };
@@ -144,9 +145,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => {
             document.files.push(files::described("calibration", path)?);
             let text = Text::read(path)?;
-            Calibration::from_toml(&text.text, &machine).map_err(|error| text.bad(error))?
+            CalibrationRecord::from_toml(&text.text, &machine).map_err(|error| text.bad(error))?
         }
-        None => Calibration::default(),
+        None => CalibrationRecord::default(),
     };
     let runtime = match (&bytes, blob) {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
@@ -166,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => None,
     };
     let compensation = runtime.as_ref().zip(proof.as_ref());
-    let compensation = compensation.map(|(runtime, (proof, uncertainty))| Compensation {
+    let compensation = compensation.map(|(runtime, (proof, uncertainty))| ReportedCompensation {
         runtime,
         proof,
         uncertainty: uncertainty.as_ref(),
@@ -241,7 +242,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero = zero.zero(&machine, &errors);
     let zero =
         zero.map_err(|error| error_source::compile(error.into(), files, &machine, &errors))?;
-    let model = Model::relative_to(&machine, &errors, runtime.as_ref(), &zero);
+    let model = PageModel::relative_to(&machine, &errors, runtime.as_ref(), &zero);
     if let Some(output) = &arguments.output {
         write_page(output, &report, &model)?;
     }
@@ -259,7 +260,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// Writes the page of a report.
-pub fn write_page(path: &Path, report: &Report, model: &Model) -> Result<(), BadInput> {
+pub fn write_page(path: &Path, report: &ReportFigures, model: &PageModel) -> Result<(), BadInput> {
     files::write(path, made(report::page(report, model))?.as_bytes())
 }
 
@@ -289,8 +290,8 @@ fn read_json<T: DeserializeOwned>(path: &Path, what: &str) -> Result<T, BadInput
 }
 
 /// Reads an older report.
-fn read_old(path: &Path) -> Result<Report, BadInput> {
-    let old: Report = read_json(path, "what `trueaxis report --json` prints")?;
+fn read_old(path: &Path) -> Result<ReportFigures, BadInput> {
+    let old: ReportFigures = read_json(path, "what `trueaxis report --json` prints")?;
     if old.format != report::FORMAT {
         return Err(BadInput::new(
             format!(
@@ -332,9 +333,9 @@ impl Arguments {
         };
         let zero = subtracted.zero(machine, errors);
         let zero = zero.map_err(|error| blame(error.into()))?;
-        let Random { random, seed } = self.random;
+        let RandomOptions { random, seed } = self.random;
         let random = random as usize;
-        let bar = Bar::new();
+        let bar = ProgressBarOnScreen::new();
         let proof = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
         let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
         Ok((
@@ -350,7 +351,7 @@ pub fn bad(error: &ReportError) -> BadInput {
 }
 
 /// The text output of a calibration report.
-fn certified(report: &Report, certificate: &Certificate, output: Option<&Path>) -> String {
+fn certified(report: &ReportFigures, certificate: &Certificate, output: Option<&Path>) -> String {
     let mut text = String::new();
     if let Some(output) = output {
         text += &format!("{}: {}\n", output.display(), report.document.machine);
@@ -363,7 +364,7 @@ fn certified(report: &Report, certificate: &Certificate, output: Option<&Path>) 
 }
 
 /// The text output.
-fn said(report: &Report, output: Option<&Path>) -> String {
+fn said(report: &ReportFigures, output: Option<&Path>) -> String {
     let mut text = String::new();
     if let Some(output) = output {
         text += &format!("{}: {}\n", output.display(), report.document.machine);

@@ -48,7 +48,7 @@ pub struct OwnArguments {
     max_nodes: Option<u32>,
     /// grid3d: place nodes over the travel (the default) or only over the calibrated range
     #[arg(long, value_enum, value_name = "WHERE")]
-    zone: Option<Zone>,
+    zone: Option<GridZone>,
     /// grid3d: the three axes of the grid, linear or rotary (default: the linear axes)
     #[arg(long, value_name = "X,Y,C")]
     inputs: Option<String>,
@@ -99,7 +99,7 @@ fn parameter(name: &str) -> Result<Parameter, String> {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Zone {
+enum GridZone {
     /// Over the whole travel of each axis
     Travel,
     /// Where no error motion of the axis holds its end value
@@ -192,7 +192,7 @@ impl OwnArguments {
                 wanted.rms = self.rms.unwrap_or(wanted.rms);
                 wanted.per_axis = self.per_axis;
                 wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
-                wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
+                wanted.calibrated = matches!(self.zone, Some(GridZone::Calibrated));
                 let inputs = self.inputs.as_deref().map(|text| inputs(text, machine));
                 wanted.inputs = inputs.transpose()?;
                 let wanted = wanted.clone();

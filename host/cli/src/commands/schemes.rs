@@ -8,8 +8,8 @@ use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::number::positive;
 use super::policy::PolicyArguments;
-use super::progress::Bar;
-use super::random::Random;
+use super::progress::ProgressBarOnScreen;
+use super::random::RandomOptions;
 use super::scheme::OwnArguments;
 use super::{offered, position_argument, target};
 use clap::Args;
@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long)]
     single: bool,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -87,11 +87,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         seed: arguments.random.seed,
         ..Options::default()
     };
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     if arguments.single {
         let found = compare::single(&machine, &errors, &schemes, &options, &bar);
         drop(bar);
-        let answer = single::Answer::new(&machine, &schemes, &found, &options, zero_at);
+        let answer = single::SinglesAnswer::new(&machine, &schemes, &found, &options, zero_at);
         match arguments.json {
             true => files::print_json(&answer)?,
             false => files::print(&answer.screen())?,
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let compared = compare::compare(&machine, &errors, &schemes, &options, &bar);
     drop(bar);
-    let answer = answer::Answer::new(&machine, &compared, &options, zero_at);
+    let answer = answer::SchemesAnswer::new(&machine, &compared, &options, zero_at);
     if arguments.json {
         files::print_json(&answer)?;
     } else {

@@ -29,20 +29,20 @@ use trueaxis_tables::validate::Runtime;
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    what: What,
+    what: SimulateCommand,
 }
 
 #[derive(Subcommand)]
-enum What {
-    Probings(Probings),
-    Observations(observations::Observations),
+enum SimulateCommand {
+    Probings(SimulatedProbings),
+    Observations(observations::SimulatedObservations),
     Touches(touches::Touches),
     Laser(runs::Laser),
-    Square(runs::Square),
+    Square(runs::SimulatedSquare),
     Ballbar(ballbar::Ballbar),
     Identifications(monte_carlo::Arguments),
     #[cfg(not(target_family = "wasm"))]
-    Controller(controller::Controller),
+    Controller(controller::ControllerArguments),
 }
 
 /// Simulate probings: axis positions with the stylus on the balls
@@ -53,7 +53,7 @@ trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --s
 The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir is\n\
 the direction from which an axis arrived:\n  ball,A,C\n  1,15,60\n  1,30,180"
 )]
-struct Probings {
+struct SimulatedProbings {
     #[command(flatten)]
     files: MachineFiles,
     /// Positions of the balls (artefact.toml)
@@ -103,19 +103,19 @@ fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
-        What::Probings(probings) => probings.run(),
-        What::Observations(observations) => observations.run(),
-        What::Touches(touches) => touches.run(),
-        What::Laser(laser) => laser.run(),
-        What::Square(square) => square.run(),
-        What::Ballbar(ballbar) => ballbar.run(),
-        What::Identifications(arguments) => monte_carlo::run(arguments),
+        SimulateCommand::Probings(probings) => probings.run(),
+        SimulateCommand::Observations(observations) => observations.run(),
+        SimulateCommand::Touches(touches) => touches.run(),
+        SimulateCommand::Laser(laser) => laser.run(),
+        SimulateCommand::Square(square) => square.run(),
+        SimulateCommand::Ballbar(ballbar) => ballbar.run(),
+        SimulateCommand::Identifications(arguments) => monte_carlo::run(arguments),
         #[cfg(not(target_family = "wasm"))]
-        What::Controller(controller) => controller.run(),
+        SimulateCommand::Controller(controller) => controller.run(),
     }
 }
 
-impl Probings {
+impl SimulatedProbings {
     fn run(&self) -> Result<Outcome, BadInput> {
         let mut inputs: Vec<&Path> = vec![
             &self.files.machine,

@@ -23,10 +23,10 @@ pub struct Arguments {
     /// Diagonals and side in the plane of X and Y (mm)
     #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
     xy: Vec<f64>,
-    /// The same in the plane of X and Z, of a part that was printed upright
+    /// Diagonals and side in the plane of X and Z (mm), of a part that was printed upright
     #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
     xz: Vec<f64>,
-    /// The same in the plane of Y and Z
+    /// Diagonals and side in the plane of Y and Z (mm), of a part that was printed upright
     #[arg(long, value_name = "AC,BD,AD", value_delimiter = ',', value_parser = positive)]
     yz: Vec<f64>,
     /// Machine description: read, or written if it is not there
@@ -60,7 +60,7 @@ fn travels(text: &str) -> Result<[[f64; 2]; 3], String> {
 }
 
 #[derive(Serialize)]
-struct Plane {
+struct SkewPlane {
     plane: &'static str,
     /// mm per mm of the second axis, towards the first.
     lean: f64,
@@ -69,11 +69,11 @@ struct Plane {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct SkewAnswer<'a> {
     machine: &'a Path,
     machine_written: bool,
     errors: &'a Path,
-    planes: &'a [Plane],
+    planes: &'a [SkewPlane],
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 "give the machine file of a printer or router with the axes X, Y and Z",
             )
         })?;
-        planes.push(Plane {
+        planes.push(SkewPlane {
             plane: name,
             lean,
             parameters: parameters
@@ -158,7 +158,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     files::write(errors_path, merged.as_bytes())?;
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&SkewAnswer {
             machine: machine_path,
             machine_written: new,
             errors: errors_path,
@@ -193,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// The error file with the parameters that were measured; everything else in it stays as it is.
-fn merged(path: &Path, machine: &Machine, planes: &[Plane]) -> Result<String, BadInput> {
+fn merged(path: &Path, machine: &Machine, planes: &[SkewPlane]) -> Result<String, BadInput> {
     let all = || planes.iter().flat_map(|plane| &plane.parameters);
     let mut text = match path.exists() {
         true => {

@@ -7,7 +7,7 @@ use trueaxis_measure::plan::Probe;
 
 /// Geometry of the touches.
 #[derive(Clone, Args)]
-pub struct Touching {
+pub struct TouchOptions {
     /// Diameter of the balls (required for a program, otherwise 20)
     #[arg(long, value_name = "MM", value_parser = positive)]
     ball_diameter: Option<f64>,
@@ -48,7 +48,7 @@ fn around(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "give a number from 6 to 100".to_owned())
 }
 
-impl Touching {
+impl TouchOptions {
     /// The options that were given, for another command.
     pub fn words(&self) -> Vec<(&'static str, String)> {
         let given = [
@@ -75,7 +75,7 @@ impl Touching {
         self.ball_diameter
     }
 
-    /// The same with five touches of each ball, as a strategy has them.
+    /// With five touches of each ball, as a strategy has them.
     pub fn five(&self) -> Self {
         Self {
             around: None,
@@ -83,7 +83,7 @@ impl Touching {
         }
     }
 
-    /// The same with the touches that qualify a probe.
+    /// With the touches that qualify a probe.
     pub fn qualifying(&self) -> Self {
         Self {
             around: self.around.or(Some(AROUND)),
@@ -107,7 +107,7 @@ impl Touching {
         self.probe_within(CONE)
     }
 
-    /// The same with another default angle (deg).
+    /// Like `probe`, with another default angle (deg).
     pub fn probe_within(&self, cone: f64) -> Result<Probe, BadInput> {
         let ball = self.ball_diameter.unwrap_or(BALL);
         let stylus = self.stylus_diameter.unwrap_or(STYLUS) / 2.0;

@@ -1,7 +1,7 @@
 //! The last lines of `compile`, `verify` and `identify`: the report's verdict, and the largest contributions.
 
 use std::io::IsTerminal;
-use trueaxis_report::{Share, Verdict, figure};
+use trueaxis_report::{ReportVerdict, Share, figure};
 
 /// Number of parameters listed.
 const NAMED: usize = 5;
@@ -13,7 +13,7 @@ const NOTHING: f64 = 5e-5;
 const COLOUR: [&str; 2] = ["\x1b[34m", "\x1b[0m"];
 
 /// The sentences, and bars of the largest parameters, coloured on a terminal.
-pub fn lines(verdict: &Verdict) -> String {
+pub fn lines(verdict: &ReportVerdict) -> String {
     text(verdict, is_coloured())
 }
 
@@ -24,7 +24,7 @@ fn is_coloured() -> bool {
 }
 
 /// The sentences, behind an empty line.
-pub fn sentences(verdict: &Verdict) -> String {
+pub fn sentences(verdict: &ReportVerdict) -> String {
     let mut text = String::from("\n");
     for sentence in &verdict.sentences {
         text += &format!("{sentence}\n");
@@ -32,7 +32,7 @@ pub fn sentences(verdict: &Verdict) -> String {
     text
 }
 
-fn text(verdict: &Verdict, coloured: bool) -> String {
+fn text(verdict: &ReportVerdict, coloured: bool) -> String {
     let mut text = sentences(verdict);
     let mean = |share: &Share| share.alone.translation_um.mean;
     let does = verdict.shares.iter().filter(|share| mean(share) >= NOTHING);
@@ -87,7 +87,7 @@ mod tests {
     fn five_bars_are_as_long_as_what_they_stand_for_and_plain_without_a_terminal() {
         let means = [8.0, 4.0, 2.0, 1.0, 0.01, 0.005];
         let shares = means.iter().map(|mean| share("EXX1", *mean));
-        let verdict = Verdict {
+        let verdict = ReportVerdict {
             sentences: vec!["So it is.".to_owned()],
             shares: shares.collect(),
             volumetric: Volumetric {

@@ -5,14 +5,14 @@ use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
 use super::position_argument;
-use super::progress::Bar;
-use super::random::Random;
+use super::progress::ProgressBarOnScreen;
+use super::random::RandomOptions;
 use super::{Outcome, screen, verdict};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{self as report, Compensation};
+use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile::{self, Proof, Refusal, Size, Warning};
 use trueaxis_tables::policy::{PolicyName, of_blob, tolerance_urad};
 use trueaxis_tables::schemes;
@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(value_name = "FILE.trax")]
     blob: PathBuf,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Largest permitted difference from the kinematic correction, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
@@ -53,7 +53,7 @@ pub struct Arguments {
 
 /// The answer for programs.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct VerifyAnswer<'a> {
     file: &'a Path,
     machine: &'a str,
     zero_at: Option<&'a str>,
@@ -103,8 +103,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero = subtracted
         .zero(&machine, &errors)
         .map_err(|error| blame(error.into()))?;
-    let bar = Bar::new();
-    let Random { random, seed } = arguments.random;
+    let bar = ProgressBarOnScreen::new();
+    let RandomOptions { random, seed } = arguments.random;
     let proof = compile::prove_held(
         &machine,
         &errors,
@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&VerifyAnswer {
             file: path,
             machine: &machine.name,
             zero_at: arguments.zero_at.as_deref(),
@@ -142,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             uncertainty,
         })?;
     } else {
-        let compensation = Compensation {
+        let compensation = ReportedCompensation {
             runtime: &runtime,
             proof: &proof,
             uncertainty: uncertainty.as_ref(),

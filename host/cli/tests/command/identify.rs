@@ -7,7 +7,7 @@ pub fn probings(folder: &Folder, more: &[&str]) -> String {
     probings_of(folder, &example("kolibri/strategy.csv"), more)
 }
 
-/// The same for another strategy.
+/// Like `probings`, for another strategy.
 pub fn probings_of(folder: &Folder, strategy: &str, more: &[&str]) -> String {
     let out = folder.at("probings.csv");
     let files = ["machine.toml", "errors-10.toml", "artefact.toml"];

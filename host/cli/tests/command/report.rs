@@ -2,7 +2,7 @@
 
 use crate::identify::probings;
 use crate::program::{Folder, answer, blob, example, refused, trueaxis};
-use trueaxis_report::Report;
+use trueaxis_report::ReportFigures;
 
 fn huron() -> [String; 2] {
     ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")))
@@ -22,7 +22,7 @@ fn page(folder: &Folder, code: i32, arguments: &[&str]) -> (String, String) {
     (read(&out), said)
 }
 
-fn figures(arguments: &[&str]) -> Report {
+fn figures(arguments: &[&str]) -> ReportFigures {
     let mut all = vec!["report"];
     all.extend(arguments);
     all.extend(["--json", "--random", "500"]);
@@ -97,7 +97,8 @@ fn compile_writes_the_same_page() {
 fn all_figures_are_json_and_come_back() {
     let [machine, errors] = huron();
     let report = figures(&[&machine, &errors, &blob("huron")]);
-    let again: Report = serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
+    let again: ReportFigures =
+        serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
     assert!(again == report);
     let most = &report.budget.shares[0];
     assert_eq!(most.name, "EZ0S");

@@ -81,7 +81,7 @@ fn shown(path: &str) -> Vec<Shown> {
 /// A simulated controller, which runs beside the commands that follow it on its page.
 struct Controller {
     child: Child,
-    /// Its port on the page, and the one that was free.
+    /// Port on the page, and the one that was free.
     ports: [String; 2],
 }
 

@@ -8,7 +8,7 @@ use std::process::{Child, Command};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use trueaxis::link::Slot;
-use trueaxis_controllers::link::{Client, Controller, Tcp};
+use trueaxis_controllers::link::{Client, LinkedController, Tcp};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
@@ -122,7 +122,7 @@ impl Shop {
         });
     }
 
-    /// Its exit code, and what it said.
+    /// Exit code, and what it said.
     fn ended(&self, mut child: Child) -> (Option<i32>, String) {
         (child.wait().unwrap().code(), self.said())
     }
@@ -177,7 +177,7 @@ impl Shop {
         touches
     }
 
-    fn controller(&self) -> Controller {
+    fn controller(&self) -> LinkedController {
         let address = self.served.port.strip_prefix("tcp:").unwrap();
         Client::connect(Tcp::open(address).unwrap()).unwrap().1
     }

@@ -9,7 +9,7 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 use trueaxis::link::{Refusal, Request, SlotState, Upload};
-use trueaxis_controllers::link::{Client, FlashError, LinkError, Port, Tcp, flash};
+use trueaxis_controllers::link::{Client, LinkError, Port, Tcp, UploadError, flash};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::device::GIVEN_UP;
 use trueaxis_firmware::mock_flash::MockFlash;
@@ -63,7 +63,8 @@ fn the_second_of_two_uploads_is_refused_and_the_first_one_goes_through() {
         // In the middle of it, after every chunk, the other host intervenes.
         let controller = two.hello().unwrap();
         let refused = flash(&mut two, &controller, &second, false, true, &());
-        let Err(FlashError::Link(LinkError::Refused(Refusal::Uploading { wait }))) = refused else {
+        let Err(UploadError::Link(LinkError::Refused(Refusal::Uploading { wait }))) = refused
+        else {
             panic!("{refused:?}")
         };
         assert!(wait <= GIVEN_UP && wait + 2 > GIVEN_UP, "{wait}");

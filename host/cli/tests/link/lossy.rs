@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::time::Duration;
 use trueaxis::link::{Activation, Refusal, Request, Slot, SlotState};
 use trueaxis::{Compensation, Inputs, Servo};
-use trueaxis_controllers::link::{Activated, Client, FlashError, LinkError, Port, flash};
+use trueaxis_controllers::link::{Activated, Client, LinkError, Port, UploadError, flash};
 use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
@@ -83,7 +83,7 @@ proptest! {
                 desktop = desktop.restart();
                 prop_assert_eq!(desktop.device.activation(), Activation::Active(Some(Slot::B)));
             }
-            Err(FlashError::Link(LinkError::Silent)) => {
+            Err(UploadError::Link(LinkError::Silent)) => {
                 desktop = desktop.restart();
                 prop_assert_eq!(desktop.device.activation(), Activation::Active(Some(Slot::A)));
             }

@@ -28,7 +28,7 @@ impl Simulated {
         line
     }
 
-    /// Its port, as its first line says it.
+    /// Port, as its first line says it.
     fn port(&mut self) -> String {
         let line = self.line();
         let (port, _) = line.split_once(": a controller waits").unwrap();

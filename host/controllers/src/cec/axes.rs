@@ -8,7 +8,7 @@ use trueaxis_model::source::FileError;
 
 /// The axes of a machine, each with the names it has on a controller.
 #[derive(Clone, Debug)]
-pub struct Axes {
+pub struct NamedAxes {
     /// The axes as in a blob.
     pub axes: Vec<Axis>,
     names: Vec<Vec<String>>,
@@ -26,7 +26,7 @@ pub enum AxesError {
     /// Not a valid axis name on a controller.
     #[error("`{0}` is not a name of an axis: letters, digits and underscores, the first a letter")]
     Name(String),
-    /// The same name for two axes.
+    /// One name for two axes.
     #[error("`{0}` is given twice")]
     Twice(String),
     /// An axis without a name.
@@ -34,7 +34,7 @@ pub enum AxesError {
     Missing(char),
 }
 
-impl Axes {
+impl NamedAxes {
     /// The axes of a blob, with a map such as `X=AX1,A=AX4`. A letter may have several names; the first is used for
     /// writing.
     ///
@@ -161,9 +161,9 @@ pub(super) fn unknown_axis(name: &str, span: &Range<usize>) -> FileError {
 mod tests {
     use super::*;
 
-    fn axes(map: &str) -> Result<Axes, AxesError> {
+    fn axes(map: &str) -> Result<NamedAxes, AxesError> {
         let machine = include_str!("../../../../examples/huron-k2x8/machine.toml");
-        Axes::of(&Machine::from_toml(machine).unwrap(), map)
+        NamedAxes::of(&Machine::from_toml(machine).unwrap(), map)
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Collects all tables of one output axis.
 
-use super::function::{Function, Origin};
+use super::function::{AxisFunction, Origin};
 use super::spacing::Spacing;
-use super::{FactorTables, Table, Travel};
+use super::{CecTable, FactorTables, TravelDirection};
 use std::collections::BTreeMap;
 
 /// A term in a form that the controller supports.
@@ -10,31 +10,31 @@ use std::collections::BTreeMap;
 pub enum Normal {
     Constant(f64),
     /// A function, its weight, and whether the weight can be set at run time.
-    Plain(Function, f64, bool),
-    Product(Function, Function, f64),
+    Plain(AxisFunction, f64, bool),
+    Product(AxisFunction, AxisFunction, f64),
 }
 
 /// A table in the making, with values in f64.
 #[derive(Clone, Debug)]
-struct Column {
+struct DraftTable {
     input: usize,
     spacing: Spacing,
-    travel: Travel,
+    travel: TravelDirection,
     values: Vec<f64>,
     /// Written as the weight of the table, if any.
     weight: Option<f64>,
 }
 
 /// A factor, and everything that it is multiplied by.
-struct Group {
-    named: Function,
-    by: Vec<Column>,
+struct FactorGroup {
+    named: AxisFunction,
+    by: Vec<DraftTable>,
 }
 
-impl Group {
+impl FactorGroup {
     /// Largest magnitude of everything that the factor is multiplied by.
     fn peak(&self) -> f64 {
-        self.by.iter().map(Column::peak).fold(0.0, f64::max)
+        self.by.iter().map(DraftTable::peak).fold(0.0, f64::max)
     }
 
     /// The smallest limit that both can keep, however magnitude is shifted between them; 0 if the product is always
@@ -55,8 +55,8 @@ impl Group {
 #[derive(Debug, Default)]
 pub struct Output {
     constant: f64,
-    plain: Vec<Column>,
-    products: Vec<(Function, Function, f64)>,
+    plain: Vec<DraftTable>,
+    products: Vec<(AxisFunction, AxisFunction, f64)>,
 }
 
 /// Limits of factors.
@@ -67,8 +67,8 @@ pub struct Factors {
     pub limit: f64,
 }
 
-impl Column {
-    fn new(function: &Function, weight: f64) -> Self {
+impl DraftTable {
+    fn new(function: &AxisFunction, weight: f64) -> Self {
         Self {
             input: function.input,
             spacing: function.spacing,
@@ -82,8 +82,8 @@ impl Column {
         self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
     }
 
-    fn table(&self, output: usize, times: Option<usize>) -> Table {
-        Table {
+    fn table(&self, output: usize, times: Option<usize>) -> CecTable {
+        CecTable {
             input: self.input,
             output,
             spacing: self.spacing,
@@ -96,8 +96,8 @@ impl Column {
 }
 
 /// Adds a column to one with the same points, or appends it.
-fn add(columns: &mut Vec<Column>, column: Column) {
-    let is_same = |c: &&mut Column| {
+fn add(columns: &mut Vec<DraftTable>, column: DraftTable) {
+    let is_same = |c: &&mut DraftTable| {
         let same = (c.input, c.spacing, c.travel) == (column.input, column.spacing, column.travel);
         same && c.weight.is_none() && column.weight.is_none()
     };
@@ -115,12 +115,12 @@ impl Output {
     pub fn take(&mut self, term: Normal) {
         match term {
             Normal::Constant(value) => self.constant += value,
-            Normal::Plain(function, weight, true) => self.plain.push(Column {
+            Normal::Plain(function, weight, true) => self.plain.push(DraftTable {
                 weight: Some(weight),
-                ..Column::new(&function, 1.0)
+                ..DraftTable::new(&function, 1.0)
             }),
             Normal::Plain(function, weight, false) => {
-                add(&mut self.plain, Column::new(&function, weight));
+                add(&mut self.plain, DraftTable::new(&function, weight));
             }
             Normal::Product(one, other, weight) => self.products.push((one, other, weight)),
         }
@@ -140,14 +140,14 @@ impl Output {
         output: usize,
         travel: [f64; 2],
         factors: Factors,
-        tables: &mut Vec<Table>,
+        tables: &mut Vec<CecTable>,
     ) {
         let mut products = Vec::new();
         for group in self.groups(factors.tables) {
             products.extend(self.scaled(group, factors));
         }
         self.settle_constant(output, travel);
-        let is_zero = |c: &Column| c.peak() == 0.0;
+        let is_zero = |c: &DraftTable| c.peak() == 0.0;
         self.plain.retain(|c| !is_zero(c) || c.weight.is_some());
         tables.extend(self.plain.iter().map(|column| column.table(output, None)));
         for (named, by) in products {
@@ -158,30 +158,30 @@ impl Output {
     }
 
     /// Products grouped by the factor that they share.
-    fn groups(&self, tables: FactorTables) -> Vec<Group> {
+    fn groups(&self, tables: FactorTables) -> Vec<FactorGroup> {
         let mut uses: BTreeMap<Origin, usize> = BTreeMap::new();
         for (one, other, _) in &self.products {
             for function in [one, other] {
                 *uses.entry(function.origin.clone()).or_default() += 1;
             }
         }
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<FactorGroup> = Vec::new();
         for (one, other, weight) in &self.products {
-            let of = |f: &Function| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
+            let of = |f: &AxisFunction| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
             // Only a factor that holds in both directions may be added and subtracted again by the other one.
-            let is_one_way = |f: &Function| f.travel != Travel::Both;
+            let is_one_way = |f: &AxisFunction| f.travel != TravelDirection::Both;
             let turned = match tables {
                 FactorTables::Added if is_one_way(one) != is_one_way(other) => is_one_way(other),
                 _ => of(other) > of(one),
             };
             let (named, by) = if turned { (other, one) } else { (one, other) };
-            let column = Column::new(by, *weight);
+            let column = DraftTable::new(by, *weight);
             match groups
                 .iter_mut()
                 .find(|g| g.named.origin == named.origin && g.named.spacing == named.spacing)
             {
                 Some(group) => add(&mut group.by, column),
-                None => groups.push(Group {
+                None => groups.push(FactorGroup {
                     named: named.clone(),
                     by: vec![column],
                 }),
@@ -194,9 +194,9 @@ impl Output {
     /// keeps the factor within its limit. `None` if the product is zero.
     fn scaled(
         &mut self,
-        mut group: Group,
+        mut group: FactorGroup,
         Factors { tables, limit }: Factors,
-    ) -> Option<(Column, Vec<Column>)> {
+    ) -> Option<(DraftTable, Vec<DraftTable>)> {
         group.by.retain(|column| column.peak() > 0.0);
         let (own, peak) = (group.named.peak(), group.peak());
         if peak == 0.0 || own == 0.0 {
@@ -214,13 +214,17 @@ impl Output {
         } else {
             peak / most
         };
-        let named = Column::new(&group.named, scale);
+        let named = DraftTable::new(&group.named, scale);
         for column in &mut group.by {
             column.values.iter_mut().for_each(|v| *v /= scale);
         }
         if tables == FactorTables::Added {
             // f·(g − 1) + f = f·g. If g holds for one direction only, −f subtracts it.
-            match group.by.iter_mut().find(|c| c.travel == Travel::Both) {
+            match group
+                .by
+                .iter_mut()
+                .find(|c| c.travel == TravelDirection::Both)
+            {
                 Some(column) => column.values.iter_mut().for_each(|v| *v -= 1.0),
                 None => {
                     let mut off = named.clone();
@@ -237,10 +241,10 @@ impl Output {
         if self.constant == 0.0 {
             return;
         }
-        let holds = |c: &&mut Column| c.travel == Travel::Both && c.weight.is_none();
+        let holds = |c: &&mut DraftTable| c.travel == TravelDirection::Both && c.weight.is_none();
         match self.plain.iter_mut().find(holds) {
             Some(column) => column.values.iter_mut().for_each(|v| *v += self.constant),
-            None => self.plain.push(Column {
+            None => self.plain.push(DraftTable {
                 input: output,
                 spacing: Spacing {
                     start: travel[0] as f32,
@@ -248,7 +252,7 @@ impl Output {
                     points: 2,
                     modulo: false,
                 },
-                travel: Travel::Both,
+                travel: TravelDirection::Both,
                 values: vec![self.constant; 2],
                 weight: None,
             }),

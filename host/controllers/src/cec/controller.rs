@@ -2,7 +2,7 @@
 
 /// Numbers of tables and points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct TableLimits {
     /// Number of the first table that may be written.
     pub first: usize,
     /// Tables, numbered from 0.
@@ -11,7 +11,7 @@ pub struct Limits {
     pub points: Option<usize>,
 }
 
-impl Limits {
+impl TableLimits {
     /// The 840D: two tables for each axis of the controller, which has at most 31. MD18342 sets the number of values
     /// of each table.
     pub const SINUMERIK_840D: Self = Self {

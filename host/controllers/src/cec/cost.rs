@@ -1,6 +1,6 @@
 //! Permitted costs of a plan, and what a plan costs.
 
-use super::axes::Axes;
+use super::axes::NamedAxes;
 use serde::Serialize;
 use std::fmt;
 
@@ -18,7 +18,7 @@ pub enum LongProducts {
 
 /// Permitted difference between a file and the compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tolerance {
+pub struct CecTolerance {
     /// On linear axes.
     pub um: f64,
     /// On rotary axes.
@@ -74,7 +74,7 @@ pub enum Note {
 
 impl Note {
     /// `µm` or `µrad`.
-    pub(super) fn unit(axes: &Axes, output: usize) -> &'static str {
+    pub(super) fn unit(axes: &NamedAxes, output: usize) -> &'static str {
         if axes.is_rotary(output) {
             "µrad"
         } else {

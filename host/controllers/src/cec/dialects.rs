@@ -2,15 +2,15 @@
 
 use super::read::*;
 use super::reading::*;
-use super::{Axes, FactorTables, Travel};
+use super::{FactorTables, NamedAxes, TravelDirection};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
-fn reader(text: &str, change: impl Fn(&mut Reading<'_>)) -> Result<Read, FileError> {
+fn reader(text: &str, change: impl Fn(&mut ReadOptions<'_>)) -> Result<CecContent, FileError> {
     let machine = include_str!("../../../../examples/huron-k2x8/machine.toml");
     let map = "X=AX1,Y=AX2,Z=AX3,A=A_1,C=C1";
-    let axes = Axes::of(&Machine::from_toml(machine).unwrap(), map).unwrap();
-    let mut reading = Reading {
+    let axes = NamedAxes::of(&Machine::from_toml(machine).unwrap(), map).unwrap();
+    let mut reading = ReadOptions {
         axes: &axes,
         factor_tables: FactorTables::NotAdded,
         units: None,
@@ -83,7 +83,7 @@ fn the_sample_of_the_document_is_a_product_and_a_table() {
 /// The program of the document's Figure 7.3, as printed.
 const FIGURE_7_3: &str = include_str!("figure_7_3.mpf");
 
-/// The same with zeros for the values that the figure leaves out: those between the third and the last two.
+/// Like `FIGURE_7_3`, with zeros for the values that the figure leaves out: those between the third and the last two.
 fn figure_7_3() -> String {
     let mut text = String::new();
     let mut left_out = [(0, 3..8), (1, 3..13), (2, 3..13)].into_iter();
@@ -163,7 +163,7 @@ fn directions_weights_and_inches_are_kept() {
         .tables;
     assert_eq!(
         [found[0].travel, found[1].travel],
-        [Travel::Positive, Travel::Negative]
+        [TravelDirection::Positive, TravelDirection::Negative]
     );
     assert_eq!([found[0].weight, found[1].weight], [1.0, 0.5]);
     // Lengths are in units of 25.4 mm; degrees are unchanged.

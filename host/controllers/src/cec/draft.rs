@@ -1,7 +1,7 @@
 //! From tables to a compensation.
 
-use super::axes::Axes;
-use super::{FactorTables, Table, Travel, named};
+use super::axes::NamedAxes;
+use super::{CecTable, FactorTables, TravelDirection, named};
 use trueaxis::{Auxiliary, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term};
 
 /// A compensation with the effect of a controller with these tables. Its bounds are those of `axes`.
@@ -12,9 +12,9 @@ use trueaxis::{Auxiliary, Direction, Draft, DraftBank, Interpolation, Policy, Sa
 pub fn draft(
     machine: &str,
     policy: Policy,
-    axes: &Axes,
+    axes: &NamedAxes,
     auxiliaries: Vec<Auxiliary>,
-    tables: &[Table],
+    tables: &[CecTable],
     factor_tables: FactorTables,
 ) -> Draft {
     let mut banks: Vec<(DraftBank, Vec<usize>)> = Vec::new();
@@ -60,7 +60,7 @@ pub fn draft(
 }
 
 /// The terms of tables with these numbers; the own term of a factor comes before its products.
-fn terms(tables: &[Table], numbers: &[u8], factor_tables: FactorTables) -> Vec<Term> {
+fn terms(tables: &[CecTable], numbers: &[u8], factor_tables: FactorTables) -> Vec<Term> {
     let is_factor = named(tables);
     let mut terms = Vec::new();
     let mut done = vec![false; tables.len()];
@@ -93,16 +93,16 @@ fn terms(tables: &[Table], numbers: &[u8], factor_tables: FactorTables) -> Vec<T
 }
 
 /// The bank of a table, without its column.
-fn bank(table: &Table) -> DraftBank {
+fn bank(table: &CecTable) -> DraftBank {
     DraftBank {
         input: table.input as u8,
         start: table.spacing.start,
         step: table.spacing.step,
         modulo: table.spacing.modulo,
         direction: match table.travel {
-            Travel::Both => Direction::Both,
-            Travel::Positive => Direction::Positive,
-            Travel::Negative => Direction::Negative,
+            TravelDirection::Both => Direction::Both,
+            TravelDirection::Positive => Direction::Positive,
+            TravelDirection::Negative => Direction::Negative,
         },
         interpolation: Interpolation::Linear,
         format: SampleFormat::F32,

@@ -4,7 +4,7 @@ use super::cost::Long;
 
 /// Why the tables of the controller cannot hold a compensation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlanError {
+pub enum CecError {
     /// The compensation has grids, which have two or three inputs.
     #[error("the compensation has a grid, and a table of the controller has one input")]
     Grid,
@@ -73,7 +73,7 @@ fn list(long: &[Long]) -> String {
     each.join("; ")
 }
 
-impl PlanError {
+impl CecError {
     /// What to do about the error.
     #[must_use]
     pub fn remedy(&self) -> String {

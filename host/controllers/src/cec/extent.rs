@@ -1,23 +1,23 @@
 //! The points of a table in a file.
 
 use super::raw::{HIGHEST, MISSING, MOST, Raw};
-use super::reading::Reading;
+use super::reading::ReadOptions;
 use super::spacing::{Spacing, whole};
-use super::variable::{Key, Known};
+use super::variable::{KnownVariable, VariableKey};
 use trueaxis_model::source::FileError;
 
 impl Raw<'_> {
     /// MIN, MAX and STEP, and the points that they define.
     pub fn spacing(
         &self,
-        key: Key,
+        key: VariableKey,
         modulo: bool,
         unit: f64,
         doubts: &mut Vec<FileError>,
     ) -> Result<Spacing, FileError> {
-        let (min, _) = self.needed(Known::Min, key)?;
-        let (max, at_max) = self.needed(Known::Max, key)?;
-        let (step, at_step) = self.needed(Known::Step, key)?;
+        let (min, _) = self.needed(KnownVariable::Min, key)?;
+        let (max, at_max) = self.needed(KnownVariable::Max, key)?;
+        let (step, at_step) = self.needed(KnownVariable::Step, key)?;
         let table = key.said();
         if max <= min {
             return Err(FileError::at(
@@ -100,9 +100,9 @@ impl Raw<'_> {
     }
 
     /// The number of consecutive values, from the first to the one at MAX.
-    fn values_in_a_row(&self, key: Key, intervals: f64) -> Result<usize, FileError> {
+    fn values_in_a_row(&self, key: VariableKey, intervals: f64) -> Result<usize, FileError> {
         let table = key.said();
-        let name = Known::Value.name(key);
+        let name = KnownVariable::Value.name(key);
         let expected = intervals as usize + 1;
         let missing = |from: usize, to: usize| {
             let places = match from == to {
@@ -144,10 +144,10 @@ impl Raw<'_> {
     /// On an axis without limits, a table must repeat after a turn.
     pub(crate) fn check_period(
         &self,
-        key: Key,
+        key: VariableKey,
         spacing: &Spacing,
         input: usize,
-        reading: &Reading<'_>,
+        reading: &ReadOptions<'_>,
     ) -> Result<(), FileError> {
         let period = reading.axes.axes[input].period;
         let own = spacing.points as f32 * spacing.step;

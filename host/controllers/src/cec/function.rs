@@ -1,6 +1,6 @@
 //! Functions of one axis: the factors of terms.
 
-use super::Travel;
+use super::TravelDirection;
 use super::spacing::Spacing;
 use trueaxis::Interpolation;
 
@@ -8,25 +8,25 @@ use trueaxis::Interpolation;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// A table of the blob, for a direction of travel.
-    Table(usize, Travel),
+    Table(usize, TravelDirection),
     /// The product of several functions of one axis.
     Product(Vec<Origin>),
 }
 
 /// A function of the position of one axis.
 #[derive(Clone, Debug)]
-pub struct Function {
+pub struct AxisFunction {
     pub origin: Origin,
     /// Index of the axis.
     pub input: usize,
     pub spacing: Spacing,
-    pub travel: Travel,
+    pub travel: TravelDirection,
     pub interpolation: Interpolation,
     /// Values at the points; for a cubic table, coefficients.
     pub values: Vec<f64>,
 }
 
-impl Function {
+impl AxisFunction {
     /// Largest magnitude of a value.
     pub fn peak(&self) -> f64 {
         self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
@@ -35,7 +35,7 @@ impl Function {
     /// Lowest and highest value; for one direction of travel also 0, its value in the other.
     pub fn range(&self) -> [f64; 2] {
         let start = match self.travel {
-            Travel::Both => [f64::INFINITY, f64::NEG_INFINITY],
+            TravelDirection::Both => [f64::INFINITY, f64::NEG_INFINITY],
             _ => [0.0, 0.0],
         };
         self.values
@@ -43,7 +43,7 @@ impl Function {
             .fold(start, |[low, high], v| [low.min(*v), high.max(*v)])
     }
 
-    /// Its first and last position, or its period.
+    /// First and last position, or its period.
     pub fn span(&self) -> [f64; 2] {
         let beyond = match (self.spacing.modulo, self.interpolation) {
             (true, _) => 0,
@@ -54,7 +54,7 @@ impl Function {
         [f64::from(self.spacing.start), self.spacing.at(intervals)]
     }
 
-    /// Its value at a position, in its own direction of travel.
+    /// Value at a position, in its own direction of travel.
     pub fn at(&self, position: f64) -> f64 {
         let Spacing {
             start,

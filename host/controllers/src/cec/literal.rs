@@ -1,20 +1,20 @@
 //! Recognizes compensations that already follow the rules, such as imported ones; they are written unchanged.
 
 use super::spacing::Spacing;
-use super::{FactorTables, Table, Travel};
+use super::{CecTable, FactorTables, TravelDirection};
 use trueaxis::{Bank, Direction, Interpolation, Largest};
 
-/// Its tables in the order of its terms, if it is what [`draft`](super::draft()) makes from tables.
-pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Option<Vec<Table>> {
+/// Tables in the order of its terms, if it is what [`draft`](super::draft()) makes from tables.
+pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Option<Vec<CecTable>> {
     let banks: Vec<&Bank> = compensation
         .banks()
         .iter()
         .flat_map(|bank| std::iter::repeat_n(bank, usize::from(bank.tables)))
         .collect();
     let mut places: Vec<Option<usize>> = vec![None; banks.len()];
-    let mut tables: Vec<Table> = Vec::new();
+    let mut tables: Vec<CecTable> = Vec::new();
     let mut factors: Vec<usize> = Vec::new();
-    let mut put = |number: u8, output: u8, tables: &mut Vec<Table>| {
+    let mut put = |number: u8, output: u8, tables: &mut Vec<CecTable>| {
         let number = usize::from(number);
         if places[number].is_none() {
             places[number] = Some(tables.len());
@@ -74,16 +74,16 @@ pub fn literal(compensation: &Largest<'_>, factor_tables: FactorTables) -> Optio
 }
 
 /// A table as stored; `None` if a controller cannot use it unchanged.
-fn table(compensation: &Largest<'_>, bank: &Bank, number: usize, output: u8) -> Option<Table> {
+fn table(compensation: &Largest<'_>, bank: &Bank, number: usize, output: u8) -> Option<CecTable> {
     let travel = match bank.direction {
-        Direction::Both => Travel::Both,
-        Direction::Positive => Travel::Positive,
-        Direction::Negative => Travel::Negative,
+        Direction::Both => TravelDirection::Both,
+        Direction::Positive => TravelDirection::Positive,
+        Direction::Negative => TravelDirection::Negative,
         Direction::Signed => return None,
     };
     let samples = (0..bank.points as usize).map(|k| compensation.sample(number, k));
     (bank.interpolation == Interpolation::Linear).then_some(())?;
-    Some(Table {
+    Some(CecTable {
         input: usize::from(bank.input),
         output: usize::from(output),
         spacing: Spacing::of(bank),

@@ -50,17 +50,17 @@ mod round_trip;
 #[cfg(test)]
 mod specimen;
 
-pub use axes::{Axes, AxesError, is_name};
-pub use controller::Limits;
-pub use cost::{Long, LongProducts, Note, Tolerance};
+pub use axes::{AxesError, NamedAxes, is_name};
+pub use controller::TableLimits;
+pub use cost::{CecTolerance, Long, LongProducts, Note};
 pub use draft::draft;
-pub use error::PlanError;
-pub use plan::{Options, Plan, plan};
+pub use error::CecError;
+pub use plan::{CecOptions, CecPlan, plan};
 pub use print::print;
 pub use probe::probe;
-pub use prove::{Difference, Proof, ProveError, prove};
-pub use read::{Limit, Limited, Read, read};
-pub use reading::{EncoderValues, Reading, Units};
+pub use prove::{AxisDifference, CecProof, ProveError, prove};
+pub use read::{CecContent, CorrectionLimit, Limited, read};
+pub use reading::{EncoderValues, LengthUnit, ReadOptions};
 
 pub use spacing::Spacing;
 
@@ -96,7 +96,7 @@ impl FactorTables {
 /// The direction of travel of its input for which a table applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Travel {
+pub enum TravelDirection {
     /// Always.
     Both,
     /// While the input last moved positive.
@@ -107,25 +107,25 @@ pub enum Travel {
 
 /// One table of the controller.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct CecTable {
     /// Index of the axis that is its input.
     pub input: usize,
     /// Index of the corrected axis.
     pub output: usize,
-    /// Its points.
+    /// Points of the table.
     pub spacing: Spacing,
     /// Values at the points: mm or degrees, or a dimensionless factor. With modulo, the last value, which equals the
     /// first, is left out.
     pub values: Vec<f32>,
     /// The direction of travel for which it applies.
-    pub travel: Travel,
+    pub travel: TravelDirection,
     /// Factor of its values.
     pub weight: f32,
     /// Index, among the tables, of the one that it is multiplied by.
     pub times: Option<usize>,
 }
 
-impl Table {
+impl CecTable {
     /// Largest magnitude.
     #[must_use]
     pub fn peak(&self) -> f32 {
@@ -141,7 +141,7 @@ impl Table {
 
 /// True for each table that another one names by `MULT_BY_TABLE`.
 #[must_use]
-pub fn named(tables: &[Table]) -> Vec<bool> {
+pub fn named(tables: &[CecTable]) -> Vec<bool> {
     let mut named = vec![false; tables.len()];
     for index in tables.iter().filter_map(|t| t.times) {
         named[index] = true;
@@ -152,8 +152,8 @@ pub fn named(tables: &[Table]) -> Vec<bool> {
 /// The axes that tables correct, each with a bound of the sum of its tables (mm, degrees), the sum of the largest
 /// magnitudes of all tables and products. The controller's limit of the sum, MD32720, must permit it.
 #[must_use]
-pub fn largest_sums(tables: &[Table], factor_tables: FactorTables) -> Vec<(usize, f64)> {
-    let peak = |table: &Table| f64::from(table.peak()) * f64::from(table.weight.abs());
+pub fn largest_sums(tables: &[CecTable], factor_tables: FactorTables) -> Vec<(usize, f64)> {
+    let peak = |table: &CecTable| f64::from(table.peak()) * f64::from(table.weight.abs());
     let mut sums = BTreeMap::new();
     for (table, is_named) in tables.iter().zip(named(tables)) {
         let sum = sums.entry(table.output).or_insert(0.0);

@@ -1,28 +1,33 @@
 //! Checks the products of a file.
 
 use super::raw::Raw;
-use super::reading::{Reading, Units};
-use super::variable::Known;
-use super::{FactorTables, Table};
+use super::reading::{LengthUnit, ReadOptions};
+use super::variable::KnownVariable;
+use super::{CecTable, FactorTables};
 use trueaxis_model::source::FileError;
 
 /// Checks that products follow the rules.
 pub(crate) fn check_products(
-    tables: &[Table],
+    tables: &[CecTable],
     raw: &[&Raw<'_>],
-    reading: &Reading<'_>,
-    units: Option<Units>,
+    reading: &ReadOptions<'_>,
+    units: Option<LengthUnit>,
 ) -> Result<(), FileError> {
     for (index, table) in tables.iter().enumerate() {
         let Some(named) = table.times else {
             continue;
         };
-        let at = |known: Known, index: usize| {
+        let at = |known: KnownVariable, index: usize| {
             let set = raw[index].settings.get(&known);
             set.map_or(raw[index].span.clone(), |(_, span)| span.clone())
         };
         let error = |message: &str, remedy: &str| {
-            FileError::at(at(Known::Times, index), message, "multiplied here", remedy)
+            FileError::at(
+                at(KnownVariable::Times, index),
+                message,
+                "multiplied here",
+                remedy,
+            )
         };
         let factor = &tables[named];
         if factor.output != table.output {
@@ -48,13 +53,13 @@ pub(crate) fn check_products(
             .find(|i| tables[*i].weight != 1.0)
         {
             return Err(FileError::at(
-                at(Known::Weight, weighted),
+                at(KnownVariable::Weight, weighted),
                 "a table of a product has a weight",
                 "here",
                 "whether weights enter products is not documented: multiply the values by it, and leave it out",
             ));
         }
-        if units == Some(Units::Inch) && !reading.axes.is_rotary(table.output) {
+        if units == Some(LengthUnit::Inch) && !reading.axes.is_rotary(table.output) {
             return Err(error(
                 "a product of tables in inches",
                 "the unit in which the controller multiplies is not documented: write the file in METRIC",

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 /// A file as a map from names to assigned values.
-pub struct File(HashMap<String, String>);
+pub struct AssignedValues(HashMap<String, String>);
 
 /// The direction from which each axis has arrived: 1, −1, or 0 if unknown.
 pub type Directions<'a> = &'a [i8];
 
-impl File {
+impl AssignedValues {
     pub fn new(text: &str) -> Self {
         let lines = text
             .lines()

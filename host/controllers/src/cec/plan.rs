@@ -1,25 +1,25 @@
 //! Adapts a compensation to the rules of the controller.
 
-use super::axes::Axes;
+use super::axes::NamedAxes;
 use super::collect::{Factors, Output};
-use super::cost::{LongProducts, Note, Tolerance};
+use super::cost::{CecTolerance, LongProducts, Note};
 use super::literal::literal;
-use super::source::Source;
-use super::terms::Form;
-use super::{FactorTables, Limits, PlanError, Table, named};
+use super::source::SourceTerms;
+use super::terms::ConversionForm;
+use super::{CecError, CecTable, FactorTables, TableLimits, named};
 use trueaxis::Largest;
 
 /// Options of a plan.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct CecOptions {
     /// Whether the controller also adds factor tables.
     pub factor_tables: FactorTables,
-    /// Its capacity.
-    pub limits: Limits,
+    /// Capacity.
+    pub limits: TableLimits,
     /// Largest magnitude of a factor.
     pub factor_limit: f64,
     /// Permitted difference of the file from the compensation.
-    pub tolerance: Tolerance,
+    pub tolerance: CecTolerance,
     /// Tool length (mm), if it is an input; by default the reference.
     pub length: Option<f64>,
     /// What to do with products of functions of more than two axes.
@@ -28,9 +28,9 @@ pub struct Options {
 
 /// Tables, and what they cost.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    /// The tables; the first has the number of [`Limits::first`].
-    pub tables: Vec<Table>,
+pub struct CecPlan {
+    /// The tables; the first has the number of [`TableLimits::first`].
+    pub tables: Vec<CecTable>,
     /// Differences from the compensation.
     pub notes: Vec<Note>,
     /// Tool length (mm) for which they hold, if it was an input.
@@ -45,20 +45,24 @@ pub struct Plan {
 /// linear interpolation. Tables that correct several axes are copied.
 ///
 /// # Errors
-/// [`PlanError`]
-pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Result<Plan, PlanError> {
-    let Source {
+/// [`CecError`]
+pub fn plan(
+    compensation: &Largest<'_>,
+    axes: &NamedAxes,
+    options: &CecOptions,
+) -> Result<CecPlan, CecError> {
+    let SourceTerms {
         terms,
         length,
         sensors,
-    } = Source::new(compensation, options.length)?;
+    } = SourceTerms::new(compensation, options.length)?;
     let ready = literal(compensation, options.factor_tables).filter(|t| keeps(t, options));
     let is_literal = ready.is_some();
     let mut notes = Vec::new();
     let tables = match ready {
         Some(tables) => tables,
         None => {
-            let form = Form {
+            let form = ConversionForm {
                 axes,
                 points: options.limits.points,
                 tolerance: options.tolerance,
@@ -80,7 +84,7 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
                 }
             }
             if !long.is_empty() {
-                return Err(PlanError::Long(long));
+                return Err(CecError::Long(long));
             }
             let factors = Factors {
                 tables: options.factor_tables,
@@ -95,20 +99,20 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
         }
     };
     if tables.is_empty() {
-        return Err(PlanError::Nothing);
+        return Err(CecError::Nothing);
     }
-    let Limits {
+    let TableLimits {
         first, tables: all, ..
     } = options.limits;
     let room = all.saturating_sub(first).min(255);
     if tables.len() > room {
-        return Err(PlanError::Tables {
+        return Err(CecError::Tables {
             needed: tables.len(),
             room,
             first,
         });
     }
-    Ok(Plan {
+    Ok(CecPlan {
         tables,
         notes,
         length,
@@ -118,7 +122,7 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
 }
 
 /// Whether tables that follow the rules also respect the limits of values and of factors.
-fn keeps(tables: &[Table], options: &Options) -> bool {
+fn keeps(tables: &[CecTable], options: &CecOptions) -> bool {
     let is_named = named(tables);
     tables.iter().zip(is_named).all(|(table, is_named)| {
         let is_factor = is_named || table.times.is_some();
@@ -129,14 +133,14 @@ fn keeps(tables: &[Table], options: &Options) -> bool {
 }
 
 /// Checks that all factors can respect their limit.
-fn check_factors(outputs: &[Output], axes: &Axes, factors: Factors) -> Result<(), PlanError> {
+fn check_factors(outputs: &[Output], axes: &NamedAxes, factors: Factors) -> Result<(), CecError> {
     let least = outputs.iter().map(|o| o.least_limit(factors.tables));
     let Some((index, least)) = least.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(());
     };
     match least <= factors.limit {
         true => Ok(()),
-        false => Err(PlanError::Factor {
+        false => Err(CecError::Factor {
             axis: axes.letter(index),
             limit: factors.limit,
             least: (least * 1e4).ceil() / 1e4,

@@ -1,6 +1,6 @@
 //! Tests of the cost of a plan, and of its limits.
 
-use super::oracle::File;
+use super::oracle::AssignedValues;
 use super::round_trip::round_trips;
 use super::specimen::*;
 use super::*;
@@ -38,7 +38,7 @@ fn products_of_three_axes_cost_what_is_said() {
     let terms = vec![term(0, 0.1, &[1, 2, 3]), term(1, 1.0, &[1])];
     let blob = with(tables(), terms).encode().unwrap();
     let refused = written(&blob, &options(FactorTables::NotAdded)).unwrap_err();
-    let PlanError::Long(long) = &refused else {
+    let CecError::Long(long) = &refused else {
         panic!("{refused}");
     };
     // 0.1 · 20 µm · 1 · 1. Holding the table of Y, from 0 to 20 µm, at 10 costs half of it; cos A, from −0.5 to 1,
@@ -67,7 +67,7 @@ fn a_function_of_one_direction_is_not_constant_however_flat_it_is() {
         vec![term(0, 100.0, &[0, 2, 5]), term(1, 1.0, &[1])],
     );
     let error = written(&blob.encode().unwrap(), &options(FactorTables::Added)).unwrap_err();
-    let PlanError::Long(long) = &error else {
+    let CecError::Long(long) = &error else {
         panic!("{error}");
     };
     assert_eq!(long[0].held_inputs, ['C']);
@@ -111,13 +111,10 @@ fn tables_hold_for_one_tool_length() {
     let mut options = options(FactorTables::Added);
     options.length = Some(1.0);
     let without = with(tables(), vec![term(0, 1.0, &[0])]).encode().unwrap();
-    assert_eq!(
-        written(&without, &options).unwrap_err(),
-        PlanError::NoLength
-    );
+    assert_eq!(written(&without, &options).unwrap_err(), CecError::NoLength);
     let nothing = with(tables(), vec![term(0, 0.0, &[0])]).encode().unwrap();
     let error = written(&nothing, &self::options(FactorTables::Added));
-    assert_eq!(error.unwrap_err(), PlanError::Nothing);
+    assert_eq!(error.unwrap_err(), CecError::Nothing);
 }
 
 #[test]
@@ -143,7 +140,7 @@ fn what_the_controller_does_not_hold_is_refused() {
     let blob = with(tables(), vec![term(0, 1.0, &[0, 2]), term(1, 0.5, &[1])])
         .encode()
         .unwrap();
-    let with = |change: &dyn Fn(&mut Options)| {
+    let with = |change: &dyn Fn(&mut CecOptions)| {
         let mut options = options(FactorTables::Added);
         change(&mut options);
         written(&blob, &options)
@@ -151,7 +148,7 @@ fn what_the_controller_does_not_hold_is_refused() {
     let few = with(&|o| o.limits.first = 60).unwrap_err();
     assert_eq!(
         few,
-        PlanError::Tables {
+        CecError::Tables {
             needed: 3,
             room: 2,
             first: 60
@@ -170,7 +167,7 @@ fn what_the_controller_does_not_hold_is_refused() {
         };
         let error = at(limit).unwrap_err();
         let axis = 'X';
-        assert_eq!(error, PlanError::Factor { axis, limit, least });
+        assert_eq!(error, CecError::Factor { axis, limit, least });
         let named = format!("--factor-limit {least:.4} or more");
         assert!(error.remedy().contains(&named), "{}", error.remedy());
         assert!(at(least).is_ok() && at(least - 1e-4).is_err());
@@ -219,7 +216,7 @@ fn no_factor_exceeds_the_limit() {
 #[test]
 fn the_probe_tells_both_readings_apart() {
     let text = probe("AX1", 0);
-    let file = File::new(&text);
+    let file = AssignedValues::new(&text);
     for (added, shown) in [(false, 0.005), (true, 0.010)] {
         for x in [-2000.0, 0.0, 123.4, 2000.0] {
             let q = [x, 0.0, 0.0, 0.0];

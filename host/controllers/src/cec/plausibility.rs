@@ -1,8 +1,8 @@
 //! Warns about values in tables that are more often a mistake than intended.
 
-use super::axes::Axes;
+use super::axes::NamedAxes;
 use super::raw::Raw;
-use super::{Table, named};
+use super::{CecTable, named};
 use trueaxis_model::source::FileError;
 
 /// Slope of a correction (mm/mm) above which a value is more likely a mistake; scale and straightness errors of
@@ -16,7 +16,12 @@ const LEAST: f64 = 1e-3;
 /// Warns about slopes that no machine has, and about single values that stand out.
 ///
 /// Only applies to tables that are added themselves; factors may have any values.
-pub fn doubts(tables: &[Table], raw: &[&Raw<'_>], axes: &Axes, doubts: &mut Vec<FileError>) {
+pub fn doubts(
+    tables: &[CecTable],
+    raw: &[&Raw<'_>],
+    axes: &NamedAxes,
+    doubts: &mut Vec<FileError>,
+) {
     let named = named(tables);
     for (index, table) in tables.iter().enumerate() {
         if table.times.is_some() || named[index] {
@@ -66,7 +71,7 @@ pub fn doubts(tables: &[Table], raw: &[&Raw<'_>], axes: &Axes, doubts: &mut Vec<
 }
 
 /// The steepest interval and its slope.
-fn steepest(table: &Table) -> Option<(usize, f64)> {
+fn steepest(table: &CecTable) -> Option<(usize, f64)> {
     let slopes = table.values.windows(2).map(|w| {
         f64::from(table.weight) * (f64::from(w[1]) - f64::from(w[0])).abs()
             / f64::from(table.spacing.step)

@@ -1,16 +1,16 @@
 //! Writes tables in the language of the controller.
 
-use super::axes::Axes;
-use super::{Table, Travel};
+use super::axes::NamedAxes;
+use super::{CecTable, TravelDirection};
 use std::fmt::Write;
 
 /// The text of a file, whose tables are numbered from `first`, with `comments` at the start.
 ///
 /// Numbers have the fewest digits that read back as the same number.
 #[must_use]
-pub fn print(tables: &[Table], axes: &Axes, first: usize, comments: &[String]) -> String {
-    let names = |table: &Table| [table.input, table.output].map(|axis| axes.name(axis));
-    let letters = |table: &Table| [table.input, table.output].map(|axis| axes.letter(axis));
+pub fn print(tables: &[CecTable], axes: &NamedAxes, first: usize, comments: &[String]) -> String {
+    let names = |table: &CecTable| [table.input, table.output].map(|axis| axes.name(axis));
+    let letters = |table: &CecTable| [table.input, table.output].map(|axis| axes.letter(axis));
     let mut text = begin(comments);
     for (index, table) in tables.iter().enumerate() {
         let [input, output] = letters(table);
@@ -49,7 +49,7 @@ pub fn begin(comments: &[String]) -> String {
 /// A table with the names of its axes.
 pub fn one(
     text: &mut String,
-    table: &Table,
+    table: &CecTable,
     number: usize,
     [input, output]: &[String; 2],
     first: usize,
@@ -61,9 +61,9 @@ pub fn one(
     }
     let written = table.spacing.written();
     let direction = match table.travel {
-        Travel::Both => 0,
-        Travel::Positive => 1,
-        Travel::Negative => -1,
+        TravelDirection::Both => 0,
+        TravelDirection::Positive => 1,
+        TravelDirection::Negative => -1,
     };
     let mut set = |name: &str, value: &dyn std::fmt::Display| {
         let _ = writeln!(text, "${name}[{number}]={value}");

@@ -2,7 +2,7 @@
 
 use super::print::{begin, one};
 use super::spacing::Spacing;
-use super::{Table, Travel};
+use super::{CecTable, TravelDirection};
 
 /// Constant value of the first table (mm, deg): the factor.
 pub const FACTOR: f32 = 0.005;
@@ -13,7 +13,7 @@ const END: f32 = 1000.0;
 /// multiplied by the first. Their displayed sum is 0.005 if factor tables are not added, and 0.010 if they are.
 #[must_use]
 pub fn probe(axis: &str, first: usize) -> String {
-    let table = |value: f32, times: Option<usize>| Table {
+    let table = |value: f32, times: Option<usize>| CecTable {
         input: 0,
         output: 0,
         spacing: Spacing {
@@ -23,7 +23,7 @@ pub fn probe(axis: &str, first: usize) -> String {
             modulo: false,
         },
         values: vec![value; 2],
-        travel: Travel::Both,
+        travel: TravelDirection::Both,
         weight: 1.0,
         times,
     };

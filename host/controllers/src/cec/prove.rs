@@ -1,10 +1,10 @@
 //! Reads a file again and compares its effect with the compensation.
 
-use super::axes::Axes;
+use super::axes::NamedAxes;
 use super::draft::draft;
 use super::read::read;
-use super::reading::Reading;
-use super::{FactorTables, Plan, Tolerance};
+use super::reading::ReadOptions;
+use super::{CecPlan, CecTolerance, FactorTables};
 use crate::positions::random;
 use serde::Serialize;
 use trueaxis::{AuxiliaryKind, EncodeError, LoadError};
@@ -18,7 +18,7 @@ const LENGTH_CHANGE: f32 = 1.0;
 
 /// Largest differences of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Difference {
+pub struct AxisDifference {
     /// Letter of the axis.
     pub axis: char,
     /// `µm` or `µrad`.
@@ -27,25 +27,25 @@ pub struct Difference {
     pub largest: f64,
     /// Largest difference between the compensation and the file.
     pub difference: f64,
-    /// The same for a controller with the other interpretation of factor tables.
+    /// Like `difference`, for a controller with the other interpretation of factor tables.
     pub other_reading: f64,
 }
 
 /// The effect of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Proof {
+pub struct CecProof {
     /// Number of random positions, with random directions of travel.
     pub positions: usize,
     /// Axis by axis.
-    pub axes: Vec<Difference>,
+    pub axes: Vec<AxisDifference>,
     /// Change of a linear correction (µm) per mm that the tool is longer, if that was an input.
     pub um_per_mm_of_tool_length: Option<f64>,
 }
 
-impl Proof {
+impl CecProof {
     /// True if no axis exceeds the tolerance.
     #[must_use]
-    pub fn meets(&self, tolerance: Tolerance) -> bool {
+    pub fn meets(&self, tolerance: CecTolerance) -> bool {
         self.axes.iter().all(|a| {
             let most = if a.unit == "µm" {
                 tolerance.um
@@ -79,13 +79,13 @@ pub enum ProveError {
 pub fn prove(
     text: &str,
     runtime: &Runtime<'_>,
-    axes: &Axes,
-    plan: &Plan,
+    axes: &NamedAxes,
+    plan: &CecPlan,
     factor_tables: FactorTables,
     positions: usize,
     seed: u64,
-) -> Result<Proof, ProveError> {
-    let reading = Reading {
+) -> Result<CecProof, ProveError> {
+    let reading = ReadOptions {
         axes,
         factor_tables,
         units: None,
@@ -138,7 +138,7 @@ pub fn prove(
             false => ("µm", 1e3),
         };
         let [largest, difference, other_reading, _] = found[i].map(|value| value * fine);
-        Difference {
+        AxisDifference {
             axis: axes.letter(i),
             unit,
             largest,
@@ -148,7 +148,7 @@ pub fn prove(
     };
     let linear = (0..axes.axes.len()).filter(|i| !axes.is_rotary(*i));
     let per_mm = linear.map(|i| found[i][3] * 1e3 / f64::from(LENGTH_CHANGE));
-    Ok(Proof {
+    Ok(CecProof {
         positions,
         axes: (0..axes.axes.len()).map(of).collect(),
         um_per_mm_of_tool_length: (!lengths.is_empty()).then(|| per_mm.fold(0.0, f64::max)),

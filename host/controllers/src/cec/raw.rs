@@ -1,9 +1,9 @@
 //! The statements of a file about one table, and their validation.
 
 use super::axes::unknown_axis;
-use super::reading::{EncoderValues, Reading, Units};
-use super::variable::{Key, Known};
-use super::{Table, Travel};
+use super::reading::{EncoderValues, LengthUnit, ReadOptions};
+use super::variable::{KnownVariable, VariableKey};
+use super::{CecTable, TravelDirection};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
@@ -12,17 +12,17 @@ use trueaxis_model::source::FileError;
 pub(crate) const MISSING: &str = "values are missing";
 
 /// A text from the file, and its bytes.
-type Written<'t> = (&'t str, Range<usize>);
+type RawText<'t> = (&'t str, Range<usize>);
 
 /// All statements of a file about one table.
 #[derive(Debug)]
 pub struct Raw<'t> {
-    /// Its first statement.
+    /// First statement.
     pub span: Range<usize>,
     /// Values by their number.
-    pub values: BTreeMap<usize, Written<'t>>,
+    pub values: BTreeMap<usize, RawText<'t>>,
     /// All other settings.
-    pub settings: BTreeMap<Known, Written<'t>>,
+    pub settings: BTreeMap<KnownVariable, RawText<'t>>,
 }
 
 /// A number in the controller's language: `0.005`, `-450`, `5EX-3`.
@@ -42,7 +42,7 @@ pub const MOST: f64 = 1e9;
 /// Highest number of a table, a value or an encoder: far more than a controller has.
 pub(super) const HIGHEST: usize = 99_999;
 
-fn no_number((text, span): &Written<'_>) -> FileError {
+fn no_number((text, span): &RawText<'_>) -> FileError {
     FileError::at(
         span.clone(),
         format!("`{text}` is not a number that the controller knows"),
@@ -65,20 +65,24 @@ impl<'t> Raw<'t> {
     }
 
     /// The number assigned to a setting, and its place.
-    fn set(&self, known: Known) -> Result<Option<(f64, Range<usize>)>, FileError> {
+    fn set(&self, known: KnownVariable) -> Result<Option<(f64, Range<usize>)>, FileError> {
         let Some(written) = self.settings.get(&known) else {
             return Ok(None);
         };
         let text = match (known, written.0.to_ascii_uppercase().as_str()) {
-            (Known::Modulo | Known::Enable, "TRUE") => "1",
-            (Known::Modulo | Known::Enable, "FALSE") => "0",
+            (KnownVariable::Modulo | KnownVariable::Enable, "TRUE") => "1",
+            (KnownVariable::Modulo | KnownVariable::Enable, "FALSE") => "0",
             _ => written.0,
         };
         let value = number(text).ok_or_else(|| no_number(written))?;
         Ok(Some((value, written.1.clone())))
     }
 
-    pub fn needed(&self, known: Known, key: Key) -> Result<(f64, Range<usize>), FileError> {
+    pub fn needed(
+        &self,
+        known: KnownVariable,
+        key: VariableKey,
+    ) -> Result<(f64, Range<usize>), FileError> {
         self.set(known)?.ok_or_else(|| {
             let name = known.name(key);
             self.error(
@@ -92,8 +96,8 @@ impl<'t> Raw<'t> {
     /// The value of an optional setting, with a note if it is missing.
     fn otherwise(
         &self,
-        known: Known,
-        key: Key,
+        known: KnownVariable,
+        key: VariableKey,
         doubts: &mut Vec<FileError>,
     ) -> Result<(f64, Range<usize>), FileError> {
         if let Some(set) = self.set(known)? {
@@ -108,7 +112,12 @@ impl<'t> Raw<'t> {
         Ok((0.0, self.span.clone()))
     }
 
-    fn axis(&self, known: Known, key: Key, reading: &Reading<'_>) -> Result<usize, FileError> {
+    fn axis(
+        &self,
+        known: KnownVariable,
+        key: VariableKey,
+        reading: &ReadOptions<'_>,
+    ) -> Result<usize, FileError> {
         let Some((name, span)) = self.settings.get(&known) else {
             let known = known.name(key);
             return Err(self.error(
@@ -126,18 +135,18 @@ impl<'t> Raw<'t> {
     /// The complete table.
     pub fn table(
         &self,
-        key: Key,
-        keys: &[Key],
-        reading: &Reading<'_>,
-        units: Option<Units>,
+        key: VariableKey,
+        keys: &[VariableKey],
+        reading: &ReadOptions<'_>,
+        units: Option<LengthUnit>,
         doubts: &mut Vec<FileError>,
-    ) -> Result<Table, FileError> {
+    ) -> Result<CecTable, FileError> {
         let (input, output) = match key {
-            Key::Table(_) => (
-                self.axis(Known::Input, key, reading)?,
-                self.axis(Known::Output, key, reading)?,
+            VariableKey::Table(_) => (
+                self.axis(KnownVariable::Input, key, reading)?,
+                self.axis(KnownVariable::Output, key, reading)?,
             ),
-            Key::Encoder { axis, .. } => (axis, axis),
+            VariableKey::Encoder { axis, .. } => (axis, axis),
         };
         let mm = |axis: usize| match (reading.axes.is_rotary(axis), units) {
             (true, _) => Ok(1.0),
@@ -149,7 +158,7 @@ impl<'t> Raw<'t> {
             )),
         };
         let (of_input, of_output) = (mm(input)?, mm(output)?);
-        let (modulo, _) = self.flag(Known::Modulo, key, doubts)?;
+        let (modulo, _) = self.flag(KnownVariable::Modulo, key, doubts)?;
         let spacing = self.spacing(key, modulo, of_input, doubts)?;
         if modulo {
             self.check_period(key, &spacing, input, reading)?;
@@ -175,14 +184,14 @@ impl<'t> Raw<'t> {
                 });
             }
         }
-        let (mut travel, mut times, mut weight) = (Travel::Both, None, 1.0);
-        if matches!(key, Key::Table(_)) {
+        let (mut travel, mut times, mut weight) = (TravelDirection::Both, None, 1.0);
+        if matches!(key, VariableKey::Table(_)) {
             travel = self.travel(key, doubts)?;
             times = self.times(key, keys, doubts)?;
-            if let Some((value, _)) = self.set(Known::Weight)? {
+            if let Some((value, _)) = self.set(KnownVariable::Weight)? {
                 weight = value as f32;
             }
-            if let Some((value, span)) = self.set(Known::Enable)?
+            if let Some((value, span)) = self.set(KnownVariable::Enable)?
                 && value != 1.0
             {
                 return Err(FileError::at(
@@ -193,7 +202,7 @@ impl<'t> Raw<'t> {
                 ));
             }
         }
-        Ok(Table {
+        Ok(CecTable {
             input,
             output,
             spacing,
@@ -207,8 +216,8 @@ impl<'t> Raw<'t> {
     /// True if a table is modulo. Generators write −1 for *no*.
     fn flag(
         &self,
-        known: Known,
-        key: Key,
+        known: KnownVariable,
+        key: VariableKey,
         doubts: &mut Vec<FileError>,
     ) -> Result<(bool, Range<usize>), FileError> {
         let (value, span) = self.otherwise(known, key, doubts)?;
@@ -232,12 +241,16 @@ impl<'t> Raw<'t> {
         }
     }
 
-    fn travel(&self, key: Key, doubts: &mut Vec<FileError>) -> Result<Travel, FileError> {
-        let (value, span) = self.otherwise(Known::Direction, key, doubts)?;
+    fn travel(
+        &self,
+        key: VariableKey,
+        doubts: &mut Vec<FileError>,
+    ) -> Result<TravelDirection, FileError> {
+        let (value, span) = self.otherwise(KnownVariable::Direction, key, doubts)?;
         match value {
-            0.0 => Ok(Travel::Both),
-            1.0 => Ok(Travel::Positive),
-            -1.0 => Ok(Travel::Negative),
+            0.0 => Ok(TravelDirection::Both),
+            1.0 => Ok(TravelDirection::Positive),
+            -1.0 => Ok(TravelDirection::Negative),
             _ => Err(FileError::at(
                 span,
                 "$AN_CEC_DIRECTION is none of 0, 1 and -1",
@@ -250,18 +263,18 @@ impl<'t> Raw<'t> {
     /// Index of the table that this one is multiplied by.
     fn times(
         &self,
-        key: Key,
-        keys: &[Key],
+        key: VariableKey,
+        keys: &[VariableKey],
         doubts: &mut Vec<FileError>,
     ) -> Result<Option<usize>, FileError> {
-        let (value, span) = self.otherwise(Known::Times, key, doubts)?;
+        let (value, span) = self.otherwise(KnownVariable::Times, key, doubts)?;
         if value == 0.0 {
             return Ok(None);
         }
         let is_number = value > 0.0 && value.fract() == 0.0;
         let index = is_number
             .then_some(value as usize)
-            .map(|n| Key::Table(n - 1));
+            .map(|n| VariableKey::Table(n - 1));
         match index.and_then(|index| keys.iter().position(|k| *k == index)) {
             Some(place) => Ok(Some(place)),
             None => Err(FileError::at(
@@ -281,11 +294,17 @@ impl<'t> Raw<'t> {
     }
 
     /// The sign of values of encoders.
-    fn sign(&self, key: Key, keys: &[Key], reading: &Reading<'_>) -> Result<f64, FileError> {
-        let Key::Encoder { axis, .. } = key else {
+    fn sign(
+        &self,
+        key: VariableKey,
+        keys: &[VariableKey],
+        reading: &ReadOptions<'_>,
+    ) -> Result<f64, FileError> {
+        let VariableKey::Encoder { axis, .. } = key else {
             return Ok(1.0);
         };
-        let is_of_axis = |k: &&Key| matches!(k, Key::Encoder { axis: a, .. } if *a == axis);
+        let is_of_axis =
+            |k: &&VariableKey| matches!(k, VariableKey::Encoder { axis: a, .. } if *a == axis);
         if keys.iter().filter(is_of_axis).count() > 1 {
             return Err(self.error(
                 "both encoders of an axis have a compensation, and one is in use at a time"

@@ -1,42 +1,42 @@
 //! Converts the text of a file to tables.
 
-use super::Table;
+use super::CecTable;
 use super::axes::unknown_axis;
 use super::multiplied::check_products;
 use super::plausibility;
 use super::raw::{HIGHEST, MISSING, Raw, number};
-use super::reading::{Reading, Units};
-use super::statement::{Statement, statements};
-use super::variable::{Key, Kind, Known};
+use super::reading::{LengthUnit, ReadOptions};
+use super::statement::{CecStatement, statements};
+use super::variable::{KnownVariable, VariableFamily, VariableKey};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
 /// Content of a file.
 #[derive(Clone, Debug)]
-pub struct Read {
+pub struct CecContent {
     /// Tables in the order of their numbers, followed by those of encoders.
-    pub tables: Vec<Table>,
+    pub tables: Vec<CecTable>,
     /// Unlikely values, and assumptions that were made.
     pub doubts: Vec<FileError>,
     /// Limits of the corrections, if the file contains their machine data.
-    pub limits: Vec<Limit>,
+    pub limits: Vec<CorrectionLimit>,
 }
 
 /// A limit of the correction of an axis in the controller.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Limit {
+pub struct CorrectionLimit {
     /// Index of the axis.
     pub axis: usize,
     /// What is limited.
     pub limited: Limited,
     /// The limit, in its unit.
     pub value: f64,
-    /// Its place in the file.
+    /// Place in the file.
     pub span: Range<usize>,
 }
 
-/// What a [`Limit`] limits.
+/// What a [`CorrectionLimit`] limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
     /// The sum of all tables (MD32720), in mm or degrees.
@@ -62,8 +62,8 @@ const MOST_TABLES: usize = 255;
 ///
 /// # Errors
 /// [`FileError`] at the first statement that is not understood, or if something is missing.
-pub fn read(text: &str, reading: &Reading<'_>) -> Result<Read, FileError> {
-    let mut reader = Reader {
+pub fn read(text: &str, reading: &ReadOptions<'_>) -> Result<CecContent, FileError> {
+    let mut reader = CecReader {
         reading,
         units: None,
         raw: BTreeMap::new(),
@@ -77,19 +77,19 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Read, FileError> {
     reader.finish()
 }
 
-struct Reader<'t, 'r> {
-    reading: &'r Reading<'r>,
-    units: Option<(Units, Range<usize>)>,
-    raw: BTreeMap<Key, Raw<'t>>,
-    limits: Vec<Limit>,
+struct CecReader<'t, 'r> {
+    reading: &'r ReadOptions<'r>,
+    units: Option<(LengthUnit, Range<usize>)>,
+    raw: BTreeMap<VariableKey, Raw<'t>>,
+    limits: Vec<CorrectionLimit>,
     /// Where values are first left out.
     gap: Option<Range<usize>>,
     /// The statement that ends the file.
     end: Option<Range<usize>>,
 }
 
-impl<'t> Reader<'t, '_> {
-    fn take(&mut self, statement: Statement<'t>, span: Range<usize>) -> Result<(), FileError> {
+impl<'t> CecReader<'t, '_> {
+    fn take(&mut self, statement: CecStatement<'t>, span: Range<usize>) -> Result<(), FileError> {
         if self.end.is_some() {
             return Err(FileError::at(
                 span,
@@ -99,12 +99,12 @@ impl<'t> Reader<'t, '_> {
             ));
         }
         match statement {
-            Statement::Place => {}
-            Statement::End => self.end = Some(span),
-            Statement::Gap => {
+            CecStatement::Place => {}
+            CecStatement::End => self.end = Some(span),
+            CecStatement::Gap => {
                 self.gap.get_or_insert(span);
             }
-            Statement::Units(units) => {
+            CecStatement::Units(units) => {
                 if self
                     .units
                     .as_ref()
@@ -127,7 +127,7 @@ impl<'t> Reader<'t, '_> {
                 }
                 self.units = Some((units, span));
             }
-            Statement::Assignment {
+            CecStatement::Assignment {
                 name,
                 indices,
                 value,
@@ -147,7 +147,7 @@ impl<'t> Reader<'t, '_> {
         if let Some(limited) = Limited::of(name) {
             return self.limit(limited, name, indices, value, span);
         }
-        let Some((kind, what)) = Known::of(name) else {
+        let Some((kind, what)) = KnownVariable::of(name) else {
             return Err(FileError::at(
                 span,
                 format!("the variable ${name} is not one of the compensation"),
@@ -155,23 +155,25 @@ impl<'t> Reader<'t, '_> {
                 "leave nothing in the file but $AN_CEC…, $SN_CEC_TABLE_WEIGHT, $AA_ENC_COMP…, $MA_CEC_MAX_SUM and $MA_CEC_MAX_VELO",
             ));
         };
-        let is_value = what == Known::Value;
+        let is_value = what == KnownVariable::Value;
         let number = |text: &str| text.parse::<usize>().ok().filter(|n| *n <= HIGHEST);
         let axis = |text: &str| self.reading.axes.find(text);
         let key = match (kind, is_value, indices) {
-            (Kind::Table, true, [table, k]) => number(table)
+            (VariableFamily::Table, true, [table, k]) => number(table)
                 .zip(number(k))
-                .map(|(t, k)| (Key::Table(t), k)),
-            (Kind::Table, false, [table]) => number(table).map(|t| (Key::Table(t), 0)),
-            (Kind::Encoder, true, [encoder, k, name]) => {
+                .map(|(t, k)| (VariableKey::Table(t), k)),
+            (VariableFamily::Table, false, [table]) => {
+                number(table).map(|t| (VariableKey::Table(t), 0))
+            }
+            (VariableFamily::Encoder, true, [encoder, k, name]) => {
                 let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
                 number(encoder)
                     .zip(number(k))
-                    .map(|(encoder, k)| (Key::Encoder { axis, encoder }, k))
+                    .map(|(encoder, k)| (VariableKey::Encoder { axis, encoder }, k))
             }
-            (Kind::Encoder, false, [encoder, name]) => {
+            (VariableFamily::Encoder, false, [encoder, name]) => {
                 let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
-                number(encoder).map(|encoder| (Key::Encoder { axis, encoder }, 0))
+                number(encoder).map(|encoder| (VariableKey::Encoder { axis, encoder }, 0))
             }
             _ => None,
         };
@@ -228,7 +230,7 @@ impl<'t> Reader<'t, '_> {
         if (self.limits.iter()).any(|known| known.axis == axis && known.limited == limited) {
             return Err(twice(span));
         }
-        self.limits.push(Limit {
+        self.limits.push(CorrectionLimit {
             axis,
             limited,
             value,
@@ -237,7 +239,7 @@ impl<'t> Reader<'t, '_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Read, FileError> {
+    fn finish(mut self) -> Result<CecContent, FileError> {
         if self.raw.is_empty() {
             return Err(FileError::whole(
                 "there is no table in the file",
@@ -247,7 +249,7 @@ impl<'t> Reader<'t, '_> {
         let mut doubts = Vec::new();
         let units = self.units.map(|(units, _)| units).or(self.reading.units);
         let mut tables = Vec::new();
-        let keys: Vec<Key> = self.raw.keys().copied().collect();
+        let keys: Vec<VariableKey> = self.raw.keys().copied().collect();
         for (key, raw) in &self.raw {
             let made = raw.table(*key, &keys, self.reading, units, &mut doubts);
             // If values are left out, that is why they are missing.
@@ -284,10 +286,10 @@ impl<'t> Reader<'t, '_> {
         // Converted like all lengths of the file.
         for limit in &mut self.limits {
             if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
-                limit.value *= units.map_or(1.0, Units::mm);
+                limit.value *= units.map_or(1.0, LengthUnit::mm);
             }
         }
-        Ok(Read {
+        Ok(CecContent {
             tables,
             doubts,
             limits: self.limits,

@@ -1,19 +1,19 @@
 //! Options for reading a file.
 
 use super::FactorTables;
-use super::axes::Axes;
+use super::axes::NamedAxes;
 
 /// The unit of lengths in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Units {
+pub enum LengthUnit {
     /// mm.
     Metric,
     /// 25.4 mm.
     Inch,
 }
 
-impl Units {
+impl LengthUnit {
     /// Millimetres per unit.
     pub(super) fn mm(self) -> f64 {
         match self {
@@ -37,13 +37,13 @@ pub enum EncoderValues {
 
 /// Options for reading a file.
 #[derive(Clone, Copy, Debug)]
-pub struct Reading<'a> {
+pub struct ReadOptions<'a> {
     /// The axes and their names.
-    pub axes: &'a Axes,
+    pub axes: &'a NamedAxes,
     /// Whether factor tables are also added.
     pub factor_tables: FactorTables,
     /// Unit of lengths, if the file does not specify it.
-    pub units: Option<Units>,
+    pub units: Option<LengthUnit>,
     /// The meaning of the values of `$AA_ENC_COMP`, if there are any.
     pub encoder: Option<EncoderValues>,
 }

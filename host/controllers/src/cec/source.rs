@@ -1,15 +1,15 @@
 //! Splits a compensation into its tables, as functions, and its terms, as products of functions.
 
-use super::function::{Function, Origin};
+use super::function::{AxisFunction, Origin};
 use super::spacing::Spacing;
-use super::{PlanError, Travel};
+use super::{CecError, TravelDirection};
 use trueaxis::{AuxiliaryKind, Direction, Interpolation, Largest};
 use trueaxis_model::errors::temperature_name;
 use trueaxis_model::machine::MAX_AXES;
 
 /// A product of functions that is added to an axis.
 #[derive(Clone, Debug)]
-pub struct Term {
+pub struct SourceTerm {
     /// Index of the axis.
     pub output: usize,
     /// Weight, including the values of functions of auxiliary inputs.
@@ -17,28 +17,28 @@ pub struct Term {
     /// Whether the weight can be set at run time.
     pub adjustable: bool,
     /// The functions of axes.
-    pub factors: Vec<Function>,
+    pub factors: Vec<AxisFunction>,
 }
 
 /// All terms, for one tool length and with temperatures at their references.
 #[derive(Clone, Debug)]
-pub struct Source {
-    pub terms: Vec<Term>,
+pub struct SourceTerms {
+    pub terms: Vec<SourceTerm>,
     /// The tool length (mm), if it is an input.
     pub length: Option<f64>,
     /// Sensors whose temperature is assumed to be the reference.
     pub sensors: Vec<String>,
 }
 
-impl Source {
+impl SourceTerms {
     /// Splits a compensation for a tool length (mm), by default the reference.
-    pub fn new(compensation: &Largest<'_>, length: Option<f64>) -> Result<Self, PlanError> {
+    pub fn new(compensation: &Largest<'_>, length: Option<f64>) -> Result<Self, CecError> {
         let axes = compensation.axes().len();
         if axes > MAX_AXES {
-            return Err(PlanError::Axes(axes));
+            return Err(CecError::Axes(axes));
         }
         if !compensation.grids().is_empty() {
-            return Err(PlanError::Grid);
+            return Err(CecError::Grid);
         }
         let auxiliaries = compensation.auxiliaries();
         let mut of = vec![0.0; auxiliaries.len()];
@@ -50,12 +50,12 @@ impl Source {
             }
         }
         if length.is_some() && known.is_none() {
-            return Err(PlanError::NoLength);
+            return Err(CecError::NoLength);
         }
         let tables = functions(compensation);
         let mut terms = Vec::new();
         for term in compensation.terms() {
-            let mut products = vec![Term {
+            let mut products = vec![SourceTerm {
                 output: usize::from(term.output),
                 weight: term.weight.into(),
                 adjustable: term.limits.is_some(),
@@ -69,7 +69,7 @@ impl Source {
                     continue;
                 }
                 let ways = by_travel(function, *direction);
-                let with = |product: &Term| {
+                let with = |product: &SourceTerm| {
                     let product = product.clone();
                     ways.iter().map(move |way| {
                         let mut product = product.clone();
@@ -95,17 +95,17 @@ impl Source {
 }
 
 /// All tables with their direction.
-fn functions(compensation: &Largest<'_>) -> Vec<(Function, Direction)> {
+fn functions(compensation: &Largest<'_>) -> Vec<(AxisFunction, Direction)> {
     let mut found = Vec::new();
     for bank in compensation.banks() {
         for _ in 0..bank.tables {
             let table = found.len();
             let samples = (0..bank.points as usize).filter_map(|k| compensation.sample(table, k));
-            let function = Function {
-                origin: Origin::Table(table, Travel::Both),
+            let function = AxisFunction {
+                origin: Origin::Table(table, TravelDirection::Both),
                 input: usize::from(bank.input),
                 spacing: Spacing::of(bank),
-                travel: Travel::Both,
+                travel: TravelDirection::Both,
                 interpolation: bank.interpolation,
                 values: samples.map(f64::from).collect(),
             };
@@ -116,8 +116,8 @@ fn functions(compensation: &Largest<'_>) -> Vec<(Function, Direction)> {
 }
 
 /// One function for each direction of travel in which it applies.
-fn by_travel(function: &Function, direction: Direction) -> Vec<Function> {
-    let way = |travel: Travel, sign: f64| {
+fn by_travel(function: &AxisFunction, direction: Direction) -> Vec<AxisFunction> {
+    let way = |travel: TravelDirection, sign: f64| {
         let mut function = function.clone();
         let Origin::Table(table, _) = function.origin else {
             return function;
@@ -129,13 +129,16 @@ fn by_travel(function: &Function, direction: Direction) -> Vec<Function> {
     };
     match direction {
         Direction::Both => vec![function.clone()],
-        Direction::Positive => vec![way(Travel::Positive, 1.0)],
-        Direction::Negative => vec![way(Travel::Negative, 1.0)],
-        Direction::Signed => vec![way(Travel::Positive, 1.0), way(Travel::Negative, -1.0)],
+        Direction::Positive => vec![way(TravelDirection::Positive, 1.0)],
+        Direction::Negative => vec![way(TravelDirection::Negative, 1.0)],
+        Direction::Signed => vec![
+            way(TravelDirection::Positive, 1.0),
+            way(TravelDirection::Negative, -1.0),
+        ],
     }
 }
 
 /// True for functions that a controller can interpolate unchanged.
-pub fn is_linear(function: &Function) -> bool {
+pub fn is_linear(function: &AxisFunction) -> bool {
     function.interpolation == Interpolation::Linear
 }

@@ -17,7 +17,7 @@ pub struct Spacing {
 
 /// The numbers in a file: MIN, MAX and STEP, with the fewest digits possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Written {
+pub struct WrittenSpacing {
     /// `$AN_CEC_MIN`
     pub min: f64,
     /// `$AN_CEC_MAX`
@@ -60,7 +60,7 @@ impl Spacing {
     }
 
     /// The shortest numbers that read back as this.
-    pub fn written(&self) -> Written {
+    pub fn written(&self) -> WrittenSpacing {
         let intervals = self.intervals() as f64;
         let min = shortest(self.start);
         // From the number as written, which differs slightly from the f32 that it represents.
@@ -72,7 +72,7 @@ impl Spacing {
         let exact = (max - min) / intervals;
         let fits = |step: &f64| *step as f32 == self.step && whole(max - min, *step).is_some();
         let step = (0..=17).map(|decimals| rounded(exact, decimals)).find(fits);
-        Written {
+        WrittenSpacing {
             min,
             max,
             step: step.unwrap_or(exact),
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn read(written: &Written, points: usize, modulo: bool) -> Spacing {
+    fn read(written: &WrittenSpacing, points: usize, modulo: bool) -> Spacing {
         Spacing {
             start: written.min as f32,
             step: written.step as f32,

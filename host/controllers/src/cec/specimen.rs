@@ -1,6 +1,6 @@
 //! A machine with four axes, tables of every kind, and the effect of a file with them according to the oracle.
 
-use super::oracle::File;
+use super::oracle::AssignedValues;
 use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,7 +17,7 @@ pub const BOTH: [FactorTables; 2] = [FactorTables::NotAdded, FactorTables::Added
 /// slopes below 0.01 per mm or degree.
 pub const ROUNDING: f64 = 3e-6;
 
-pub fn axes() -> Axes {
+pub fn axes() -> NamedAxes {
     let axis = |name: u8, travel: [f32; 2], period: f32| Axis {
         name,
         travel,
@@ -36,7 +36,7 @@ pub fn axes() -> Axes {
         axis(b'A', [-120.0, 120.0], 0.0),
         axis(b'C', endless, 360.0),
     ];
-    Axes::new(&all, MAP).unwrap().complete().unwrap()
+    NamedAxes::new(&all, MAP).unwrap().complete().unwrap()
 }
 
 pub fn bank(input: u8, [from, to]: [f32; 2], direction: Direction, column: &[f32]) -> DraftBank {
@@ -99,12 +99,12 @@ pub fn tables() -> Vec<DraftBank> {
     ]
 }
 
-pub fn options(factor_tables: FactorTables) -> Options {
-    Options {
+pub fn options(factor_tables: FactorTables) -> CecOptions {
+    CecOptions {
         factor_tables,
-        limits: Limits::SINUMERIK_840D,
+        limits: TableLimits::SINUMERIK_840D,
         factor_limit: 2.0,
-        tolerance: Tolerance {
+        tolerance: CecTolerance {
             um: 0.05,
             urad: 0.05,
         },
@@ -113,7 +113,7 @@ pub fn options(factor_tables: FactorTables) -> Options {
     }
 }
 
-pub fn written(blob: &AlignedBlob, options: &Options) -> Result<(Plan, String), PlanError> {
+pub fn written(blob: &AlignedBlob, options: &CecOptions) -> Result<(CecPlan, String), CecError> {
     let runtime = Runtime::load(blob).unwrap();
     let axes = axes();
     let made = plan(runtime.compensation(), &axes, options)?;
@@ -123,7 +123,7 @@ pub fn written(blob: &AlignedBlob, options: &Options) -> Result<(Plan, String), 
 
 pub fn imported(text: &str, factor_tables: FactorTables) -> AlignedBlob {
     let axes = axes();
-    let reading = Reading {
+    let reading = ReadOptions {
         axes: &axes,
         factor_tables,
         units: None,
@@ -152,7 +152,7 @@ pub fn differences(
 ) -> [f64; 2] {
     let again = imported(text, factor_tables);
     let [compiled, again] = [blob, &again].map(|blob| Runtime::load(blob).unwrap());
-    let file = File::new(text);
+    let file = AssignedValues::new(text);
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut worst = [0.0_f64; 2];
     for _ in 0..3000 {

@@ -1,13 +1,13 @@
 //! Splits a file with tables into statements.
 
 use super::axes::is_name;
-use super::reading::Units;
+use super::reading::LengthUnit;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 
 /// One statement.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Statement<'t> {
+pub enum CecStatement<'t> {
     /// `$NAME[i,k]=value`: the name in capitals without its dollar sign, the value without parentheses or quotes.
     Assignment {
         name: String,
@@ -15,7 +15,7 @@ pub enum Statement<'t> {
         value: &'t str,
     },
     /// `METRIC`, `INCH`
-    Units(Units),
+    Units(LengthUnit),
     /// `%_N_…`, `CHANDATA(1)`: where the file belongs.
     Place,
     /// `…`: values were left out.
@@ -25,17 +25,17 @@ pub enum Statement<'t> {
 }
 
 /// A statement with its bytes in the file.
-pub type Placed<'t> = (Statement<'t>, Range<usize>);
+pub type PlacedStatement<'t> = (CecStatement<'t>, Range<usize>);
 
 /// All statements of a file.
 ///
 /// # Errors
 /// [`FileError`] at the first text that is not a statement.
-pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
+pub fn statements(text: &str) -> Result<Vec<PlacedStatement<'_>>, FileError> {
     let mut found = Vec::new();
     let mut next = 0;
     for line in text.split_inclusive('\n') {
-        let mut rest = Cursor { text, at: next };
+        let mut rest = LineCursor { text, at: next };
         next += line.len();
         let code = line.split(';').next().unwrap_or(line);
         let end = rest.at + code.trim_end().len();
@@ -60,12 +60,12 @@ pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
 }
 
 /// The unread part of a line.
-struct Cursor<'t> {
+struct LineCursor<'t> {
     text: &'t str,
     at: usize,
 }
 
-impl<'t> Cursor<'t> {
+impl<'t> LineCursor<'t> {
     fn skip(&mut self, until: &str, is: impl Fn(char) -> bool) {
         let rest = until.get(self.at..).unwrap_or("");
         self.at += rest.len() - rest.trim_start_matches(is).len();
@@ -78,7 +78,7 @@ impl<'t> Cursor<'t> {
         rest.split(|c| !is_part(c)).next().unwrap_or("")
     }
 
-    fn statement(&mut self, end: usize) -> Result<Placed<'t>, FileError> {
+    fn statement(&mut self, end: usize) -> Result<PlacedStatement<'t>, FileError> {
         let start = self.at;
         let rest = &self.text[start..end];
         let whole = start..end;
@@ -87,19 +87,19 @@ impl<'t> Cursor<'t> {
         let all = self.at;
         self.at = end;
         match upper.as_str() {
-            "METRIC" => return one_word(Statement::Units(Units::Metric)),
-            "INCH" => return one_word(Statement::Units(Units::Inch)),
-            "M17" | "M30" | "M2" | "M02" | "M0" | "M00" => return one_word(Statement::End),
-            "..." | "…" => return one_word(Statement::Gap),
+            "METRIC" => return one_word(CecStatement::Units(LengthUnit::Metric)),
+            "INCH" => return one_word(CecStatement::Units(LengthUnit::Inch)),
+            "M17" | "M30" | "M2" | "M02" | "M0" | "M00" => return one_word(CecStatement::End),
+            "..." | "…" => return one_word(CecStatement::Gap),
             _ => {}
         }
         if upper.strip_prefix("%_N_").is_some_and(is_name) {
-            return one_word(Statement::Place);
+            return one_word(CecStatement::Place);
         }
         if let Some(channel) = upper.strip_prefix("CHANDATA(") {
             let channel = channel.strip_suffix(')').unwrap_or("").trim();
             if channel.parse::<u8>().is_ok_and(|n| n > 0) {
-                return one_word(Statement::Place);
+                return one_word(CecStatement::Place);
             }
         }
         if !rest.starts_with('$') {
@@ -115,7 +115,7 @@ impl<'t> Cursor<'t> {
     }
 
     /// `$NAME[i,k]=value`
-    fn assignment(&mut self, end: usize) -> Result<Placed<'t>, FileError> {
+    fn assignment(&mut self, end: usize) -> Result<PlacedStatement<'t>, FileError> {
         let start = self.at;
         let text = &self.text[..end];
         self.at += 1;
@@ -166,7 +166,7 @@ impl<'t> Cursor<'t> {
             ));
         }
         self.at += value.len();
-        let statement = Statement::Assignment {
+        let statement = CecStatement::Assignment {
             name: name.to_ascii_uppercase(),
             indices,
             value: unwrapped(value),
@@ -195,14 +195,14 @@ fn unwrapped(text: &str) -> &str {
 mod tests {
     use super::*;
 
-    fn one(line: &str) -> Statement<'_> {
+    fn one(line: &str) -> CecStatement<'_> {
         let mut found = statements(line).unwrap();
         assert_eq!(found.len(), 1, "{line}");
         found.remove(0).0
     }
 
-    fn assignment<'t>(name: &str, indices: &[&'t str], value: &'t str) -> Statement<'t> {
-        Statement::Assignment {
+    fn assignment<'t>(name: &str, indices: &[&'t str], value: &'t str) -> CecStatement<'t> {
+        CecStatement::Assignment {
             name: name.to_owned(),
             indices: indices.to_vec(),
             value,
@@ -226,11 +226,11 @@ mod tests {
         }
         assert_eq!(statements("$A[0]=1 $B[1]=2$C[2]=3").unwrap().len(), 3);
         assert_eq!(statements("; only a comment\n\n   \n").unwrap(), []);
-        assert_eq!(one("%_N_NC_CEC_INI"), Statement::Place);
-        assert_eq!(one("chandata(1)"), Statement::Place);
-        assert_eq!(one("INCH"), Statement::Units(Units::Inch));
-        assert_eq!(one("..."), Statement::Gap);
-        assert_eq!(one("N99 M17"), Statement::End);
+        assert_eq!(one("%_N_NC_CEC_INI"), CecStatement::Place);
+        assert_eq!(one("chandata(1)"), CecStatement::Place);
+        assert_eq!(one("INCH"), CecStatement::Units(LengthUnit::Inch));
+        assert_eq!(one("..."), CecStatement::Gap);
+        assert_eq!(one("N99 M17"), CecStatement::End);
     }
 
     #[test]

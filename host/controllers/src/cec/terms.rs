@@ -1,11 +1,11 @@
 //! Converts terms to a form that the controller supports: a function of one axis, or a product of two.
 
-use super::PlanError;
-use super::axes::Axes;
-use super::cost::{Long, LongProducts, Note, Tolerance};
-use super::function::{Function, Origin, sampled};
-use super::source::{Term, is_linear};
-use super::{Travel, collect::Normal};
+use super::CecError;
+use super::axes::NamedAxes;
+use super::cost::{CecTolerance, Long, LongProducts, Note};
+use super::function::{AxisFunction, Origin, sampled};
+use super::source::{SourceTerm, is_linear};
+use super::{TravelDirection, collect::Normal};
 use trueaxis::Interpolation;
 
 /// Largest number of values per table if the controller has no limit: more than any correction needs.
@@ -14,16 +14,16 @@ const MOST_POINTS: usize = 5000;
 const PART: f64 = 0.25;
 
 /// Parameters of the conversion.
-pub struct Form<'a> {
-    pub axes: &'a Axes,
+pub struct ConversionForm<'a> {
+    pub axes: &'a NamedAxes,
     /// Largest number of values per table.
     pub points: Option<usize>,
     /// Permitted error of each axis.
-    pub tolerance: Tolerance,
+    pub tolerance: CecTolerance,
     pub long: LongProducts,
 }
 
-impl Form<'_> {
+impl ConversionForm<'_> {
     /// Converts an amount on an axis (mm, deg) to µm or µrad.
     pub fn fine(&self, output: usize, amount: f64) -> f64 {
         match self.axes.is_rotary(output) {
@@ -35,13 +35,13 @@ impl Form<'_> {
     /// Converts a term; `None` if it is always 0 or is dropped.
     pub fn normal(
         &self,
-        term: Term,
+        term: SourceTerm,
         notes: &mut Vec<Note>,
         long: &mut Vec<Long>,
-    ) -> Result<Option<Normal>, PlanError> {
+    ) -> Result<Option<Normal>, CecError> {
         let output = term.output;
         let mut weight = term.weight;
-        let mut factors: Vec<Vec<Function>> = Vec::new();
+        let mut factors: Vec<Vec<AxisFunction>> = Vec::new();
         for factor in term.factors {
             match factors
                 .iter_mut()
@@ -51,10 +51,10 @@ impl Form<'_> {
                 None => factors.push(vec![factor]),
             }
         }
-        let whole: f64 = factors.iter().flatten().map(Function::peak).product();
+        let whole: f64 = factors.iter().flatten().map(AxisFunction::peak).product();
         let mut functions = Vec::new();
         for same in factors {
-            let own: f64 = same.iter().map(Function::peak).product();
+            let own: f64 = same.iter().map(AxisFunction::peak).product();
             let gain = if own > 0.0 {
                 (weight * whole / own).abs()
             } else {
@@ -95,8 +95,8 @@ impl Form<'_> {
     }
 
     /// A product of functions of more than two axes, with the error without it.
-    fn lost(&self, output: usize, weight: f64, functions: &[Function]) -> Long {
-        let whole: f64 = weight.abs() * functions.iter().map(Function::peak).product::<f64>();
+    fn lost(&self, output: usize, weight: f64, functions: &[AxisFunction]) -> Long {
+        let whole: f64 = weight.abs() * functions.iter().map(AxisFunction::peak).product::<f64>();
         let mut left = functions.to_vec();
         let (mut held, mut scale, mut held_inputs) = (0.0, whole, Vec::new());
         while left.len() > 2 {
@@ -124,21 +124,21 @@ impl Form<'_> {
     fn one(
         &self,
         output: usize,
-        mut same: Vec<Function>,
+        mut same: Vec<AxisFunction>,
         gain: f64,
         notes: &mut Vec<Note>,
-    ) -> Result<Option<Function>, PlanError> {
-        let fits = |f: &Function| {
+    ) -> Result<Option<AxisFunction>, CecError> {
+        let fits = |f: &AxisFunction| {
             let stored = f.spacing.points + usize::from(f.spacing.modulo);
             is_linear(f) && self.points.is_none_or(|most| stored <= most)
         };
         if same.len() == 1 && fits(&same[0]) {
             return Ok(same.pop());
         }
-        let mut travel = Travel::Both;
+        let mut travel = TravelDirection::Both;
         for function in &same {
             travel = match (travel, function.travel) {
-                (Travel::Both, one) | (one, Travel::Both) => one,
+                (TravelDirection::Both, one) | (one, TravelDirection::Both) => one,
                 (one, other) if one == other => one,
                 _ => return Ok(None),
             };
@@ -156,7 +156,7 @@ impl Form<'_> {
         let mut intervals = (((span[1] - span[0]) / finest).round() as usize).clamp(2, most);
         loop {
             let (spacing, values) = sampled(&product, span, intervals, modulo);
-            let made = Function {
+            let made = AxisFunction {
                 origin: match origins.as_slice() {
                     [only] => only.clone(),
                     many => {
@@ -187,14 +187,14 @@ impl Form<'_> {
     }
 
     /// The span over which functions of an axis are multiplied, and whether it repeats.
-    fn span(&self, same: &[Function]) -> Result<([f64; 2], bool), PlanError> {
+    fn span(&self, same: &[AxisFunction]) -> Result<([f64; 2], bool), CecError> {
         let [first, rest @ ..] = same else {
             return Ok(([0.0, 1.0], false));
         };
         let input = first.input;
         let travel = self.axes.travel(input);
-        let period = |f: &Function| f.span()[1] - f.span()[0];
-        let together = |f: &Function| {
+        let period = |f: &AxisFunction| f.span()[1] - f.span()[0];
+        let together = |f: &AxisFunction| {
             f.spacing.modulo && (period(f) - period(first)).abs() < 1e-6 * period(first)
         };
         if rest.is_empty() || (first.spacing.modulo && rest.iter().all(together)) {
@@ -205,14 +205,14 @@ impl Form<'_> {
         }
         match same.iter().all(|f| f.spacing.modulo) {
             true => Ok((travel, true)),
-            false => Err(PlanError::Periods(self.axes.letter(input))),
+            false => Err(CecError::Periods(self.axes.letter(input))),
         }
     }
 }
 
 /// The function that costs least if it is held at the middle of its values.
-fn cheapest(functions: &[Function]) -> usize {
-    let part = |f: &Function| {
+fn cheapest(functions: &[AxisFunction]) -> usize {
+    let part = |f: &AxisFunction| {
         let [low, high] = f.range();
         0.5 * (high - low) / f.peak()
     };

@@ -2,14 +2,14 @@
 
 /// The family of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum VariableFamily {
     Table,
     Encoder,
 }
 
 /// The table of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Key {
+pub enum VariableKey {
     /// A table by its index.
     Table(usize),
     /// The table of an encoder of an axis.
@@ -18,7 +18,7 @@ pub enum Key {
 
 /// A variable of the compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Known {
+pub enum KnownVariable {
     Value,
     Input,
     Output,
@@ -32,9 +32,9 @@ pub enum Known {
     Enable,
 }
 
-impl Known {
+impl KnownVariable {
     /// The variable with a name in capitals.
-    pub fn of(name: &str) -> Option<(Kind, Self)> {
+    pub fn of(name: &str) -> Option<(VariableFamily, Self)> {
         let known = match name {
             "AN_CEC" | "AA_ENC_COMP" => Self::Value,
             "AN_CEC_INPUT_AXIS" => Self::Input,
@@ -51,26 +51,26 @@ impl Known {
             _ => return None,
         };
         let kind = match name.starts_with("AA_ENC") {
-            true => Kind::Encoder,
-            false => Kind::Table,
+            true => VariableFamily::Encoder,
+            false => VariableFamily::Table,
         };
         Some((kind, known))
     }
 
-    pub fn name(self, key: Key) -> &'static str {
+    pub fn name(self, key: VariableKey) -> &'static str {
         match (self, key) {
-            (Self::Value, Key::Table(_)) => "$AN_CEC",
-            (Self::Value, Key::Encoder { .. }) => "$AA_ENC_COMP",
+            (Self::Value, VariableKey::Table(_)) => "$AN_CEC",
+            (Self::Value, VariableKey::Encoder { .. }) => "$AA_ENC_COMP",
             (Self::Input, _) => "$AN_CEC_INPUT_AXIS",
             (Self::Output, _) => "$AN_CEC_OUTPUT_AXIS",
-            (Self::Step, Key::Table(_)) => "$AN_CEC_STEP",
-            (Self::Step, Key::Encoder { .. }) => "$AA_ENC_COMP_STEP",
-            (Self::Min, Key::Table(_)) => "$AN_CEC_MIN",
-            (Self::Min, Key::Encoder { .. }) => "$AA_ENC_COMP_MIN",
-            (Self::Max, Key::Table(_)) => "$AN_CEC_MAX",
-            (Self::Max, Key::Encoder { .. }) => "$AA_ENC_COMP_MAX",
-            (Self::Modulo, Key::Table(_)) => "$AN_CEC_IS_MODULO",
-            (Self::Modulo, Key::Encoder { .. }) => "$AA_ENC_COMP_IS_MODULO",
+            (Self::Step, VariableKey::Table(_)) => "$AN_CEC_STEP",
+            (Self::Step, VariableKey::Encoder { .. }) => "$AA_ENC_COMP_STEP",
+            (Self::Min, VariableKey::Table(_)) => "$AN_CEC_MIN",
+            (Self::Min, VariableKey::Encoder { .. }) => "$AA_ENC_COMP_MIN",
+            (Self::Max, VariableKey::Table(_)) => "$AN_CEC_MAX",
+            (Self::Max, VariableKey::Encoder { .. }) => "$AA_ENC_COMP_MAX",
+            (Self::Modulo, VariableKey::Table(_)) => "$AN_CEC_IS_MODULO",
+            (Self::Modulo, VariableKey::Encoder { .. }) => "$AA_ENC_COMP_IS_MODULO",
             (Self::Direction, _) => "$AN_CEC_DIRECTION",
             (Self::Times, _) => "$AN_CEC_MULT_BY_TABLE",
             (Self::Weight, _) => "$SN_CEC_TABLE_WEIGHT",
@@ -79,8 +79,8 @@ impl Known {
     }
 }
 
-impl Key {
-    /// Its name in messages.
+impl VariableKey {
+    /// Name in messages.
     pub fn said(self) -> String {
         match self {
             Self::Table(number) => format!("table {number}"),

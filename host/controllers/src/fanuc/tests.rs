@@ -16,8 +16,8 @@ fn blob(errors: &str) -> trueaxis::AlignedBlob {
     build(&machine, &errors, &options, &()).unwrap().blob
 }
 
-fn options(points: usize, unit: f64) -> Options {
-    Options {
+fn options(points: usize, unit: f64) -> FanucOptions {
+    FanucOptions {
         points: [points; 3],
         unit,
         at: Vec::new(),

@@ -7,10 +7,10 @@ use trueaxis_model::source::{FileError, Named};
 
 /// A command of a HAL file.
 #[derive(Clone, Debug)]
-pub struct Command {
-    /// Its words, with values from the INI file inserted.
+pub struct HalCommand {
+    /// Words, with values from the INI file inserted.
     pub words: Vec<String>,
-    /// Its place.
+    /// Place of the command.
     pub place: FileLocation,
 }
 
@@ -18,13 +18,13 @@ pub struct Command {
 #[derive(Debug, Default)]
 pub struct Hal {
     /// `loadrt` and `loadusr`.
-    pub loaded: Vec<Command>,
+    pub loaded: Vec<HalCommand>,
     /// Functions of each thread in order, with the command that added them.
-    pub threads: BTreeMap<String, Vec<(String, Command)>>,
+    pub threads: BTreeMap<String, Vec<(String, HalCommand)>>,
     /// The signal of each pin, with the command that connected it.
-    pub signals: BTreeMap<String, (String, Command)>,
+    pub signals: BTreeMap<String, (String, HalCommand)>,
     /// Values of pins, parameters and signals.
-    pub values: BTreeMap<String, (String, Command)>,
+    pub values: BTreeMap<String, (String, HalCommand)>,
     /// Other names of pins.
     aliases: BTreeMap<String, String>,
     /// Files that are not read because they are programs.
@@ -76,7 +76,7 @@ impl Hal {
                 let inner = read(file).map_err(|cause| missing(&place, file, &cause))?;
                 self.take_at(inner, ini, read, depth + 1)?;
             } else {
-                self.command(Command { words, place })?;
+                self.command(HalCommand { words, place })?;
             }
         }
         Ok(())
@@ -88,13 +88,13 @@ impl Hal {
     /// Those of [`Self::take`].
     pub fn line(&mut self, line: &str, ini: &Ini, place: &FileLocation) -> Result<(), FileError> {
         let words = words(line, ini, place)?;
-        self.command(Command {
+        self.command(HalCommand {
             words,
             place: place.clone(),
         })
     }
 
-    fn command(&mut self, command: Command) -> Result<(), FileError> {
+    fn command(&mut self, command: HalCommand) -> Result<(), FileError> {
         let words: Vec<&str> = command.words.iter().map(String::as_str).collect();
         match words[..] {
             ["loadrt" | "loadusr", ..] => self.loaded.push(command),
@@ -149,7 +149,7 @@ impl Hal {
         Ok(())
     }
 
-    fn link(&mut self, pin: &str, signal: &str, command: &Command) {
+    fn link(&mut self, pin: &str, signal: &str, command: &HalCommand) {
         let to = (signal.to_owned(), command.clone());
         let pin = self.pin(pin);
         self.signals.insert(pin, to);
@@ -169,7 +169,7 @@ impl Hal {
         function: &str,
         thread: &str,
         at: &str,
-        command: &Command,
+        command: &HalCommand,
     ) -> Result<(), FileError> {
         let functions = self.threads.entry(thread.to_owned()).or_default();
         let count = functions.len();
@@ -199,7 +199,7 @@ impl Hal {
 
     /// The value of a pin, its own or that of its signal, if one is set.
     #[must_use]
-    pub fn value(&self, pin: &str) -> Option<(f64, &Command)> {
+    pub fn value(&self, pin: &str) -> Option<(f64, &HalCommand)> {
         let set = self.values.get(self.signal(pin).unwrap_or(pin));
         let (value, command) = set.or_else(|| self.values.get(pin))?;
         Some((value.parse().ok()?, command))
@@ -214,13 +214,13 @@ impl Hal {
 
     /// The command that loads a module.
     #[must_use]
-    pub fn load(&self, module: &str) -> Option<&Command> {
+    pub fn load(&self, module: &str) -> Option<&HalCommand> {
         let mut loaded = self.loaded.iter();
         loaded.find(|c| c.words[0] == "loadrt" && c.words.get(1).is_some_and(|w| w == module))
     }
 }
 
-impl Command {
+impl HalCommand {
     /// The value of a module parameter: `axes=XYZ`.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&str> {

@@ -17,7 +17,7 @@ pub struct FileLocation {
 }
 
 impl FileLocation {
-    /// Its line, counted from 1.
+    /// Line, counted from 1.
     #[must_use]
     pub fn line(&self) -> usize {
         let start = self.span.start.min(self.source.text.len());
@@ -39,18 +39,18 @@ impl FileLocation {
 
 /// `KEY = value` in a section.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct IniEntry {
     /// The section, without brackets; empty before the first one.
     pub section: String,
     /// The key.
     pub key: String,
     /// The text after the equals sign, without surrounding spaces.
     pub value: String,
-    /// Its place.
+    /// Place.
     pub place: FileLocation,
 }
 
-impl Entry {
+impl IniEntry {
     /// The number at the start of the value, as `strtod` reads it, and the text after it; `None` if there is none.
     #[must_use]
     pub fn number(&self) -> Option<(f64, &str)> {
@@ -70,7 +70,7 @@ impl Entry {
 /// An INI file with what it includes.
 #[derive(Debug)]
 pub struct Ini {
-    entries: Vec<Entry>,
+    entries: Vec<IniEntry>,
     sections: Vec<(String, FileLocation)>,
     /// Lines that versions of LinuxCNC read differently, or past which they read: what they do.
     pub remarks: Vec<(FileLocation, String)>,
@@ -80,7 +80,7 @@ pub struct Ini {
 const DEEPEST: usize = 16;
 
 /// Reads a file that another one refers to; returns the cause of a failure.
-pub type Reader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
+pub type FileReader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
 
 /// The lines of a file with their bytes, without line endings.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
@@ -117,7 +117,7 @@ impl Ini {
     /// # Errors
     /// [`FileError`]: a section without its closing bracket, an included file that cannot be read, files that include each
     /// other.
-    pub fn read(source: Named, read: &Reader<'_>) -> Result<Self, FileError> {
+    pub fn read(source: Named, read: &FileReader<'_>) -> Result<Self, FileError> {
         let mut ini = Self {
             entries: Vec::new(),
             sections: Vec::new(),
@@ -132,7 +132,7 @@ impl Ini {
         &mut self,
         source: &Rc<Named>,
         section: &mut String,
-        read: &Reader<'_>,
+        read: &FileReader<'_>,
         depth: usize,
     ) -> Result<(), FileError> {
         for (line, span) in joined(&source.text) {
@@ -176,7 +176,7 @@ impl Ini {
                 name.trim().clone_into(section);
                 self.sections.push((section.clone(), place));
             } else if let Some((key, value)) = line.split_once('=') {
-                self.entries.push(Entry {
+                self.entries.push(IniEntry {
                     section: section.clone(),
                     key: key.trim().to_owned(),
                     value: value.trim().to_owned(),
@@ -193,14 +193,14 @@ impl Ini {
     }
 
     /// All values of a key, in order.
-    pub fn all<'i>(&'i self, section: &'i str, key: &'i str) -> impl Iterator<Item = &'i Entry> {
+    pub fn all<'i>(&'i self, section: &'i str, key: &'i str) -> impl Iterator<Item = &'i IniEntry> {
         let entries = self.entries.iter();
         entries.filter(move |e| e.section == section && e.key == key)
     }
 
     /// The value of a key; the first one, as in LinuxCNC.
     #[must_use]
-    pub fn get(&self, section: &str, key: &str) -> Option<&Entry> {
+    pub fn get(&self, section: &str, key: &str) -> Option<&IniEntry> {
         self.entries
             .iter()
             .find(|e| e.section == section && e.key == key)

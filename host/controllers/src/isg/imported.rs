@@ -1,7 +1,7 @@
 //! Parameters of such a file as an error file.
 
 use super::COMPONENTS;
-use super::parameters::{Parameters, Table};
+use super::parameters::{IsgParameters, IsgTable};
 use std::fmt::Write;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
@@ -21,7 +21,7 @@ fn slope(along: usize, about: usize) -> Option<(usize, f64)> {
 ///
 /// # Errors
 /// [`FileError`] for parameters that the machine does not have.
-pub fn imported(parameters: &Parameters, machine: &Machine) -> Result<String, FileError> {
+pub fn imported(parameters: &IsgParameters, machine: &Machine) -> Result<String, FileError> {
     let (mut located, mut left_out) = (String::new(), Vec::new());
     let mut tables = parameters.tables.clone();
     for (name, value, span) in &parameters.constants {
@@ -79,7 +79,7 @@ pub fn imported(parameters: &Parameters, machine: &Machine) -> Result<String, Fi
                     *value += slope * at;
                 }
             }
-            None => tables.push(Table {
+            None => tables.push(IsgTable {
                 name: motion,
                 argument: axis.letter.char(),
                 at: axis.travel.to_vec(),

@@ -1,7 +1,7 @@
 //! Parameters in a file: the CSV of ISG, and the exchange format of Etalon.
 
-use crate::rigid_body::Motions;
-use crate::text_lines::{Line, lines};
+use crate::rigid_body::AxisErrors;
+use crate::text_lines::{TextLine, lines};
 use std::ops::Range;
 use trueaxis_model::errors::Parameter;
 use trueaxis_model::machine::Machine;
@@ -9,7 +9,7 @@ use trueaxis_model::source::FileError;
 
 /// Values over the position of an axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct IsgTable {
     /// The parameter, like `EYX`.
     pub name: String,
     /// The letter of the axis whose position is the argument.
@@ -24,17 +24,17 @@ pub struct Table {
 
 /// What a file has.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parameters {
+pub struct IsgParameters {
     /// Names and values that do not depend on a position, with their places.
     pub constants: Vec<(String, f64, Range<usize>)>,
     /// Values that do.
-    pub tables: Vec<Table>,
+    pub tables: Vec<IsgTable>,
 }
 
 /// A line without its comment.
-fn without_comment<'t>(line: &Line<'t>) -> Line<'t> {
+fn without_comment<'t>(line: &TextLine<'t>) -> TextLine<'t> {
     let text = line.text.split("//").next().unwrap_or("").trim_end();
-    Line {
+    TextLine {
         text,
         span: line.span.start..line.span.start + text.len(),
     }
@@ -44,7 +44,7 @@ fn is_argument(name: &str) -> bool {
     name.len() == 1 && "XYZABC".contains(name)
 }
 
-impl Parameters {
+impl IsgParameters {
     /// Reads the CSV of ISG.
     ///
     /// # Errors
@@ -52,8 +52,8 @@ impl Parameters {
     /// table over several axes, which no error motion of one axis is.
     pub fn read_csv(text: &str) -> Result<Self, FileError> {
         let mut found = Self::default();
-        let mut header: Option<(Line<'_>, Vec<&str>)> = None;
-        let mut rows: Vec<(Line<'_>, Vec<f64>)> = Vec::new();
+        let mut header: Option<(TextLine<'_>, Vec<&str>)> = None;
+        let mut rows: Vec<(TextLine<'_>, Vec<f64>)> = Vec::new();
         for line in &lines(text) {
             let line = without_comment(line);
             let trimmed = line.text.trim();
@@ -83,8 +83,8 @@ impl Parameters {
     /// Takes one table of a CSV.
     fn take(
         &mut self,
-        header: Option<(Line<'_>, Vec<&str>)>,
-        rows: Vec<(Line<'_>, Vec<f64>)>,
+        header: Option<(TextLine<'_>, Vec<&str>)>,
+        rows: Vec<(TextLine<'_>, Vec<f64>)>,
     ) -> Result<(), FileError> {
         let Some((line, names)) = header else {
             return Ok(());
@@ -116,7 +116,7 @@ impl Parameters {
                     return Err(line.bad("a table without rows", "write its rows, or leave it out"));
                 }
                 for (k, name) in names.iter().enumerate().filter(|(k, _)| *k != argument) {
-                    self.tables.push(Table {
+                    self.tables.push(IsgTable {
                         name: (*name).to_owned(),
                         argument: names[argument].chars().next().unwrap_or(' '),
                         at: rows.iter().map(|(_, row)| row[argument]).collect(),
@@ -147,7 +147,7 @@ impl Parameters {
     pub fn read_etalon(text: &str) -> Result<Self, FileError> {
         let mut found = Self::default();
         let mut block: Option<(String, Range<usize>)> = None;
-        let mut points: Option<Table> = None;
+        let mut points: Option<IsgTable> = None;
         for line in &lines(text) {
             let line = without_comment(line);
             let trimmed = line.text.trim();
@@ -194,7 +194,7 @@ impl Parameters {
                 (Some((name, span)), Some((key, "{")))
                     if key.eq_ignore_ascii_case("gridpoints") =>
                 {
-                    points = Some(Table {
+                    points = Some(IsgTable {
                         name: name.clone(),
                         argument: name.chars().last().unwrap_or(' '),
                         at: Vec::new(),
@@ -225,8 +225,8 @@ impl Parameters {
     ///
     /// # Errors
     /// [`FileError`] for a motion that the machine does not have, or over another axis.
-    pub fn motions(&self, machine: &Machine) -> Result<Vec<Motions>, FileError> {
-        let mut motions = vec![Motions::default(); machine.axes.len()];
+    pub fn motions(&self, machine: &Machine) -> Result<Vec<AxisErrors>, FileError> {
+        let mut motions = vec![AxisErrors::default(); machine.axes.len()];
         for table in &self.tables {
             let (component, index) = table.motion(machine)?;
             let motion = &mut motions[index];
@@ -247,7 +247,7 @@ impl Parameters {
     }
 }
 
-impl Table {
+impl IsgTable {
     fn bad(&self, what: &str) -> FileError {
         FileError::at(
             self.span.clone(),

@@ -150,7 +150,7 @@ fn the_control_moves_the_tip_back() {
         let machine = Machine::from_toml(machine).unwrap();
         let errors = ErrorModel::from_toml(errors, &machine).unwrap();
         let written = export(&machine, &errors, 61, 400, 1).unwrap();
-        let Left {
+        let RemainingErrors {
             tip_before_um,
             tip_um,
             direction_before_urad,
@@ -172,7 +172,7 @@ fn the_control_moves_the_tip_back() {
         let control = Control::new(&written.csv, &machine);
         let kinematics = Kinematics::new(&machine, &errors);
         let chain = Chain::new(&machine);
-        let read = Parameters::read_csv(&written.csv)
+        let read = IsgParameters::read_csv(&written.csv)
             .unwrap()
             .motions(&machine)
             .unwrap();
@@ -222,7 +222,7 @@ const ETALON: &str = "// a machine\n[C0Y]\nVALUE = 0.0001\n[A0X] // about itself
 fn the_exchange_format_becomes_errors_of_the_machine() {
     assert!(is_etalon(ETALON));
     let machine = Machine::from_toml(MACHINES[0].0).unwrap();
-    let parameters = Parameters::read_etalon(ETALON).unwrap();
+    let parameters = IsgParameters::read_etalon(ETALON).unwrap();
     let text = imported(&parameters, &machine).unwrap();
     let errors = ErrorModel::from_toml(&text, &machine).unwrap();
     let [x, y] = ['X', 'Y'].map(|letter| machine.index(letter).unwrap());
@@ -249,7 +249,7 @@ fn an_angle_turns_the_direction_of_an_axis_also_if_it_is_reversed() {
             .0
             .replace("name = \"Y\"", &format!("name = \"Y\"{sense}"));
         let machine = Machine::from_toml(&text).unwrap();
-        let parameters = Parameters::read_etalon("[C0Y]\nVALUE = 0.0001\n").unwrap();
+        let parameters = IsgParameters::read_etalon("[C0Y]\nVALUE = 0.0001\n").unwrap();
         let sloped = imported(&parameters, &machine).unwrap();
         let turned = format!(
             "machine = \"{}\"\n[parameters]\nEC0Y = 1e-4\n",
@@ -282,7 +282,7 @@ fn an_export_is_imported_as_the_same_poses() {
     let errors = ErrorModel::from_toml(MACHINES[0].1, &machine).unwrap();
     let written = export(&machine, &errors, 61, 10, 1).unwrap();
     assert!(!is_etalon(&written.csv));
-    let text = imported(&Parameters::read_csv(&written.csv).unwrap(), &machine).unwrap();
+    let text = imported(&IsgParameters::read_csv(&written.csv).unwrap(), &machine).unwrap();
     let again = ErrorModel::from_toml(&text, &machine).unwrap();
     let [one, other] = [&errors, &again].map(|errors| Kinematics::new(&machine, errors));
     for command in commands_in_travel(&machine, &errors, 100, 3) {
@@ -297,7 +297,7 @@ fn an_export_is_imported_as_the_same_poses() {
 #[test]
 fn what_is_no_such_file_is_refused_with_its_line() {
     let machine = Machine::from_toml(MACHINES[0].0).unwrap();
-    let csv = |text: &str| Parameters::read_csv(text).and_then(|p| imported(&p, &machine));
+    let csv = |text: &str| IsgParameters::read_csv(text).and_then(|p| imported(&p, &machine));
     for (text, line, message) in [
         ("X EXX\n0 1 2\n", Some(2), "3 values below 2 names"),
         ("X EXX\n0 1\n0 2\n", Some(3), "positions must increase"),
@@ -340,7 +340,7 @@ fn what_is_no_such_file_is_refused_with_its_line() {
             "positions must increase",
         ),
     ] {
-        let error = Parameters::read_etalon(&text).unwrap_err();
+        let error = IsgParameters::read_etalon(&text).unwrap_err();
         assert!(error.message.contains(message), "{error:?}");
         assert_eq!(error.line(&text), line, "{error:?}");
     }

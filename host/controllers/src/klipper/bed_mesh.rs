@@ -4,10 +4,10 @@
 //! linearly between them; outside, the edge holds. A row of `points` goes along X. What `SAVE_CONFIG` writes begins with
 //! `#*#`. Source: `bed_mesh.py` of Klipper.
 
-use super::config::{Section, sections};
+use super::config::{ConfigSection, sections};
 use crate::height_map::{HeightMap, rows};
-use crate::sampled::{Grid, Nodes};
-use crate::text_lines::Line;
+use crate::sampled::{Nodes, SampledGrid};
+use crate::text_lines::TextLine;
 use trueaxis_model::source::FileError;
 
 /// Writes a profile for `printer.cfg` or a file that it includes.
@@ -37,10 +37,10 @@ pub fn print(map: &HeightMap, profile: &str) -> String {
 /// would not read.
 pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
     let sections = sections(text);
-    let profiles: Vec<&Section<'_>> = (sections.iter())
+    let profiles: Vec<&ConfigSection<'_>> = (sections.iter())
         .filter(|section| section.name.starts_with("bed_mesh "))
         .collect();
-    let name = |section: &Section<'_>| section.name["bed_mesh ".len()..].trim().to_owned();
+    let name = |section: &ConfigSection<'_>| section.name["bed_mesh ".len()..].trim().to_owned();
     let names = || {
         profiles
             .iter()
@@ -97,7 +97,7 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
     ];
     let points = section.option("points")?;
     let mut values = Vec::new();
-    let rows: Vec<&Line<'_>> = points
+    let rows: Vec<&TextLine<'_>> = points
         .more
         .iter()
         .filter(|l| !l.text.trim().is_empty())
@@ -122,7 +122,7 @@ pub fn read(text: &str, profile: Option<&str>) -> Result<HeightMap, FileError> {
             "give the profile as Klipper stores it",
         ));
     }
-    Ok(HeightMap::new(Grid {
+    Ok(HeightMap::new(SampledGrid {
         nodes: nodes.to_vec(),
         values,
     }))

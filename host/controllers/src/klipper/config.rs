@@ -1,36 +1,36 @@
 //! `printer.cfg`: sections and their options.
 
-use crate::text_lines::{Line, lines};
+use crate::text_lines::{TextLine, lines};
 use trueaxis_model::source::FileError;
 
 /// A section.
 #[derive(Debug)]
-pub struct Section<'t> {
+pub struct ConfigSection<'t> {
     /// What stands between the brackets.
     pub name: &'t str,
-    /// Its first line.
-    line: Line<'t>,
-    options: Vec<Entry<'t>>,
+    /// First line of the section.
+    line: TextLine<'t>,
+    options: Vec<ConfigEntry<'t>>,
 }
 
 /// An option.
 #[derive(Debug)]
-pub struct Entry<'t> {
+pub struct ConfigEntry<'t> {
     key: &'t str,
     /// What follows the key in its line.
     pub value: &'t str,
-    /// Its line.
-    pub line: Line<'t>,
+    /// Line of the option.
+    pub line: TextLine<'t>,
     /// Indented lines after it.
-    pub more: Vec<Line<'t>>,
+    pub more: Vec<TextLine<'t>>,
 }
 
-impl<'t> Section<'t> {
+impl<'t> ConfigSection<'t> {
     /// An option that must be there.
     ///
     /// # Errors
     /// [`FileError`] at the section.
-    pub fn option(&self, key: &str) -> Result<&Entry<'t>, FileError> {
+    pub fn option(&self, key: &str) -> Result<&ConfigEntry<'t>, FileError> {
         self.given(key).ok_or_else(|| {
             self.line.bad(
                 format!("[{}] has no `{key}`", self.name),
@@ -40,14 +40,14 @@ impl<'t> Section<'t> {
     }
 
     /// An option that may be there.
-    pub fn given(&self, key: &str) -> Option<&Entry<'t>> {
+    pub fn given(&self, key: &str) -> Option<&ConfigEntry<'t>> {
         self.options.iter().find(|option| option.key == key)
     }
 }
 
 /// All sections of a file. Comments are left out; what `SAVE_CONFIG` has written after `#*#` counts.
-pub fn sections(text: &str) -> Vec<Section<'_>> {
-    let mut sections: Vec<Section<'_>> = Vec::new();
+pub fn sections(text: &str) -> Vec<ConfigSection<'_>> {
+    let mut sections: Vec<ConfigSection<'_>> = Vec::new();
     for line in lines(text) {
         let saved = line.text.strip_prefix("#*#");
         let body = saved.map_or(line.text, |rest| rest.strip_prefix(' ').unwrap_or(rest));
@@ -60,7 +60,7 @@ pub fn sections(text: &str) -> Vec<Section<'_>> {
             continue;
         }
         if let Some(name) = trimmed.strip_prefix('[').and_then(|b| b.strip_suffix(']')) {
-            sections.push(Section {
+            sections.push(ConfigSection {
                 name,
                 line,
                 options: Vec::new(),
@@ -70,7 +70,7 @@ pub fn sections(text: &str) -> Vec<Section<'_>> {
         let Some(section) = sections.last_mut() else {
             continue;
         };
-        let line = Line {
+        let line = TextLine {
             text: trimmed,
             span: line.span,
         };
@@ -79,7 +79,7 @@ pub fn sections(text: &str) -> Vec<Section<'_>> {
         {
             option.more.push(line);
         } else if let Some((key, value)) = trimmed.split_once(['=', ':']) {
-            section.options.push(Entry {
+            section.options.push(ConfigEntry {
                 key: key.trim(),
                 value: value.trim(),
                 line,

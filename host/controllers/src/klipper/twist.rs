@@ -7,8 +7,8 @@
 //! The calibration stores each value under the place of the bed that probe and nozzle touched; for the reading, the nozzle
 //! stood at that place minus the offset of the probe. [`Lookup`] says under which position a firmware looks a value up.
 
-use super::config::{Section, sections};
-use crate::sampled::{Grid, Nodes};
+use super::config::{ConfigSection, sections};
+use crate::sampled::{Nodes, SampledGrid};
 use std::fmt::Write;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
@@ -39,14 +39,14 @@ impl Lookup {
 
 /// A table along X or Y.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Twist {
+pub struct TwistTable {
     /// Positions in the file (mm).
     pub nodes: Nodes,
     /// What is added to a reading (mm).
     pub values: Vec<f64>,
 }
 
-impl Twist {
+impl TwistTable {
     /// What Klipper adds to a reading of the probe.
     #[must_use]
     pub fn at(&self, position: f64) -> f64 {
@@ -74,7 +74,7 @@ pub enum TwistError {
 }
 
 /// A probe beside the nozzle of a machine.
-pub struct Probe<'m> {
+pub struct NozzleProbe<'m> {
     kinematics: Kinematics<'m>,
     /// From nozzle to probe along X and Y (mm), as in `[probe]`.
     offset: [f64; 2],
@@ -86,7 +86,7 @@ pub struct Probe<'m> {
     bed: f64,
 }
 
-impl<'m> Probe<'m> {
+impl<'m> NozzleProbe<'m> {
     /// A probe at `offset`, which touches a bed at the position `bed` of Z.
     ///
     /// # Errors
@@ -174,7 +174,7 @@ impl<'m> Probe<'m> {
     ///
     /// # Errors
     /// [`TwistError::Travel`]
-    pub fn tables(&self, points: usize, lookup: Lookup) -> Result<[Twist; 2], TwistError> {
+    pub fn tables(&self, points: usize, lookup: Lookup) -> Result<[TwistTable; 2], TwistError> {
         let ranges = [self.range(0)?, self.range(1)?];
         let middle = ranges.map(|[low, high]| (low + high) / 2.0);
         Ok([0, 1].map(|k| {
@@ -188,7 +188,7 @@ impl<'m> Probe<'m> {
             let values: Vec<f64> = values.collect();
             let mean = values.iter().sum::<f64>() / points as f64;
             let values = values.into_iter().map(|value| value - mean).collect();
-            Twist { nodes, values }
+            TwistTable { nodes, values }
         }))
     }
 
@@ -196,14 +196,14 @@ impl<'m> Probe<'m> {
     ///
     /// # Errors
     /// [`TwistError::Travel`]
-    pub fn left(&self, tables: &[Twist; 2], lookup: Lookup) -> Result<[f64; 2], TwistError> {
+    pub fn left(&self, tables: &[TwistTable; 2], lookup: Lookup) -> Result<[f64; 2], TwistError> {
         /// Places along each axis.
         const PLACES: usize = 61;
         let nodes = [
             Nodes::over(self.range(0)?, PLACES),
             Nodes::over(self.range(1)?, PLACES),
         ];
-        let all = Grid::of(&nodes, |p| {
+        let all = SampledGrid::of(&nodes, |p| {
             let missing = self.missing([p[0], p[1]]);
             let [x, y] = [0, 1].map(|k| tables[k].at(p[k] + self.shift(k, lookup)));
             [missing, missing - x - y]
@@ -220,7 +220,7 @@ impl<'m> Probe<'m> {
 
     /// Where the tool stood while the values of a table were probed, in any version of Klipper.
     #[must_use]
-    pub fn probed_at(&self, k: usize, table: &Twist) -> Vec<f64> {
+    pub fn probed_at(&self, k: usize, table: &TwistTable) -> Vec<f64> {
         let shift = self.shift(k, Lookup::Bed);
         let nodes = 0..table.nodes.count;
         nodes.map(|i| table.nodes.at(i) - shift).collect()
@@ -230,7 +230,7 @@ impl<'m> Probe<'m> {
     ///
     /// # Errors
     /// [`TwistError::NoLever`]
-    pub fn roll(&self, k: usize, table: &Twist) -> Result<Vec<f64>, TwistError> {
+    pub fn roll(&self, k: usize, table: &TwistTable) -> Result<Vec<f64>, TwistError> {
         /// A roll for the derivative (rad).
         const ROLL: f64 = 1e-5;
         let machine = self.kinematics.machine;
@@ -242,7 +242,7 @@ impl<'m> Probe<'m> {
         }
         let mut offset = [0.0; 2];
         offset[1 - k] = self.offset[1 - k];
-        let rolled = Probe::new(machine, &errors, offset, self.bed)?;
+        let rolled = NozzleProbe::new(machine, &errors, offset, self.bed)?;
         let mut position = [0, 1].map(|i| {
             let [low, high] = machine.axes[self.axes[i]].travel;
             (low + high) / 2.0
@@ -263,7 +263,7 @@ impl<'m> Probe<'m> {
 
 /// The section, for `printer.cfg`.
 #[must_use]
-pub fn print(tables: &[Twist; 2], lookup: Lookup) -> String {
+pub fn print(tables: &[TwistTable; 2], lookup: Lookup) -> String {
     let mut text = format!("# for {}\n[axis_twist_compensation]\n", lookup.firmware());
     for (twist, (letter, key)) in tables.iter().zip(KEYS) {
         let values = twist.values.iter().map(|v| format!("{v:.6}"));
@@ -286,9 +286,9 @@ const KEYS: [(char, &str); 2] = [('x', "z_compensations"), ('y', "zy_compensatio
 ///
 /// # Errors
 /// [`FileError`]
-pub fn read(text: &str) -> Result<[Option<Twist>; 2], FileError> {
+pub fn read(text: &str) -> Result<[Option<TwistTable>; 2], FileError> {
     let sections = sections(text);
-    let sections: Vec<&Section<'_>> = (sections.iter())
+    let sections: Vec<&ConfigSection<'_>> = (sections.iter())
         .filter(|section| section.name == "axis_twist_compensation")
         .collect();
     // SAVE_CONFIG stores the values in a section of its own.
@@ -321,7 +321,7 @@ pub fn read(text: &str) -> Result<[Option<Twist>; 2], FileError> {
                 "give the section as AXIS_TWIST_COMPENSATION_CALIBRATE and SAVE_CONFIG store it",
             ));
         }
-        *table = Some(Twist {
+        *table = Some(TwistTable {
             nodes: Nodes::over(range, found.len()),
             values: found,
         });
@@ -342,7 +342,10 @@ const NOTHING: f64 = 1e-6;
 ///
 /// # Errors
 /// [`TwistError`]
-pub fn errors(probe: &Probe<'_>, tables: &[Option<Twist>; 2]) -> Result<String, TwistError> {
+pub fn errors(
+    probe: &NozzleProbe<'_>,
+    tables: &[Option<TwistTable>; 2],
+) -> Result<String, TwistError> {
     let name = toml::Value::from(probe.kinematics.machine.name.as_str());
     let mut text =
         format!("# Roll of X and Y from [axis_twist_compensation] of Klipper.\nmachine = {name}\n");

@@ -45,7 +45,7 @@ const SESSIONS: u32 = 10;
 /// The controller at the other end; see [`Hello`].
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the fields are those of `Hello`")]
-pub struct Controller {
+pub struct LinkedController {
     pub firmware: String,
     pub board: String,
     pub formats: [u16; 2],
@@ -60,8 +60,8 @@ pub struct Controller {
     pub fault: Option<Fault>,
 }
 
-impl Controller {
-    /// Its capacity for a compensation. The preferred sample format is not reported: `f32`.
+impl LinkedController {
+    /// Capacity for a compensation. The preferred sample format is not reported: `f32`.
     #[must_use]
     pub fn target(&self) -> Target {
         let room = &self.capacities;
@@ -78,7 +78,7 @@ impl Controller {
     }
 }
 
-impl From<&Hello<'_>> for Controller {
+impl From<&Hello<'_>> for LinkedController {
     fn from(hello: &Hello<'_>) -> Self {
         Self {
             firmware: hello.firmware.to_owned(),
@@ -114,7 +114,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// [`LinkError`]
-    pub fn connect(port: P) -> Result<(Self, Controller), LinkError> {
+    pub fn connect(port: P) -> Result<(Self, LinkedController), LinkError> {
         Self::connect_with(port, Duration::from_millis(400), 15)
     }
 
@@ -126,7 +126,7 @@ impl<P: Port> Client<P> {
         port: P,
         patience: Duration,
         tries: u32,
-    ) -> Result<(Self, Controller), LinkError> {
+    ) -> Result<(Self, LinkedController), LinkError> {
         let mut client = Self {
             port,
             receiver: Receiver::new(),
@@ -154,7 +154,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// [`LinkError`]
-    pub fn hello(&mut self) -> Result<Controller, LinkError> {
+    pub fn hello(&mut self) -> Result<LinkedController, LinkError> {
         let name = RandomState::new().hash_one(0) as u32;
         self.sequence = self.sequence.wrapping_add(1);
         let header = Header {
@@ -164,7 +164,7 @@ impl<P: Port> Client<P> {
         self.exchange(header, &Request::Hello)?;
         match self.reply()? {
             Reply::Hello(hello) => {
-                let (session, controller) = (hello.session, Controller::from(&hello));
+                let (session, controller) = (hello.session, LinkedController::from(&hello));
                 self.session = session;
                 Ok(controller)
             }

@@ -1,6 +1,6 @@
 //! Controls the corrections of a controller: settings, and the compensation in use.
 
-use super::client::{Client, Controller, LinkError};
+use super::client::{Client, LinkError, LinkedController};
 use super::flash::{PAUSE, change_over};
 use super::port::Port;
 use trueaxis::WeightError;
@@ -26,7 +26,7 @@ pub enum Action {
     ToolLength(f32),
     /// Set the weight of an adjustable term.
     Weight {
-        /// Its index in the blob.
+        /// Index in the blob.
         term: u16,
         /// The weight.
         value: f32,
@@ -67,7 +67,7 @@ pub enum ControlError {
     /// There is no such axis.
     #[error("there is no axis {axis}; the axes are {axes}")]
     NoAxis {
-        /// Its letter.
+        /// Letter.
         axis: char,
         /// The available axes.
         axes: String,
@@ -88,18 +88,18 @@ fn listed(numbers: &[u16]) -> String {
 
 /// The state of a controller.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct ControllerState {
     /// The controller and its slots.
-    pub controller: Controller,
-    /// Its status.
+    pub controller: LinkedController,
+    /// Status.
     pub report: Report,
     /// The settings for its next start.
     pub at_start: AtStart,
-    /// Its adjustable terms; empty without a compensation in use, and while it is being switched.
+    /// Adjustable terms; empty without a compensation in use, and while it is being switched.
     pub weights: Vec<TermWeight>,
 }
 
-impl State {
+impl ControllerState {
     fn of<P: Port>(client: &mut Client<P>) -> Result<Self, LinkError> {
         let weights = match client.weights() {
             Err(LinkError::Refused(Refusal::NoCompensation | Refusal::Busy)) => vec![],
@@ -129,9 +129,9 @@ impl State {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
     /// The state before.
-    pub before: State,
+    pub before: ControllerState,
     /// The state after, as reached within a few seconds.
-    pub after: State,
+    pub after: ControllerState,
 }
 
 /// Executes a request, and returns the state before and after.
@@ -139,7 +139,7 @@ pub struct Done {
 /// # Errors
 /// [`ControlError`]; nothing has changed then.
 pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done, ControlError> {
-    let before = State::of(client)?;
+    let before = ControllerState::of(client)?;
     match *action {
         Action::Show => {}
         Action::Enable(on) => {
@@ -190,7 +190,7 @@ pub fn control<P: Port>(client: &mut Client<P>, action: &Action) -> Result<Done,
             client.set(&Request::Referenced(mask))?;
         }
     }
-    let after = State::of(client)?;
+    let after = ControllerState::of(client)?;
     Ok(Done { before, after })
 }
 

@@ -1,6 +1,6 @@
 //! Uploads a blob to a controller: transfer, verification, activation.
 
-use super::client::{Client, Controller, LinkError};
+use super::client::{Client, LinkError, LinkedController};
 use super::port::Port;
 use std::time::Duration;
 use trueaxis::link::{
@@ -15,14 +15,14 @@ use trueaxis_tables::validate::Runtime;
 pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 /// Maximum number of queries: a minute.
 const QUESTIONS: u32 = 1200;
-/// The same for a fade, which requires motion: five seconds.
+/// Like `QUESTIONS`, for a fade, which requires motion: five seconds.
 const FADE_QUESTIONS: u32 = 100;
 /// Maximum number of attempts, after a restart of the controller or a failed write.
 const ATTEMPTS: u32 = 5;
 
 /// Why a blob was not uploaded.
 #[derive(Debug, thiserror::Error)]
-pub enum FlashError {
+pub enum UploadError {
     /// The blob itself is damaged.
     #[error("{0}")]
     Blob(LoadError),
@@ -33,11 +33,11 @@ pub enum FlashError {
     OtherMachine {
         /// Machine of the blob.
         blob: String,
-        /// Its axes.
+        /// Axes.
         blob_axes: String,
         /// Machine of the controller.
         machine: String,
-        /// Its axes.
+        /// Axes.
         axes: String,
     },
     /// The controller's capacity is too small.
@@ -54,7 +54,7 @@ pub enum FlashError {
     NotVerified(Slot),
 }
 
-impl From<Refusal> for FlashError {
+impl From<Refusal> for UploadError {
     fn from(refusal: Refusal) -> Self {
         Self::Link(LinkError::Refused(refusal))
     }
@@ -73,10 +73,10 @@ pub enum Activated {
 
 /// The result of an upload.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct UploadOutcome {
     /// The slot of the blob.
     pub slot: Slot,
-    /// Its sequence number.
+    /// Sequence number.
     pub sequence: u32,
     /// True if it was already the newest and nothing was written.
     pub already: bool,
@@ -91,15 +91,15 @@ pub struct Outcome {
 /// Checks that a controller can hold a blob: the same machine (unless forced) and enough capacity.
 ///
 /// # Errors
-/// [`FlashError`]
-pub fn check(controller: &Controller, blob: &[u8], force: bool) -> Result<(), FlashError> {
-    let runtime = Runtime::load(blob).map_err(FlashError::Blob)?;
+/// [`UploadError`]
+pub fn check(controller: &LinkedController, blob: &[u8], force: bool) -> Result<(), UploadError> {
+    let runtime = Runtime::load(blob).map_err(UploadError::Blob)?;
     let new = runtime.compensation();
     let letters: String = new.axes().iter().map(|a| char::from(a.name)).collect();
     let same = short_name(new.machine()) == controller.machine && letters == controller.axes;
     // Without an active compensation there is nothing to compare with.
     if !force && !same && !controller.axes.is_empty() {
-        return Err(FlashError::OtherMachine {
+        return Err(UploadError::OtherMachine {
             blob: new.machine().to_owned(),
             blob_axes: letters,
             machine: controller.machine.clone(),
@@ -108,13 +108,13 @@ pub fn check(controller: &Controller, blob: &[u8], force: bool) -> Result<(), Fl
     }
     let shortages = controller.target().shortages(&Size::of(&runtime));
     if let Some(shortage) = shortages.first() {
-        return Err(FlashError::TooLarge(*shortage));
+        return Err(UploadError::TooLarge(*shortage));
     }
     Ok(())
 }
 
 /// The newest valid slot.
-fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
+fn newest(controller: &LinkedController) -> Option<(Slot, u32, u32, u32)> {
     let valid =
         Slot::BOTH
             .into_iter()
@@ -142,18 +142,18 @@ fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
 /// An interrupted upload of the same blob is resumed. A blob that is already the newest is not written again.
 ///
 /// # Errors
-/// [`FlashError`]; the active compensation is unchanged then.
+/// [`UploadError`]; the active compensation is unchanged then.
 pub fn flash<P: Port>(
     client: &mut Client<P>,
-    controller: &Controller,
+    controller: &LinkedController,
     blob: &[u8],
     force: bool,
     activate: bool,
     progress: &dyn Progress,
-) -> Result<Outcome, FlashError> {
+) -> Result<UploadOutcome, UploadError> {
     check(controller, blob, force)?;
-    let Header { length, crc } = Header::read(blob).map_err(FlashError::Blob)?;
-    let already = |controller: &Controller| {
+    let Header { length, crc } = Header::read(blob).map_err(UploadError::Blob)?;
+    let already = |controller: &LinkedController| {
         newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
     };
     let (slot, sequence, resumed) = match already(controller) {
@@ -168,7 +168,7 @@ pub fn flash<P: Port>(
             let after = client.hello()?;
             let Some((slot, sequence, ..)) = already(&after) else {
                 let written = newest(&after).map_or(Slot::A, |found| found.0);
-                return Err(FlashError::NotVerified(written));
+                return Err(UploadError::NotVerified(written));
             };
             (slot, sequence, Some(resumed))
         }
@@ -178,7 +178,7 @@ pub fn flash<P: Port>(
         progress.stage("changing over", 0);
         activated = change_over(client, slot, force)?;
     }
-    Ok(Outcome {
+    Ok(UploadOutcome {
         slot,
         sequence,
         already: resumed.is_none(),
@@ -195,13 +195,13 @@ fn upload<P: Port>(
     (length, crc): (u32, u32),
     last_request: &Request<'_>,
     progress: &dyn Progress,
-) -> Result<u32, FlashError> {
+) -> Result<u32, UploadError> {
     let mut resumed = None;
-    let mut last = FlashError::NotReady(Upload::None);
+    let mut last = UploadError::NotReady(Upload::None);
     for _ in 0..ATTEMPTS {
         let next = match begin(client, (length, crc), progress) {
             // A block was not erased: try once more, then the controller reports which one.
-            Err(FlashError::Link(LinkError::Refused(
+            Err(UploadError::Link(LinkError::Refused(
                 refusal @ (Refusal::Spoiled | Refusal::Flash),
             ))) => {
                 last = refusal.into();
@@ -215,7 +215,7 @@ fn upload<P: Port>(
         match done {
             Ok(_) => return Ok(resumed),
             // The controller has restarted, or the flash does not contain what was sent.
-            Err(FlashError::Link(LinkError::Refused(
+            Err(UploadError::Link(LinkError::Refused(
                 refusal @ (Refusal::NoUpload
                 | Refusal::Spoiled
                 | Refusal::Flash
@@ -235,7 +235,7 @@ fn upload<P: Port>(
                 }
             }
             Err(error) => {
-                if let FlashError::Link(LinkError::Refused(_)) = error {
+                if let UploadError::Link(LinkError::Refused(_)) = error {
                     // The servo may be waiting for this upload: release it. If the link fails too, that is already
                     // reported.
                     let _ = client.upload(&Request::Abort);
@@ -252,7 +252,7 @@ fn begin<P: Port>(
     client: &mut Client<P>,
     (length, crc): (u32, u32),
     progress: &dyn Progress,
-) -> Result<u32, FlashError> {
+) -> Result<u32, UploadError> {
     let mut erased = None;
     let mut state = Upload::None;
     for _ in 0..QUESTIONS {
@@ -273,7 +273,7 @@ fn begin<P: Port>(
         client.port().wait(PAUSE);
     }
     client.upload(&Request::Abort)?;
-    Err(FlashError::NotReady(state))
+    Err(UploadError::NotReady(state))
 }
 
 /// Sends the bytes from `next` on.
@@ -282,7 +282,7 @@ fn send<P: Port>(
     blob: &[u8],
     next: u32,
     progress: &dyn Progress,
-) -> Result<(), FlashError> {
+) -> Result<(), UploadError> {
     let start = next as usize;
     let rest = blob.get(start..).unwrap_or_default();
     progress.stage("writing", rest.len().div_ceil(MOST_CHUNK));

@@ -7,10 +7,10 @@ mod port;
 #[cfg_attr(target_family = "wasm", path = "transports_in_browser.rs")]
 mod transports;
 
-pub use client::{Client, Controller, LinkError};
-pub use control::{Action, ControlError, Done, State, control};
+pub use client::{Client, LinkError, LinkedController};
+pub use control::{Action, ControlError, ControllerState, Done, control};
 pub(crate) use flash::PAUSE;
-pub use flash::{Activated, FlashError, Outcome, check, flash};
+pub use flash::{Activated, UploadError, UploadOutcome, check, flash};
 pub use port::{BadPort, Port};
 pub use transports::open;
 #[cfg(not(target_family = "wasm"))]

@@ -8,8 +8,8 @@ mod topology;
 
 pub use beforehand::beforehand;
 
-use super::configuration::{Configuration, Joint, word};
-use crate::formats::hal::Command;
+use super::configuration::{Configuration, JointAxis, word};
+use crate::formats::hal::HalCommand;
 use crate::formats::ini::FileLocation;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
@@ -34,7 +34,7 @@ pub enum Severity {
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Its severity.
+    /// Severity of the finding.
     pub severity: Severity,
     /// The file to change.
     pub file: String,
@@ -90,11 +90,11 @@ pub struct Against<'a> {
 }
 
 /// State of the checks.
-struct Checked<'a> {
+struct CheckState<'a> {
     configuration: &'a Configuration,
     against: Against<'a>,
     /// The line that loads the component.
-    component: Option<&'a Command>,
+    component: Option<&'a HalCommand>,
     /// How axes with backlash make it up.
     reversals: Vec<Reversal>,
     findings: Vec<Finding>,
@@ -103,7 +103,7 @@ struct Checked<'a> {
 /// All findings, in the order of the checks.
 #[must_use]
 pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding> {
-    let mut checked = Checked {
+    let mut checked = CheckState {
         configuration,
         against,
         component: configuration.hal.load("trueaxis"),
@@ -131,7 +131,7 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
     checked.findings
 }
 
-impl<'a> Checked<'a> {
+impl<'a> CheckState<'a> {
     fn add(&mut self, severity: Severity, place: &FileLocation, reason: String, write: String) {
         self.findings
             .push(Finding::at(severity, place, reason, write));
@@ -158,7 +158,7 @@ impl<'a> Checked<'a> {
     }
 
     /// Checks the line that loads the component; returns the joints with an axis of the compensation.
-    fn component(&mut self) -> Vec<Joint> {
+    fn component(&mut self) -> Vec<JointAxis> {
         let configuration = self.configuration;
         let known = configuration.module.letters.clone();
         let Some(loaded) = self.component else {
@@ -219,9 +219,9 @@ impl<'a> Checked<'a> {
     }
 
     /// Joints with an axis of the compensation.
-    fn covered(&self, letters: &str) -> Vec<Joint> {
+    fn covered(&self, letters: &str) -> Vec<JointAxis> {
         let joints = letters.chars().enumerate().take(self.configuration.joints);
-        let joints = joints.map(|(number, letter)| Joint { number, letter });
+        let joints = joints.map(|(number, letter)| JointAxis { number, letter });
         joints.filter(|j| self.axis(j.letter).is_some()).collect()
     }
 

@@ -6,10 +6,10 @@
 //! three numbers. Sources: LinuxCNC's manual, *INI Configuration*, `COMP_FILE`, and `compute_screw_comp` of its motion
 //! controller.
 
-use super::configuration::{Configuration, Joint};
+use super::configuration::{Configuration, JointAxis};
 use crate::difference::{Difference, differences};
 use crate::positions::{random_of, travel};
-use crate::sampled::{Nodes, Rest};
+use crate::sampled::{Nodes, OtherAxes};
 use std::fmt::Write;
 use std::ops::Range;
 use trueaxis::Travel;
@@ -29,12 +29,12 @@ pub enum Type {
 }
 
 /// A joint's position, and its correction after positive and after negative travel, in the unit of the joint.
-pub type Row = [f64; 3];
+pub type CompFileRow = [f64; 3];
 
 /// A line that LinuxCNC does not read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadLine {
-    /// Its place in the text.
+    /// Place in the text.
     pub span: Range<usize>,
     /// What is wrong.
     pub message: &'static str,
@@ -46,8 +46,8 @@ pub struct BadLine {
 ///
 /// # Errors
 /// [`BadLine`]
-pub fn read(text: &str, kind: Type) -> Result<Vec<Row>, BadLine> {
-    let mut rows: Vec<Row> = Vec::new();
+pub fn read(text: &str, kind: Type) -> Result<Vec<CompFileRow>, BadLine> {
+    let mut rows: Vec<CompFileRow> = Vec::new();
     let mut start = 0;
     for line in text.trim_end().split_inclusive('\n') {
         let span = start..start + line.trim_end().len();
@@ -87,7 +87,7 @@ pub fn read(text: &str, kind: Type) -> Result<Vec<Row>, BadLine> {
 }
 
 /// The text of a file. Six decimals: nanometres, or 25 nm in inches.
-fn print(rows: &[Row], kind: Type) -> String {
+fn print(rows: &[CompFileRow], kind: Type) -> String {
     let mut text = String::new();
     for [p, forward, reverse] in rows {
         let values = match kind {
@@ -104,7 +104,7 @@ fn print(rows: &[Row], kind: Type) -> String {
 }
 
 /// The correction of a joint at a position after positive or negative travel, as LinuxCNC computes it.
-fn correction(rows: &[Row], position: f64, travel: Travel) -> f64 {
+fn correction(rows: &[CompFileRow], position: f64, travel: Travel) -> f64 {
     let column = match travel {
         Travel::Negative => 2,
         _ => 1,
@@ -122,10 +122,10 @@ fn correction(rows: &[Row], position: f64, travel: Travel) -> f64 {
 
 /// A file of a joint.
 #[derive(Clone, Debug, PartialEq)]
-pub struct File {
+pub struct CompFile {
     /// The joint.
-    pub joint: Joint,
-    /// Its content.
+    pub joint: JointAxis,
+    /// Content of the file.
     pub text: String,
     /// Number of lines.
     pub lines: usize,
@@ -160,7 +160,7 @@ pub fn export(
     lines: Option<usize>,
     positions: usize,
     seed: u64,
-) -> Result<(Vec<File>, Vec<Difference>), ExportError> {
+) -> Result<(Vec<CompFile>, Vec<Difference>), ExportError> {
     let axes = runtime.compensation().axes();
     let joints = configuration.axes();
     let mut commands = random_of(runtime.compensation(), positions, seed);
@@ -171,10 +171,10 @@ pub fn export(
         }
     }
     let mut files = Vec::new();
-    let mut tables: Vec<Option<(Vec<Row>, f64)>> = vec![None; axes.len()];
+    let mut tables: Vec<Option<(Vec<CompFileRow>, f64)>> = vec![None; axes.len()];
     for (i, axis) in axes.iter().enumerate() {
         let letter = char::from(axis.name);
-        let own: Vec<&Joint> = joints.iter().filter(|j| j.letter == letter).collect();
+        let own: Vec<&JointAxis> = joints.iter().filter(|j| j.letter == letter).collect();
         let first = **own.first().ok_or(ExportError::NoJoint(letter))?;
         if axis.period > 0.0 {
             continue;
@@ -203,7 +203,7 @@ pub fn export(
         }
         for joint in own {
             let (text, lines) = (text.clone(), rows.len());
-            files.push(File {
+            files.push(CompFile {
                 joint: *joint,
                 text,
                 lines,
@@ -224,7 +224,7 @@ pub fn export(
 }
 
 /// The correction of an axis (mm, deg).
-fn of_axis(rows: &[Row], unit: f64, command: &Command, axis: usize) -> f64 {
+fn of_axis(rows: &[CompFileRow], unit: f64, command: &Command, axis: usize) -> f64 {
     let position = f64::from(command.axes[axis]) / unit;
     correction(rows, position, command.travel[axis]) * unit
 }
@@ -237,9 +237,9 @@ fn sample(
     count: usize,
     unit: f64,
     commands: &[Command],
-) -> Vec<Row> {
+) -> Vec<CompFileRow> {
     let axes = runtime.compensation().axes();
-    let rest = Rest::new(axes, &[axis], commands);
+    let rest = OtherAxes::new(axes, &[axis], commands);
     let nodes = Nodes::over(travel(&axes[axis]), count);
     let row = |k: usize| {
         let [forward, reverse] = [Travel::Positive, Travel::Negative].map(|direction| {

@@ -2,7 +2,7 @@
 
 use super::kinematics::Module;
 use crate::formats::hal::{self, Hal};
-use crate::formats::ini::{Entry, FileLocation, Ini};
+use crate::formats::ini::{FileLocation, Ini, IniEntry};
 use std::path::Path;
 use std::rc::Rc;
 use trueaxis_model::machine::Letter;
@@ -30,14 +30,14 @@ pub struct Configuration {
 
 /// A joint and the letter of its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Joint {
-    /// Its number.
+pub struct JointAxis {
+    /// Number.
     pub number: usize,
     /// The letter of its axis.
     pub letter: char,
 }
 
-impl Joint {
+impl JointAxis {
     /// Whether its axis rotates.
     #[must_use]
     pub fn is_rotary(self) -> bool {
@@ -101,15 +101,15 @@ impl Configuration {
 
     /// A value of a joint.
     #[must_use]
-    pub(crate) fn of_joint(&self, number: usize, key: &str) -> Option<&Entry> {
+    pub(crate) fn of_joint(&self, number: usize, key: &str) -> Option<&IniEntry> {
         self.ini.get(&format!("JOINT_{number}"), key)
     }
 
     /// Joints with an axis of a machine.
     #[must_use]
-    pub fn axes(&self) -> Vec<Joint> {
+    pub fn axes(&self) -> Vec<JointAxis> {
         let letters = self.module.letters.char_indices();
-        let joints = letters.map(|(number, letter)| Joint { number, letter });
+        let joints = letters.map(|(number, letter)| JointAxis { number, letter });
         joints
             .filter(|joint| Letter::new(joint.letter).is_some())
             .collect()
@@ -117,9 +117,9 @@ impl Configuration {
 
     /// `COMP_FILE` or `BACKLASH` of a joint, if it has an effect.
     #[must_use]
-    pub(crate) fn compensated(&self, number: usize, key: &str) -> Option<&Entry> {
+    pub(crate) fn compensated(&self, number: usize, key: &str) -> Option<&IniEntry> {
         let entry = self.of_joint(number, key)?;
-        let is_zero = |entry: &Entry| entry.number().is_some_and(|(value, _)| value == 0.0);
+        let is_zero = |entry: &IniEntry| entry.number().is_some_and(|(value, _)| value == 0.0);
         let none = entry.value.is_empty() || (key == "BACKLASH" && is_zero(entry));
         (!none).then_some(entry)
     }
@@ -132,14 +132,14 @@ impl Configuration {
 
     /// A value of the axis of a joint.
     #[must_use]
-    pub(crate) fn of_axis(&self, joint: Joint, key: &str) -> Option<&Entry> {
+    pub(crate) fn of_axis(&self, joint: JointAxis, key: &str) -> Option<&IniEntry> {
         self.ini.get(&format!("AXIS_{}", joint.letter), key)
     }
 
     /// `MIN_LIMIT` or `MAX_LIMIT` of a joint, or of its axis where both have the same position and the axis ends first; in
     /// the unit of the joint. `None` if it has none, or one so far away that it is none.
     #[must_use]
-    pub(crate) fn limit(&self, joint: Joint, key: &str) -> Option<(f64, &Entry)> {
+    pub(crate) fn limit(&self, joint: JointAxis, key: &str) -> Option<(f64, &IniEntry)> {
         let is_position = self.module.is_trivial() || joint.is_rotary();
         let of_axis = self.of_axis(joint, key).filter(|_| is_position);
         let both = [self.of_joint(joint.number, key), of_axis].into_iter();
@@ -156,7 +156,7 @@ impl Configuration {
 
     /// Whether a rotary axis turns without end: it has no limits, or so far apart that they are none, or `WRAPPED_ROTARY`.
     #[must_use]
-    pub(crate) fn is_endless(&self, joint: Joint) -> bool {
+    pub(crate) fn is_endless(&self, joint: JointAxis) -> bool {
         let limit = |key| self.limit(joint, key).map(|(value, _)| value);
         let travel = limit("MAX_LIMIT").zip(limit("MIN_LIMIT"));
         let wrapped = self.of_axis(joint, "WRAPPED_ROTARY");
@@ -186,7 +186,7 @@ impl Configuration {
 
     /// Size of a joint's unit in mm or degrees.
     #[must_use]
-    pub fn unit(&self, joint: Joint) -> f64 {
+    pub fn unit(&self, joint: JointAxis) -> f64 {
         match joint.is_rotary() {
             true => 1.0,
             false => self.mm.unwrap_or(1.0),
@@ -288,7 +288,7 @@ fn need<'i>(
     section: &str,
     key: &str,
     example: &str,
-) -> Result<&'i Entry, FileError> {
+) -> Result<&'i IniEntry, FileError> {
     ini.get(section, key).ok_or_else(|| {
         let place = ini.section(section).unwrap_or(start);
         place.error(

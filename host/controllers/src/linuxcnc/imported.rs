@@ -4,18 +4,18 @@
 //! outside, or half of the backlash after positive travel and minus half of it after negative travel. A file replaces
 //! the backlash. The error of the axis is −c, or c if a positive command moves the carriage the negative way.
 
-use super::comp_file::{self, Row, Type};
-use super::configuration::{Configuration, Joint, Open};
-use crate::formats::ini::{Entry, FileLocation};
+use super::comp_file::{self, CompFileRow, Type};
+use super::configuration::{Configuration, JointAxis, Open};
+use crate::formats::ini::{FileLocation, IniEntry};
 use std::fmt::Write;
 use std::rc::Rc;
 use trueaxis_model::source::FileError;
 
 /// Corrections that LinuxCNC adds to the command of a joint, in its unit.
 #[derive(Clone, Debug, PartialEq)]
-enum Corrections {
+enum JointCorrections {
     /// Position, correction after positive travel, correction after negative travel.
-    Table(Vec<Row>),
+    Table(Vec<CompFileRow>),
     /// Twice the correction after positive travel.
     Backlash(f64),
 }
@@ -23,8 +23,8 @@ enum Corrections {
 /// What the INI file compensates on a joint.
 #[derive(Clone, Debug)]
 pub struct Import {
-    joint: Joint,
-    corrections: Corrections,
+    joint: JointAxis,
+    corrections: JointCorrections,
     /// The entry, as in the INI file.
     entry: String,
     /// Where it is, for readers.
@@ -43,7 +43,7 @@ impl Import {
     #[must_use]
     pub fn lines(&self, configuration: &Configuration) -> Vec<usize> {
         let is_endless = configuration.is_endless(self.joint);
-        let is_table = matches!(self.corrections, Corrections::Table(_));
+        let is_table = matches!(self.corrections, JointCorrections::Table(_));
         if !"XYZABC".contains(self.letter()) || (is_endless && is_table) {
             return Vec::new();
         }
@@ -106,13 +106,13 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
         let (entry, corrections) = match (of("COMP_FILE"), of("BACKLASH")) {
             (Some(file), _) => (
                 file,
-                Corrections::Table(table(configuration, joint, file, open)?),
+                JointCorrections::Table(table(configuration, joint, file, open)?),
             ),
-            (None, Some(backlash)) => (backlash, Corrections::Backlash(value(backlash)?)),
+            (None, Some(backlash)) => (backlash, JointCorrections::Backlash(value(backlash)?)),
             (None, None) => continue,
         };
         let mut others = joints.iter().filter(|other| other.letter == joint.letter);
-        let differs = |other: &&Joint| {
+        let differs = |other: &&JointAxis| {
             let other = (other.number, found.iter().find(|i| i.joint == **other));
             let is_later = other.0 > joint.number;
             let none = ["COMP_FILE", "BACKLASH"]
@@ -133,7 +133,7 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
                 "the compensation cannot replace this: measure without COMP_FILE and BACKLASH on these joints, or keep LinuxCNC's own on both",
             ));
         }
-        let Entry {
+        let IniEntry {
             key, value, place, ..
         } = entry;
         found.push(Import {
@@ -146,7 +146,7 @@ pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Im
     Ok(found)
 }
 
-fn value(entry: &Entry) -> Result<f64, FileError> {
+fn value(entry: &IniEntry) -> Result<f64, FileError> {
     let value = entry.number().map(|(value, _)| value);
     value.ok_or_else(|| {
         let message = format!("{} is `{}`, no number", entry.key, entry.value);
@@ -161,10 +161,10 @@ fn value(entry: &Entry) -> Result<f64, FileError> {
 /// Rows of a file.
 fn table(
     configuration: &Configuration,
-    joint: Joint,
-    file: &Entry,
+    joint: JointAxis,
+    file: &IniEntry,
     open: &Open<'_>,
-) -> Result<Vec<Row>, FileError> {
+) -> Result<Vec<CompFileRow>, FileError> {
     let kind = configuration.of_joint(joint.number, "COMP_FILE_TYPE");
     let kind = match kind.map_or("0", |entry| entry.value.as_str()) {
         "0" => Type::Positions,
@@ -197,7 +197,7 @@ fn table(
 }
 
 /// How an axis of the description moves.
-pub(super) struct Motion {
+pub(super) struct AxisMotion {
     pub(super) letter: char,
     pub(super) reversed: bool,
     pub(super) endless: bool,
@@ -207,7 +207,7 @@ pub(super) struct Motion {
 pub(super) fn errors(
     configuration: &Configuration,
     name: &str,
-    axes: &[Motion],
+    axes: &[AxisMotion],
     imports: &[Import],
 ) -> Option<String> {
     if imports.is_empty() {
@@ -217,7 +217,7 @@ pub(super) fn errors(
     let mut done: Vec<&Import> = Vec::new();
     for import in imports {
         let Import {
-            joint: Joint { number, letter },
+            joint: JointAxis { number, letter },
             corrections,
             ..
         } = import;
@@ -234,7 +234,7 @@ pub(super) fn errors(
         done.push(import);
         let axis = axes.iter().find(|axis| axis.letter == *letter);
         let axis = axis.filter(|_| "XYZABC".contains(*letter));
-        let is_table = matches!(corrections, Corrections::Table(_));
+        let is_table = matches!(corrections, JointCorrections::Table(_));
         let Some(axis) = axis.filter(|axis| !(axis.endless && is_table)) else {
             let why = match axis {
                 Some(_) => "the errors of an axis without end must close after a turn",
@@ -253,7 +253,7 @@ pub(super) fn errors(
         };
         let scale = if axis.reversed { 1.0 } else { -1.0 } * configuration.unit(import.joint);
         match corrections {
-            Corrections::Backlash(value) => {
+            JointCorrections::Backlash(value) => {
                 let half = 0.5 * value * scale;
                 let (half, unit) = match import.joint.is_rotary() {
                     true => (rounded(half.to_radians(), 1e12), "rad"),
@@ -264,7 +264,7 @@ pub(super) fn errors(
                     "{head}{sign}\nE{letter}{letter}b = {half:?}  # {unit}\n"
                 );
             }
-            Corrections::Table(rows) => {
+            JointCorrections::Table(rows) => {
                 tables += &format!("{head}{sign}\n[tabulated.E{letter}{letter}]\n");
                 tables += &tabulated(import, rows, scale, configuration.unit(import.joint));
             }
@@ -283,7 +283,7 @@ pub(super) fn errors(
 }
 
 /// The values of a table: positions times `unit`, corrections times `scale`.
-fn tabulated(import: &Import, rows: &[Row], scale: f64, unit: f64) -> String {
+fn tabulated(import: &Import, rows: &[CompFileRow], scale: f64, unit: f64) -> String {
     let mut rows = rows.to_vec();
     // One line is a constant; a table has two positions.
     if let [[p, forward, reverse]] = rows[..] {

@@ -39,7 +39,7 @@ pub fn install(ini: &str, hal: &str, taken_out: &[usize]) -> Result<String, &'st
 }
 
 /// A line of an INI file with those that continue it.
-struct Line<'i> {
+struct IniLine<'i> {
     /// That of its first line, from 1.
     number: usize,
     /// With the ends of its lines.
@@ -48,7 +48,7 @@ struct Line<'i> {
     joined: String,
 }
 
-impl Line<'_> {
+impl IniLine<'_> {
     /// The section that begins here.
     fn section(&self) -> Option<&str> {
         self.joined.strip_prefix('[')?.split(']').next()
@@ -61,14 +61,14 @@ impl Line<'_> {
     }
 }
 
-fn lines(ini: &str) -> Vec<Line<'_>> {
+fn lines(ini: &str) -> Vec<IniLine<'_>> {
     let joined = joined(ini);
     let starts = joined.iter().map(|(_, span)| span.start);
     let ends = starts.skip(1).chain([ini.len()]);
     let mut number = 1;
     let lines = joined.iter().zip(ends).map(|((line, span), end)| {
         let text = &ini[span.start..end];
-        let line = Line {
+        let line = IniLine {
             number,
             text,
             joined: line.trim_start_matches('\u{feff}').trim().to_owned(),

@@ -1,37 +1,37 @@
 //! Kinematics modules of LinuxCNC: the axis of each joint, and the machine they are for.
 
-use crate::formats::hal::{Command, Hal};
-use crate::formats::ini::{Entry, FileLocation};
+use crate::formats::hal::{Hal, HalCommand};
+use crate::formats::ini::{FileLocation, IniEntry};
 use trueaxis_model::machine::{Branch, Machine};
 
 /// The module that HAL loads, or `[KINS]KINEMATICS` if that is not visible.
 #[derive(Clone, Debug)]
 pub struct Module {
-    /// Its name.
+    /// Name of the module.
     pub name: String,
     /// The letter of each joint, if known.
     pub letters: String,
-    /// Its place.
+    /// Place of the module.
     pub place: FileLocation,
 }
 
 /// The assumptions of a module.
 #[derive(Clone, Copy, Debug)]
-pub struct Shape {
-    /// Its default letters.
+pub struct ModuleShape {
+    /// Default letters of the assumptions.
     pub letters: &'static str,
     /// Rotary axes of the workpiece branch, from the foundation outwards.
     pub workpiece: &'static str,
     /// Rotary axes of the tool branch.
     pub tool: &'static str,
-    /// Its pins for the offset between the rotary axes: component and name.
+    /// Pins for the offset between the rotary axes: component and name.
     pub offsets: [(usize, &'static str); 2],
 }
 
 impl Module {
     pub(super) fn read(
-        entry: &Entry,
-        coordinates: Option<&Entry>,
+        entry: &IniEntry,
+        coordinates: Option<&IniEntry>,
         hal: &Hal,
         joints: usize,
     ) -> Self {
@@ -47,7 +47,7 @@ impl Module {
             Some(command) if name != named || of_hal != given => &command.place,
             _ => &entry.place,
         };
-        let usual = match (name, Shape::of(name)) {
+        let usual = match (name, ModuleShape::of(name)) {
             (_, Some(shape)) => shape.letters,
             (TRIVIAL, None) => "XYZABCUVW",
             _ => coordinates.map_or("", |entry| entry.value.as_str()),
@@ -62,7 +62,7 @@ impl Module {
     }
 
     /// The command that loads kinematics.
-    fn loaded(hal: &Hal) -> Option<&Command> {
+    fn loaded(hal: &Hal) -> Option<&HalCommand> {
         let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
         loaded.find(|c| c.words.get(1).is_some_and(|name| name.ends_with("kins")))
     }
@@ -76,14 +76,14 @@ impl Module {
     /// Whether each linear joint is known to move along an axis of the machine.
     #[must_use]
     pub fn joints_are_axes(&self) -> bool {
-        self.is_trivial() || Shape::of(&self.name).is_some()
+        self.is_trivial() || ModuleShape::of(&self.name).is_some()
     }
 }
 
 /// The module in which each joint is an axis.
 const TRIVIAL: &str = "trivkins";
 
-impl Shape {
+impl ModuleShape {
     /// The shape of a known module with rotary axes.
     #[must_use]
     pub fn of(module: &str) -> Option<Self> {

@@ -10,8 +10,8 @@ mod session;
 mod setup;
 
 pub use check::{Against, Finding, Severity, beforehand, check};
-pub use configuration::{Configuration, Joint, Open};
+pub use configuration::{Configuration, JointAxis, Open};
 pub use imported::{Import, has_imported, imported, is_imported};
 pub use install::{PANEL, install, remove};
-pub use session::{Contact, Positions, Session, SessionError, State, Stopper};
-pub use setup::{Known, Setup, setup, unknown_pivot};
+pub use session::{AxisPositions, LinuxCncSession, LinuxCncState, SessionError, Stopper, TouchEnd};
+pub use setup::{MachineFacts, SetupFiles, setup, unknown_pivot};

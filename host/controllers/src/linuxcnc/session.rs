@@ -17,7 +17,7 @@ const SCRIPT: &str = include_str!("session.py");
 const PYTHON: &str = "python3";
 
 /// Positions (mm, deg) by axis letter.
-pub type Positions = BTreeMap<char, f64>;
+pub type AxisPositions = BTreeMap<char, f64>;
 
 /// Why LinuxCNC did not do what was asked.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, thiserror::Error)]
@@ -31,7 +31,7 @@ pub struct SessionError {
 
 /// What LinuxCNC is doing.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct State {
+pub struct LinuxCncState {
     /// Path of the INI file that it was started with.
     pub ini: String,
     /// Local date and time, as a name for a folder.
@@ -44,18 +44,18 @@ pub struct State {
 
 /// The end of a touch.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Contact {
+pub struct TouchEnd {
     /// There was contact.
     pub tripped: bool,
     /// Where (machine position).
-    pub position: Positions,
+    pub position: AxisPositions,
     /// When (s since 1970).
     pub time: f64,
 }
 
 /// A session; its end stops the machine and puts back modes and pins.
 #[derive(Debug)]
-pub struct Session {
+pub struct LinuxCncSession {
     script: Arc<Script>,
     from: BufReader<ChildStdout>,
 }
@@ -64,7 +64,7 @@ pub struct Session {
 #[derive(Debug)]
 struct Script {
     child: Mutex<Child>,
-    /// Its input, until it is to end.
+    /// Input, until it is to end.
     to: Mutex<Option<ChildStdin>>,
     /// A [`Stopper`] ends it, and the program.
     is_stopping: AtomicBool,
@@ -97,7 +97,7 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 #[derive(Deserialize)]
-struct Pins {
+struct SessionPins {
     pins: BTreeMap<String, Value>,
 }
 
@@ -109,12 +109,12 @@ struct Switched {
 #[derive(Deserialize)]
 struct Nothing {}
 
-impl Session {
+impl LinuxCncSession {
     /// Connects to the LinuxCNC that is running on this computer.
     ///
     /// # Errors
     /// There is no Python, no LinuxCNC, or it is not running.
-    pub fn start() -> Result<(Self, State), SessionError> {
+    pub fn start() -> Result<(Self, LinuxCncState), SessionError> {
         let mut script = Command::new(PYTHON)
             .args(["-u", "-c", SCRIPT])
             .stdin(Stdio::piped())
@@ -189,7 +189,7 @@ impl Session {
     ///
     /// # Errors
     /// It does not answer, as for all commands.
-    pub fn state(&mut self) -> Result<State, SessionError> {
+    pub fn state(&mut self) -> Result<LinuxCncState, SessionError> {
         self.ask(&json!({"do": "state"}))
     }
 
@@ -197,7 +197,7 @@ impl Session {
     ///
     /// # Errors
     /// The machine is off or does not home.
-    pub fn home(&mut self, seconds: f64) -> Result<State, SessionError> {
+    pub fn home(&mut self, seconds: f64) -> Result<LinuxCncState, SessionError> {
         self.ask(&json!({"do": "home", "seconds": seconds}))
     }
 
@@ -205,7 +205,7 @@ impl Session {
     ///
     /// # Errors
     /// The machine is off, not homed, or runs a program.
-    pub fn begin(&mut self) -> Result<State, SessionError> {
+    pub fn begin(&mut self) -> Result<LinuxCncState, SessionError> {
         self.ask(&json!({"do": "begin"}))
     }
 
@@ -241,7 +241,11 @@ impl Session {
     ///
     /// # Errors
     /// The move did not reach its end.
-    pub fn move_to(&mut self, target: &Positions, feed: Option<f64>) -> Result<(), SessionError> {
+    pub fn move_to(
+        &mut self,
+        target: &AxisPositions,
+        feed: Option<f64>,
+    ) -> Result<(), SessionError> {
         let Nothing {} = self.ask(&json!({"do": "move", "target": target, "feed": feed}))?;
         Ok(())
     }
@@ -250,7 +254,7 @@ impl Session {
     ///
     /// # Errors
     /// The move did not reach its end.
-    pub fn retreat(&mut self, target: &Positions, feed: f64) -> Result<(), SessionError> {
+    pub fn retreat(&mut self, target: &AxisPositions, feed: f64) -> Result<(), SessionError> {
         let command = json!({"do": "move", "target": target, "feed": feed, "clear": false});
         let Nothing {} = self.ask(&command)?;
         Ok(())
@@ -260,7 +264,7 @@ impl Session {
     ///
     /// # Errors
     /// There was contact before, or the touch was interrupted.
-    pub fn touch(&mut self, target: &Positions, feed: f64) -> Result<Contact, SessionError> {
+    pub fn touch(&mut self, target: &AxisPositions, feed: f64) -> Result<TouchEnd, SessionError> {
         self.ask(&json!({"do": "touch", "target": target, "feed": feed}))
     }
 
@@ -269,7 +273,7 @@ impl Session {
     /// # Errors
     /// LinuxCNC does not answer.
     pub fn pins(&mut self, names: &[&str]) -> Result<Vec<Option<f64>>, SessionError> {
-        let pins: Pins = self.ask(&json!({"do": "pins", "names": names}))?;
+        let pins: SessionPins = self.ask(&json!({"do": "pins", "names": names}))?;
         let number = |value: &Value| value.as_f64().or(value.as_bool().map(f64::from));
         Ok(names
             .iter()
@@ -317,7 +321,7 @@ impl Session {
     }
 }
 
-impl Drop for Session {
+impl Drop for LinuxCncSession {
     fn drop(&mut self) {
         self.script.end();
     }

@@ -1,16 +1,16 @@
 //! HAL lines that install the component in a configuration, and a first description of the machine.
 
 use super::check::{Finding, SLOPE};
-use super::configuration::{Configuration, Joint};
-use super::imported::{self, Import, Motion};
+use super::configuration::{Configuration, JointAxis};
+use super::imported::{self, AxisMotion, Import};
 use super::install::PANEL;
-use super::kinematics::Shape;
+use super::kinematics::ModuleShape;
 use std::fmt::Write;
 use trueaxis_tables::compile::REVERSAL;
 
 /// The generated files.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setup {
+pub struct SetupFiles {
     /// `trueaxis.hal`.
     pub hal: String,
     /// `machine.toml`.
@@ -20,8 +20,8 @@ pub struct Setup {
 }
 
 /// Joints with an axis of a machine, each letter once.
-fn axes(configuration: &Configuration) -> Vec<Joint> {
-    let mut found: Vec<Joint> = Vec::new();
+fn axes(configuration: &Configuration) -> Vec<JointAxis> {
+    let mut found: Vec<JointAxis> = Vec::new();
     for joint in configuration.axes() {
         if found.iter().all(|j| j.letter != joint.letter) {
             found.push(joint);
@@ -32,7 +32,7 @@ fn axes(configuration: &Configuration) -> Vec<Joint> {
 
 /// What the user says about the machine.
 #[derive(Clone, Copy, Debug)]
-pub struct Known<'a> {
+pub struct MachineFacts<'a> {
     /// Name of the machine.
     pub name: &'a str,
     /// Path of the compensation in HAL.
@@ -52,11 +52,11 @@ pub struct Known<'a> {
 #[must_use]
 pub fn setup(
     configuration: &Configuration,
-    known: Known<'_>,
+    known: MachineFacts<'_>,
     imports: &[Import],
     findings: &[Finding],
-) -> Setup {
-    let Known { name, table, .. } = known;
+) -> SetupFiles {
+    let MachineFacts { name, table, .. } = known;
     let (mut entries, mut tip) = entries(configuration);
     if let Some(pivot) = known.pivot {
         tip = rounded(-pivot);
@@ -65,13 +65,13 @@ pub fn setup(
     if let Some(table) = table {
         divide(&mut entries, table);
     }
-    let motions = entries.iter().map(|entry| Motion {
+    let motions = entries.iter().map(|entry| AxisMotion {
         letter: entry.joint.letter,
         reversed: entry.reversed,
         endless: configuration.is_endless(entry.joint),
     });
-    let motions: Vec<Motion> = motions.collect();
-    Setup {
+    let motions: Vec<AxisMotion> = motions.collect();
+    SetupFiles {
         hal: hal(configuration, known, &entries, findings),
         machine: machine(configuration, name, &entries, tip, unsure),
         errors: imported::errors(configuration, name, &motions, imports),
@@ -80,8 +80,8 @@ pub fn setup(
 
 fn hal(
     configuration: &Configuration,
-    known: Known<'_>,
-    entries: &[Entry],
+    known: MachineFacts<'_>,
+    entries: &[DescribedAxis],
     findings: &[Finding],
 ) -> String {
     let blob = known.blob;
@@ -236,8 +236,8 @@ fn joint(configuration: &Configuration, number: usize, letter: char) -> String {
 }
 
 /// An axis in the description.
-struct Entry {
-    joint: Joint,
+struct DescribedAxis {
+    joint: JointAxis,
     branch: &'static str,
     reversed: bool,
     /// Origin (mm), if the module defines it.
@@ -246,9 +246,9 @@ struct Entry {
 }
 
 /// The axes of the machine, and the position of the tool tip along the tool axis.
-fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
+fn entries(configuration: &Configuration) -> (Vec<DescribedAxis>, f64) {
     let axes = axes(configuration);
-    match Shape::of(&configuration.module.name) {
+    match ModuleShape::of(&configuration.module.name) {
         Some(shape) if shape.tool.is_empty() => table(configuration, &axes, shape),
         Some(shape) => head(configuration, &axes, shape),
         None => plain(&axes),
@@ -258,7 +258,7 @@ fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
 fn machine(
     configuration: &Configuration,
     name: &str,
-    entries: &[Entry],
+    entries: &[DescribedAxis],
     tip: f64,
     unsure: Option<String>,
 ) -> String {
@@ -280,8 +280,8 @@ fn machine(
     text
 }
 
-fn axis(configuration: &Configuration, entry: &Entry) -> String {
-    let Joint { number, letter } = entry.joint;
+fn axis(configuration: &Configuration, entry: &DescribedAxis) -> String {
+    let JointAxis { number, letter } = entry.joint;
     let rotary = "ABC".contains(letter);
     let unit = configuration.unit(entry.joint);
     let (unit_name, usual) = if rotary {
@@ -379,7 +379,7 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
 const LEAST_REVERSAL: f64 = 0.001;
 
 /// The soft limits, mm or degrees, if they are a travel.
-fn range(configuration: &Configuration, joint: Joint) -> Option<(f64, f64)> {
+fn range(configuration: &Configuration, joint: JointAxis) -> Option<(f64, f64)> {
     let unit = configuration.unit(joint);
     let limit = |key: &str| {
         let limit = configuration.limit(joint, key);
@@ -399,7 +399,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// Puts the linear axes with these letters below the table, and the others on the side of the spindle.
-fn divide(entries: &mut [Entry], table: &str) {
+fn divide(entries: &mut [DescribedAxis], table: &str) {
     for entry in entries.iter_mut() {
         if !entry.joint.is_rotary() {
             let is_table = table.contains(entry.joint.letter);
@@ -418,8 +418,8 @@ fn divide(entries: &mut [Entry], table: &str) {
 }
 
 /// Three or more axes without further information: the usual mill.
-fn plain(axes: &[Joint]) -> (Vec<Entry>, f64) {
-    let entries = ordered(axes, "YXABCUV", "ZW").map(|(joint, table)| Entry {
+fn plain(axes: &[JointAxis]) -> (Vec<DescribedAxis>, f64) {
+    let entries = ordered(axes, "YXABCUV", "ZW").map(|(joint, table)| DescribedAxis {
         joint,
         branch: if table { "workpiece" } else { "tool" },
         reversed: table && !"ABC".contains(joint.letter),
@@ -434,7 +434,11 @@ fn plain(axes: &[Joint]) -> (Vec<Entry>, f64) {
 }
 
 /// A trunnion or similar table, with the points of the module.
-fn table(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Entry>, f64) {
+fn table(
+    configuration: &Configuration,
+    axes: &[JointAxis],
+    shape: ModuleShape,
+) -> (Vec<DescribedAxis>, f64) {
     let module = &configuration.module.name;
     let mm = configuration.mm.unwrap_or(1.0);
     let value = |name: &str| {
@@ -450,7 +454,7 @@ fn table(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<En
     let order = format!("YX{}", shape.workpiece);
     let entries = ordered(axes, &order, "Z").map(|(joint, is_table)| {
         let rotary = "ABC".contains(joint.letter);
-        Entry {
+        DescribedAxis {
             joint,
             branch: if is_table { "workpiece" } else { "tool" },
             reversed: is_table && (!rotary || conventional),
@@ -474,9 +478,13 @@ fn table(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<En
 }
 
 /// A fork head.
-fn head(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Entry>, f64) {
+fn head(
+    configuration: &Configuration,
+    axes: &[JointAxis],
+    shape: ModuleShape,
+) -> (Vec<DescribedAxis>, f64) {
     let order = format!("XYZ{}", shape.tool);
-    let entries = ordered(axes, "", &order).map(|(joint, _)| Entry {
+    let entries = ordered(axes, "", &order).map(|(joint, _)| DescribedAxis {
         joint,
         branch: "tool",
         reversed: joint.letter == 'B',
@@ -495,7 +503,7 @@ fn head(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Ent
 
 /// The pin with the pivot length of a head, in machine units.
 const PIVOT: &str = "5axiskins.pivot-length";
-/// Its value if nothing sets it.
+/// Value if nothing sets it.
 const DEFAULT_PIVOT: f64 = 250.0;
 
 /// Why the pivot length of a head is not known from its HAL files, if that is so.
@@ -516,10 +524,10 @@ pub fn unknown_pivot(configuration: &Configuration) -> Option<String> {
 
 /// Axes in the order of the letters of the two branches, and whether each is in the first.
 fn ordered<'a>(
-    axes: &'a [Joint],
+    axes: &'a [JointAxis],
     workpiece: &str,
     tool: &str,
-) -> impl Iterator<Item = (Joint, bool)> + use<'a> {
+) -> impl Iterator<Item = (JointAxis, bool)> + use<'a> {
     let both = [(workpiece, true), (tool, false)];
     let letters: Vec<(char, bool)> = both
         .iter()

@@ -28,7 +28,7 @@ pub(crate) fn by_firmware(text: &str, at: [f64; 2]) -> f64 {
 
 fn map() -> HeightMap {
     let nodes = [Nodes::over([0.0, 300.0], 7), Nodes::over([-30.0, 170.0], 4)];
-    HeightMap::new(Grid::of(&nodes, |p| {
+    HeightMap::new(SampledGrid::of(&nodes, |p| {
         [0.05 * libm::sin(p[0] * 0.01) - 2e-4 * p[1]]
     }))
 }
@@ -51,7 +51,7 @@ fn lines_fit_into_the_memory_of_the_firmware() {
         Nodes::over([0.0, 800.0], MOST_ALONG),
         Nodes::over([0.0, 90.0], 2),
     ];
-    let text = print(&HeightMap::new(Grid::of(&nodes, |_| [-9.99994])));
+    let text = print(&HeightMap::new(SampledGrid::of(&nodes, |_| [-9.99994])));
     assert!(
         text.lines()
             .skip(2)

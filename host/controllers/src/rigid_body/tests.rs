@@ -55,7 +55,7 @@ fn the_chain_has_the_exact_pose_of_the_machine() {
 
 #[test]
 fn an_error_is_the_same_about_another_point() {
-    let placed = Placed {
+    let placed = PlacedAxis {
         direction: Vector3::z(),
         point: Vector3::new(100.0, -50.0, 20.0),
         rotary: true,

@@ -154,7 +154,7 @@ fn with_a_height_map_a_bent_bridge_keeps_the_distances_between_points() {
 #[test]
 fn a_map_that_the_firmware_cannot_hold_is_refused() {
     let nodes = [Nodes::over([0.0, 800.0], 30), Nodes::over([0.0, 90.0], 20)];
-    let map = HeightMap::new(Grid::of(&nodes, |_| [0.0]));
+    let map = HeightMap::new(SampledGrid::of(&nodes, |_| [0.0]));
     assert!(matches!(
         Firmware::RepRapFirmware.height_map(&map),
         Err(SkewError::Map(_))

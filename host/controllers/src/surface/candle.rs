@@ -3,8 +3,8 @@
 //! each position of Y, from the lowest on.
 
 use crate::height_map::HeightMap;
-use crate::sampled::{Grid, Nodes};
-use crate::text_lines::{Line, lines};
+use crate::sampled::{Nodes, SampledGrid};
+use crate::text_lines::{TextLine, lines};
 use trueaxis_model::source::FileError;
 
 /// How the first line begins, if it names the format.
@@ -65,7 +65,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
             values.push([line.number(word)?]);
         }
     }
-    Ok(HeightMap::new(Grid {
+    Ok(HeightMap::new(SampledGrid {
         nodes: vec![
             Nodes::over([x, x + width], columns),
             Nodes::over([y, y + height], rows),
@@ -74,7 +74,9 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     }))
 }
 
-fn next<'l, 't>(lines: &mut impl Iterator<Item = &'l Line<'t>>) -> Result<&'l Line<'t>, FileError> {
+fn next<'l, 't>(
+    lines: &mut impl Iterator<Item = &'l TextLine<'t>>,
+) -> Result<&'l TextLine<'t>, FileError> {
     lines.next().ok_or_else(|| {
         FileError::whole(
             "this is not a whole map of Candle: it ends too early",
@@ -84,7 +86,7 @@ fn next<'l, 't>(lines: &mut impl Iterator<Item = &'l Line<'t>>) -> Result<&'l Li
 }
 
 /// Numbers between semicolons.
-fn numbers<const N: usize>(line: &Line<'_>) -> Result<[f64; N], FileError> {
+fn numbers<const N: usize>(line: &TextLine<'_>) -> Result<[f64; N], FileError> {
     let words = line.text.split(';').map(str::trim);
     let found: Vec<f64> = words
         .map(|word| line.number(word.trim_start_matches('\u{feff}')))

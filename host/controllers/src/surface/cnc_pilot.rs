@@ -1,10 +1,10 @@
 //! OpenCNCPilot's `.hmap`: XML, an element `heightmap` with the range and the numbers of points, and one element `point` for
 //! each that was probed.
 
-use super::{Point, gridded};
+use super::{SurfacePoint, gridded};
 use crate::height_map::HeightMap;
 use crate::sampled::Nodes;
-use crate::text_lines::Line;
+use crate::text_lines::TextLine;
 use roxmltree::{Document, Node};
 use std::str::FromStr;
 use trueaxis_model::source::FileError;
@@ -41,7 +41,7 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
     });
     let [x, y] = nodes;
     let (x, y) = (x?, y?);
-    let mut points: Vec<Point> = Vec::new();
+    let mut points: Vec<SurfacePoint> = Vec::new();
     for node in root.children().filter(|node| node.has_tag_name("point")) {
         let indices: [usize; 2] = [attribute(text, node, "X")?, attribute(text, node, "Y")?];
         if indices[0] >= x.count || indices[1] >= y.count {
@@ -74,9 +74,9 @@ pub fn read(text: &str) -> Result<HeightMap, FileError> {
 }
 
 /// An element with its place.
-fn place<'t>(text: &'t str, node: Node<'_, '_>) -> Line<'t> {
+fn place<'t>(text: &'t str, node: Node<'_, '_>) -> TextLine<'t> {
     let span = node.range();
-    Line {
+    TextLine {
         text: text.get(span.clone()).unwrap_or(""),
         span,
     }

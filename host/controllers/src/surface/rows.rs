@@ -1,16 +1,16 @@
 //! Rows of X, Y and Z, and bCNC's `.probe`, which begins with three lines about the grid.
 
-use super::{Format, Point};
-use crate::text_lines::{Line, lines};
+use super::{Format, SurfacePoint};
+use crate::text_lines::{TextLine, lines};
 use trueaxis_model::source::FileError;
 
 /// Distance (in the unit of the file) within which bCNC's six digits are a corner of its grid.
 const CORNER: f64 = 1e-2;
 
 /// The points, and who wrote them.
-pub fn read(text: &str) -> Result<(Vec<Point>, Format), FileError> {
+pub fn read(text: &str) -> Result<(Vec<SurfacePoint>, Format), FileError> {
     let all = lines(text);
-    let rows: Vec<(&Line<'_>, Vec<f64>)> = all
+    let rows: Vec<(&TextLine<'_>, Vec<f64>)> = all
         .iter()
         .filter(|line| !is_remark(line.text))
         .map(|line| Ok((line, numbers(line)?)))
@@ -28,7 +28,7 @@ pub fn read(text: &str) -> Result<(Vec<Point>, Format), FileError> {
             ));
         }
     };
-    let point = |(line, values): &(&Line<'_>, Vec<f64>)| {
+    let point = |(line, values): &(&TextLine<'_>, Vec<f64>)| {
         ([values[0], values[1], values[2]], line.span.clone())
     };
     Ok((points.iter().map(point).collect(), format))
@@ -40,7 +40,7 @@ fn is_remark(line: &str) -> bool {
 }
 
 /// Three numbers or more: LinuxCNC logs those of all nine axes.
-fn numbers(line: &Line<'_>) -> Result<Vec<f64>, FileError> {
+fn numbers(line: &TextLine<'_>) -> Result<Vec<f64>, FileError> {
     let words = line
         .text
         .trim_start_matches('\u{feff}')
@@ -60,7 +60,7 @@ fn numbers(line: &Line<'_>) -> Result<Vec<f64>, FileError> {
 
 /// The number of points that bCNC's three lines say, if these are the first ones: two ranges with counts, a range of Z and
 /// a feed; the first point is at the corner.
-fn counted(rows: &[(&Line<'_>, Vec<f64>)]) -> Option<usize> {
+fn counted(rows: &[(&TextLine<'_>, Vec<f64>)]) -> Option<usize> {
     let [x, y, z, first, ..] = rows else {
         return None;
     };

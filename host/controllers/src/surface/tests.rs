@@ -1,7 +1,7 @@
 use super::{Format, read};
 use proptest::prelude::*;
 
-/// The same three by two points of each program: x 10, 20, 30; y −5, 5.
+/// Three by two equal points of each program: x 10, 20, 30; y −5, 5.
 const ROWS: &str = "10.0000 -5.0000 0.10 0 0 0 0 0 0\n20 -5 0.2\n30.0 -5.0 0.3\n\n# second row, first once too high\n\
                     30,5,0.65\n30,5,0.6\n20\t5\t0.5\n10 5 0.4\n";
 const BCNC: &str = "10 30 3\n-5 5 2\n-10 3 100\n\n\n10 -5 0.1\n20 -5 0.2\n30 -5 0.3\n\n10 5 0.4\n20 5 0.5\n30 5 0.6\n\n";

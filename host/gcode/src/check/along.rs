@@ -26,7 +26,7 @@ pub(super) struct Along<'s> {
     part: f64,
     /// What corrects it.
     pub field: Field<'s>,
-    /// Its stretches between reversals.
+    /// Stretches between reversals of the motion.
     stretches: Vec<Stretch>,
     /// The directions before it.
     before: Travels,

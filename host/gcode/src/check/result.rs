@@ -31,18 +31,18 @@ pub struct CheckResult {
     pub motions: [u64; 2],
     /// The largest distance from the corrected path (µm), but for rapids whose start is not known; and its line.
     pub off_um: f64,
-    /// Its line in the program.
+    /// Line in the program.
     pub off_line: u64,
     /// How much farther (µm) than allowed the worst place is: than the tolerance, and on chords of an arc than their
     /// sagitta more; 0 if none is.
     pub excess_um: f64,
-    /// Its line in the program.
+    /// Line in the program.
     pub excess_line: u64,
     /// The largest angle of a rotary axis from the corrected path (µrad).
     pub off_urad: f64,
     /// The largest distance (µm) of a place in a hole of a cycle that stays one from its corrected place; and its line.
     pub hole_um: f64,
-    /// Its line in the program.
+    /// Line in the program.
     pub hole_line: u64,
     /// The largest distance (µm) on moves into which the step at a reversal is blended.
     pub blended_um: f64,
@@ -57,7 +57,7 @@ pub struct CheckResult {
     /// The largest difference (µm) of the tool's error by a tool length other than that of the machine file, for which
     /// a compensation without length input was made; and its line.
     pub length_um: f64,
-    /// Its line in the program.
+    /// Line in the program.
     pub length_line: u64,
     /// Errors of the tool on feed moves, if the machine and its errors are known.
     pub tool_path: Option<ToolPath>,

@@ -19,7 +19,7 @@ const HEIGHTS: usize = 8;
 
 /// A hole of a cycle.
 struct Hole {
-    /// Its corrected bottom.
+    /// Corrected bottom of the hole.
     bottom: Node,
     /// How far any place in it is off, if the hole is shifted by the correction of its bottom (mm).
     off: f64,

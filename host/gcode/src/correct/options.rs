@@ -86,7 +86,7 @@ impl Options {
         unit * number::last_digit(self.decimals(axis, units))
     }
 
-    /// The same of every axis, in the units where it is coarser.
+    /// Like `resolution`, of every axis, in the units where it is coarser.
     #[must_use]
     pub fn resolutions(&self) -> PerLetter {
         std::array::from_fn::<f64, COUNT, _>(|axis| {
@@ -105,14 +105,14 @@ impl Options {
         }
     }
 
-    /// The same in the units where it is more.
+    /// Like `rounding`, in the units where it is more.
     #[must_use]
     pub fn coarsest_rounding(&self) -> f64 {
         let [mm, inch] = [Units::Millimetre, Units::Inch];
         self.rounding(mm).max(self.rounding(inch))
     }
 
-    /// The same of the words of two rotary axes (rad).
+    /// Like `coarsest_rounding`, of the words of two rotary axes (rad).
     #[must_use]
     pub fn angle_rounding(&self) -> f64 {
         match self.decimals {

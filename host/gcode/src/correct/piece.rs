@@ -35,7 +35,7 @@ pub struct Piece {
     pub to: PerLetter,
     /// The part of the way at which it ends: 1 at the end of the motion.
     pub until: f64,
-    /// Its part of the time of the motion; `None`: a step onto the corrected path, which takes what it takes.
+    /// Part of the time of the motion; `None`: a step onto the corrected path, which takes what it takes.
     pub share: Option<f64>,
 }
 

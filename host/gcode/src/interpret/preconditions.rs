@@ -25,7 +25,7 @@ impl State {
         self.position_not_known(rules, word.span(), axis)
     }
 
-    /// The same at the first word of an axis.
+    /// Like `not_known`, at the first word of an axis.
     pub(super) fn missing(&self, asked: &Asked<'_>, axis: usize) -> Fault {
         self.position_not_known(asked.rules, axis_span(asked.block), axis)
     }

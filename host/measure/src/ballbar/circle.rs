@@ -1,12 +1,12 @@
 //! Circular tests (ISO 230-4): the circular deviation G, the radial deviation F and the circular hysteresis H.
 
-use super::sphere::{Fitted, fitted};
+use super::sphere::{FittedSphere, fitted};
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// Readings of one or two turns: angle (rad) from the first axis towards the second, and excess of the bar over its
 /// nominal length (mm).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Turns {
+pub struct BallBarTurns {
     /// Turning from the first axis towards the second.
     pub counter_clockwise: Vec<(f64, f64)>,
     /// Turning back.
@@ -18,18 +18,18 @@ pub struct Turns {
 pub struct Circle {
     /// Centre of the least-squares circle through all readings: the setup, along the first and the second axis.
     pub centre: [f64; 2],
-    /// Its radius minus the nominal radius.
+    /// Radius minus the nominal radius.
     pub size: f64,
     /// G of each turn that was measured: the radial separation of the two closest concentric circles that enclose
     /// it.
     pub deviation: [Option<f64>; 2],
-    /// The same about the turn's least-squares circle.
+    /// Like `deviation`, about the turn's least-squares circle.
     pub least_squares: [Option<f64>; 2],
     /// G of both turns together, if both were measured.
     pub bidirectional: Option<f64>,
     /// F: largest and smallest radius minus the nominal one, about the least-squares centre.
     pub radial: [f64; 2],
-    /// The same of each turn that was measured, about the common centre.
+    /// Like `radial`, of each turn that was measured, about the common centre.
     pub radial_of_turn: [Option<[f64; 2]>; 2],
     /// H: largest difference of the two turns at the same angle, about the common centre, if both were measured.
     pub hysteresis: Option<f64>,
@@ -53,7 +53,7 @@ impl Circle {
     ///
     /// # Errors
     /// [`CircleError`].
-    pub fn of(radius: f64, turns: &Turns) -> Result<Self, CircleError> {
+    pub fn of(radius: f64, turns: &BallBarTurns) -> Result<Self, CircleError> {
         let point = |(angle, reading): &(f64, f64)| {
             let (sine, cosine) = libm::sincos(*angle);
             Vector3::new(cosine, sine, 0.0) * (radius + reading)
@@ -94,7 +94,7 @@ impl Circle {
     }
 }
 
-fn fit(points: &[Vector3<f64>]) -> Result<Fitted, CircleError> {
+fn fit(points: &[Vector3<f64>]) -> Result<FittedSphere, CircleError> {
     match points.len() {
         0..4 => Err(CircleError::TooFew),
         _ => fitted(points).map_err(|_| CircleError::TooFew),
@@ -102,7 +102,7 @@ fn fit(points: &[Vector3<f64>]) -> Result<Fitted, CircleError> {
 }
 
 /// Largest difference between the readings of the first turn and the second turn, interpolated linearly.
-fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
+fn hysteresis(turns: &BallBarTurns, common: &FittedSphere) -> f64 {
     let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
     let split = forth.len();
     let mut other: Vec<(f64, f64)> = back
@@ -135,7 +135,7 @@ fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
 /// The radial separation of the closest two concentric circles that enclose the points: the smallest band, found by
 /// exchange. Linearized about a close circle; the second-order error is the square of a few µm divided by the
 /// radius.
-fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
+fn band(points: &[Vector3<f64>], about: &FittedSphere) -> Result<f64, CircleError> {
     let rows: Vec<(Vector3<f64>, f64)> = points
         .iter()
         .map(|point| {
@@ -247,7 +247,7 @@ mod tests {
     fn squareness_makes_an_ellipse_of_known_deviation() {
         // 40 µrad of squareness on a bar of 100 mm: 4 µm sin cos, so the band is 4 µm and F is ±2 µm.
         let reading = |a: f64| 4e-3 * libm::sin(a) * libm::cos(a);
-        let turns = Turns {
+        let turns = BallBarTurns {
             counter_clockwise: turn(360, reading),
             clockwise: turn(360, |a| reading(a) + 1e-3),
         };
@@ -276,7 +276,7 @@ mod tests {
                 .into_iter()
                 .map(|(a, _)| (a, 5e-3 * random() * random()))
                 .collect();
-            let turns = Turns {
+            let turns = BallBarTurns {
                 counter_clockwise: readings.clone(),
                 clockwise: Vec::new(),
             };
@@ -298,7 +298,7 @@ mod tests {
             .map(|a| (a, 4e-3 * libm::sin(a) * libm::cos(a)))
             .collect();
         for radius in [50.0, 100.0, 150.0] {
-            let turns = Turns {
+            let turns = BallBarTurns {
                 counter_clockwise: turn.clone(),
                 clockwise: turn.clone(),
             };
@@ -316,7 +316,7 @@ mod tests {
             let across = 0.02_f64.powi(2) + 0.03_f64.powi(2) - along * along;
             along + (1e4 - across).sqrt() - 100.0
         };
-        let turns = Turns {
+        let turns = BallBarTurns {
             counter_clockwise: turn(90, exact),
             clockwise: turn(45, exact),
         };
@@ -328,12 +328,12 @@ mod tests {
 
     #[test]
     fn too_short_an_arc_and_too_few_readings_are_refused() {
-        let three = Turns {
+        let three = BallBarTurns {
             counter_clockwise: turn(3, |_| 0.0),
             clockwise: Vec::new(),
         };
         assert_eq!(Circle::of(100.0, &three), Err(CircleError::TooFew));
-        let arc = Turns {
+        let arc = BallBarTurns {
             counter_clockwise: (0..50).map(|k| (1e-7 * f64::from(k), 0.0)).collect(),
             clockwise: Vec::new(),
         };

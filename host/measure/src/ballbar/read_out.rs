@@ -2,12 +2,12 @@
 
 use super::PathPoint;
 use nalgebra::Vector3;
-use trueaxis_model::explain::{Bench, State};
+use trueaxis_model::explain::{Bench, BenchState};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::validate::{Command, Runtime};
 
 /// A ball-bar after setup: the workpiece ball is where the tool ball is with the axes at the centre.
-pub struct Bar<'a> {
+pub struct BallBar<'a> {
     bench: &'a Bench<'a>,
     /// Indices of X, Y and Z.
     axes: [usize; 3],
@@ -17,7 +17,7 @@ pub struct Bar<'a> {
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Read {
+pub struct ReadOut {
     /// Direction of the bar without errors (unit vector, workpiece frame).
     pub direction: Vector3<f64>,
     /// Excess of its length over that without errors (mm).
@@ -34,7 +34,7 @@ pub struct OutOfTravel {
     travel: [f64; 2],
 }
 
-impl<'a> Bar<'a> {
+impl<'a> BallBar<'a> {
     /// Sets it up with the axes at `centre` (mm, deg, one per axis). `axes` are the indices of X, Y and Z.
     #[must_use]
     pub fn new(bench: &'a Bench<'a>, axes: [usize; 3], centre: Vec<f64>) -> Self {
@@ -77,7 +77,7 @@ impl<'a> Bar<'a> {
     /// Readings at the measured points of a path, with the axes where the compensation takes them. The order of the
     /// path is the motion: an axis has arrived from the side on which it last moved.
     #[must_use]
-    pub fn read(&self, path: &[PathPoint], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
+    pub fn read(&self, path: &[PathPoint], runtime: Option<&Runtime<'_>>) -> Vec<ReadOut> {
         let tip = |position: &[f64], coming: &PerAxis| tip(self.bench, position, coming, runtime);
         let [nominal_centre, actual_centre] = tip(&self.centre, &PerAxis::default());
         let mut last = [0.0; 3];
@@ -98,7 +98,7 @@ impl<'a> Bar<'a> {
             }
             let [nominal, actual] = tip(&position, &coming);
             let bar = nominal - nominal_centre;
-            readings.push(Read {
+            readings.push(ReadOut {
                 direction: bar.normalize(),
                 deviation: (actual - actual_centre).norm() - bar.norm(),
             });
@@ -125,7 +125,7 @@ pub fn tip(
             *q += f64::from(dq);
         }
     }
-    let state = State {
+    let state = BenchState {
         q: machine.to_kinematic(&commanded),
         sign: *coming,
     };

@@ -9,16 +9,16 @@ pub struct TooFew;
 
 /// The least-squares sphere, or circle, through points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
-    /// Its centre.
+pub struct FittedSphere {
+    /// Centre of the least-squares sphere.
     pub centre: Vector3<f64>,
-    /// Its radius.
+    /// Radius of the least-squares sphere.
     pub radius: f64,
     /// Distance of each point from the centre, minus the radius.
     pub residuals: Vec<f64>,
 }
 
-impl Fitted {
+impl FittedSphere {
     /// Largest minus smallest residual.
     #[must_use]
     pub fn range(&self) -> f64 {
@@ -49,7 +49,7 @@ const STILL: f64 = 1e-14;
 ///
 /// # Errors
 /// [`TooFew`].
-pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
+pub fn fitted(points: &[Vector3<f64>]) -> Result<FittedSphere, TooFew> {
     let count = points.len() as f64;
     if points.len() < 3 {
         return Err(TooFew);
@@ -87,7 +87,7 @@ pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
         }
     }
     let residuals = points.iter().map(|p| (p - centre).norm() - radius);
-    Ok(Fitted {
+    Ok(FittedSphere {
         centre,
         radius,
         residuals: residuals.collect(),
@@ -105,7 +105,7 @@ pub struct Sphere {
     /// Size error (mm): radius of the fitted sphere minus the nominal one (Table 4-4).
     pub size: f64,
     /// The sphere fitted to the readings; its residuals are the form error.
-    pub fitted: Fitted,
+    pub fitted: FittedSphere,
 }
 
 impl Sphere {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use trueaxis_kinematics::Htm;
-use trueaxis_model::machine::Shape;
+use trueaxis_model::machine::SolidShape;
 
 /// Bounds of a distance (mm): it is at least `least` and at most `most`. Negative if two round shapes are in each other;
 /// shapes whose inner parts overlap are as far in each other as their radii, or farther.
@@ -23,7 +23,7 @@ const ZERO: f64 = 1e-9;
 
 /// The distance between two shapes at places in the same frame.
 #[must_use]
-pub fn distance(a: (&Shape, &Htm), b: (&Shape, &Htm)) -> Apart {
+pub fn distance(a: (&SolidShape, &Htm), b: (&SolidShape, &Htm)) -> Apart {
     let round = radius(a.0) + radius(b.0);
     // The point of the difference of both inner parts that is farthest in a direction.
     let farthest = |way: &Vector3<f64>| extreme(a, way) - extreme(b, &-way);
@@ -57,21 +57,21 @@ pub fn distance(a: (&Shape, &Htm), b: (&Shape, &Htm)) -> Apart {
 }
 
 /// The radius by which the inner part of a shape is inflated.
-fn radius(shape: &Shape) -> f64 {
+fn radius(shape: &SolidShape) -> f64 {
     match *shape {
-        Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
-        Shape::Box(_) | Shape::Cylinder { .. } => 0.0,
+        SolidShape::Sphere { radius } | SolidShape::Capsule { radius, .. } => radius,
+        SolidShape::Box(_) | SolidShape::Cylinder { .. } => 0.0,
     }
 }
 
 /// The point of a shape's inner part that is farthest in a direction.
-fn extreme((shape, place): (&Shape, &Htm), way: &Vector3<f64>) -> Vector3<f64> {
+fn extreme((shape, place): (&SolidShape, &Htm), way: &Vector3<f64>) -> Vector3<f64> {
     let own = place.r.transpose() * way;
     let point = match *shape {
-        Shape::Sphere { .. } => Vector3::zeros(),
-        Shape::Capsule { half, .. } => Vector3::z() * half.copysign(own.z),
-        Shape::Box(half) => Vector3::from_fn(|i, _| half[i].copysign(own[i])),
-        Shape::Cylinder { radius, half } => {
+        SolidShape::Sphere { .. } => Vector3::zeros(),
+        SolidShape::Capsule { half, .. } => Vector3::z() * half.copysign(own.z),
+        SolidShape::Box(half) => Vector3::from_fn(|i, _| half[i].copysign(own[i])),
+        SolidShape::Cylinder { radius, half } => {
             let across = libm::hypot(own.x, own.y);
             let out = if across > 0.0 { radius / across } else { 0.0 };
             Vector3::new(own.x * out, own.y * out, half.copysign(own.z))
@@ -132,18 +132,18 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
     use std::f64::consts::PI;
 
-    fn drawn(random: &mut Pcg64Mcg, kind: usize) -> (Shape, Htm) {
+    fn drawn(random: &mut Pcg64Mcg, kind: usize) -> (SolidShape, Htm) {
         let mut size = |least: f64, most: f64| least + (most - least) * random.random::<f64>();
         let shape = match kind {
-            0 => Shape::Sphere {
+            0 => SolidShape::Sphere {
                 radius: size(1.0, 30.0),
             },
-            1 => Shape::Capsule {
+            1 => SolidShape::Capsule {
                 radius: size(1.0, 10.0),
                 half: size(1.0, 60.0),
             },
-            2 => Shape::Box([size(1.0, 80.0), size(1.0, 80.0), size(1.0, 80.0)]),
-            _ => Shape::Cylinder {
+            2 => SolidShape::Box([size(1.0, 80.0), size(1.0, 80.0), size(1.0, 80.0)]),
+            _ => SolidShape::Cylinder {
                 radius: size(1.0, 60.0),
                 half: size(1.0, 60.0),
             },
@@ -160,23 +160,23 @@ mod tests {
     }
 
     /// Distance of a point from a shape, by its own coordinates.
-    fn from_point(point: &Vector3<f64>, (shape, place): &(Shape, Htm)) -> f64 {
+    fn from_point(point: &Vector3<f64>, (shape, place): &(SolidShape, Htm)) -> f64 {
         let own = place.r.transpose() * (point - place.t);
         let out = |v: f64, half: f64| (v.abs() - half).max(0.0);
         match *shape {
-            Shape::Sphere { radius } => own.norm() - radius,
-            Shape::Capsule { radius, half } => {
+            SolidShape::Sphere { radius } => own.norm() - radius,
+            SolidShape::Capsule { radius, half } => {
                 Vector3::new(own.x, own.y, out(own.z, half)).norm() - radius
             }
-            Shape::Box(half) => Vector3::from_fn(|i, _| out(own[i], half[i])).norm(),
-            Shape::Cylinder { radius, half } => {
+            SolidShape::Box(half) => Vector3::from_fn(|i, _| out(own[i], half[i])).norm(),
+            SolidShape::Cylinder { radius, half } => {
                 libm::hypot(out(libm::hypot(own.x, own.y), radius), out(own.z, half))
             }
         }
     }
 
     /// The smallest distance between both shapes: alternating projections onto two convex sets converge to it.
-    fn by_projection(a: &(Shape, Htm), b: &(Shape, Htm)) -> f64 {
+    fn by_projection(a: &(SolidShape, Htm), b: &(SolidShape, Htm)) -> f64 {
         let mut point = b.1.t;
         for _ in 0..20_000 {
             point = projected(&point, a);
@@ -188,14 +188,14 @@ mod tests {
     }
 
     /// The point of a shape's inner part that is nearest to a point.
-    fn projected(point: &Vector3<f64>, (shape, place): &(Shape, Htm)) -> Vector3<f64> {
+    fn projected(point: &Vector3<f64>, (shape, place): &(SolidShape, Htm)) -> Vector3<f64> {
         let own = place.r.transpose() * (point - place.t);
         let inside = |v: f64, half: f64| v.clamp(-half, half);
         let near = match *shape {
-            Shape::Sphere { .. } => Vector3::zeros(),
-            Shape::Capsule { half, .. } => Vector3::z() * inside(own.z, half),
-            Shape::Box(half) => Vector3::from_fn(|i, _| inside(own[i], half[i])),
-            Shape::Cylinder { radius, half } => {
+            SolidShape::Sphere { .. } => Vector3::zeros(),
+            SolidShape::Capsule { half, .. } => Vector3::z() * inside(own.z, half),
+            SolidShape::Box(half) => Vector3::from_fn(|i, _| inside(own[i], half[i])),
+            SolidShape::Cylinder { radius, half } => {
                 let across = libm::hypot(own.x, own.y);
                 let part = if across > radius {
                     radius / across
@@ -222,7 +222,7 @@ mod tests {
             );
             let other = distance((&b.0, &b.1), (&a.0, &a.1));
             assert!((other.most - found.most).abs() < 2.0 * CLOSE);
-            if let Shape::Sphere { radius } = a.0 {
+            if let SolidShape::Sphere { radius } = a.0 {
                 let exact = from_point(&a.1.t, &b) - radius;
                 assert!((found.most - exact).abs() < 2.0 * CLOSE || exact < 0.0);
             }
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn parallel_faces_edges_and_the_same_place_are_no_exception() {
-        let cube = Shape::Box([10.0; 3]);
+        let cube = SolidShape::Box([10.0; 3]);
         let at = |x: f64, y: f64| Htm::translation(Vector3::new(x, y, 0.0));
         for (x, y, expected) in [(25.0, 0.0, 5.0), (25.0, 3.0, 5.0), (23.0, 24.0, 5.0)] {
             let found = distance((&cube, &at(0.0, 0.0)), (&cube, &at(x, y)));
@@ -254,7 +254,7 @@ mod tests {
             let found = distance((&cube, &at(0.0, 0.0)), (&cube, &at(x, 0.0)));
             assert!(found.least <= 0.0 && found.most < CLOSE, "{x} {found:?}");
         }
-        let ball = Shape::Sphere { radius: 4.0 };
+        let ball = SolidShape::Sphere { radius: 4.0 };
         let found = distance((&ball, &at(0.0, 0.0)), (&ball, &at(6.0, 0.0)));
         assert!((found.least + 2.0).abs() < CLOSE && (found.most + 2.0).abs() < CLOSE);
     }

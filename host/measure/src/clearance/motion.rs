@@ -3,22 +3,22 @@
 use super::distance::distance;
 use nalgebra::Vector3;
 use trueaxis_kinematics::{Carriers, Htm, Nominal};
-use trueaxis_model::machine::{Branch, Carrier, MAX_AXES, Machine, PerAxis, Shape};
+use trueaxis_model::machine::{Branch, Carrier, MAX_AXES, Machine, PerAxis, SolidShape};
 
 /// A solid on its carrier.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// What carries it.
     pub carrier: Carrier,
-    /// Its shape.
-    pub shape: Shape,
-    /// Its own frame in that of its carrier (mm, rad).
+    /// Shape.
+    pub shape: SolidShape,
+    /// Own frame in that of its carrier (mm, rad).
     pub place: Htm,
 }
 
 /// Two bodies that must stay apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct BodyPair {
     /// Their indices.
     pub bodies: [usize; 2],
     /// Their least distance (mm).
@@ -45,11 +45,11 @@ pub const RESOLVED: f64 = 0.01;
 pub fn nearest(
     machine: &Machine,
     bodies: &[Body],
-    pairs: &[Pair],
+    pairs: &[BodyPair],
     from: &PerAxis,
     to: &PerAxis,
 ) -> Option<Nearest> {
-    let mut search = Search {
+    let mut search = ClearanceSearch {
         machine,
         nominal: Nominal::new(machine),
         bodies,
@@ -69,9 +69,9 @@ pub fn nearest(
 pub fn may_meet(
     machine: &Machine,
     bodies: &[Body],
-    pairs: &[Pair],
+    pairs: &[BodyPair],
     positions: &[PerAxis],
-) -> Vec<Pair> {
+) -> Vec<BodyPair> {
     let bound = |choose: fn(f64, f64) -> f64, from: f64| {
         positions.iter().fold([from; MAX_AXES], |ends, position| {
             std::array::from_fn(|i| choose(ends[i], position[i]))
@@ -82,7 +82,7 @@ pub fn may_meet(
     let middle: PerAxis = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
     let half: PerAxis = std::array::from_fn(|i| 0.5 * (high[i] - low[i]));
     let look = Look::new(machine, &Nominal::new(machine), &middle);
-    let may = |pair: &&Pair| {
+    let may = |pair: &&BodyPair| {
         let [a, b] = pair.bodies.map(|i| look.placed(&bodies[i], &half));
         let needed = pair.keep + a.moves + b.moves;
         a.spheres_apart(&b) < needed
@@ -91,11 +91,11 @@ pub fn may_meet(
     pairs.iter().filter(may).copied().collect()
 }
 
-struct Search<'a> {
+struct ClearanceSearch<'a> {
     machine: &'a Machine,
     nominal: Nominal<'a>,
     bodies: &'a [Body],
-    pairs: &'a [Pair],
+    pairs: &'a [BodyPair],
     /// mm, rad.
     ends: [PerAxis; 2],
     /// Pairs whose distance minus what is asked is at least this need not be looked at: 0, then what was found.
@@ -103,7 +103,7 @@ struct Search<'a> {
     found: Option<Nearest>,
 }
 
-impl Search<'_> {
+impl ClearanceSearch<'_> {
     /// Looks at a part of the move, from 0 to 1, of which only these pairs are not known to be clear.
     fn interval(&mut self, from: f64, to: f64, pairs: &[usize]) {
         let middle = 0.5 * (from + to);
@@ -113,7 +113,7 @@ impl Search<'_> {
         let look = Look::new(self.machine, &self.nominal, &q);
         let mut rest = Vec::new();
         for &number in pairs {
-            let Pair { bodies, keep } = self.pairs[number];
+            let BodyPair { bodies, keep } = self.pairs[number];
             let [a, b] = bodies.map(|i| look.placed(&self.bodies[i], &half));
             let moves = a.moves + b.moves;
             if a.spheres_apart(&b) - moves - keep >= self.misses {
@@ -164,14 +164,14 @@ struct Look<'a> {
 }
 
 /// A body there.
-struct Placed<'b> {
-    shape: &'b Shape,
+struct PlacedBody<'b> {
+    shape: &'b SolidShape,
     place: Htm,
     /// The farthest that a point of it goes (mm).
     moves: f64,
 }
 
-impl Placed<'_> {
+impl PlacedBody<'_> {
     /// Distance of the spheres around both (mm), which is not more than their own.
     fn spheres_apart(&self, other: &Self) -> f64 {
         (self.place.t - other.place.t).norm() - self.shape.reach() - other.shape.reach()
@@ -197,7 +197,7 @@ impl<'a> Look<'a> {
     ///
     /// One axis after the other is taken from here to where it is at another time, the innermost first: those farther out
     /// are still here, so that each moves the body by no more than its way, times the lever for a rotary one.
-    fn placed<'b>(&self, body: &'b Body, half: &PerAxis) -> Placed<'b> {
+    fn placed<'b>(&self, body: &'b Body, half: &PerAxis) -> PlacedBody<'b> {
         let place = match body.carrier {
             Carrier::Foundation => body.place,
             Carrier::Axis(axis) => self.carriers.axes[axis] * body.place,
@@ -210,7 +210,7 @@ impl<'a> Look<'a> {
                 half[axis] * ((place.t - point).cross(way).norm() + body.shape.reach())
             }
         });
-        Placed {
+        PlacedBody {
             shape: &body.shape,
             moves: moves.sum(),
             place,
@@ -253,7 +253,7 @@ mod tests {
     fn ball(carrier: Carrier, place: [f64; 3], radius: f64) -> Body {
         Body {
             carrier,
-            shape: Shape::Sphere { radius },
+            shape: SolidShape::Sphere { radius },
             place: Htm::translation(place.into()),
         }
     }
@@ -269,7 +269,7 @@ mod tests {
     fn the_shortest_meeting_on_a_long_move_is_found() {
         let machine = machine();
         let keep = |keep: f64| {
-            [Pair {
+            [BodyPair {
                 bodies: [0, 1],
                 keep,
             }]
@@ -300,7 +300,7 @@ mod tests {
             ball(Carrier::Axis(2), [200.0, 0.0, 0.0], 5.0),
         ];
         let pair = |keep: f64| {
-            [Pair {
+            [BodyPair {
                 bodies: [0, 1],
                 keep,
             }]

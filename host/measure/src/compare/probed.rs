@@ -1,9 +1,9 @@
 //! Simulated probings that show how much of each error parameter remains with a compensation on.
 
-use super::Unknown;
-use crate::formats::artefact::{Artefact, Ball, Bar, Stylus};
+use super::NotCompared;
+use crate::formats::artefact::{Artefact, ArtefactBar, Ball, Stylus};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Compensated, Options, Problem, compensability, identify};
+use crate::identify::{Compensated, IdentifyOptions, Problem, compensability, identify};
 use crate::simulate::{self, Disturbances, compensated, corrections, reach};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -35,10 +35,10 @@ pub struct Strategy {
 impl Strategy {
     /// Balls over the whole space that the tip reaches, each probed at the same number of rotary positions, with
     /// axes arriving from either direction.
-    pub fn new(machine: &Machine, errors: &ErrorModel, seed: u64) -> Result<Self, Unknown> {
+    pub fn new(machine: &Machine, errors: &ErrorModel, seed: u64) -> Result<Self, NotCompared> {
         let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
         if parameters.is_empty() {
-            return Err(Unknown::NoParameters);
+            return Err(NotCompared::NoParameters);
         }
         let perfect = ErrorModel::perfect(machine);
         let kinematics = Kinematics::new(machine, &perfect);
@@ -83,14 +83,14 @@ impl Strategy {
             });
         }
         if balls.len() < BALLS {
-            return Err(Unknown::NotReached);
+            return Err(NotCompared::NotReached);
         }
         for (number, row) in probings.rows.iter_mut().enumerate() {
             row.line = number + 2;
         }
         let bar = |pair: &[Ball]| {
             let (one, other) = (&pair[0], &pair[1]);
-            Some(Bar {
+            Some(ArtefactBar {
                 balls: [one.name.clone(), other.name.clone()],
                 length: (one.nominal? - other.nominal?).norm(),
                 uncertainty: EXACT,
@@ -117,7 +117,7 @@ impl Strategy {
         machine: &Machine,
         errors: &ErrorModel,
         runtime: &Runtime<'_>,
-    ) -> Result<Compensated, Unknown> {
+    ) -> Result<Compensated, NotCompared> {
         let kinematics = runtime.kinematics(machine, errors);
         let measured = compensated(
             &kinematics,
@@ -128,7 +128,7 @@ impl Strategy {
         )?;
         let base = ErrorModel::perfect(machine);
         let problem = Problem::new(machine, &measured, &self.artefact, &self.parameters, &base);
-        let identified = identify(&problem, Options::default())?;
+        let identified = identify(&problem, IdentifyOptions::default())?;
         // The errors before are known exactly, because they were simulated.
         let mut before = errors.clone();
         before.standard_uncertainty.clear();

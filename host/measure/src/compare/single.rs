@@ -7,18 +7,18 @@ use trueaxis_tables::schemes::Scheme;
 
 /// One error parameter, on a machine that has no other.
 #[derive(Clone, Debug)]
-pub struct Single {
+pub struct SingleError {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its value (mm, rad, per mm or rad to its degree).
+    /// Value (mm, rad, per mm or rad to its degree).
     pub value: f64,
     /// What each scheme takes for it, or why it does not support the machine.
-    pub schemes: Vec<Result<Taken, CompileError>>,
+    pub schemes: Vec<Result<TablesTaken, CompileError>>,
 }
 
 /// The tables of a scheme for one error, and their effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Taken {
+pub struct TablesTaken {
     /// Number of tables.
     pub tables: usize,
     /// Number of terms.
@@ -37,7 +37,7 @@ pub fn single(
     schemes: &[Scheme],
     options: &compile::Options,
     progress: &dyn Progress,
-) -> Vec<Single> {
+) -> Vec<SingleError> {
     let of = |(parameter, value): (&Parameter, &f64)| {
         let mut alone = ErrorModel::perfect(machine);
         alone.calibrated = errors.calibrated;
@@ -50,14 +50,14 @@ pub fn single(
             };
             let compiled = compile::compile(machine, &alone, &options, progress)?;
             let travel = &compiled.proof.travel;
-            Ok(Taken {
+            Ok(TablesTaken {
                 tables: compiled.built.size.tables,
                 terms: compiled.built.size.terms,
                 before: travel.before.translation_um.mean,
                 left: travel.after.translation_um.max,
             })
         });
-        Single {
+        SingleError {
             parameter: *parameter,
             value: *value,
             schemes: taken.collect(),

@@ -1,7 +1,7 @@
 //! Groups the runs of one axis with the error motions that they show.
 
 use super::direct_error::DirectError;
-use super::measurement::Line;
+use super::measurement::AxisRuns;
 use super::motion::name;
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
@@ -15,10 +15,10 @@ const SMALL: [f64; 2] = [1e-4, 1e-7];
 const SHOWS: f64 = 0.3;
 
 /// Runs, and the same number of motions that show in them and in no others.
-pub struct Block {
+pub struct RunBlock {
     /// The axis.
     pub axis: usize,
-    /// Its lines (by index).
+    /// Lines (by index).
     pub lines: Vec<usize>,
     /// Components that are looked for.
     pub components: Vec<usize>,
@@ -27,7 +27,7 @@ pub struct Block {
 }
 
 /// The reading of a line at every target per unit of a motion of its axis (mm or rad per mm or rad).
-pub fn gains(machine: &Machine, line: &Line, component: usize) -> Option<Vec<f64>> {
+pub fn gains(machine: &Machine, line: &AxisRuns, component: usize) -> Option<Vec<f64>> {
     let small = SMALL[usize::from(component >= 3)];
     let mut errors = ErrorModel::perfect(machine);
     // The only error that differs from its value where the instrument is set to zero.
@@ -49,7 +49,7 @@ pub fn gains(machine: &Machine, line: &Line, component: usize) -> Option<Vec<f64
 }
 
 /// Components that an instrument measures: angles or displacements.
-fn components(line: &Line) -> std::ops::Range<usize> {
+fn components(line: &AxisRuns) -> std::ops::Range<usize> {
     match line.setup.is_angular() {
         true => 3..6,
         false => 0..3,
@@ -57,8 +57,11 @@ fn components(line: &Line) -> std::ops::Range<usize> {
 }
 
 /// Finds which motions show in which runs.
-pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>, DirectError> {
-    let mut blocks: Vec<Block> = Vec::new();
+pub fn blocks(
+    machine: &Machine,
+    lines: &[(usize, &AxisRuns)],
+) -> Result<Vec<RunBlock>, DirectError> {
+    let mut blocks: Vec<RunBlock> = Vec::new();
     let mut all_gains = Vec::new();
     for (k, (file, line)) in lines.iter().enumerate() {
         let gains: Option<Vec<Vec<f64>>> =
@@ -68,7 +71,7 @@ pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>,
         let shown = components(line)
             .zip(&gains)
             .filter(|(_, g)| largest(g) > SHOWS);
-        let mut block = Block {
+        let mut block = RunBlock {
             axis: line.setup.moved,
             lines: vec![k],
             components: shown.map(|(c, _)| c).collect(),
@@ -99,14 +102,14 @@ pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>,
     Ok(blocks)
 }
 
-impl Block {
+impl RunBlock {
     fn invert(
         &mut self,
         machine: &Machine,
-        lines: &[(usize, &Line)],
+        lines: &[(usize, &AxisRuns)],
         gains: &[Vec<Vec<f64>>],
     ) -> Result<(), DirectError> {
-        let (files, own): (Vec<usize>, Vec<&Line>) = self
+        let (files, own): (Vec<usize>, Vec<&AxisRuns>) = self
             .lines
             .iter()
             .map(|k| (lines[*k].0, lines[*k].1))
@@ -131,7 +134,7 @@ impl Block {
             }
             _ => {}
         }
-        let alike = |line: &&&Line| {
+        let alike = |line: &&&AxisRuns| {
             line.targets == own[0].targets
                 && line.means().directions() == own[0].means().directions()
         };

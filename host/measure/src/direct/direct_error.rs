@@ -11,7 +11,7 @@ pub enum DirectError {
         /// The motions that show.
         motions: Vec<String>,
     },
-    /// The same was measured several times.
+    /// One quantity was measured several times.
     #[error("{} was measured more than once", motions.join(", "))]
     Twice {
         /// The files.

@@ -1,6 +1,6 @@
 //! Writes measured errors as an error file.
 
-use super::measurement::{Measured, Measurement};
+use super::measurement::{MeasuredRuns, Measurement};
 use super::motion::name;
 use super::solve::DirectResult;
 use super::warnings::counted_twice;
@@ -98,8 +98,8 @@ fn comment(name: &str) -> String {
 fn how(machine: &Machine, measurement: &Measurement) -> String {
     let name = comment(&measurement.name);
     match &measurement.measured {
-        Measured::Line(line) => format!("{name}: {}", line.setup.words(machine)),
-        Measured::Square(_) => name,
+        MeasuredRuns::Line(line) => format!("{name}: {}", line.setup.words(machine)),
+        MeasuredRuns::Square(_) => name,
     }
 }
 

@@ -1,6 +1,6 @@
 //! ISO 230-2: accuracy and repeatability of positioning, with the terms and symbols of its clause 3.
 
-use super::Line;
+use super::AxisRuns;
 
 /// Results at one target position, in mm or rad like the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,11 +28,11 @@ pub struct Analysis {
     pub runs: [usize; 2],
     /// Accuracy A↑, A↓: max(x̄ᵢ + 2sᵢ) − min(x̄ᵢ − 2sᵢ).
     pub accuracy: [Option<f64>; 2],
-    /// The same of both directions: A.
+    /// Like `accuracy`, of both directions: A.
     pub accuracy_both: Option<f64>,
     /// Systematic positional deviation E↑, E↓: range of x̄ᵢ.
     pub systematic: [Option<f64>; 2],
-    /// The same of both directions: E.
+    /// Like `systematic`, of both directions: E.
     pub systematic_both: Option<f64>,
     /// Range M of the mean bidirectional deviations x̄ᵢ = (x̄ᵢ↑ + x̄ᵢ↓)/2.
     pub mean_range: Option<f64>,
@@ -42,13 +42,13 @@ pub struct Analysis {
     pub mean_reversal: Option<f64>,
     /// Repeatability R↑, R↓: the largest Rᵢ of the direction.
     pub repeatability: [Option<f64>; 2],
-    /// The same of both directions: R.
+    /// Like `repeatability`, of both directions: R.
     pub repeatability_both: Option<f64>,
 }
 
 /// Evaluates the runs of an axis.
 #[must_use]
-pub fn analysis(line: &Line) -> Analysis {
+pub fn analysis(line: &AxisRuns) -> Analysis {
     const DIRECTIONS: [f64; 2] = [1.0, -1.0];
     let runs = |direction: f64| {
         line.columns
@@ -137,21 +137,21 @@ fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::{Column, Setup};
+    use crate::direct::{MeasurementSetup, RunColumn};
     use nalgebra::Vector3;
     use trueaxis_model::explain::Sense;
 
-    fn line(up: &[&[f64]], down: &[&[f64]]) -> Line {
-        let columns = |direction: f64, rows: &[&[f64]]| -> Vec<Column> {
+    fn line(up: &[&[f64]], down: &[&[f64]]) -> AxisRuns {
+        let columns = |direction: f64, rows: &[&[f64]]| -> Vec<RunColumn> {
             let runs = 0..rows.first().map_or(0, |row| row.len());
-            let run = |k: usize| Column {
+            let run = |k: usize| RunColumn {
                 direction,
                 readings: rows.iter().map(|row| row[k]).collect(),
             };
             runs.map(run).collect()
         };
-        Line {
-            setup: Setup {
+        AxisRuns {
+            setup: MeasurementSetup {
                 moved: 0,
                 sense: Sense::In(0),
                 counts: 1.0,

@@ -34,12 +34,12 @@ pub struct Displacements {
     /// Names of the temperatures.
     pub temperatures: Vec<String>,
     /// The readings, in order of time.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<DriftReading>,
 }
 
 /// Readings at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct DriftReading {
     /// Time (s).
     pub time: f64,
     /// Where the moving axis stood (mm).
@@ -60,10 +60,10 @@ impl Displacements {
 
 /// What changes over time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drift {
+pub struct DriftKind {
     /// `X1`, `tilt about X`, or the place of a temperature.
     pub name: String,
-    /// Its unit.
+    /// Unit.
     pub unit: Unit,
     /// Times (s) and values: displacements (mm) and inclinations (rad) since the first reading, temperatures (°C).
     pub course: Vec<[f64; 2]>,
@@ -90,51 +90,51 @@ pub enum Unit {
 
 /// The drifts at one position of the moving axis, or of the whole test.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Analysis {
+pub struct DriftAnalysis {
     /// Position of the moving axis (mm).
     pub position: Option<f64>,
     /// What was measured there.
-    pub drifts: Vec<Drift>,
+    pub drifts: Vec<DriftKind>,
 }
 
 /// Evaluates a test; `at` are times (s, as in the file). In a test of a moving axis, one result for each position, and
 /// then, if there are several, one without a position: how the distance between the outermost of them has changed.
 #[must_use]
-pub fn analysis(measured: &Displacements, at: &[f64]) -> Vec<Analysis> {
+pub fn analysis(measured: &Displacements, at: &[f64]) -> Vec<DriftAnalysis> {
     let mut positions: Vec<Option<f64>> = measured.readings.iter().map(|r| r.position).collect();
     positions.sort_by(|a, b| a.unwrap_or(0.0).total_cmp(&b.unwrap_or(0.0)));
     positions.dedup();
-    let mut found: Vec<Analysis> = (positions.iter())
+    let mut found: Vec<DriftAnalysis> = (positions.iter())
         .map(|position| {
             let readings = measured.readings.iter().filter(|r| r.position == *position);
-            let readings: Vec<&Reading> = readings.collect();
-            Analysis {
+            let readings: Vec<&DriftReading> = readings.collect();
+            DriftAnalysis {
                 position: *position,
                 drifts: drifts(measured, &readings, at),
             }
         })
         .collect();
     let expansion = expansion(measured, &found, at);
-    found.extend(expansion.map(|drift| Analysis {
+    found.extend(expansion.map(|drift| DriftAnalysis {
         position: None,
         drifts: vec![drift],
     }));
     found
 }
 
-fn drifts(measured: &Displacements, readings: &[&Reading], at: &[f64]) -> Vec<Drift> {
-    let drift = |name: String, unit, of: &dyn Fn(&Reading) -> f64| {
+fn drifts(measured: &Displacements, readings: &[&DriftReading], at: &[f64]) -> Vec<DriftKind> {
+    let drift = |name: String, unit, of: &dyn Fn(&DriftReading) -> f64| {
         let course = readings.iter().map(|r| [r.time, of(r)]).collect();
-        Drift::new(name, unit, course, measured.stop, at)
+        DriftKind::new(name, unit, course, measured.stop, at)
     };
     let first = readings[0].displacements;
-    let since = |k: usize| move |r: &Reading| r.displacements[k] - first[k];
+    let since = |k: usize| move |r: &DriftReading| r.displacements[k] - first[k];
     let used = |k: &usize| measured.sensors[*k];
     let sensors = (0..SENSORS.len()).filter(used);
     let sensors = sensors.map(|k| drift(SENSORS[k].to_owned(), Unit::Length, &since(k)));
     let tilt = |about: &str, [near, far]: [usize; 2], sign: f64| {
         let apart = measured.apart.filter(|_| used(&near) && used(&far))?;
-        let angle = move |r: &Reading| sign * (since(far)(r) - since(near)(r)) / apart;
+        let angle = move |r: &DriftReading| sign * (since(far)(r) - since(near)(r)) / apart;
         Some(drift(format!("tilt about {about}"), Unit::Angle, &angle))
     };
     let tilts = [tilt("X", [1, 3], -1.0), tilt("Y", [0, 2], 1.0)];
@@ -149,11 +149,11 @@ fn drifts(measured: &Displacements, readings: &[&Reading], at: &[f64]) -> Vec<Dr
 
 /// Change of the distance between the outermost positions, for each mm of it: positive if the machine moves farther than
 /// commanded.
-fn expansion(measured: &Displacements, found: &[Analysis], at: &[f64]) -> Option<Drift> {
+fn expansion(measured: &Displacements, found: &[DriftAnalysis], at: &[f64]) -> Option<DriftKind> {
     let Test::Axis(axis) = measured.test else {
         return None;
     };
-    let of = |analysis: &Analysis| {
+    let of = |analysis: &DriftAnalysis| {
         let mut drifts = analysis.drifts.iter().filter(|d| d.unit == Unit::Length);
         let drift = drifts.find(|drift| drift.name.starts_with(axis))?;
         Some((analysis.position?, drift.course.clone()))
@@ -166,10 +166,10 @@ fn expansion(measured: &Displacements, found: &[Analysis], at: &[f64]) -> Option
     let change = |[time, end]: [f64; 2]| Some([time, (end - value(&start, time)?) / (high - low)]);
     let course: Vec<[f64; 2]> = end.into_iter().filter_map(change).collect();
     let name = format!("{axis} from {low} to {high} mm");
-    (course.len() > 1).then(|| Drift::new(name, Unit::Expansion, course, measured.stop, at))
+    (course.len() > 1).then(|| DriftKind::new(name, Unit::Expansion, course, measured.stop, at))
 }
 
-impl Drift {
+impl DriftKind {
     fn new(name: String, unit: Unit, course: Vec<[f64; 2]>, stop: Option<f64>, at: &[f64]) -> Self {
         let all = [f64::NEG_INFINITY, f64::INFINITY];
         Self {
@@ -252,7 +252,7 @@ mod tests {
         read(&text).unwrap()
     }
 
-    fn named<'a>(found: &'a [Analysis], name: &str) -> &'a Drift {
+    fn named<'a>(found: &'a [DriftAnalysis], name: &str) -> &'a DriftKind {
         found[0].drifts.iter().find(|d| d.name == name).unwrap()
     }
 

@@ -40,12 +40,12 @@ pub struct ErrorMotion {
     pub off_centre: Option<f64>,
     /// Mean of all turns at each angle, from the circle.
     pub mean: Vec<f64>,
-    /// The same of each turn.
+    /// Like `mean`, of each turn.
     pub turns: Vec<Vec<f64>>,
 }
 
 /// Value at an angle (rad) from the readings of the sensors.
-type Value = Box<dyn Fn(f64, &[f64; 5]) -> f64>;
+type SensorValue = Box<dyn Fn(f64, &[f64; 5]) -> f64>;
 
 impl Turns {
     /// All error motions that the sensors show.
@@ -53,7 +53,7 @@ impl Turns {
     pub fn error_motions(&self) -> Vec<ErrorMotion> {
         let has = |all: &[usize]| all.iter().all(|k| self.sensors[*k]);
         let mut found = Vec::new();
-        let mut add = |needs: &[usize], name: &str, unit, value: Value| {
+        let mut add = |needs: &[usize], name: &str, unit, value: SensorValue| {
             if has(needs) {
                 found.push(self.motion(name, unit, true, &value));
             }
@@ -63,7 +63,8 @@ impl Turns {
                 let name = format!("radial {letter}{number}, fixed");
                 add(&[k], &name, Unit::Length, Box::new(move |_, read| read[k]));
             }
-            let turned: Value = Box::new(move |angle, read| rotating(angle, read[x], read[y]));
+            let turned: SensorValue =
+                Box::new(move |angle, read| rotating(angle, read[x], read[y]));
             let name = format!("radial {number}, rotating");
             add(&[x, y], &name, Unit::Length, turned);
         }
@@ -78,7 +79,7 @@ impl Turns {
                     Box::new(move |_, read| tilt(read, k)),
                 );
             }
-            let turned: Value =
+            let turned: SensorValue =
                 Box::new(move |angle, read| rotating(angle, tilt(read, 0), tilt(read, 1)));
             add(&[0, 1, 2, 3], "tilt, rotating", Unit::Angle, turned);
         }

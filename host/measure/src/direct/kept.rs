@@ -3,7 +3,7 @@
 use super::direct_error::DirectError;
 use super::measurement::Measurement;
 use super::motion::without;
-use super::solve::{DirectResult, Options, solve};
+use super::solve::{DirectResult, SolveOptions, solve};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
@@ -21,7 +21,7 @@ pub fn kept(
     known: &ErrorModel,
     found: &ErrorModel,
 ) -> Result<(ErrorModel, DirectResult), DirectError> {
-    let solved = solve(machine, runs, found, Options::default())?;
+    let solved = solve(machine, runs, found, SolveOptions::default())?;
     let anew = solved.motions.iter();
     let anew: Vec<(usize, usize, bool)> = anew
         .map(|m| (m.axis, m.component, m.negative.is_some()))

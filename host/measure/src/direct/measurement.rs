@@ -2,35 +2,35 @@
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::ErrorModel;
-use trueaxis_model::explain::{Bench, Sense, State};
+use trueaxis_model::explain::{Bench, BenchState, Sense};
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A measurement from one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// Its name for messages.
+    /// Name for messages.
     pub name: String,
-    /// Its content.
-    pub measured: Measured,
+    /// Content.
+    pub measured: MeasuredRuns,
 }
 
 /// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Measured {
+pub enum MeasuredRuns {
     /// An axis that moves, and an instrument.
-    Line(Line),
+    Line(AxisRuns),
     /// Two axes measured along the two legs of a square.
     Square(Square),
 }
 
 /// The setup of a measurement.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setup {
+pub struct MeasurementSetup {
     /// The axis (by index) whose command moved.
     pub moved: usize,
     /// Direction of the reading: of the tool relative to the workpiece.
     pub sense: Sense,
-    /// +1 if the instrument counts this direction as positive, −1 if the opposite. The readings of a [`Column`]
+    /// +1 if the instrument counts this direction as positive, −1 if the opposite. The readings of a [`RunColumn`]
     /// already have the sign of the tool.
     pub counts: f64,
     /// Positions of the other axes (mm, rad); for the moving axis, its position nearest to zero. If it is rotary and
@@ -45,7 +45,7 @@ pub struct Setup {
 
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct RunColumn {
     /// Direction of travel: +1 or −1.
     pub direction: f64,
     /// Readings at the targets (mm or rad): how far the tool has gone too far relative to the workpiece.
@@ -54,20 +54,20 @@ pub struct Column {
 
 /// Runs of one axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct AxisRuns {
     /// The setup.
-    pub setup: Setup,
+    pub setup: MeasurementSetup,
     /// Target positions (mm or deg), increasing.
     pub targets: Vec<f64>,
     /// The runs.
-    pub columns: Vec<Column>,
+    pub columns: Vec<RunColumn>,
 }
 
 /// A square: each axis moves along its leg and is read in the direction of the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Square {
     /// The two legs.
-    pub lines: [Line; 2],
+    pub lines: [AxisRuns; 2],
     /// Angle between the legs of the square itself, minus 90° (rad).
     pub over: f64,
 }
@@ -110,13 +110,13 @@ impl Means {
     }
 }
 
-impl Line {
+impl AxisRuns {
     /// Means of the runs, not set to zero at any target.
     #[must_use]
     pub fn means(&self) -> Means {
         let mean = |direction: f64| {
             let runs = self.columns.iter().filter(|c| c.direction == direction);
-            let runs: Vec<&Column> = runs.collect();
+            let runs: Vec<&RunColumn> = runs.collect();
             let count = runs.len() as f64;
             (!runs.is_empty()).then(|| {
                 let at = |k: usize| runs.iter().map(|c| c.readings[k]).sum::<f64>() / count;
@@ -179,7 +179,7 @@ impl Line {
         Some(self.zeroed(shown))
     }
 
-    /// The same means, with the mean of both directions zero at the target [`Self::zero`].
+    /// These means, with the mean of both directions zero at the target [`Self::zero`].
     #[must_use]
     pub fn zeroed(&self, mut means: Means) -> Means {
         let zero = means.both()[self.zero()];
@@ -191,7 +191,7 @@ impl Line {
     }
 }
 
-impl Setup {
+impl MeasurementSetup {
     /// The measured point in the frame of the tool's pose (mm from the tip).
     #[must_use]
     pub fn point(&self, bench: &Bench<'_>) -> Vector3<f64> {
@@ -201,8 +201,8 @@ impl Setup {
     /// The command for a position (mm, rad) of the axis, approached in a direction. `None` if the linear axes cannot
     /// follow a ball.
     #[must_use]
-    pub fn state(&self, bench: &Bench<'_>, position: f64, direction: f64) -> Option<State> {
-        let mut state = State::at(self.at).with(self.moved, position);
+    pub fn state(&self, bench: &Bench<'_>, position: f64, direction: f64) -> Option<BenchState> {
+        let mut state = BenchState::at(self.at).with(self.moved, position);
         state.sign[self.moved] = direction;
         let rotary = bench.machine.axes[self.moved].letter.is_rotary();
         if rotary && matches!(self.sense, Sense::In(_)) {
@@ -270,7 +270,7 @@ pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
 }
 
 /// Standard uncertainty (mm or rad) of the mean of the runs in one direction, from the scatter of all runs.
-pub(crate) fn mean_uncertainty(line: &Line) -> Option<f64> {
+pub(crate) fn mean_uncertainty(line: &AxisRuns) -> Option<f64> {
     let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
     let means = line.means();
     for direction in means.directions() {

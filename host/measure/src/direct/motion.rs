@@ -23,7 +23,7 @@ pub struct FoundMotion {
 }
 
 impl FoundMotion {
-    /// Its name, `EXX`.
+    /// Name, `EXX`.
     #[must_use]
     pub fn name(&self, machine: &Machine) -> String {
         name(machine, self.axis, self.component)
@@ -68,7 +68,7 @@ impl FoundMotion {
         Some(self.uncertainty? / (2.0 * self.positive.len() as f64).sqrt())
     }
 
-    /// The same motion with the mean of both directions and one number for the backlash.
+    /// This motion with the mean of both directions and one number for the backlash.
     #[must_use]
     pub(crate) fn with_one_number(&self) -> Self {
         let negative = self.negative.as_ref().unwrap_or(&self.positive);

@@ -2,7 +2,7 @@
 
 use super::square::candidates;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{Bench, REACH, Sense, State};
+use trueaxis_model::explain::{Bench, BenchState, REACH, Sense};
 use trueaxis_model::machine::Machine;
 
 /// A reading, positive where the tool is farther in the direction of a positive command, seen from the workpiece. Axes
@@ -76,7 +76,7 @@ impl Single {
     #[must_use]
     pub fn read(&self, machine: &Machine, errors: &ErrorModel) -> f64 {
         let bench = Bench::new(machine, errors, Default::default());
-        let home = State::at(bench.home());
+        let home = BenchState::at(bench.home());
         match *self {
             Self::Scale { axis, .. } => {
                 let [from, to] = bench.span(axis, bench.travel(axis));

@@ -1,8 +1,10 @@
 //! Solves for error motions and locations that reproduce the measurements.
 
-use super::block::{Block, blocks};
+use super::block::{RunBlock, blocks};
 use super::direct_error::DirectError;
-use super::measurement::{Line, Means, Measured, Measurement, Square, mean_uncertainty, slope};
+use super::measurement::{
+    AxisRuns, Means, MeasuredRuns, Measurement, Square, mean_uncertainty, slope,
+};
 use super::motion::{FoundMotion, without};
 use super::square::{location, squareness, uncertainty};
 use super::warnings::{Doubt, doubts};
@@ -12,7 +14,7 @@ use trueaxis_model::machine::Machine;
 
 /// Options of the solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Options {
+pub struct SolveOptions {
     /// Describe the backlash of each motion by one number instead of values for both directions.
     pub one_number: bool,
 }
@@ -22,9 +24,9 @@ pub struct Options {
 pub struct FoundLocation {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its value (rad).
+    /// Value (rad).
     pub value: f64,
-    /// Its standard uncertainty (rad), from the scatter of the runs.
+    /// Standard uncertainty (rad), from the scatter of the runs.
     pub uncertainty: Option<f64>,
     /// The measurement (by index) that it comes from.
     pub from: usize,
@@ -60,14 +62,14 @@ pub fn solve(
     machine: &Machine,
     measurements: &[Measurement],
     known: &ErrorModel,
-    options: Options,
+    options: SolveOptions,
 ) -> Result<DirectResult, DirectError> {
-    let mut lines: Vec<(usize, &Line)> = Vec::new();
+    let mut lines: Vec<(usize, &AxisRuns)> = Vec::new();
     let mut squares: Vec<(usize, &Square)> = Vec::new();
     for (k, measurement) in measurements.iter().enumerate() {
         match &measurement.measured {
-            Measured::Line(line) => lines.push((k, line)),
-            Measured::Square(square) => squares.push((k, square)),
+            MeasuredRuns::Line(line) => lines.push((k, line)),
+            MeasuredRuns::Square(square) => squares.push((k, square)),
         }
     }
     let blocks = blocks(machine, &lines)?;
@@ -175,7 +177,7 @@ pub fn solve(
 }
 
 /// Motions initialized to zero.
-fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<FoundMotion> {
+fn start(machine: &Machine, block: &RunBlock, lines: &[(usize, &AxisRuns)]) -> Vec<FoundMotion> {
     let first = lines[block.lines[0]].1;
     let at = first.positions(machine);
     let reverses = first.means().directions().len() == 2;
@@ -210,13 +212,13 @@ fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<Foun
         .collect()
 }
 
-impl Block {
+impl RunBlock {
     /// Improves the motions to match the measurements. Returns the largest change (mm, or rad over [`OVER`]).
     fn round(
         &self,
         machine: &Machine,
         model: &ErrorModel,
-        lines: &[(usize, &Line)],
+        lines: &[(usize, &AxisRuns)],
         motions: &mut [FoundMotion],
         slopes: &mut Vec<(usize, f64)>,
     ) -> Option<f64> {
@@ -287,7 +289,7 @@ fn close(motion: &mut FoundMotion, turn: Option<[f64; 2]>) {
 
 /// The measurement minus the readings of the machine as modelled, and the slope of a straightedge that was removed
 /// from it.
-fn rest(bench: &Bench<'_>, line: &Line) -> Option<(Means, Option<f64>)> {
+fn rest(bench: &Bench<'_>, line: &AxisRuns) -> Option<(Means, Option<f64>)> {
     let measured = line.zeroed(line.means());
     let shown = line.shown(bench, &measured.directions())?;
     let less = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| {

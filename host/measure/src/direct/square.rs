@@ -1,6 +1,6 @@
 //! Squareness: two lines, each read in the direction of the other.
 
-use super::measurement::{Line, Means, Square, mean_uncertainty, slope};
+use super::measurement::{AxisRuns, Means, Square, mean_uncertainty, slope};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};
@@ -13,9 +13,9 @@ const SMALL: f64 = 1e-6;
 pub fn squareness(
     machine: &Machine,
     square: &Square,
-    means: impl Fn(&Line) -> Option<Means>,
+    means: impl Fn(&AxisRuns) -> Option<Means>,
 ) -> Option<f64> {
-    let of = |line: &Line| Some(slope(&line.positions(machine), &means(line)?.both()));
+    let of = |line: &AxisRuns| Some(slope(&line.positions(machine), &means(line)?.both()));
     Some(of(&square.lines[0])? + of(&square.lines[1])?)
 }
 
@@ -60,7 +60,7 @@ pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> 
 
 /// Standard uncertainty (rad) of the squareness, from the scatter of the runs.
 pub fn uncertainty(machine: &Machine, square: &Square) -> Option<f64> {
-    let of = |line: &Line| {
+    let of = |line: &AxisRuns| {
         let positions = line.positions(machine);
         let mean = positions.iter().sum::<f64>() / positions.len() as f64;
         let across: f64 = positions.iter().map(|q| (q - mean).powi(2)).sum();

@@ -2,7 +2,7 @@
 
 use super::block::gains;
 use super::iso230_2::analysis;
-use super::measurement::{Line, slope};
+use super::measurement::{AxisRuns, slope};
 use super::motion::{FoundMotion, name};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
@@ -20,7 +20,7 @@ pub enum Doubt {
         motion: String,
         /// What was measured.
         shown: String,
-        /// Its largest lever (mm).
+        /// Largest lever (mm).
         lever: f64,
     },
     /// An unknown displacement shows partly in the reading.
@@ -64,7 +64,7 @@ pub enum Doubt {
     ShortTravel {
         /// The axis.
         axis: char,
-        /// Its travel (mm).
+        /// Travel (mm).
         travel: f64,
         /// Distance of the tip (mm).
         tip: f64,
@@ -74,11 +74,11 @@ pub enum Doubt {
     Slope {
         /// The straightness motion.
         motion: String,
-        /// Its slope (rad).
+        /// Slope (rad).
         slope: f64,
         /// The location.
         location: String,
-        /// Its value (rad).
+        /// Value (rad).
         value: f64,
     },
 }
@@ -127,7 +127,7 @@ const LEANS: f64 = 1e-6;
 /// Warnings about the measured motions, and about all errors including those known before.
 pub fn doubts(
     machine: &Machine,
-    lines: &[(usize, &Line)],
+    lines: &[(usize, &AxisRuns)],
     motions: &[FoundMotion],
     errors: &ErrorModel,
 ) -> Vec<Doubt> {
@@ -209,7 +209,7 @@ const ROUNDED: f64 = 6e-3;
 
 /// Readings that are in another unit than their file declares; `file` is the index of the measurement.
 #[must_use]
-pub fn misread(machine: &Machine, file: usize, line: &Line) -> Option<Doubt> {
+pub fn misread(machine: &Machine, file: usize, line: &AxisRuns) -> Option<Doubt> {
     let axis = machine.axes[line.setup.moved].letter;
     let is_angle = line.setup.is_angular();
     let (gross, unit, small, per_unit) = match is_angle {

@@ -9,10 +9,10 @@ use trueaxis_model::source::{Exactly, FileError};
 /// What is known about an artefact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Artefact {
-    /// Its balls.
+    /// Balls.
     pub balls: Vec<Ball>,
     /// Known distances between balls.
-    pub bars: Vec<Bar>,
+    pub bars: Vec<ArtefactBar>,
     /// The stylus tip.
     pub stylus: Stylus,
 }
@@ -20,7 +20,7 @@ pub struct Artefact {
 /// A ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ball {
-    /// Its name, as in the probings.
+    /// Name, as in the probings.
     pub name: String,
     /// Approximate centre in the workpiece frame (mm).
     pub nominal: Option<Vector3<f64>>,
@@ -41,12 +41,12 @@ pub struct Post {
 
 /// A known distance between the centres of two balls.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
+pub struct ArtefactBar {
     /// Names of the balls.
     pub balls: [String; 2],
     /// Length (mm).
     pub length: f64,
-    /// Its standard uncertainty (mm).
+    /// Standard uncertainty (mm).
     pub uncertainty: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct Shaft {
 }
 
 impl Stylus {
-    /// Its position in the spindle of a machine (mm).
+    /// Position in the spindle of a machine (mm).
     #[must_use]
     pub fn place(&self, machine: &Machine) -> Vector3<f64> {
         Vector3::from_fn(|k, _| self.tip[k].unwrap_or(machine.tip[k]))
@@ -83,7 +83,7 @@ impl Stylus {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct ArtefactEntries {
     #[serde(default)]
     ball: Vec<BallEntry>,
     #[serde(default)]
@@ -240,7 +240,8 @@ impl Artefact {
     /// [`FileError`]: syntax, unknown keys, a ball that is listed twice, a bar between equal or unlisted balls,
     /// impossible lengths or uncertainties.
     pub fn from_toml(text: &str, tool_axis: usize) -> Result<Self, FileError> {
-        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let file: ArtefactEntries =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         let mut artefact = Self::default();
         for ball in file.ball {
             let (name, span) = (ball.name.get_ref(), ball.name.span());
@@ -269,7 +270,7 @@ impl Artefact {
     }
 }
 
-fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<Bar, FileError> {
+fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<ArtefactBar, FileError> {
     let span = bar.balls.span();
     let ends: [String; 2] = bar.balls.get_ref().clone().try_into().map_err(|_| {
         FileError::at(
@@ -298,7 +299,7 @@ fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<Bar, FileError> {
             format!("add [[ball]] with name = \"{name}\" above, or correct the name"),
         ));
     }
-    Ok(Bar {
+    Ok(ArtefactBar {
         balls: ends,
         length: positive(&bar.length_mm)?,
         uncertainty: positive(&bar.standard_uncertainty_mm)?,

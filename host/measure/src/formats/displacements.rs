@@ -1,15 +1,15 @@
 //! Readings of displacement sensors at a spindle over time, for tests to ISO 230-3, as CSV.
 
-use crate::direct::iso230_3::{Displacements, Reading, SENSORS, Test};
+use crate::direct::iso230_3::{Displacements, DriftReading, SENSORS, Test};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
-use trueaxis_model::formats::csv::{self, Row, Table};
+use trueaxis_model::formats::csv::{self, CsvRow, CsvTable};
 use trueaxis_model::source::FileError;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Heading {
+struct DisplacementHeading {
     test: Option<Spanned<String>>,
     axis: Option<Spanned<String>>,
     sensors_apart_mm: Option<Spanned<f64>>,
@@ -29,14 +29,14 @@ pub(super) const LARGE: f64 = 1e4;
 const TEMPERATURES: Range<f64> = -50.0..200.0;
 
 #[derive(Clone, PartialEq)]
-enum Column {
+enum DisplacementColumn {
     Time,
     Position,
     Sensor(usize),
     Temperature(String),
 }
 
-impl Column {
+impl DisplacementColumn {
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "time_s" => Self::Time,
@@ -55,16 +55,17 @@ impl Column {
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, an unknown test, missing columns, times that do
+/// [`FileError`] with line, cause and remedy: whatever [`CsvTable`] refuses, an unknown test, missing columns, times that do
 /// not increase, readings that no sensor gives.
 pub fn read(text: &str) -> Result<Displacements, FileError> {
-    let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
-    let table = Table::open(text, end, COLUMNS, VALUES)?;
-    let columns = table.columns(0, Column::named)?;
-    let place = |column: &Column| columns.iter().position(|c| c == column);
-    let time = place(&Column::Time).ok_or_else(|| table.missing("time_s"))?;
-    let position = place(&Column::Position);
-    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&Column::Sensor(k)));
+    let (heading, end): (DisplacementHeading, usize) = csv::heading(text, HEADING)?;
+    let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
+    let columns = table.columns(0, DisplacementColumn::named)?;
+    let place = |column: &DisplacementColumn| columns.iter().position(|c| c == column);
+    let time = place(&DisplacementColumn::Time).ok_or_else(|| table.missing("time_s"))?;
+    let position = place(&DisplacementColumn::Position);
+    let sensors: [Option<usize>; 5] =
+        std::array::from_fn(|k| place(&DisplacementColumn::Sensor(k)));
     if sensors == [None; 5] {
         return Err(table.wrong_header("there is no column with readings of a sensor"));
     }
@@ -79,11 +80,11 @@ pub fn read(text: &str) -> Result<Displacements, FileError> {
     }
     let temperatures: Vec<(usize, String)> = (columns.iter().enumerate())
         .filter_map(|(k, column)| match column {
-            Column::Temperature(place) => Some((k, place.clone())),
+            DisplacementColumn::Temperature(place) => Some((k, place.clone())),
             _ => None,
         })
         .collect();
-    let mut readings: Vec<Reading> = Vec::new();
+    let mut readings: Vec<DriftReading> = Vec::new();
     for row in table {
         let row = row?;
         let last = readings.last().map(|reading| reading.time);
@@ -95,7 +96,7 @@ pub fn read(text: &str) -> Result<Displacements, FileError> {
         }
         let celsius = temperatures.iter();
         let celsius = celsius.map(|(column, _)| within(&row, *column, TEMPERATURES, "°C"));
-        readings.push(Reading {
+        readings.push(DriftReading {
             time: row.increasing(time, last, "write the rows in the order of their times")?,
             position: position
                 .map(|column| within(&row, column, -FAR..FAR, "mm"))
@@ -128,7 +129,7 @@ pub(super) fn sensor(column: &str) -> Option<usize> {
 
 /// A number in a column that must be within a range.
 pub(super) fn within(
-    row: &Row<'_>,
+    row: &CsvRow<'_>,
     column: usize,
     range: Range<f64>,
     unit: &str,
@@ -161,7 +162,7 @@ pub(super) fn apart(stated: Option<&Spanned<f64>>) -> Result<Option<f64>, FileEr
     }
 }
 
-impl Heading {
+impl DisplacementHeading {
     fn test(&self) -> Result<Test, FileError> {
         let Some(test) = &self.test else {
             return Err(FileError::whole("the file does not say `test`", HEADING));
@@ -201,7 +202,7 @@ impl Heading {
         }
     }
 
-    fn stop(&self, readings: &[Reading]) -> Result<Option<f64>, FileError> {
+    fn stop(&self, readings: &[DriftReading]) -> Result<Option<f64>, FileError> {
         let Some(stop) = &self.stops_at_s else {
             return Ok(None);
         };

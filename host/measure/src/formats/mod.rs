@@ -13,7 +13,7 @@ pub mod runs;
 pub mod temperatures;
 pub mod validation;
 
-use trueaxis_model::formats::csv::Row;
+use trueaxis_model::formats::csv::CsvRow;
 use trueaxis_model::machine::{Axis, Machine};
 use trueaxis_model::source::FileError;
 
@@ -31,7 +31,7 @@ const BEYOND: f64 = 1e-3;
 
 /// Checks that a position (mm, deg) read from a column is within the travel of an axis.
 pub(crate) fn is_in_travel(
-    row: &Row<'_>,
+    row: &CsvRow<'_>,
     column: usize,
     axis: &Axis,
     position: f64,

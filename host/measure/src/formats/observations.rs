@@ -17,14 +17,14 @@ use super::radii;
 use super::runs::sense;
 use super::temperatures::ThermalModel;
 use super::{axis, is_in_travel, temperatures};
-use crate::instrument::{Commanded, Given, Kind, turned};
+use crate::instrument::{Commanded, Kind, SetupPriors, turned};
 pub use converted::of_surface;
-use heading::Heading;
+use heading::ObservationHeading;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 use trueaxis_model::explain::Sense;
-use trueaxis_model::formats::csv::{Row, Table};
+use trueaxis_model::formats::csv::{CsvRow, CsvTable};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
@@ -34,7 +34,7 @@ pub struct Observations {
     /// Names of the files.
     pub files: Vec<String>,
     /// The set-ups.
-    pub setups: Vec<Setup>,
+    pub setups: Vec<InstrumentSetup>,
     /// The points of the tool that are observed.
     pub tools: Vec<ToolPoint>,
     /// The observations, in the order of the files.
@@ -47,13 +47,13 @@ pub struct Observations {
 
 /// An instrument that was set up once.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setup {
-    /// Its name.
+pub struct InstrumentSetup {
+    /// Name of the instrument.
     pub name: String,
     /// What it reads.
     pub kind: Kind,
     /// What is known about it.
-    pub given: Given,
+    pub given: SetupPriors,
     /// The point that it observes, as an index into [`Observations::tools`].
     pub tool: usize,
 }
@@ -61,17 +61,17 @@ pub struct Setup {
 /// A point of the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolPoint {
-    /// Its name: that of its set-up, or one that several set-ups share; `stylus` is the stylus of the probings.
+    /// Name: that of its set-up, or one that several set-ups share; `stylus` is the stylus of the probings.
     pub name: String,
-    /// Its place in the spindle frame (mm), if it is not the tip of the machine file.
+    /// Place in the spindle frame (mm), if it is not the tip of the machine file.
     pub place: Option<Vector3<f64>>,
     /// How well that is known.
-    pub known: Known,
+    pub known: PlacePrior,
 }
 
 /// How well a place is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Known {
+pub enum PlacePrior {
     /// It is found from the observations.
     Unknown,
     /// With a standard uncertainty of each coordinate (mm).
@@ -86,7 +86,7 @@ pub const STYLUS: &str = "stylus";
 /// One observation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Its set-up, as an index into [`Observations::setups`].
+    /// Set-up, as an index into [`Observations::setups`].
     pub setup: usize,
     /// Axis positions (mm, deg).
     pub position: PerAxis,
@@ -100,13 +100,13 @@ pub struct Observation {
     pub normal: Option<Vector3<f64>>,
     /// The reading (mm; angles over [`LEVER`](crate::instrument::LEVER)); a scalar is the first component.
     pub value: Vector3<f64>,
-    /// Its standard uncertainty, of each coordinate (in the same unit).
+    /// Standard uncertainty, of each coordinate (in the same unit).
     pub sigma: Option<f64>,
     /// Time (s).
     pub time: Option<f64>,
     /// Temperature (°C).
     pub temperature: Option<f64>,
-    /// Its file, as an index into [`Observations::files`], and its line there, counted from 1.
+    /// File, as an index into [`Observations::files`], and its line there, counted from 1.
     pub file: usize,
     /// See there.
     pub line: usize,
@@ -153,7 +153,7 @@ impl Drift {
 
 /// Content of a column.
 #[derive(Clone, Debug, PartialEq)]
-enum Column {
+enum ObservationColumn {
     Kind,
     Setup,
     Axis(usize),
@@ -174,19 +174,19 @@ enum Column {
 }
 
 /// Names of the columns that are neither axes nor readings.
-const NAMES: [(&str, Column); 12] = [
-    ("kind", Column::Kind),
-    ("setup", Column::Setup),
-    ("S", Column::Spindle),
-    ("reads", Column::Reads),
-    ("normal_x", Column::Normal(0)),
-    ("normal_y", Column::Normal(1)),
-    ("normal_z", Column::Normal(2)),
-    ("sigma_um", Column::Sigma),
-    ("sigma_urad", Column::SigmaOfAngle),
-    ("time_s", Column::Time),
-    ("temperature_C", Column::Temperature),
-    ("cycle", Column::Cycle),
+const NAMES: [(&str, ObservationColumn); 12] = [
+    ("kind", ObservationColumn::Kind),
+    ("setup", ObservationColumn::Setup),
+    ("S", ObservationColumn::Spindle),
+    ("reads", ObservationColumn::Reads),
+    ("normal_x", ObservationColumn::Normal(0)),
+    ("normal_y", ObservationColumn::Normal(1)),
+    ("normal_z", ObservationColumn::Normal(2)),
+    ("sigma_um", ObservationColumn::Sigma),
+    ("sigma_urad", ObservationColumn::SigmaOfAngle),
+    ("time_s", ObservationColumn::Time),
+    ("temperature_C", ObservationColumn::Temperature),
+    ("cycle", ObservationColumn::Cycle),
 ];
 
 /// Permitted standard uncertainties (µm, µrad).
@@ -201,7 +201,7 @@ const NORMALS: &str =
 const ROUNDED: f64 = 5e-3;
 const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: tool +X, tool +C, tool +Y to +Z";
 
-impl Column {
+impl ObservationColumn {
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
         let named = NAMES
@@ -227,14 +227,14 @@ impl Column {
 /// `setup`. Files of [`runs`](super::runs) and of a [ball-bar](super::radii) are read, too.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a heading with unknown keys or a
+/// [`FileError`] with line, column, cause and remedy: whatever [`CsvTable`] refuses, a heading with unknown keys or a
 /// set-up that no line has, a missing column, a value that is missing or belongs to another kind, a position outside
 /// the travel, an impossible direction, reading or uncertainty.
 pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
     opened(text, file, machine, true)
 }
 
-/// The same of a strategy, which may lack readings: they are zero then.
+/// Like `read`, of a strategy, which may lack readings: they are zero then.
 ///
 /// # Errors
 /// As for [`read`].
@@ -256,20 +256,20 @@ fn opened(
         }
         _ => {}
     }
-    let (heading, start) = Heading::read(text)?;
+    let (heading, start) = ObservationHeading::read(text)?;
     let letters = machine.axes.iter().map(|axis| axis.letter.to_string());
     let layout = format!(
         "write the header kind,setup,{} in any order, with the readings length_mm; x_mm,y_mm,z_mm; displacement_um or angle_urad (these with reads); deviation_um (with normal_x,normal_y,normal_z), and sigma_um, sigma_urad, S, time_s, temperature_C, NAME_C of other sensors or A_dir where they are known",
         letters.collect::<Vec<_>>().join(",")
     );
-    let table = Table::open(text, start, layout, VALUES)?;
-    let columns = table.columns(0, |name| Column::named(name, machine))?;
-    let place = |column: Column| columns.iter().position(|c| *c == column);
-    let kind = place(Column::Kind).ok_or_else(|| table.missing("kind"))?;
+    let table = CsvTable::open(text, start, layout, VALUES)?;
+    let columns = table.columns(0, |name| ObservationColumn::named(name, machine))?;
+    let place = |column: ObservationColumn| columns.iter().position(|c| *c == column);
+    let kind = place(ObservationColumn::Kind).ok_or_else(|| table.missing("kind"))?;
     for (i, axis) in machine.axes.iter().enumerate() {
-        place(Column::Axis(i)).ok_or_else(|| table.missing(axis.letter))?;
+        place(ObservationColumn::Axis(i)).ok_or_else(|| table.missing(axis.letter))?;
     }
-    let setup = place(Column::Setup);
+    let setup = place(ObservationColumn::Setup);
     let header = table.header.clone();
     let mut all = Observations {
         files: vec![file.to_owned()],
@@ -305,11 +305,11 @@ fn opened(
         };
         for (k, column) in columns.iter().enumerate() {
             let is_foreign = match column {
-                Column::Value(kind, _) => *kind != of,
-                Column::Reads => !of.has_direction(),
-                Column::Normal(_) => of != Kind::Surface,
-                Column::Sigma => of.sigma() != "sigma_um",
-                Column::SigmaOfAngle => of.sigma() != "sigma_urad",
+                ObservationColumn::Value(kind, _) => *kind != of,
+                ObservationColumn::Reads => !of.has_direction(),
+                ObservationColumn::Normal(_) => of != Kind::Surface,
+                ObservationColumn::Sigma => of.sigma() != "sigma_um",
+                ObservationColumn::SigmaOfAngle => of.sigma() != "sigma_urad",
                 _ => false,
             };
             if is_foreign && !row.cells[k].text.is_empty() {
@@ -318,7 +318,7 @@ fn opened(
             }
         }
         for name in of.columns().0 {
-            let has = |c: &Column| matches!(c, Column::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
+            let has = |c: &ObservationColumn| matches!(c, ObservationColumn::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
             if has_readings && !columns.iter().any(has) {
                 let message = format!("{} needs the column `{name}`", of.one());
                 return Err(FileError::at(
@@ -329,7 +329,7 @@ fn opened(
                 ));
             }
         }
-        if of.has_direction() && place(Column::Reads).is_none() {
+        if of.has_direction() && place(ObservationColumn::Reads).is_none() {
             return Err(FileError::at(
                 header.span.clone(),
                 format!("{} needs the column `reads`", of.one()),
@@ -337,7 +337,7 @@ fn opened(
                 DIRECTIONS,
             ));
         }
-        let has_normal = (0..3).all(|k| place(Column::Normal(k)).is_some());
+        let has_normal = (0..3).all(|k| place(ObservationColumn::Normal(k)).is_some());
         if of == Kind::Surface && !has_normal {
             return Err(FileError::at(
                 header.span.clone(),
@@ -357,8 +357,8 @@ fn opened(
 }
 
 fn observation(
-    row: &Row<'_>,
-    columns: &[Column],
+    row: &CsvRow<'_>,
+    columns: &[ObservationColumn],
     machine: &Machine,
     (kind, setup): (Kind, usize),
     has_readings: bool,
@@ -381,10 +381,10 @@ fn observation(
     for (k, column) in columns.iter().enumerate() {
         let is_empty = row.cells[k].text.is_empty();
         match *column {
-            Column::Kind | Column::Setup | Column::Cycle => {}
-            Column::Sensor(_) if is_empty => {}
-            Column::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            Column::Axis(i) => {
+            ObservationColumn::Kind | ObservationColumn::Setup | ObservationColumn::Cycle => {}
+            ObservationColumn::Sensor(_) if is_empty => {}
+            ObservationColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
+            ObservationColumn::Axis(i) => {
                 let value = row.number(k)?;
                 let axis = &machine.axes[i];
                 if !axis.modulo {
@@ -393,8 +393,8 @@ fn observation(
                 }
                 one.position[i] = value;
             }
-            Column::Direction(_) if is_empty => {}
-            Column::Direction(i) => {
+            ObservationColumn::Direction(_) if is_empty => {}
+            ObservationColumn::Direction(i) => {
                 let value = row.number(k)?;
                 if ![1.0, -1.0, 0.0].contains(&value) {
                     return Err(row.error(
@@ -406,11 +406,13 @@ fn observation(
                 }
                 one.direction[i] = value;
             }
-            Column::Spindle if !is_empty => one.spindle = row.number(k)?,
-            Column::Time if !is_empty => one.time = Some(row.number(k)?),
-            Column::Temperature if !is_empty => one.temperature = Some(row.number(k)?),
-            Column::Spindle | Column::Time | Column::Temperature => {}
-            Column::Reads if kind.has_direction() => {
+            ObservationColumn::Spindle if !is_empty => one.spindle = row.number(k)?,
+            ObservationColumn::Time if !is_empty => one.time = Some(row.number(k)?),
+            ObservationColumn::Temperature if !is_empty => one.temperature = Some(row.number(k)?),
+            ObservationColumn::Spindle
+            | ObservationColumn::Time
+            | ObservationColumn::Temperature => {}
+            ObservationColumn::Reads if kind.has_direction() => {
                 let words = row.text(k)?;
                 let read = sense(words, machine);
                 let read = read.map_err(|message| row.error(k, message, "here", DIRECTIONS))?;
@@ -421,8 +423,8 @@ fn observation(
                 }
                 one.reads = Some(read);
             }
-            Column::Value(..) if is_empty && !has_readings => {}
-            Column::Value(of, i) if of == kind => {
+            ObservationColumn::Value(..) if is_empty && !has_readings => {}
+            ObservationColumn::Value(of, i) if of == kind => {
                 let value = row.number(k)? * unit;
                 let most = match kind {
                     Kind::Displacement | Kind::Angle | Kind::Surface => LARGEST_DEVIATION,
@@ -435,7 +437,7 @@ fn observation(
                 }
                 one.value[i] = value;
             }
-            Column::Sigma | Column::SigmaOfAngle if !is_empty => {
+            ObservationColumn::Sigma | ObservationColumn::SigmaOfAngle if !is_empty => {
                 let value = row.number(k)?;
                 if !SIGMAS.contains(&value) {
                     return Err(row.error(
@@ -453,20 +455,22 @@ fn observation(
                 }
                 one.sigma = Some(value * 1e-3);
             }
-            Column::Normal(i) if kind == Kind::Surface => {
+            ObservationColumn::Normal(i) if kind == Kind::Surface => {
                 one.normal.get_or_insert_default()[i] = row.number(k)?;
             }
-            Column::Reads
-            | Column::Normal(_)
-            | Column::Value(..)
-            | Column::Sigma
-            | Column::SigmaOfAngle => {}
+            ObservationColumn::Reads
+            | ObservationColumn::Normal(_)
+            | ObservationColumn::Value(..)
+            | ObservationColumn::Sigma
+            | ObservationColumn::SigmaOfAngle => {}
         }
     }
     if let Some(normal) = &mut one.normal {
         let length = normal.norm();
         if (length - 1.0).abs() >= ROUNDED {
-            let first = columns.iter().position(|c| *c == Column::Normal(0));
+            let first = columns
+                .iter()
+                .position(|c| *c == ObservationColumn::Normal(0));
             let message = format!("the normal has the length {length:.3}");
             return Err(row.error(first.unwrap_or(0), message, "here", NORMALS));
         }

@@ -15,7 +15,7 @@ pub struct ProbeFile {
     pub machine: String,
     /// Effective radius of the tip around its equator, mean of all directions (mm).
     pub radius: f64,
-    /// Its standard uncertainty (mm).
+    /// Standard uncertainty (mm).
     pub radius_uncertainty: f64,
     /// Coordinates of the tip in the spindle frame (mm), where they were found.
     pub tip: [Option<f64>; 3],
@@ -86,7 +86,7 @@ impl Spherical {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct ProbeEntries {
     machine: Spanned<String>,
     tip_radius_mm: Spanned<f64>,
     tip_radius_standard_uncertainty_mm: Spanned<f64>,
@@ -124,7 +124,8 @@ impl ProbeFile {
     /// # Errors
     /// [`FileError`]: syntax, another machine, impossible sizes.
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
-        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let file: ProbeEntries =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         let remedy = "give the file that `trueaxis qualify` has written for this machine";
         if *file.machine.get_ref() != machine.name {
             return Err(FileError::at(

@@ -13,7 +13,7 @@ use super::{axis, is_in_travel, temperatures};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
-use trueaxis_model::formats::csv::{Row, Table};
+use trueaxis_model::formats::csv::{CsvRow, CsvTable};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
@@ -51,7 +51,7 @@ pub struct Probings {
 
 /// Content of a column.
 #[derive(Clone, Debug, PartialEq)]
-enum Column {
+enum ProbingColumn {
     Ball,
     Axis(usize),
     Direction(usize),
@@ -66,21 +66,21 @@ enum Column {
 }
 
 /// Names of the columns that are not axes.
-const NAMES: [(&str, Column); 7] = [
-    ("ball", Column::Ball),
-    ("S", Column::Spindle),
-    ("run", Column::Run),
-    ("time_s", Column::Time),
-    ("sigma_um", Column::Sigma),
-    ("temperature_C", Column::Temperature),
-    ("cycle", Column::Cycle),
+const NAMES: [(&str, ProbingColumn); 7] = [
+    ("ball", ProbingColumn::Ball),
+    ("S", ProbingColumn::Spindle),
+    ("run", ProbingColumn::Run),
+    ("time_s", ProbingColumn::Time),
+    ("sigma_um", ProbingColumn::Sigma),
+    ("temperature_C", ProbingColumn::Temperature),
+    ("cycle", ProbingColumn::Cycle),
 ];
 
 /// Permitted standard uncertainties (µm): files have nine digits, and no error is as large as a metre.
 const SIGMAS: RangeInclusive<f64> = 1e-6..=1e6;
 const VALUES: &str = "write one value per column of the header, in mm and degrees with a decimal point, not a comma: 12.5";
 
-impl Column {
+impl ProbingColumn {
     /// The column with a name.
     fn named(name: &str, machine: &Machine) -> Option<Self> {
         let axis = |name: &str| axis(name, machine);
@@ -99,7 +99,7 @@ impl Column {
 /// Reads probings, or, if `linear` is false, a strategy without columns of linear axes, which are then 0.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a missing column, a position
+/// [`FileError`] with line, column, cause and remedy: whatever [`CsvTable`] refuses, a missing column, a position
 /// outside the travel, rotary positions that look like radians, an impossible direction or uncertainty, a repeated
 /// row.
 pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, FileError> {
@@ -109,13 +109,15 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
         "write the header ball,{} in any order, with S, run, time_s, sigma_um, temperature_C, NAME_C of other sensors or A_dir where they were recorded, then one probing per line",
         letters.collect::<Vec<_>>().join(",")
     );
-    let table = Table::open(text, 0, layout, VALUES)?;
-    let columns = table.columns(0, |name| Column::named(name, machine))?;
-    let ball = columns.iter().position(|column| *column == Column::Ball);
+    let table = CsvTable::open(text, 0, layout, VALUES)?;
+    let columns = table.columns(0, |name| ProbingColumn::named(name, machine))?;
+    let ball = columns
+        .iter()
+        .position(|column| *column == ProbingColumn::Ball);
     let ball = ball.ok_or_else(|| table.missing("ball"))?;
     if let Some(i) = needed
         .iter()
-        .find(|i| !columns.contains(&Column::Axis(**i)))
+        .find(|i| !columns.contains(&ProbingColumn::Axis(**i)))
     {
         return Err(table.missing(machine.axes[*i].letter));
     }
@@ -163,8 +165,8 @@ fn key(row: &Probing) -> (usize, Vec<Option<u64>>) {
 }
 
 fn probing(
-    row: &Row<'_>,
-    columns: &[Column],
+    row: &CsvRow<'_>,
+    columns: &[ProbingColumn],
     machine: &Machine,
     ball: usize,
 ) -> Result<Probing, FileError> {
@@ -174,14 +176,14 @@ fn probing(
         ..Probing::default()
     };
     for (k, column) in columns.iter().enumerate() {
-        if *column == Column::Ball {
+        if *column == ProbingColumn::Ball {
             continue;
         }
         let value = row.number(k)?;
         match *column {
-            Column::Ball | Column::Cycle => {}
-            Column::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            Column::Axis(i) => {
+            ProbingColumn::Ball | ProbingColumn::Cycle => {}
+            ProbingColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
+            ProbingColumn::Axis(i) => {
                 let axis = &machine.axes[i];
                 if !axis.modulo {
                     let remedy = "correct the row, or the range of the axis in the machine file";
@@ -189,10 +191,10 @@ fn probing(
                 }
                 probing.position[i] = value;
             }
-            Column::Direction(i) if value == 1.0 || value == -1.0 || value == 0.0 => {
+            ProbingColumn::Direction(i) if value == 1.0 || value == -1.0 || value == 0.0 => {
                 probing.direction[i] = value;
             }
-            Column::Direction(_) => {
+            ProbingColumn::Direction(_) => {
                 return Err(row.error(
                     k,
                     format!("`{}` is not a direction", row.cells[k].text),
@@ -200,12 +202,12 @@ fn probing(
                     "write 1 after positive travel, -1 after negative travel, 0 if unknown",
                 ));
             }
-            Column::Spindle => probing.spindle = value,
-            Column::Run => probing.run = Some(value),
-            Column::Time => probing.time = Some(value),
-            Column::Temperature => probing.temperature = Some(value),
-            Column::Sigma if SIGMAS.contains(&value) => probing.sigma = Some(value * 1e-3),
-            Column::Sigma => {
+            ProbingColumn::Spindle => probing.spindle = value,
+            ProbingColumn::Run => probing.run = Some(value),
+            ProbingColumn::Time => probing.time = Some(value),
+            ProbingColumn::Temperature => probing.temperature = Some(value),
+            ProbingColumn::Sigma if SIGMAS.contains(&value) => probing.sigma = Some(value * 1e-3),
+            ProbingColumn::Sigma => {
                 return Err(row.error(
                     k,
                     format!("{value} µm cannot be the uncertainty of a probing"),
@@ -219,7 +221,7 @@ fn probing(
 }
 
 /// Formats a row's value in a column.
-type Written = Box<dyn Fn(&Probing) -> String>;
+type CellWriter = Box<dyn Fn(&Probing) -> String>;
 
 /// Writes probings: all columns that any row has, positions with nine decimals.
 #[must_use]
@@ -239,9 +241,9 @@ pub fn write_strategy(strategy: &Probings, machine: &Machine) -> String {
 
 fn written(probings: &Probings, machine: &Machine, linear: bool) -> String {
     type Of = fn(&Probing) -> Option<f64>;
-    let mut columns: Vec<(String, Written)> = Vec::new();
+    let mut columns: Vec<(String, CellWriter)> = Vec::new();
     for i in needed(machine, linear) {
-        let of: Written = match linear {
+        let of: CellWriter = match linear {
             true => Box::new(move |row| format!("{:.9}", row.position[i])),
             false => Box::new(move |row| row.position[i].to_string()),
         };

@@ -1,11 +1,11 @@
 //! Readings of a ball-bar as CSV: positions on a sphere, or angles on a circle.
 
-use crate::ballbar::Turns;
+use crate::ballbar::BallBarTurns;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
-use trueaxis_model::formats::csv::{self, Table};
+use trueaxis_model::formats::csv::{self, CsvTable};
 use trueaxis_model::formats::units;
 use trueaxis_model::source::FileError;
 
@@ -19,14 +19,14 @@ pub struct Radii {
     /// Positions (mm, deg) of axes at the centre, by letter, if the file has them.
     pub at: Vec<(String, f64)>,
     /// The readings.
-    pub readings: Readings,
+    pub readings: RadiusReadings,
 }
 
 /// Readings of a test.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Readings {
+pub enum RadiusReadings {
     /// On a circle.
-    Circle(Turns),
+    Circle(BallBarTurns),
     /// On a sphere: positions from its centre (mm), and the length of the bar minus the nominal (mm).
     Sphere(Vec<(Vector3<f64>, f64)>),
 }
@@ -34,7 +34,7 @@ pub enum Readings {
 /// The lines that begin with `#`; the machine is only for people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Heading {
+struct RadiusHeading {
     radius_mm: Option<Spanned<f64>>,
     unit: Option<Spanned<String>>,
     plane: Option<String>,
@@ -54,7 +54,7 @@ const OFF: f64 = 0.1;
 
 /// The meaning of the columns.
 #[derive(Clone, Copy, PartialEq)]
-enum Column {
+enum RadiusColumns {
     Angle,
     CounterClockwise,
     Clockwise,
@@ -62,7 +62,7 @@ enum Column {
     Radial,
 }
 
-impl Column {
+impl RadiusColumns {
     fn named(name: &str) -> Option<Self> {
         Some(match name.to_ascii_lowercase().as_str() {
             "angle" => Self::Angle,
@@ -80,12 +80,12 @@ impl Column {
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, a heading without radius or unit, columns
+/// [`FileError`] with line, cause and remedy: whatever [`CsvTable`] refuses, a heading without radius or unit, columns
 /// of neither test, a position that is not near the sphere.
 pub fn read(text: &str) -> Result<Radii, FileError> {
-    let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
+    let (heading, end): (RadiusHeading, usize) = csv::heading(text, HEADING)?;
     let (radius, factor) = heading.numbers()?;
-    let table = Table::open(text, end, COLUMNS, VALUES)?;
+    let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
     let readings = readings(table, radius, factor)?;
     Ok(Radii {
         radius,
@@ -95,7 +95,7 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
     })
 }
 
-impl Heading {
+impl RadiusHeading {
     /// What it says about positions at the centre.
     fn positions(&self) -> Vec<(String, f64)> {
         let all = self.at.iter().flatten();
@@ -130,14 +130,19 @@ impl Heading {
     }
 }
 
-fn readings(table: Table<'_>, radius: f64, factor: f64) -> Result<Readings, FileError> {
-    let columns = table.columns(0, Column::named)?;
-    let place = |column: Column| columns.iter().position(|c| *c == column);
-    let turns = [Column::CounterClockwise, Column::Clockwise].map(place);
-    let xyz = [0, 1, 2].map(|k| place(Column::Place(k)));
-    match (place(Column::Angle), turns, xyz, place(Column::Radial)) {
+fn readings(table: CsvTable<'_>, radius: f64, factor: f64) -> Result<RadiusReadings, FileError> {
+    let columns = table.columns(0, RadiusColumns::named)?;
+    let place = |column: RadiusColumns| columns.iter().position(|c| *c == column);
+    let turns = [RadiusColumns::CounterClockwise, RadiusColumns::Clockwise].map(place);
+    let xyz = [0, 1, 2].map(|k| place(RadiusColumns::Place(k)));
+    match (
+        place(RadiusColumns::Angle),
+        turns,
+        xyz,
+        place(RadiusColumns::Radial),
+    ) {
         (Some(angle), [ccw, cw], [None, None, None], None) if ccw.or(cw).is_some() => {
-            let mut found = Turns::default();
+            let mut found = BallBarTurns::default();
             for row in table {
                 let row = row?;
                 let angle = row.number(angle)?.to_radians();
@@ -151,7 +156,7 @@ fn readings(table: Table<'_>, radius: f64, factor: f64) -> Result<Readings, File
                     }
                 }
             }
-            Ok(Readings::Circle(found))
+            Ok(RadiusReadings::Circle(found))
         }
         (None, [None, None], [Some(x), Some(y), Some(z)], Some(radial)) => {
             let mut found = Vec::new();
@@ -171,7 +176,7 @@ fn readings(table: Table<'_>, radius: f64, factor: f64) -> Result<Readings, File
                 }
                 found.push((place, row.number(radial)? * factor));
             }
-            Ok(Readings::Sphere(found))
+            Ok(RadiusReadings::Sphere(found))
         }
         _ => Err(table.wrong_header("these columns are neither a circle nor a sphere")),
     }
@@ -187,13 +192,13 @@ mod tests {
         let found = read(circle).unwrap();
         assert_eq!(found.radius, 100.0);
         assert_eq!(found.plane.as_deref(), Some("XY"));
-        let Readings::Circle(turns) = found.readings else {
+        let RadiusReadings::Circle(turns) = found.readings else {
             panic!("a circle")
         };
         assert_eq!(turns.counter_clockwise.len(), 2);
         assert_eq!(turns.clockwise, [(0.0, -0.5e-3)]);
         let sphere = "\u{feff}# radius_mm = 150\r\n# unit = \"mm\"\r\nX,Y,Z,radial\r\n150,0,0,0.01\r\n0,0,150,-0.02\r\n";
-        let Readings::Sphere(read) = read(sphere).unwrap().readings else {
+        let RadiusReadings::Sphere(read) = read(sphere).unwrap().readings else {
             panic!("a sphere")
         };
         assert_eq!(

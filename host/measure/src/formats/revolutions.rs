@@ -5,12 +5,12 @@ use crate::direct::iso230_7::Turns;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::Spanned;
-use trueaxis_model::formats::csv::{self, Table};
+use trueaxis_model::formats::csv::{self, CsvTable};
 use trueaxis_model::source::FileError;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Heading {
+struct RevolutionHeading {
     sensors_apart_mm: Option<Spanned<f64>>,
     #[serde(rename = "machine")]
     _machine: Option<String>,
@@ -29,7 +29,7 @@ const OFF: f64 = 1e-3;
 const CLEARLY: f64 = 3.0;
 
 #[derive(Clone, PartialEq)]
-enum Column {
+enum RevolutionColumn {
     Turn,
     Angle,
     Sensor(usize),
@@ -39,20 +39,20 @@ enum Column {
 /// order; every turn has the same angles.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, missing columns, a row that is there twice, an
+/// [`FileError`] with line, cause and remedy: whatever [`CsvTable`] refuses, missing columns, a row that is there twice, an
 /// angle that a turn lacks, fewer than two turns or eight angles, angles that count in the wrong sense.
 pub fn read(text: &str) -> Result<Turns, FileError> {
-    let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
-    let table = Table::open(text, end, COLUMNS, VALUES)?;
+    let (heading, end): (RevolutionHeading, usize) = csv::heading(text, HEADING)?;
+    let table = CsvTable::open(text, end, COLUMNS, VALUES)?;
     let columns = table.columns(0, |name| match name {
-        "turn" => Some(Column::Turn),
-        "angle_deg" => Some(Column::Angle),
-        _ => sensor(name).map(Column::Sensor),
+        "turn" => Some(RevolutionColumn::Turn),
+        "angle_deg" => Some(RevolutionColumn::Angle),
+        _ => sensor(name).map(RevolutionColumn::Sensor),
     })?;
-    let place = |column: &Column| columns.iter().position(|c| c == column);
-    let turn = place(&Column::Turn).ok_or_else(|| table.missing("turn"))?;
-    let angle = place(&Column::Angle).ok_or_else(|| table.missing("angle_deg"))?;
-    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&Column::Sensor(k)));
+    let place = |column: &RevolutionColumn| columns.iter().position(|c| c == column);
+    let turn = place(&RevolutionColumn::Turn).ok_or_else(|| table.missing("turn"))?;
+    let angle = place(&RevolutionColumn::Angle).ok_or_else(|| table.missing("angle_deg"))?;
+    let sensors: [Option<usize>; 5] = std::array::from_fn(|k| place(&RevolutionColumn::Sensor(k)));
     if sensors == [None; 5] {
         return Err(table.wrong_header("there is no column with readings of a sensor"));
     }

@@ -14,8 +14,8 @@
 mod heading;
 mod table;
 
-use crate::direct::{Line, Measured, Setup, Square};
-use heading::Heading;
+use crate::direct::{AxisRuns, MeasuredRuns, MeasurementSetup, Square};
+use heading::RunHeading;
 use std::fmt::Write;
 use trueaxis_model::explain::Sense;
 use trueaxis_model::machine::Machine;
@@ -27,40 +27,40 @@ use trueaxis_model::source::FileError;
 /// [`FileError`] with line, cause and remedy: a heading that is incomplete or belongs to another machine, unknown
 /// axes, an invalid direction; whatever [`Table`](trueaxis_model::formats::csv::Table) refuses, a column without
 /// direction, targets that do not increase or are outside the travel.
-pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
+pub fn read(text: &str, machine: &Machine) -> Result<MeasuredRuns, FileError> {
     opened(text, machine, true)
 }
 
-/// The same for an evaluation of the readings by themselves: the file need not say where the other axes stood, which are
+/// Like `read`, for an evaluation of the readings by themselves: the file need not say where the other axes stood, which are
 /// then at their positions nearest to zero.
 ///
 /// # Errors
 /// As for [`read`].
-pub fn read_anywhere(text: &str, machine: &Machine) -> Result<Measured, FileError> {
+pub fn read_anywhere(text: &str, machine: &Machine) -> Result<MeasuredRuns, FileError> {
     opened(text, machine, false)
 }
 
-fn opened(text: &str, machine: &Machine, needs_place: bool) -> Result<Measured, FileError> {
-    let (heading, start) = Heading::read(text, machine, needs_place)?;
+fn opened(text: &str, machine: &Machine, needs_place: bool) -> Result<MeasuredRuns, FileError> {
+    let (heading, start) = RunHeading::read(text, machine, needs_place)?;
     match heading.square {
         None => {
             let setup = heading.line()?;
             let line = table::read(text, start, machine, setup, heading.readings)?;
-            Ok(Measured::Line(line))
+            Ok(MeasuredRuns::Line(line))
         }
         Some(over) => {
             let lines =
                 table::read_square(text, start, machine, &heading.setups, heading.readings)?;
-            Ok(Measured::Square(Square { lines, over }))
+            Ok(MeasuredRuns::Square(Square { lines, over }))
         }
     }
 }
 
 /// Writes a measurement: readings in µm or µrad with four decimals.
 #[must_use]
-pub fn write(measured: &Measured, machine: &Machine) -> String {
+pub fn write(measured: &MeasuredRuns, machine: &Machine) -> String {
     match measured {
-        Measured::Line(line) => {
+        MeasuredRuns::Line(line) => {
             let letter = machine.axes[line.setup.moved].letter;
             let mut text = format!(
                 "# machine = {}\n# axis = \"{letter}\"\n# reads = \"{}\"\n",
@@ -75,8 +75,8 @@ pub fn write(measured: &Measured, machine: &Machine) -> String {
             rows(&mut text, "", line);
             text
         }
-        Measured::Square(square) => {
-            let of = |line: &Line| {
+        MeasuredRuns::Square(square) => {
+            let of = |line: &AxisRuns| {
                 let letter = machine.axes[line.setup.moved].letter;
                 format!("{letter} = \"{}\"", line.setup.words(machine))
             };
@@ -102,7 +102,7 @@ pub fn write(measured: &Measured, machine: &Machine) -> String {
 }
 
 /// Unit, position and measured point.
-fn common(setup: &Setup, machine: &Machine, without: &[usize]) -> String {
+fn common(setup: &MeasurementSetup, machine: &Machine, without: &[usize]) -> String {
     let unit = if setup.is_angular() { "urad" } else { "um" };
     let mut text = format!("# unit = \"{unit}\"\n");
     let at = machine.to_command(&setup.at);
@@ -119,7 +119,7 @@ fn common(setup: &Setup, machine: &Machine, without: &[usize]) -> String {
     text
 }
 
-fn directions(line: &Line) -> String {
+fn directions(line: &AxisRuns) -> String {
     let mut counts = [0, 0];
     let names = line.columns.iter().map(|column| {
         let (count, sign) = match column.direction > 0.0 {
@@ -132,7 +132,7 @@ fn directions(line: &Line) -> String {
     names.collect::<Vec<_>>().join(",")
 }
 
-fn rows(text: &mut String, first: &str, line: &Line) {
+fn rows(text: &mut String, first: &str, line: &AxisRuns) {
     let factor = if line.setup.is_angular() { 1e6 } else { 1e3 };
     for (k, target) in line.targets.iter().enumerate() {
         let _ = write!(text, "{first}{target}");

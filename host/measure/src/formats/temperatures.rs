@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, Thermal};
-use trueaxis_model::formats::csv::{self, Row, Table};
+use trueaxis_model::formats::csv::{self, CsvRow, CsvTable};
 use trueaxis_model::source::FileError;
 
 /// Temperatures of sensors over time.
@@ -23,7 +23,7 @@ pub struct Temperatures {
 pub struct Celsius {
     /// Time (s), by the clock of the measurements.
     pub time: f64,
-    /// Its warm-up or cool-down, counted from 0.
+    /// Warm-up or cool-down, counted from 0.
     pub cycle: usize,
     /// True after a gap in time: nothing is known of what was before, and lags start at this reading.
     pub is_first: bool,
@@ -32,7 +32,7 @@ pub struct Celsius {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Column {
+enum TemperatureColumn {
     Time,
     Cycle,
     Sensor(String),
@@ -58,7 +58,7 @@ pub(super) fn sensor(column: &str) -> Option<&str> {
 }
 
 /// The temperature (°C) in a column.
-pub(super) fn celsius(row: &Row<'_>, column: usize) -> Result<f64, FileError> {
+pub(super) fn celsius(row: &CsvRow<'_>, column: usize) -> Result<f64, FileError> {
     let value = row.number(column)?;
     if CELSIUS.contains(&value) {
         return Ok(value);
@@ -71,27 +71,27 @@ pub(super) fn celsius(row: &Row<'_>, column: usize) -> Result<f64, FileError> {
 /// same time, the first counts.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, missing columns, times that do not increase,
+/// [`FileError`] with line, cause and remedy: whatever [`CsvTable`] refuses, missing columns, times that do not increase,
 /// temperatures that no sensor reads, names that a compensation cannot hold, fewer than two rows.
 pub fn read(text: &str) -> Result<Temperatures, FileError> {
     let (_, start): (toml::Table, usize) = csv::heading(text, COLUMNS)?;
-    let table = Table::open(text, start, COLUMNS, VALUES)?;
+    let table = CsvTable::open(text, start, COLUMNS, VALUES)?;
     let mut names = table.header.cells.iter().map(|cell| cell.text);
     let is_measured = names.any(|name| MEASURED.contains(&name));
     let columns = table.columns(0, |name| match name {
-        "time_s" => Some(Column::Time),
-        "cycle" => Some(Column::Cycle),
+        "time_s" => Some(TemperatureColumn::Time),
+        "cycle" => Some(TemperatureColumn::Cycle),
         _ => match sensor(name) {
-            Some(sensor) => Some(Column::Sensor(sensor.to_owned())),
-            None => is_measured.then(|| Column::Other(name.to_owned())),
+            Some(sensor) => Some(TemperatureColumn::Sensor(sensor.to_owned())),
+            None => is_measured.then(|| TemperatureColumn::Other(name.to_owned())),
         },
     })?;
-    let place = |column: &Column| columns.iter().position(|c| c == column);
-    let time = place(&Column::Time).ok_or_else(|| table.missing("time_s"))?;
-    let cycle = place(&Column::Cycle);
+    let place = |column: &TemperatureColumn| columns.iter().position(|c| c == column);
+    let time = place(&TemperatureColumn::Time).ok_or_else(|| table.missing("time_s"))?;
+    let cycle = place(&TemperatureColumn::Cycle);
     let sensors: Vec<(usize, String)> = (columns.iter().enumerate())
         .filter_map(|(k, column)| match column {
-            Column::Sensor(name) => Some((k, name.clone())),
+            TemperatureColumn::Sensor(name) => Some((k, name.clone())),
             _ => None,
         })
         .collect();

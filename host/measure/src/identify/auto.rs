@@ -1,12 +1,12 @@
 //! Chooses the complexity of the model by what it predicts elsewhere.
 
-use super::candidates::{Form, candidates, fewest, holds, of_degree};
+use super::candidates::{RotationForm, candidates, fewest, holds, of_degree};
 use super::elsewhere::{Elsewhere, Predicted};
 use super::published::listed;
-use super::rows::Weights;
+use super::rows::EquationWeights;
 use super::structure::SEEN;
 use super::{
-    Identified, IdentifyError, Model, Options, Problem, Unknown, drifting, identify,
+    Identified, IdentifyError, IdentifyOptions, Model, Problem, Unknown, drifting, identify,
     root_mean_square,
 };
 use crate::formats::artefact::Artefact;
@@ -20,34 +20,36 @@ use trueaxis_model::machine::Machine;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     /// What it is.
-    pub tried: Tried,
+    pub tried: TriedTerms,
     /// The result, or why there is none; higher degrees are not tried then.
     pub found: Result<Fit, IdentifyError>,
 }
 
 /// What a model has.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Tried {
+pub enum TriedTerms {
     /// The fewest locations and scales, and backlash: what the fixed models have.
     Fewest,
     /// All locations and scales, and backlash.
     Locations,
     /// The same, with every error motion up to a degree of polynomials and harmonics, in this form for axes that rotate by
     /// a full turn.
-    Degree(u8, Form),
+    Degree(u8, RotationForm),
     /// The published list for machines of this layout.
     List(Model),
     /// The fewest, and these, which were added one after the other as long as that predicts other positions better.
     Added(Vec<Parameter>),
 }
 
-impl fmt::Display for Tried {
+impl fmt::Display for TriedTerms {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fewest => f.write_str("fewest"),
             Self::Locations => f.write_str("locations and scales"),
-            Self::Degree(degree, Form::Harmonics) => write!(f, "degree {degree}"),
-            Self::Degree(degree, Form::Polynomials) => write!(f, "degree {degree}, polynomials"),
+            Self::Degree(degree, RotationForm::Harmonics) => write!(f, "degree {degree}"),
+            Self::Degree(degree, RotationForm::Polynomials) => {
+                write!(f, "degree {degree}, polynomials")
+            }
             Self::List(model) => write!(f, "--model {model}"),
             Self::Added(parameters) => {
                 write!(f, "fewest and {}", Model::Named(parameters.clone()))
@@ -63,7 +65,7 @@ pub struct Fit {
     pub parameters: usize,
     /// Number of its parameters that cannot be identified.
     pub unseen: usize,
-    /// Its residual at the rows it was fitted to (mm, root mean square distance).
+    /// Residual at the rows it was fitted to (mm, root mean square distance).
     pub left: f64,
     /// How far off (mm, root mean square distance) it is where it was not fitted: in zones of the travel of one axis,
     /// predicted from the other zones, and over the travel by the uncertainty of its parameters. `None` if no axis has two
@@ -93,16 +95,16 @@ fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
 }
 
 /// What all models are identified from.
-struct Measured<'a> {
+struct AutoInputs<'a> {
     machine: &'a Machine,
     probings: &'a Probings,
     artefact: &'a Artefact,
     observations: &'a Observations,
     base: &'a ErrorModel,
-    options: Options,
+    options: IdentifyOptions,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> AutoInputs<'a> {
     fn problem(&self, parameters: &[Parameter]) -> Problem<'a> {
         let (machine, probings, artefact) = (self.machine, self.probings, self.artefact);
         Problem::new(machine, probings, artefact, parameters, self.base).with(self.observations)
@@ -112,12 +114,12 @@ impl<'a> Measured<'a> {
     fn found(
         &self,
         parameters: &[Parameter],
-        weights: Option<&Weights>,
+        weights: Option<&EquationWeights>,
     ) -> Result<(Identified, Fit, Option<Predicted>), IdentifyError> {
         let allowed = parameters.iter().copied().filter(|p| self.is_allowed(p));
         let problem = self.problem(&allowed.collect::<Vec<_>>());
         let mut identified = identify(&problem, self.options)?;
-        let options = Options {
+        let options = IdentifyOptions {
             least: told(&problem, &identified),
             ..self.options
         };
@@ -159,9 +161,14 @@ impl<'a> Measured<'a> {
 
     /// What is worth being added to the parameters of a result: one error motion up to one degree, or one location or scale,
     /// after the other.
-    fn added(&self, of: &Identified, forms: &[Form], directions: &[bool]) -> Vec<Parameter> {
+    fn added(
+        &self,
+        of: &Identified,
+        forms: &[RotationForm],
+        directions: &[bool],
+    ) -> Vec<Parameter> {
         let mut groups: Vec<Vec<Parameter>> =
-            candidates(self.machine, 0, Form::Harmonics, directions)
+            candidates(self.machine, 0, RotationForm::Harmonics, directions)
                 .into_iter()
                 .map(|parameter| vec![parameter])
                 .collect();
@@ -271,7 +278,7 @@ pub fn automatic(
     artefact: &Artefact,
     observations: &Observations,
     base: &ErrorModel,
-    options: Options,
+    options: IdentifyOptions,
 ) -> Result<Chosen, IdentifyError> {
     let directions: Vec<bool> = (0..machine.axes.len())
         .map(|i| {
@@ -283,14 +290,14 @@ pub fn automatic(
     let mut observations = observations.clone();
     if observations.drift.is_empty() {
         // What a simple model leaves is no noise, but it does not drift either.
-        let parameters = candidates(machine, 0, Form::Harmonics, &directions);
+        let parameters = candidates(machine, 0, RotationForm::Harmonics, &directions);
         let problem = Problem::new(machine, probings, artefact, &parameters, base);
         let problem = problem.with(&observations);
         if problem.has_times() {
             observations.drift = drifting(&problem, &identify(&problem, options)?);
         }
     }
-    let measured = Measured {
+    let measured = AutoInputs {
         machine,
         probings,
         artefact,
@@ -306,11 +313,11 @@ pub fn automatic(
     let mut known = predicted.clone();
     let mut chosen = 0;
     let mut levels = vec![Level {
-        tried: Tried::Fewest,
+        tried: TriedTerms::Fewest,
         found: Ok(fit),
     }];
-    let forms = Form::of(machine);
-    let mut attempt = |tried: Tried, parameters: &[Parameter]| {
+    let forms = RotationForm::of(machine);
+    let mut attempt = |tried: TriedTerms, parameters: &[Parameter]| {
         let found = measured.found(parameters, Some(&weights));
         let found = found.map(|(identified, fit, this)| {
             // Without a comparison, no model is better than the simplest.
@@ -327,25 +334,25 @@ pub fn automatic(
         is_end
     };
     if predicted.is_some() {
-        let parameters = candidates(machine, 0, Form::Harmonics, &directions);
-        attempt(Tried::Locations, &parameters);
+        let parameters = candidates(machine, 0, RotationForm::Harmonics, &directions);
+        attempt(TriedTerms::Locations, &parameters);
         let added = measured.added(&simplest, forms, &directions);
         if !added.is_empty() {
             let parameters = [&simplest.looked_for[..], &added].concat();
-            attempt(Tried::Added(added), &parameters);
+            attempt(TriedTerms::Added(added), &parameters);
         }
         for form in forms {
             for degree in 1..=HIGHEST {
                 let parameters = candidates(machine, degree, *form, &directions);
                 // A higher degree has even more unknowns.
-                if attempt(Tried::Degree(degree, *form), &parameters) {
+                if attempt(TriedTerms::Degree(degree, *form), &parameters) {
                     break;
                 }
             }
         }
         // Coefficients can replace each other; which of them are used affects how well they are determined.
         if let Some((list, parameters)) = listed(machine) {
-            attempt(Tried::List(list), &parameters);
+            attempt(TriedTerms::List(list), &parameters);
         }
     }
     let drift = observations.drift.clone();

@@ -2,20 +2,20 @@
 
 use super::IdentifyError;
 use super::estimate::Estimate;
-use super::factor::Factor;
-use super::rows::{LARGEST_LENGTH, Problem, Weights};
+use super::factor::ScaledFactor;
+use super::rows::{EquationWeights, LARGEST_LENGTH, Problem};
 use nalgebra::{DMatrix, Vector3};
 
 /// A bar compared with the machine and the other bars.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarCheck {
-    /// Its balls.
+    /// Balls of the bar compared.
     pub balls: [String; 2],
-    /// Its length in the artefact (mm).
+    /// Length in the artefact (mm).
     pub length: f64,
-    /// Its stated standard uncertainty (mm).
+    /// Stated standard uncertainty (mm).
     pub uncertainty: f64,
-    /// Its length according to the machine and the other bars. `None` if nothing else has a known length, so that an
+    /// Length according to the machine and the other bars. `None` if nothing else has a known length, so that an
     /// error of this bar is absorbed by the scales.
     pub others: Option<Others>,
 }
@@ -23,7 +23,7 @@ pub struct BarCheck {
 /// The length of a bar according to everything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Others {
-    /// Its length (mm).
+    /// Length (mm).
     pub length: f64,
     /// The standard uncertainty of that (mm).
     pub uncertainty: f64,
@@ -51,10 +51,10 @@ const LIKELY: f64 = 0.01;
 /// Compares every bar with all other equations, at a solution.
 pub(super) fn checked(
     problem: &Problem<'_>,
-    (estimate, weights, factor): (&Estimate, &Weights, &Factor),
+    (estimate, weights, factor): (&Estimate, &EquationWeights, &ScaledFactor),
     jacobian: &DMatrix<f64>,
 ) -> Vec<BarCheck> {
-    let check = |(i, bar): (usize, &super::rows::Bar)| {
+    let check = |(i, bar): (usize, &super::rows::BarRow)| {
         let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
         let miss = (a - b).norm() - bar.length;
         let row = jacobian.row(problem.measured() + i).transpose();
@@ -93,7 +93,7 @@ pub(super) fn have_directions(
     problem: &Problem<'_>,
     start: &Estimate,
 ) -> Result<(), IdentifyError> {
-    let is_point = |bar: &&super::rows::Bar| {
+    let is_point = |bar: &&super::rows::BarRow| {
         let [a, b] = bar.balls.map(|ball| start.balls[ball]);
         (a - b).try_normalize(f64::MIN_POSITIVE.sqrt()).is_none()
     };
@@ -107,7 +107,7 @@ pub(super) fn have_directions(
 
 /// Refuses bars whose length is far from that in the probings.
 pub(super) fn are_likely(problem: &Problem<'_>, setup: &Estimate) -> Result<(), IdentifyError> {
-    let is_far = |bar: &super::rows::Bar| {
+    let is_far = |bar: &super::rows::BarRow| {
         let [a, b] = bar.balls.map(|ball| setup.balls[ball]);
         ((a - b).norm() - bar.length).abs() > LARGEST_LENGTH + LIKELY * bar.length
     };

@@ -6,14 +6,14 @@ use trueaxis_model::machine::{Axis, Machine};
 
 /// Form of the motions of an axis that rotates by a full turn but has limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum RotationForm {
     /// Harmonics: the same after each turn.
     Harmonics,
     /// Polynomials: cables wind up, for example.
     Polynomials,
 }
 
-impl Form {
+impl RotationForm {
     /// The forms that differ on this machine.
     pub(super) fn of(machine: &Machine) -> &'static [Self] {
         let is_either = |axis: &Axis| turns_round(axis) && !axis.modulo;
@@ -49,7 +49,7 @@ pub(super) fn fewest(machine: &Machine, has_length: bool, directions: &[bool]) -
 pub(super) fn candidates(
     machine: &Machine,
     degree: u8,
-    form: Form,
+    form: RotationForm,
     directions: &[bool],
 ) -> Vec<Parameter> {
     let mut parameters = locations::all(machine);
@@ -69,8 +69,13 @@ pub(super) fn candidates(
 }
 
 /// The coefficients of one degree of an error motion.
-pub(super) fn of_degree(axis: &Axis, component: usize, degree: u8, form: Form) -> Vec<Parameter> {
-    let is_harmonic = turns_round(axis) && (axis.modulo || form == Form::Harmonics);
+pub(super) fn of_degree(
+    axis: &Axis,
+    component: usize,
+    degree: u8,
+    form: RotationForm,
+) -> Vec<Parameter> {
+    let is_harmonic = turns_round(axis) && (axis.modulo || form == RotationForm::Harmonics);
     let kinds = match is_harmonic {
         true => vec![ParameterKind::Cosine(degree), ParameterKind::Sine(degree)],
         false => vec![ParameterKind::Degree(degree)],

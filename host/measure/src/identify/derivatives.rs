@@ -2,9 +2,9 @@
 
 use super::Unknown;
 use super::estimate::Estimate;
-use super::factor::{Alone, Factor};
+use super::factor::{Alone, ScaledFactor};
 use super::observed::ObservedRow;
-use super::rows::{LARGEST_LENGTH, ProbingRow, Problem, Weights};
+use super::rows::{EquationWeights, LARGEST_LENGTH, ProbingRow, Problem};
 use crate::instrument::{LEVER, Seen};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -114,16 +114,16 @@ fn across(vector: &Vector3<f64>) -> Vector3<f64> {
 
 impl Problem<'_> {
     /// The derivatives of [`Self::residuals`]: equations × unknowns.
-    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
+    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &EquationWeights) -> DMatrix<f64> {
         self.derivatives(&self.unknowns, estimate, weights)
     }
 
-    /// The same for given unknowns.
+    /// Like `jacobian`, for given unknowns.
     pub(super) fn derivatives(
         &self,
         unknowns: &[Unknown],
         estimate: &Estimate,
-        weights: &Weights,
+        weights: &EquationWeights,
     ) -> DMatrix<f64> {
         let kinematics = Kinematics::new(self.machine, &estimate.errors);
         let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
@@ -231,7 +231,12 @@ impl Problem<'_> {
     }
 
     /// Derivatives of the remaining equations by one unknown.
-    fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
+    fn others_by(
+        &self,
+        unknown: Unknown,
+        estimate: &Estimate,
+        weights: &EquationWeights,
+    ) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
             let along = along(a - b) / bar.sigma.max(weights.least);
@@ -254,7 +259,7 @@ impl Problem<'_> {
     }
 
     /// Parameters without any effect on the rows, even at the upper limit for any machine.
-    pub(super) fn idle(&self, factor: &Factor, weights: &Weights) -> Vec<usize> {
+    pub(super) fn idle(&self, factor: &ScaledFactor, weights: &EquationWeights) -> Vec<usize> {
         let all = weights.rows.iter().map(|w| w * w).sum::<f64>().sqrt();
         let whole = |basis: &Vec<f64>| {
             let bases = basis.iter().zip(&weights.rows);

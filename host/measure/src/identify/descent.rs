@@ -2,8 +2,8 @@
 
 use super::IdentifyError;
 use super::estimate::Estimate;
-use super::factor::Factor;
-use super::rows::{Problem, Weights};
+use super::factor::ScaledFactor;
+use super::rows::{EquationWeights, Problem};
 use super::unidentifiable::seen;
 use nalgebra::{DMatrix, DVector};
 
@@ -25,13 +25,14 @@ const ROUNDING: f64 = 1e-10;
 /// Fits balls and stylus to the nominal machine; the residuals are the effect of its errors.
 pub(super) fn setup_alone(
     problem: &Problem<'_>,
-    weights: &Weights,
+    weights: &EquationWeights,
 ) -> Result<Estimate, IdentifyError> {
     let problem = &problem.of_setup();
     let mut estimate = problem.start();
     let jacobian = problem.jacobian(&estimate, weights);
     let all = (0..problem.unknowns.len()).collect();
-    let factor = Factor::new(&jacobian, all, &problem.alone()).ok_or(IdentifyError::NotFinite)?;
+    let factor =
+        ScaledFactor::new(&jacobian, all, &problem.alone()).ok_or(IdentifyError::NotFinite)?;
     let factor = seen(
         (&problem.unknowns, problem.spindle),
         factor,
@@ -48,8 +49,8 @@ pub(super) fn descend(
     problem: &Problem<'_>,
     estimate: &mut Estimate,
     jacobian: &DMatrix<f64>,
-    factor: &Factor,
-    weights: &Weights,
+    factor: &ScaledFactor,
+    weights: &EquationWeights,
 ) -> bool {
     let mut residuals = problem.residuals(estimate, weights);
     let start = residuals.norm_squared();

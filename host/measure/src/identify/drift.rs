@@ -33,8 +33,8 @@ pub fn drifting(problem: &Problem<'_>, identified: &Identified) -> Vec<Drift> {
     if steady.is_empty() {
         return steady;
     }
-    let search = Search::new(problem, identified, steady);
-    let mut found: Vec<Component> = Vec::new();
+    let search = DriftSearch::new(problem, identified, steady);
+    let mut found: Vec<DriftComponent> = Vec::new();
     loop {
         let rest = search.rest(&found);
         let is_new = |i: &usize| found.iter().all(|one| one.number != *i);
@@ -74,8 +74,8 @@ fn steady(problem: &Problem<'_>) -> Vec<Drift> {
 }
 
 /// A component of drift with the best course.
-struct Component {
-    /// As an index into [`Search::steady`].
+struct DriftComponent {
+    /// As an index into [`DriftSearch::steady`].
     number: usize,
     drift: Drift,
     effect: Effect,
@@ -93,14 +93,14 @@ struct Effect {
 }
 
 /// What the unknowns and the components found so far leave.
-struct Rest {
+struct Remainder {
     /// Orthonormal effects of these components.
     basis: Vec<DVector<f64>>,
     left: DVector<f64>,
     freedom: usize,
 }
 
-impl Rest {
+impl Remainder {
     fn apart(&self, mut column: DVector<f64>) -> DVector<f64> {
         for unit in &self.basis {
             column.axpy(-unit.dot(&column), unit, 1.0);
@@ -132,7 +132,7 @@ impl Rest {
 }
 
 /// All components that can be found.
-struct Search<'a> {
+struct DriftSearch<'a> {
     steady: Vec<Drift>,
     /// Each with its linear course, then with each of [`LAGS`].
     effects: Vec<Vec<Effect>>,
@@ -145,7 +145,7 @@ struct Search<'a> {
     times: Vec<(Option<usize>, Option<f64>)>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> DriftSearch<'a> {
     fn new(problem: &Problem<'_>, identified: &'a Identified, steady: Vec<Drift>) -> Self {
         let place = &identified.place;
         let unknowns: Vec<Unknown> = (steady.iter())
@@ -198,9 +198,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn rest(&self, found: &[Component]) -> Rest {
+    fn rest(&self, found: &[DriftComponent]) -> Remainder {
         let unknowns = found.iter().map(|one| one.drift.unknowns());
-        let mut rest = Rest {
+        let mut rest = Remainder {
             basis: Vec::new(),
             left: self.left.clone(),
             freedom: self.identified.freedom.saturating_sub(unknowns.sum()),
@@ -214,11 +214,11 @@ impl<'a> Search<'a> {
     }
 
     /// A component with its best course; `None` if it cannot be told from the unknowns.
-    fn best(&self, number: usize, rest: &Rest) -> Option<Component> {
+    fn best(&self, number: usize, rest: &Remainder) -> Option<DriftComponent> {
         let of = |drift: Drift, effect: Effect| {
             let (gain, unknowns) = (rest.gain(&effect)?, drift.unknowns());
             (rest.freedom > unknowns).then(|| {
-                let component = Component {
+                let component = DriftComponent {
                     number,
                     drift,
                     effect,
@@ -244,7 +244,7 @@ impl<'a> Search<'a> {
     }
 
     /// A component with the time constant near one of [`LAGS`] that leaves least.
-    fn refined(&self, number: usize, part: f64, rest: &Rest) -> (Drift, Effect) {
+    fn refined(&self, number: usize, part: f64, rest: &Remainder) -> (Drift, Effect) {
         let steady = self.steady[number];
         let span = steady.last - steady.first;
         let at = |log: f64| {

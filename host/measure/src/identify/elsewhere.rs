@@ -3,7 +3,7 @@
 use super::candidates::holds;
 use super::estimate::Estimate;
 use super::gram::{Gram, Split};
-use super::rows::Weights;
+use super::rows::EquationWeights;
 use super::{Problem, Unknown};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
@@ -37,7 +37,7 @@ impl Elsewhere {
     pub fn new(
         problem: &Problem<'_>,
         estimate: &Estimate,
-        weights: &Weights,
+        weights: &EquationWeights,
         unknowns: &[Unknown],
     ) -> Option<Self> {
         let jacobian = problem.derivatives(unknowns, estimate, weights);

@@ -60,7 +60,7 @@ pub enum IdentifyError {
     /// A bar whose balls are at the same place.
     #[error("the balls {} and {} of a bar are in the same place to start with", balls[0], balls[1])]
     SamePlace {
-        /// Its balls.
+        /// Balls.
         balls: [String; 2],
     },
     /// Known lengths show that positions are in another unit.

@@ -29,7 +29,7 @@ impl Estimate {
 /// The result for a probing: vector from the ball to the tip (mm, workpiece frame). For an observation of an
 /// instrument: the reading that is expected less the actual one (mm; the components that it lacks are 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct RowResult {
     /// With the nominal machine, and balls and stylus fitted to it.
     pub before: Vector3<f64>,
     /// With the identified machine.

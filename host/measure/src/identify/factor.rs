@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// A Jacobian with columns scaled to length 1, as the triangle R of its QR factorisation.
 #[derive(Clone, Debug)]
-pub(super) struct Factor {
+pub(super) struct ScaledFactor {
     /// The unknowns it contains, ascending.
     unknowns: Vec<usize>,
     /// Original lengths of their columns; 1 for a column of zeros.
@@ -26,7 +26,7 @@ pub(super) struct Alone {
     pub rows: StepBy<Range<usize>>,
 }
 
-impl Factor {
+impl ScaledFactor {
     /// For some of the unknowns, ascending; `jacobian` is equations × unknowns, with at least as many equations as
     /// unknowns. `None` if a column is not finite, or if its square overflows or underflows: the search for singular
     /// values would not end.
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn step_and_covariance_are_those_of_the_normal_equations() {
         let j = jacobian();
-        let factor = Factor::new(&j, vec![0, 1, 2, 3], &[]).unwrap();
+        let factor = ScaledFactor::new(&j, vec![0, 1, 2, 3], &[]).unwrap();
         let inverse = j.tr_mul(&j).try_inverse().unwrap();
         let residuals = DVector::from_fn(30, |i, _| libm::cos(i as f64));
         let gradient = j.tr_mul(&residuals);
@@ -290,7 +290,7 @@ mod tests {
         let mut j = jacobian().insert_columns(4, 2, 0.0);
         let sum = j.column(0) * 2.0 + j.column(2);
         j.set_column(4, &sum);
-        let factor = Factor::new(&j, (0..6).collect(), &[]).unwrap();
+        let factor = ScaledFactor::new(&j, (0..6).collect(), &[]).unwrap();
         assert_eq!(factor.hidden(1e-12).ncols(), 2);
         assert!(factor.condition() > 1e12);
         let condition = factor.of(&[0, 1, 2, 3]).condition();
@@ -320,7 +320,7 @@ mod tests {
             .collect();
         let all: Vec<usize> = (0..6).collect();
         let [one, other] =
-            [&alone[..], &[]].map(|alone| Factor::new(&j, all.clone(), alone).unwrap());
+            [&alone[..], &[]].map(|alone| ScaledFactor::new(&j, all.clone(), alone).unwrap());
         // Rounding with a condition number of 30.
         let near = |a: DMatrix<f64>, b: DMatrix<f64>| {
             assert!((&a - &b).amax() < 1e-13 * b.amax(), "{a} {b}")
@@ -335,7 +335,8 @@ mod tests {
                 one.covariance(count).unwrap(),
                 other.covariance(count).unwrap(),
             );
-            let step = |factor: &Factor| DMatrix::from_columns(&[factor.step(&gradient).unwrap()]);
+            let step =
+                |factor: &ScaledFactor| DMatrix::from_columns(&[factor.step(&gradient).unwrap()]);
             near(step(one), step(other));
             let row = j.row(18).transpose();
             assert!((one.leverage(&row).unwrap() - other.leverage(&row).unwrap()).abs() < 1e-13);
@@ -349,7 +350,7 @@ mod tests {
         let mut j = j.insert_column(6, 0.0);
         j.set_column(6, &both);
         let hidden = |alone: &[Alone]| {
-            Factor::new(&j, (0..7).collect(), alone)
+            ScaledFactor::new(&j, (0..7).collect(), alone)
                 .unwrap()
                 .hidden(1e-12)
         };
@@ -363,8 +364,8 @@ mod tests {
         for wrong in [f64::NAN, f64::INFINITY, 1e200, 1e-200] {
             let mut j = jacobian();
             j.set_column(1, &DVector::from_element(30, wrong));
-            assert!(Factor::new(&j, vec![0, 1], &[]).is_none(), "{wrong}");
-            assert!(Factor::new(&j, vec![0, 2], &[]).is_some());
+            assert!(ScaledFactor::new(&j, vec![0, 1], &[]).is_none(), "{wrong}");
+            assert!(ScaledFactor::new(&j, vec![0, 2], &[]).is_some());
         }
     }
 }

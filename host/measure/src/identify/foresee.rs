@@ -3,10 +3,10 @@
 
 use super::Unknown;
 use super::estimate::Estimate;
-use super::factor::Factor;
-use super::rows::{Problem, Weights};
+use super::factor::ScaledFactor;
+use super::rows::{EquationWeights, Problem};
 use super::solve::STIFF;
-use super::structure::Structure;
+use super::structure::Identifiability;
 use super::unidentifiable::Unseen;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -57,14 +57,14 @@ impl Problem<'_> {
         let stated: Vec<f64> = self.stated();
         let sigma = root_mean_square(stated.iter().copied());
         let left = sigma * (3.0 * (equations - count) as f64 / equations as f64).sqrt();
-        let weights = |least| Weights {
+        let weights = |least| EquationWeights {
             rows: stated.iter().map(|s| s.recip()).collect(),
             least,
         };
         let weights = weights(STIFF * left);
         let jacobian = self.jacobian(&self.assumed(assumed), &weights);
-        let Structure { kept, given_up } = Structure::of(self, 0.0)?;
-        let factor = Factor::new(&jacobian, kept.clone(), &self.alone());
+        let Identifiability { kept, given_up } = Identifiability::of(self, 0.0)?;
+        let factor = ScaledFactor::new(&jacobian, kept.clone(), &self.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let parameters: Vec<Parameter> = (kept.iter())
             .filter_map(|i| match self.unknowns[*i] {
@@ -97,7 +97,7 @@ impl Problem<'_> {
     /// The derivatives of every probing by all unknowns, in units of its standard uncertainty and in the order of
     /// the file, three rows each; followed by those of observations and of prior knowledge.
     pub(crate) fn equations_at(&self, errors: &ErrorModel) -> (Vec<DMatrix<f64>>, DMatrix<f64>) {
-        let weights = Weights {
+        let weights = EquationWeights {
             rows: self.stated().iter().map(|s| s.recip()).collect(),
             least: 0.0,
         };

@@ -35,7 +35,7 @@ impl Split {
 
 /// What a left-out part leaves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Left {
+pub(super) struct LeftOutPart {
     pub equations: usize,
     /// Mean square.
     pub mean: f64,
@@ -93,7 +93,7 @@ impl Gram {
     }
 
     /// What each part leaves if the others predict it. Unknowns that occur in no other part, such as a set-up, fit it.
-    pub fn by_part(&self) -> Vec<Left> {
+    pub fn by_part(&self) -> Vec<LeftOutPart> {
         let part = |number: usize| {
             let (square, side) = self.sum(Some(number));
             let own: Vec<usize> = (0..side.len()).filter(|i| square[(*i, *i)] < OWN).collect();
@@ -107,7 +107,7 @@ impl Gram {
                 x[*i] = *value;
             }
             let left = rest + 2.0 * x.dot(side) + x.dot(&(square * &x));
-            Left {
+            LeftOutPart {
                 equations: self.equations[number],
                 mean: left.max(0.0) / self.equations[number] as f64,
             }
@@ -115,7 +115,7 @@ impl Gram {
         (0..self.parts.len() - 1).map(part).collect()
     }
 
-    /// The same for some of the unknowns.
+    /// For some of the unknowns.
     pub fn of(&self, unknowns: &[usize]) -> Self {
         let part = |(square, side, rest): &(DMatrix<f64>, DVector<f64>, f64)| {
             let square = square.select_columns(unknowns).select_rows(unknowns);
@@ -131,7 +131,7 @@ impl Gram {
     /// For each part: the square that it leaves if the others predict it, in units of what would be left if equations had
     /// a variance of 1 and the unknowns were all that there is.
     pub fn by_part_of_expected(&self) -> Vec<f64> {
-        let part = |(number, left): (usize, Left)| {
+        let part = |(number, left): (usize, LeftOutPart)| {
             let (square, _) = self.sum(Some(number));
             let n = square.nrows();
             let others: Vec<usize> = (0..n).filter(|i| square[(*i, *i)] >= OWN).collect();

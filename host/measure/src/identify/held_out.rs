@@ -2,7 +2,7 @@
 
 use super::observed::moved;
 use super::rows::order;
-use super::{Identified, IdentifyError, Options, Problem, identify};
+use super::{Identified, IdentifyError, IdentifyOptions, Problem, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::{Probing, Probings};
@@ -15,7 +15,7 @@ use trueaxis_model::machine::Machine;
 pub struct HeldOut {
     /// Root mean square distance (mm) from the predicted to the actual tip, over all rows.
     pub rms: f64,
-    /// The same for the rows of each ball, by its name; empty if there were too few balls to leave one out.
+    /// Like `rms`, for the rows of each ball, by its name; empty if there were too few balls to leave one out.
     pub balls: Vec<(String, f64)>,
     /// The prediction of rows that were measured together, if there are enough runs or thermal cycles.
     pub together: Option<Together>,
@@ -33,7 +33,7 @@ pub struct Together {
 }
 
 impl Together {
-    /// The same as a standard deviation: 1.96 times that is what 95 % of other runs do not exceed.
+    /// `rms` as a standard deviation: 1.96 times that is what 95 % of other runs do not exceed.
     pub(super) fn deviation(&self) -> f64 {
         student(self.count - 1) / 1.96 * self.rms
     }
@@ -68,7 +68,7 @@ pub fn held_out(
     observations: &Observations,
     parameters: &[Parameter],
     base: &ErrorModel,
-    options: Options,
+    options: IdentifyOptions,
 ) -> Result<HeldOut, IdentifyError> {
     if probings.rows.is_empty() {
         return Err(IdentifyError::NoProbings);
@@ -112,7 +112,7 @@ fn together(
     observations: &Observations,
     parameters: &[Parameter],
     base: &ErrorModel,
-    options: Options,
+    options: IdentifyOptions,
 ) -> Option<Together> {
     let all = runs(probings, observations)?;
     let (mut squares, mut rows) = (0.0, 0);

@@ -2,10 +2,10 @@
 
 use super::Unseen;
 use super::bars::BarCheck;
-use super::estimate::{Estimate, Row};
-use super::factor::Factor;
-use super::noise::Component;
-use super::rows::Weights;
+use super::estimate::{Estimate, RowResult};
+use super::factor::ScaledFactor;
+use super::noise::VarianceComponent;
+use super::rows::EquationWeights;
 use super::setup::{FoundDrift, FoundSetup};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
@@ -15,9 +15,9 @@ use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
 pub struct Estimated {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of the parameter.
     pub uncertainty: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct FoundChange {
     pub input: usize,
     /// The change (of its unit) per kelvin.
     pub per_kelvin: f64,
-    /// Its standard uncertainty, with the lag as it is.
+    /// Standard uncertainty, with the lag as it is.
     pub uncertainty: f64,
 }
 
@@ -57,7 +57,7 @@ pub struct Identified {
     /// Standard deviation of one coordinate of a probing, from the residuals (mm); without probings, that of the first
     /// of [`Self::components`].
     pub noise: f64,
-    /// The same in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
+    /// Like `noise`, in units of the stated uncertainty of each row, if the file states it for all rows; then the stated
     /// values are used, unless the residuals refute them.
     pub of_stated: Option<f64>,
     /// Degrees of freedom: equations in excess of unknowns.
@@ -67,9 +67,9 @@ pub struct Identified {
     /// Comparison of each bar with the machine and the other bars.
     pub bars: Vec<BarCheck>,
     /// Every probing, in the order of the file.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RowResult>,
     /// Every observation other than probings, in the order of the files.
-    pub observed: Vec<Row>,
+    pub observed: Vec<RowResult>,
     /// The set-ups of instruments.
     pub setups: Vec<FoundSetup>,
     /// Drift that was found together with the parameters.
@@ -77,14 +77,14 @@ pub struct Identified {
     /// Changes with temperatures that were found together with the parameters.
     pub thermal: Vec<FoundChange>,
     /// The noise of each source: probings first, then each kind of observation.
-    pub components: Vec<Component>,
+    pub components: Vec<VarianceComponent>,
     /// The solution, for further evaluation.
     pub(super) place: Solution,
 }
 
 impl Identified {
     /// Every probing, then every observation.
-    pub(super) fn all_rows(&self) -> impl ExactSizeIterator<Item = &Row> {
+    pub(super) fn all_rows(&self) -> impl ExactSizeIterator<Item = &RowResult> {
         let (probed, observed) = (&self.rows, &self.observed);
         let row = move |i: usize| probed.get(i).unwrap_or_else(|| &observed[i - probed.len()]);
         (0..probed.len() + observed.len()).map(row)
@@ -95,6 +95,6 @@ impl Identified {
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
     pub estimate: Estimate,
-    pub weights: Weights,
-    pub factor: Factor,
+    pub weights: EquationWeights,
+    pub factor: ScaledFactor,
 }

@@ -19,12 +19,12 @@ const MOVES: [f64; 2] = [300.0, std::f64::consts::PI];
 
 /// The span of a set of columns.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Span {
+pub(super) struct ColumnSpan {
     /// Orthonormal.
     basis: Vec<DVector<f64>>,
 }
 
-impl Span {
+impl ColumnSpan {
     pub fn of(columns: &DMatrix<f64>) -> Self {
         let mut span = Self::default();
         for column in columns.column_iter() {
@@ -144,7 +144,7 @@ fn independent(machine: &Machine, has_free_stylus: bool, known: &[Parameter]) ->
         }
     }
     let fixed = if has_free_stylus { setup } else { setup - 3 };
-    let mut span = Span::of(&columns.columns(0, fixed).into_owned());
+    let mut span = ColumnSpan::of(&columns.columns(0, fixed).into_owned());
     let adds =
         |(column, _): &(usize, &Parameter)| span.add(columns.column(*column).into_owned(), NOTHING);
     let found = (setup..).zip(&all).filter(adds).map(|(_, p)| *p);
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
     use crate::formats::artefact::Artefact;
     use crate::formats::probings::{Probing, Probings};
-    use crate::identify::{Model, Options, Problem, Unknown, identify};
+    use crate::identify::{IdentifyOptions, Model, Problem, Unknown, identify};
     use crate::simulate::{Disturbances, probings};
     use rand::seq::SliceRandom;
 
@@ -336,7 +336,7 @@ mod tests {
         let perfect = ErrorModel::perfect(machine);
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         assert_eq!(problem.missing(), Ok(Vec::new()), "{}", machine.topology());
-        let found = identify(&problem, Options::default()).unwrap();
+        let found = identify(&problem, IdentifyOptions::default()).unwrap();
         let is_parameter = |u: &crate::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
         (!found.unseen.iter().any(is_parameter)).then_some(found.noise / NOISE)
     }

@@ -6,10 +6,10 @@
 
 use super::descent::setup_alone;
 use super::mistakes::{EXPLAINS, GROSS, Mistake};
-use super::rows::{Problem, Weights};
+use super::rows::{EquationWeights, Problem};
 use super::stated::PLACES;
 use super::{IdentifyError, Unknown, root_mean_square};
-use crate::instrument::{Kind, Part, Sample};
+use crate::instrument::{InitialSample, Kind, SettingPart};
 use nalgebra::Vector3;
 
 /// Smallest standard uncertainty (mm) of what is stated about a set-up while the machine is taken for nominal: its
@@ -25,7 +25,7 @@ const ALIKE: f64 = 2.0;
 
 /// A change of all readings of a set-up.
 #[derive(Clone, Copy)]
-struct Reading {
+struct Misreading {
     /// What the rows fit, and what to do.
     what: &'static str,
     remedy: &'static str,
@@ -34,51 +34,51 @@ struct Reading {
 }
 
 /// Units that are mistaken for millimetres.
-const LENGTHS: [Reading; 3] = [
-    Reading {
+const LENGTHS: [Misreading; 3] = [
+    Misreading {
         what: "in inches",
         remedy: "write them in mm",
         change: |read, _| read * 25.4,
     },
-    Reading {
+    Misreading {
         what: "in metres",
         remedy: "write them in mm",
         change: |read, _| read * 1e3,
     },
-    Reading {
+    Misreading {
         what: "in µm",
         remedy: "write them in mm",
         change: |read, _| read * 1e-3,
     },
 ];
 /// Units and sense of points; any coordinate that counts the other way makes a frame left-handed, whichever it is.
-const POINTS: [Reading; 4] = [
+const POINTS: [Misreading; 4] = [
     LENGTHS[0],
     LENGTHS[1],
     LENGTHS[2],
-    Reading {
+    Misreading {
         what: "of a left-handed frame",
         remedy: "change the sign of one of x_mm, y_mm and z_mm, or exchange two of them in the header",
         change: |read, _| Vector3::new(read.x, read.y, -read.z),
     },
 ];
-const POSITIONS: [Reading; 4] = [
-    Reading {
+const POSITIONS: [Misreading; 4] = [
+    Misreading {
         what: "positions in µm instead of deviations",
         remedy: "write how much farther the tool is than commanded, in µm",
         change: |read, travel| Vector3::new(read.x - travel, 0.0, 0.0),
     },
-    Reading {
+    Misreading {
         what: "positions in mm instead of deviations in µm",
         remedy: "write how much farther the tool is than commanded, in µm",
         change: |read, travel| Vector3::new(1e3 * read.x - travel, 0.0, 0.0),
     },
-    Reading {
+    Misreading {
         what: "positions in µm that count the other way, instead of deviations",
         remedy: "write how much farther the tool is than commanded, in µm, or turn the direction in reads",
         change: |read, travel| Vector3::new(-read.x - travel, 0.0, 0.0),
     },
-    Reading {
+    Misreading {
         what: "positions in mm that count the other way, instead of deviations in µm",
         remedy: "write how much farther the tool is than commanded, in µm, or turn the direction in reads",
         change: |read, travel| Vector3::new(-1e3 * read.x - travel, 0.0, 0.0),
@@ -98,7 +98,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
     let own = problem.of_set_up(setup);
     let (name, kind, _) = own.observed.setups[setup].clone();
     let at_first = left(&own)?;
-    let readings: &[Reading] = match kind {
+    let readings: &[Misreading] = match kind {
         Kind::Length => &LENGTHS,
         Kind::Point => &POINTS,
         Kind::Displacement => &POSITIONS,
@@ -116,7 +116,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
     if at_first < least {
         return None;
     }
-    let mut tried: Vec<(&Reading, f64)> = readings
+    let mut tried: Vec<(&Misreading, f64)> = readings
         .iter()
         .filter_map(|reading| {
             let left = left(&own.read_as(setup, reading.change))?;
@@ -147,7 +147,7 @@ fn found(problem: &Problem<'_>, setup: usize) -> Option<Mistake> {
 
 /// A dead length that is another one than stated.
 fn dead_length(own: &Problem<'_>, setup: usize, at_first: f64) -> Option<Mistake> {
-    let unknown = Unknown::Setup(setup, Part::Length);
+    let unknown = Unknown::Setup(setup, SettingPart::Length);
     let (_, stated, sigma) = *(own.observed.known.iter()).find(|(of, ..)| *of == unknown)?;
     let mut free = own.clone();
     free.observed.known.retain(|(of, ..)| *of != unknown);
@@ -189,7 +189,7 @@ fn left(problem: &Problem<'_>) -> Option<f64> {
 
 /// The same, and the dead length of a set-up then (mm).
 fn fitted(problem: &Problem<'_>, setup: usize) -> Option<(f64, f64)> {
-    let weights = Weights {
+    let weights = EquationWeights {
         rows: vec![1.0 / NOMINAL; problem.observed.rows.len()],
         least: NOMINAL,
     };
@@ -201,7 +201,7 @@ fn fitted(problem: &Problem<'_>, setup: usize) -> Option<(f64, f64)> {
 }
 
 impl Problem<'_> {
-    /// The same with nothing but one set-up, on the machine without errors.
+    /// With nothing but one set-up, on the machine without errors.
     fn of_set_up(&self, setup: usize) -> Self {
         let mut other = self.clone();
         other.places.clear();
@@ -229,18 +229,18 @@ impl Problem<'_> {
         root_mean_square(along.iter().map(|v| v - mean))
     }
 
-    /// The same with other readings of a set-up, and a first place of it that follows from them.
+    /// With other readings of a set-up, and a first place of it that follows from them.
     fn read_as(&self, setup: usize, change: fn(&Vector3<f64>, f64) -> Vector3<f64>) -> Self {
         let mut other = self.clone();
         for row in &mut other.observed.rows {
             let travel = row.commanded.along.dot(&row.commanded.travel);
             row.read = change(&row.read, travel);
         }
-        let samples = other.observed.rows.iter().map(|row| Sample {
+        let samples = other.observed.rows.iter().map(|row| InitialSample {
             commanded: row.commanded,
             read: row.read,
         });
-        let samples: Vec<Sample> = samples.collect();
+        let samples: Vec<InitialSample> = samples.collect();
         let given = other.observed.given[setup];
         let (_, kind, setting) = &mut other.observed.setups[setup];
         *setting = kind.start(&given, &samples);

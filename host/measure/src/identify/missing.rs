@@ -1,7 +1,7 @@
 //! Location errors that a model lacks and cannot compensate for.
 
 use super::derivatives::largest;
-use super::locations::{Span, in_order_of_preference};
+use super::locations::{ColumnSpan, in_order_of_preference};
 use super::structure::Ideal;
 use super::{Identified, IdentifyError, Model, Problem, Unknown};
 use trueaxis_model::errors::Parameter;
@@ -22,7 +22,7 @@ impl Problem<'_> {
             estimate,
             weights,
         } = Ideal::new(self)?;
-        let mut span = Span::of(&problem.jacobian(&estimate, &weights));
+        let mut span = ColumnSpan::of(&problem.jacobian(&estimate, &weights));
         let is_other = |p: &Parameter| {
             !self.unknowns.contains(&Unknown::Parameter(*p))
                 && !self.base.parameters.contains_key(p)
@@ -66,9 +66,9 @@ impl Problem<'_> {
         };
         let is_stylus = |i: &usize| matches!(problem.unknowns[*i], Unknown::Stylus(_));
         let found: Vec<usize> = (0..problem.unknowns.len()).filter(is_found).collect();
-        let with = Span::of(&jacobian.select_columns(&found));
+        let with = ColumnSpan::of(&jacobian.select_columns(&found));
         let others: Vec<usize> = found.into_iter().filter(|i| !is_stylus(i)).collect();
-        let mut without = Span::of(&jacobian.select_columns(&others));
+        let mut without = ColumnSpan::of(&jacobian.select_columns(&others));
         let is_known = |p: &Parameter| identified.errors.parameters.contains_key(p);
         let mut candidates = in_order_of_preference(self.machine);
         candidates.retain(|p| !is_known(p));

@@ -1,7 +1,7 @@
 //! Detects common mistakes in a whole file of probings by trying alternatives.
 
 use super::descent::setup_alone;
-use super::rows::{ProbingRow, Problem, Weights};
+use super::rows::{EquationWeights, ProbingRow, Problem};
 use super::units::UNITS;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;
@@ -194,7 +194,7 @@ fn rotary(problem: &Problem<'_>) -> Vec<usize> {
 
 /// Residual with only balls and stylus fitted (mm); `None` if they cannot be fitted.
 fn left(problem: &Problem<'_>) -> Option<f64> {
-    let weights = Weights {
+    let weights = EquationWeights {
         rows: vec![1.0; problem.places.len()],
         least: f64::INFINITY,
     };
@@ -322,7 +322,7 @@ fn sets(problem: &Problem<'_>) -> Vec<u32> {
     sets
 }
 
-/// The same with axes that count the other way.
+/// The problem with axes that count the other way.
 fn mirrored<'a>(problem: &Problem<'a>, set: u32) -> Problem<'a> {
     let mut other = problem.clone();
     for place in &mut other.places {
@@ -357,7 +357,7 @@ pub fn unseen_senses(problem: &Problem<'_>) -> Option<String> {
 
 /// Positions of the balls on the nominal machine (mm).
 fn setup(problem: &Problem<'_>) -> Option<Vec<Vector3<f64>>> {
-    let weights = Weights {
+    let weights = EquationWeights {
         rows: vec![1.0; problem.places.len()],
         least: f64::INFINITY,
     };

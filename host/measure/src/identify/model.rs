@@ -1,6 +1,6 @@
 //! Models: which parameters are identified.
 
-use super::candidates::{Form, candidates, direction};
+use super::candidates::{RotationForm, candidates, direction};
 use super::locations::{chain, minimal};
 use std::fmt;
 use std::str::FromStr;
@@ -14,7 +14,7 @@ pub enum Model {
     /// relative scales: ten parameters that probings without a length reference can identify (source document,
     /// Chapter 6).
     Ten,
-    /// The same with the backlash of both rotary axes (Chapter 5).
+    /// Like `Ten`, with the backlash of both rotary axes (Chapter 5).
     Twelve,
     /// The locations, three scales, and the spindle position across the tool (Chapters 4 and 7).
     Thirteen,
@@ -88,7 +88,7 @@ impl fmt::Display for Model {
 }
 
 impl Model {
-    /// Its parameters on a machine. For `auto` these are the ones it starts from, up to `degree`; `directions` tells
+    /// Parameters on a machine. For `auto` these are the ones it starts from, up to `degree`; `directions` tells
     /// for which axes the direction of approach is known.
     ///
     /// # Errors
@@ -135,7 +135,7 @@ impl Model {
             Self::EightyFour => {
                 self.published("wCBXFZYSt", include_str!("hu40-84.txt"), machine)?
             }
-            Self::Auto => candidates(machine, degree, Form::Harmonics, directions),
+            Self::Auto => candidates(machine, degree, RotationForm::Harmonics, directions),
             Self::Named(parameters) => {
                 let mut known = ErrorModel::perfect(machine);
                 if let Some(other) = parameters.iter().find(|p| !known.set(machine, **p, 0.0)) {

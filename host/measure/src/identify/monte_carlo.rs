@@ -6,7 +6,7 @@
 
 use super::descent::descend;
 use super::estimate::Estimate;
-use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
+use super::{Identified, IdentifyError, IdentifyOptions, Model, Problem, automatic, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
@@ -24,7 +24,7 @@ use trueaxis_tables::uncertainty;
 pub struct Trial<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors. Parameters that these probings cannot identify are set to zero.
+    /// Errors. Parameters that these probings cannot identify are set to zero.
     pub errors: &'a ErrorModel,
     /// The balls.
     pub artefact: &'a Artefact,
@@ -41,7 +41,7 @@ pub struct Trial<'a> {
 pub struct Normalised {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its standard uncertainty for the simulated noise.
+    /// Standard uncertainty for the simulated noise.
     pub uncertainty: f64,
     /// Mean of its errors, each divided by the standard uncertainty that the identification states; 0 if there is no
     /// bias.
@@ -52,7 +52,7 @@ pub struct Normalised {
 
 /// Statistics of all identifications.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct MonteCarloOutcome {
     /// Number of identifications.
     pub seeds: usize,
     /// Each parameter that can be identified.
@@ -64,7 +64,7 @@ pub struct Outcome {
     pub positions: usize,
     /// Number of these at which the remaining tip error is within its 95 % interval.
     pub tips_inside: usize,
-    /// The same for the tool direction.
+    /// Like `tips_inside`, for the tool direction.
     pub directions_inside: usize,
     /// The smallest fraction of positions inside the band in any one identification; the errors of one
     /// identification are correlated.
@@ -113,7 +113,7 @@ pub fn monte_carlo(
     trial: &Trial<'_>,
     seeds: usize,
     step: &(dyn Fn() + Sync),
-) -> Result<Outcome, TrialError> {
+) -> Result<MonteCarloOutcome, TrialError> {
     let Trial { machine, .. } = *trial;
     let first = trial.first(trial.errors)?;
     // Parameters that cannot be identified have no true value either.
@@ -187,7 +187,7 @@ pub fn monte_carlo(
         }
     };
     let least = all.iter().map(|once| once.inside[0]).min();
-    Ok(Outcome {
+    Ok(MonteCarloOutcome {
         seeds,
         parameters: first
             .parameters
@@ -230,7 +230,7 @@ impl Trial<'_> {
                 self.artefact,
                 &Observations::default(),
                 &perfect,
-                Options::default(),
+                IdentifyOptions::default(),
             );
             return Ok(chosen?.identified);
         }
@@ -242,7 +242,7 @@ impl Trial<'_> {
             &parameters,
             &perfect,
         );
-        Ok(identify(&problem, Options::default())?)
+        Ok(identify(&problem, IdentifyOptions::default())?)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Estimates the noise of each kind of observation, and how far each row can be trusted.
 
-use super::factor::Factor;
+use super::factor::ScaledFactor;
 use super::root_mean_square;
-use super::rows::{Problem, Weights};
+use super::rows::{EquationWeights, Problem};
 use crate::instrument::Kind;
 use nalgebra::{DMatrix, Vector3};
 
@@ -29,15 +29,15 @@ const REJECTED: f64 = 1e-6;
 
 /// What was measured in one way, so that one factor applies to its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Source {
+pub enum NoiseSource {
     /// Probings of balls.
     Probings,
     /// Observations of one kind.
     Observations(Kind),
 }
 
-impl Source {
-    /// Its name in the plural.
+impl NoiseSource {
+    /// Name in the plural.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -62,28 +62,28 @@ impl Source {
 
 /// The noise of one source: a variance component.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Component {
+pub struct VarianceComponent {
     /// What.
-    pub source: Source,
+    pub source: NoiseSource,
     /// Number of rows.
     pub rows: usize,
     /// Standard deviation of a coordinate of an average row, from the residuals (mm; angles over
     /// [`LEVER`](crate::instrument::LEVER)).
     pub noise: f64,
-    /// The same in units of the stated uncertainty of each row, if all rows of the source state it; then the stated
+    /// Like `noise`, in units of the stated uncertainty of each row, if all rows of the source state it; then the stated
     /// values are used, unless the residuals refute them.
     pub of_stated: Option<f64>,
     /// True if the residuals of most rows exceed the stated uncertainty, beyond chance: it is too small, or the machine
     /// has errors that the model lacks. Uncertainties then rest on the residuals, if there is no other source.
     pub is_refuted: bool,
-    /// Its share of the degrees of freedom.
+    /// Share of the degrees of freedom.
     pub freedom: f64,
     /// The noise (mm, or in units of the stated uncertainty) of the median row, which wrong rows hardly change; `None`
     /// if there are too few degrees of freedom.
     pub(super) typical: Option<f64>,
 }
 
-impl Component {
+impl VarianceComponent {
     /// True if chance gives a factor as far from 1 less than once in a thousand.
     #[must_use]
     pub fn is_misstated(&self) -> bool {
@@ -117,9 +117,9 @@ fn refute(factor: f64, spread: f64, freedom: f64) -> bool {
 }
 
 /// The rows of one source.
-struct Part {
-    source: Source,
-    /// Its rows among those of [`Weights::rows`].
+struct SourceRows {
+    source: NoiseSource,
+    /// Rows among those of [`EquationWeights::rows`].
     rows: Vec<usize>,
     /// 0 in one dimension, 1 in three: index of the constants above.
     dimension: usize,
@@ -133,7 +133,7 @@ pub(super) struct Noise {
     /// Standard uncertainty of a coordinate of each row, as stated (mm), or 1.
     stated: Vec<f64>,
     /// The sources, probings first.
-    parts: Vec<Part>,
+    parts: Vec<SourceRows>,
     /// Relative weight of each row: 1, or less.
     pub trust: Vec<f64>,
 }
@@ -149,8 +149,8 @@ impl Noise {
             .observed
             .rows
             .iter()
-            .map(|row| Source::Observations(row.kind));
-        let sources: Vec<Source> = (problem.places.iter().map(|_| Source::Probings))
+            .map(|row| NoiseSource::Observations(row.kind));
+        let sources: Vec<NoiseSource> = (problem.places.iter().map(|_| NoiseSource::Probings))
             .chain(observed)
             .collect();
         let mut names = sources.clone();
@@ -168,7 +168,7 @@ impl Noise {
                 None => 3,
                 Some(i) => problem.observed.rows[i].kind.dimension(),
             };
-            Part {
+            SourceRows {
                 source,
                 rows,
                 dimension: usize::from(dimension == 3),
@@ -185,14 +185,14 @@ impl Noise {
     }
 
     /// Factors for the residuals of each row (mm).
-    pub fn weights(&self, least: f64) -> Weights {
+    pub fn weights(&self, least: f64) -> EquationWeights {
         let mut rows = vec![0.0; self.stated.len()];
         for part in &self.parts {
             for i in &part.rows {
                 rows[*i] = self.trust[*i] / (part.deviation * self.stated[*i]);
             }
         }
-        Weights { rows, least }
+        EquationWeights { rows, least }
     }
 
     /// Degrees of freedom of each source: its equations in excess of the unknowns that they determine. Together with
@@ -201,7 +201,7 @@ impl Noise {
         &self,
         problem: &Problem<'_>,
         jacobian: &DMatrix<f64>,
-        factor: &Factor,
+        factor: &ScaledFactor,
     ) -> Option<Vec<f64>> {
         let freedom = (problem.equations() - factor.unknowns().len()) as f64;
         if let [_] = self.parts[..] {
@@ -209,7 +209,7 @@ impl Noise {
         }
         let leverages = factor.leverages(jacobian)?;
         let blocks: Vec<_> = problem.blocks().collect();
-        let share = |part: &Part| {
+        let share = |part: &SourceRows| {
             let equations = part.rows.iter().flat_map(|i| blocks[*i].clone());
             equations.map(|i| 1.0 - leverages[i]).sum::<f64>()
         };
@@ -224,7 +224,7 @@ impl Noise {
     /// What each row says (mm) in units of the stated uncertainty.
     fn distances<'s>(
         &'s self,
-        part: &'s Part,
+        part: &'s SourceRows,
         misses: &'s [Vector3<f64>],
     ) -> impl Iterator<Item = f64> + 's {
         part.rows
@@ -234,7 +234,7 @@ impl Noise {
 
     /// Standard deviation of a coordinate in units of the stated uncertainty, from the median row, corrected for the
     /// share of it that remains after the fit. Infinite if nothing is known about it, so that all rows are trusted.
-    fn spread(&self, part: &Part, misses: &[Vector3<f64>], freedom: f64) -> f64 {
+    fn spread(&self, part: &SourceRows, misses: &[Vector3<f64>], freedom: f64) -> f64 {
         if freedom < LEAST_FREEDOM {
             return f64::INFINITY;
         }
@@ -246,7 +246,7 @@ impl Noise {
     }
 
     /// Standard deviation of a coordinate in units of the stated uncertainty.
-    fn factor(&self, part: &Part, misses: &[Vector3<f64>], freedom: f64) -> f64 {
+    fn factor(&self, part: &SourceRows, misses: &[Vector3<f64>], freedom: f64) -> f64 {
         let trust = || part.rows.iter().map(|i| self.trust[*i]);
         let counted = self.distances(part, misses).zip(trust());
         let squares: f64 = counted.map(|(d, trust)| (d * trust).powi(2)).sum();
@@ -257,11 +257,11 @@ impl Noise {
     }
 
     /// The noise of each source.
-    pub fn components(&self, misses: &[Vector3<f64>], shares: &[f64]) -> Vec<Component> {
-        let of = |(part, freedom): (&Part, &f64)| {
+    pub fn components(&self, misses: &[Vector3<f64>], shares: &[f64]) -> Vec<VarianceComponent> {
+        let of = |(part, freedom): (&SourceRows, &f64)| {
             let factor = self.factor(part, misses, *freedom);
             let weights: Vec<f64> = part.rows.iter().map(|i| self.stated[*i].recip()).collect();
-            Component {
+            VarianceComponent {
                 source: part.source,
                 rows: part.rows.len(),
                 noise: factor / root_mean_square(weights.into_iter()),

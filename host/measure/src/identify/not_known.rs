@@ -1,8 +1,8 @@
 //! What an identification cannot know of a machine.
 
-use super::candidates::{self, Form, of_degree};
+use super::candidates::{self, RotationForm, of_degree};
 use super::elsewhere::Elsewhere;
-use super::noise::{Component, Source};
+use super::noise::{NoiseSource, VarianceComponent};
 use super::{HeldOut, Honesty, Identified, IdentifyError, Problem, Unknown};
 use crate::instrument::{Kind, LEVER};
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -115,11 +115,11 @@ fn of_stylus(problem: &Problem<'_>, identified: &Identified) -> Result<f64, Iden
     Ok((squares / 3.0).sqrt())
 }
 
-/// The same of observations alone: what they read along one line has of a coordinate of the tip.
-fn of_observations(one: &Component) -> Option<f64> {
+/// Like `of_stylus`, of observations alone: what they read along one line has of a coordinate of the tip.
+fn of_observations(one: &VarianceComponent) -> Option<f64> {
     if matches!(
         one.source,
-        Source::Probings | Source::Observations(Kind::Angle)
+        NoiseSource::Probings | NoiseSource::Observations(Kind::Angle)
     ) {
         return None;
     }
@@ -127,7 +127,7 @@ fn of_observations(one: &Component) -> Option<f64> {
 }
 
 /// What residuals of observations have beyond their stated noise (mm, rms).
-fn beyond_noise(one: &Component) -> f64 {
+fn beyond_noise(one: &VarianceComponent) -> f64 {
     let noise = one.of_stated.map_or(0.0, |factor| one.noise / factor);
     (one.noise * one.noise - noise * noise).max(0.0).sqrt()
 }
@@ -136,7 +136,7 @@ fn beyond_noise(one: &Component) -> f64 {
 /// one axis does not show how another one tilts.
 fn of_direction(problem: &Problem<'_>, identified: &Identified) -> Option<f64> {
     let mut all = identified.components.iter();
-    let angles = all.find(|one| one.source == Source::Observations(Kind::Angle))?;
+    let angles = all.find(|one| one.source == NoiseSource::Observations(Kind::Angle))?;
     let rows = problem.observed.rows.iter();
     let rows: Vec<_> = rows.filter(|row| row.kind == Kind::Angle).collect();
     let machine = problem.machine;
@@ -155,10 +155,10 @@ const SLANTED: f64 = 0.1;
 
 /// The error motions that have neither a table nor a coefficient, if no tip was measured in space.
 fn motions(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
-    let is_point = |one: &Component| {
+    let is_point = |one: &VarianceComponent| {
         matches!(
             one.source,
-            Source::Probings | Source::Observations(Kind::Point)
+            NoiseSource::Probings | NoiseSource::Observations(Kind::Point)
         )
     };
     if identified.components.iter().any(is_point) {
@@ -173,7 +173,7 @@ fn motions(problem: &Problem<'_>, identified: &Identified) -> Vec<Parameter> {
                     && !matches!(p.kind, ParameterKind::Inter | ParameterKind::Backlash)
             };
             let has_table = errors.motions[index][component].table.is_some();
-            let lowest = [2, 1].map(|k| of_degree(axis, component, k, Form::Harmonics)[0]);
+            let lowest = [2, 1].map(|k| of_degree(axis, component, k, RotationForm::Harmonics)[0]);
             // A turn has no lower coefficient than its first harmonic.
             let bends = match lowest[1].kind {
                 ParameterKind::Degree(_) => lowest[0],

@@ -1,12 +1,13 @@
 //! Observations other than probings as equations, and their set-ups as unknowns.
 
 use super::Unknown;
-use super::estimate::{Estimate, Row};
+use super::estimate::{Estimate, RowResult};
 use super::prior::Prior;
 use super::setup::{FoundDrift, FoundPart, FoundSetup};
-use crate::formats::observations::{Drift, Known, Observations, STYLUS};
+use crate::formats::observations::{Drift, Observations, PlacePrior, STYLUS};
 use crate::instrument::{
-    Commanded, Given, Instrument, Kind, LEVER, Part, Sample, Seen, Setting, turned,
+    Commanded, InitialSample, Instrument, Kind, LEVER, Seen, Setting, SettingPart, SetupPriors,
+    turned,
 };
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
@@ -21,7 +22,7 @@ pub(super) struct Observed {
     /// Name, kind, and first set-up.
     pub setups: Vec<(String, Kind, Setting)>,
     /// What is known about each.
-    pub given: Vec<Given>,
+    pub given: Vec<SetupPriors>,
     /// Name and first place (mm, spindle frame) of the points of the tool.
     pub tools: Vec<(String, Vector3<f64>)>,
     /// The times (s) of the first and the last row of each set-up, if all have one.
@@ -101,8 +102,8 @@ impl Observed {
         let setups = all.setups.iter().enumerate();
         let setups = setups.map(|(number, setup)| {
             let own = rows.iter().filter(|row| row.setup == number);
-            let samples: Vec<Sample> = own
-                .map(|row| Sample {
+            let samples: Vec<InitialSample> = own
+                .map(|row| InitialSample {
                     commanded: row.commanded,
                     read: row.read,
                 })
@@ -121,7 +122,7 @@ impl Observed {
                 let unknown = Unknown::Setup(number, *part);
                 match (part, setup.given.sigma(*part)) {
                     (_, None) => candidates.push(unknown),
-                    (Part::Length, Some(sigma)) => {
+                    (SettingPart::Length, Some(sigma)) => {
                         known.push((unknown, setup.given.length.unwrap_or(0.0), sigma));
                     }
                     // A rotation is one from the orientation as stated, and counts over a lever.
@@ -136,9 +137,9 @@ impl Observed {
             for k in 0..3 {
                 let unknown = Unknown::Tool(number, k);
                 match tool.known {
-                    Known::Unknown => candidates.push(unknown),
-                    Known::Within(sigma) => known.push((unknown, tools[number].1[k], sigma)),
-                    Known::Exactly => {}
+                    PlacePrior::Unknown => candidates.push(unknown),
+                    PlacePrior::Within(sigma) => known.push((unknown, tools[number].1[k], sigma)),
+                    PlacePrior::Exactly => {}
                 }
             }
         }
@@ -189,7 +190,7 @@ impl Observed {
                 column.fixed_rows_mut::<3>(3 * i).copy_from(&effect);
             }
             let scale = match unknown {
-                Unknown::Setup(_, Part::Turn(_)) => LEVER,
+                Unknown::Setup(_, SettingPart::Turn(_)) => LEVER,
                 _ => 1.0,
             };
             column / scale
@@ -234,7 +235,7 @@ impl Observed {
     pub fn value(&self, unknown: Unknown, estimate: &Estimate) -> (f64, f64) {
         match unknown {
             Unknown::Tool(tool, k) => (estimate.tools[tool][k], 1.0),
-            Unknown::Setup(setup, Part::Turn(k)) => {
+            Unknown::Setup(setup, SettingPart::Turn(k)) => {
                 let first = &self.setups[setup].2.turn;
                 let turn = estimate.settings[setup].turn * first.transpose();
                 let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
@@ -261,9 +262,9 @@ impl Observed {
         before: &[Vector3<f64>],
         after: &[Vector3<f64>],
         trusted: &[bool],
-    ) -> Vec<Row> {
+    ) -> Vec<RowResult> {
         let first = after.len() - self.rows.len();
-        let row = |i: usize| Row {
+        let row = |i: usize| RowResult {
             before: before[i],
             after: after[i],
             is_trusted: trusted[i],
@@ -285,12 +286,12 @@ impl Observed {
             let found = &estimate.settings[number];
             let parts = kind.instrument().parts().iter().map(|part| {
                 let value = match *part {
-                    Part::Place(k) => found.place[k],
-                    Part::Turn(k) => {
+                    SettingPart::Place(k) => found.place[k],
+                    SettingPart::Turn(k) => {
                         Rotation3::from_matrix_unchecked(found.turn * first.turn.transpose())
                             .scaled_axis()[k]
                     }
-                    Part::Length | Part::Radius => found.length,
+                    SettingPart::Length | SettingPart::Radius => found.length,
                 };
                 (Unknown::Setup(number, *part), part.to_string(), value)
             });

@@ -5,7 +5,7 @@
 pub struct Prior {
     /// The stated value (mm; 0 for a rotation, which is counted from the stated orientation).
     pub value: f64,
-    /// Its standard uncertainty (mm or rad).
+    /// Standard uncertainty (mm or rad).
     pub sigma: f64,
     /// How far the value found is from the stated one, in standard deviations that chance would give; `None` if no other
     /// measurement tells anything about it. This is Baarda's w of the equation of the prior.

@@ -1,7 +1,7 @@
 //! Compares the chosen model with the list of coefficients published for machines of the same layout, and explains
 //! the differences.
 
-use super::{Chosen, Fit, IdentifyError, Level, Model, Tried, Unknown};
+use super::{Chosen, Fit, IdentifyError, Level, Model, TriedTerms, Unknown};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::Machine;
 
@@ -25,9 +25,9 @@ pub enum Missing {
 pub struct Published {
     /// The published list.
     pub model: Model,
-    /// Its number of coefficients.
+    /// Number of coefficients.
     pub count: usize,
-    /// Its result with the same probings, or why it cannot be identified.
+    /// Result with the same probings, or why it cannot be identified.
     pub fit: Result<Fit, IdentifyError>,
     /// Coefficients that are also in the chosen model.
     pub kept: Vec<Parameter>,
@@ -60,14 +60,14 @@ pub(super) fn listed(machine: &Machine) -> Option<(Model, Vec<Parameter>)> {
 pub fn published(machine: &Machine, chosen: &Chosen) -> Option<Published> {
     let (model, list) = listed(machine)?;
     let level = &chosen.levels[chosen.chosen];
-    let is_list = |level: &&Level| matches!(level.tried, Tried::List(_));
+    let is_list = |level: &&Level| matches!(level.tried, TriedTerms::List(_));
     let of_list = chosen.levels.iter().find(is_list)?;
     let degree = match &level.tried {
-        Tried::List(_) => return None,
-        Tried::Fewest | Tried::Locations => 0,
-        Tried::Degree(degree, _) => *degree,
+        TriedTerms::List(_) => return None,
+        TriedTerms::Fewest | TriedTerms::Locations => 0,
+        TriedTerms::Degree(degree, _) => *degree,
         // Each is there because it helps, whatever its degree.
-        Tried::Added(_) => 0,
+        TriedTerms::Added(_) => 0,
     };
     let identified = &chosen.identified;
     let kept: Vec<Parameter> = identified.parameters.iter().map(|e| e.parameter).collect();

@@ -1,7 +1,7 @@
 //! Finds observations that were copied: they repeat another one to the last digit more often than noise would.
 
 use super::Identified;
-use super::noise::Source;
+use super::noise::NoiseSource;
 use super::set_up_priors::CHANCE;
 use crate::formats::observations::{Observation, Observations};
 use crate::instrument::Kind;
@@ -35,7 +35,7 @@ pub fn repeated(observations: &Observations, identified: &Identified) -> Vec<Rep
         let rows = rows.filter(|(_, row)| observations.setups[row.setup].kind == kind);
         let rows: Vec<(usize, &Observation)> = rows.collect();
         let mut components = identified.components.iter();
-        let component = components.find(|one| one.source == Source::Observations(kind))?;
+        let component = components.find(|one| one.source == NoiseSource::Observations(kind))?;
         let stated = rows.iter().filter_map(|(_, row)| row.sigma);
         let noise = stated.fold(component.noise, f64::min);
         let dimension = kind.dimension();

@@ -9,7 +9,7 @@ use trueaxis_model::errors::{Parameter, ParameterKind};
 
 /// The quantity that a trend depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Along {
+pub enum TrendAlong {
     /// Time, over a span (s).
     Time(f64),
     /// The order of the rows, if there is no time.
@@ -22,7 +22,7 @@ pub enum Along {
     Direction(char),
 }
 
-impl fmt::Display for Along {
+impl fmt::Display for TrendAlong {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Time(span) => write!(f, "drift over {span:.0} s"),
@@ -38,7 +38,7 @@ impl fmt::Display for Along {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checked {
     /// The quantity.
-    pub along: Along,
+    pub along: TrendAlong,
     /// The trend found; `None` if these rows cannot separate it from what was identified.
     pub trend: Option<Trend>,
     /// True if the model has a parameter that should account for it.
@@ -84,15 +84,15 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
     let drifts = problem.unknowns.iter().any(is_drift);
     match all(|row| row.time) {
         Some(_) if drifts => {}
-        Some((times, span)) => check(Along::Time(span), times, false),
+        Some((times, span)) => check(TrendAlong::Time(span), times, false),
         None if rows.is_empty() => {}
         None => {
             let order = (0..rows.len()).map(|i| i as f64).collect();
-            check(Along::Order, order, false);
+            check(TrendAlong::Order, order, false);
         }
     }
     if let Some((temperatures, span)) = all(|row| row.temperature) {
-        check(Along::Temperature(span), temperatures, false);
+        check(TrendAlong::Temperature(span), temperatures, false);
     }
     if let Some((runs, _)) = all(|row| row.run) {
         let mut names = runs.clone();
@@ -102,7 +102,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
         let compared = if names.len() == 2 { 1 } else { RUNS };
         for name in names.into_iter().rev().take(compared) {
             let is_in = runs.iter().map(|run| f64::from(u8::from(*run == name)));
-            check(Along::Run(name), is_in.collect(), false);
+            check(TrendAlong::Run(name), is_in.collect(), false);
         }
     }
     for (i, axis) in problem.machine.axes.iter().enumerate() {
@@ -112,7 +112,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
             let is_backlash = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
             let mut found = identified.parameters.iter().map(|e| &e.parameter);
             let is_modelled = found.any(is_backlash);
-            check(Along::Direction(letter), directions, is_modelled);
+            check(TrendAlong::Direction(letter), directions, is_modelled);
         }
     }
     let rotary = |i: &usize| problem.machine.axes[*i].letter.is_rotary();
@@ -127,7 +127,7 @@ pub fn honesty(problem: &Problem<'_>, probings: &Probings, identified: &Identifi
             .collect::<Vec<f64>>()
     };
     let keys: Vec<Vec<f64>> = rows.iter().map(key).collect();
-    let square = |row: &super::Row| row.after.component_mul(&row.after);
+    let square = |row: &super::RowResult| row.after.component_mul(&row.after);
     let squares: Vector3<f64> = identified.rows.iter().map(square).sum();
     Honesty {
         balls: by_ball(problem, identified),
@@ -152,22 +152,22 @@ impl Checked {
         let um = um.join(", ");
         let drift = "probe the balls in an order that repeats them, warm the machine up first, or add the temperature of the artefact to the rows";
         Some(match self.along {
-            Along::Time(span) => format!(
+            TrendAlong::Time(span) => format!(
                 "the tip drifts against the balls, by {um} µm (x, y, z, k = 2) over {span:.0} s: {drift}"
             ),
-            Along::Order => format!(
+            TrendAlong::Order => format!(
                 "the tip drifts against the balls, or the model lacks something, by {um} µm (x, y, z, k = 2) from the first to the last row: {drift}"
             ),
-            Along::Temperature(span) => format!(
+            TrendAlong::Temperature(span) => format!(
                 "the residuals follow temperature, by {um} µm (x, y, z, k = 2) over {span:.1} K: probe at one temperature, or one run for each, and identify each by itself"
             ),
-            Along::Run(run) => format!(
+            TrendAlong::Run(run) => format!(
                 "run {run} is off the others by {um} µm (x, y, z, k = 2): look whether the artefact has moved, and identify the runs one by one"
             ),
-            Along::Direction(axis) if self.is_modelled => format!(
+            TrendAlong::Direction(axis) if self.is_modelled => format!(
                 "the residuals depend on the direction from which {axis} came, by {um} µm (x, y, z, k = 2), although its backlash is in the model: its backlash varies over the travel"
             ),
-            Along::Direction(axis) => format!(
+            TrendAlong::Direction(axis) => format!(
                 "the residuals depend on the direction from which {axis} came, by {um} µm (x, y, z, k = 2): add its backlash to the model, as EAAb is that of A"
             ),
         })

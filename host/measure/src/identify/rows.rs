@@ -1,9 +1,9 @@
 //! The equations: one per coordinate of each probing and each observation, per bar, and per known coordinate of the
 //! stylus or of a set-up.
 
-use super::estimate::{Estimate, Row};
+use super::estimate::{Estimate, RowResult};
 use super::observed::{Observed, ObservedRow, moved, period};
-use super::unidentifiable::Spindle;
+use super::unidentifiable::ProbedSpindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
 use crate::formats::observations::{Drift, Observations};
@@ -28,7 +28,7 @@ pub struct Problem<'a> {
     pub(super) places: Vec<ProbingRow>,
     /// Names of the balls, in the order of the file.
     pub(super) balls: Vec<String>,
-    pub(super) bars: Vec<Bar>,
+    pub(super) bars: Vec<BarRow>,
     /// Observations other than probings.
     pub(super) observed: Observed,
     /// The times (s) of the first and the last probing, if all have one.
@@ -37,18 +37,18 @@ pub struct Problem<'a> {
     pub(super) drift: Vec<Drift>,
     /// Standard uncertainties of changes with temperature from the choice of temperatures, lags and terms.
     pub(super) choice: Vec<(Unknown, f64)>,
-    stylus: Stylus,
+    stylus: StylusPrior,
     /// Approximate positions of the balls.
     nominal: Vec<Option<Vector3<f64>>>,
     pub(super) base: Box<ErrorModel>,
-    pub(super) spindle: Spindle,
+    pub(super) spindle: ProbedSpindle,
 }
 
 /// A probing.
 #[derive(Clone, Debug)]
 pub(super) struct ProbingRow {
     pub ball: usize,
-    /// Its row in the file, and its line.
+    /// Row in the file, and its line.
     pub row: usize,
     pub line: usize,
     pub q: PerAxis,
@@ -66,22 +66,22 @@ pub(super) struct ProbingRow {
 
 /// A known distance.
 #[derive(Clone, Debug)]
-pub(super) struct Bar {
+pub(super) struct BarRow {
     pub balls: [usize; 2],
-    /// Its length and its standard uncertainty (mm).
+    /// Length and its standard uncertainty (mm).
     pub length: f64,
     pub sigma: f64,
 }
 
 #[derive(Clone, Debug)]
-struct Stylus {
+struct StylusPrior {
     tip: Vector3<f64>,
     sigma: [Option<f64>; 3],
 }
 
 /// Weights of the equations.
 #[derive(Clone, Debug)]
-pub(super) struct Weights {
+pub(super) struct EquationWeights {
     /// The inverse standard uncertainty of each probing, then of each observation (1/mm).
     pub rows: Vec<f64>,
     /// Lower limit of the uncertainty of bars and stylus (mm), used while the machine is not known yet. Otherwise
@@ -142,14 +142,14 @@ impl<'a> Problem<'a> {
             balls: probings.balls.clone(),
             bars: (artefact.bars.iter())
                 .filter_map(|bar| {
-                    Some(Bar {
+                    Some(BarRow {
                         balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
                         length: bar.length,
                         sigma: bar.uncertainty,
                     })
                 })
                 .collect(),
-            stylus: Stylus {
+            stylus: StylusPrior {
                 tip: artefact.stylus.place(machine),
                 sigma: artefact.stylus.uncertainty,
             },
@@ -159,14 +159,14 @@ impl<'a> Problem<'a> {
             period,
             drift: Vec::new(),
             choice: Vec::new(),
-            spindle: Spindle {
+            spindle: ProbedSpindle {
                 tool_axis: machine.tool_axis,
                 is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
             },
         }
     }
 
-    /// The same with observations of other kinds, and with the drift that these say to look for.
+    /// With observations of other kinds, and with the drift that these say to look for.
     #[must_use]
     pub fn with(mut self, observations: &Observations) -> Self {
         let observed = Observed::new(self.machine, observations);
@@ -189,7 +189,7 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// The same with what drift and temperatures are at the times of its rows.
+    /// With what drift and temperatures are at the times of its rows.
     #[must_use]
     pub(super) fn at_times(mut self, observations: &Observations) -> Self {
         self.drift.clone_from(&observations.drift);
@@ -219,7 +219,7 @@ impl<'a> Problem<'a> {
         probed.chain(self.observed.rows.iter().map(|row| row.clock))
     }
 
-    /// The same with all rows an hour later than drift began.
+    /// With all rows an hour later than drift began.
     pub(super) fn after_an_hour(&self) -> Self {
         let mut other = self.clone();
         for row in &mut other.places {
@@ -246,7 +246,7 @@ impl<'a> Problem<'a> {
         self.period.is_some() || self.observed.periods.iter().any(Option::is_some)
     }
 
-    /// The same with a stylus of which nothing is known.
+    /// With a stylus of which nothing is known.
     pub(super) fn with_free_stylus(&self) -> Self {
         let mut other = self.clone();
         other.stylus.sigma = [None; 3];
@@ -258,7 +258,7 @@ impl<'a> Problem<'a> {
         (0..3).filter_map(|k| Some((k, self.stylus.tip[k], self.stylus.sigma[k]?)))
     }
 
-    /// The same with nothing but probings.
+    /// With nothing but probings.
     pub(super) fn of_probings(&self) -> Self {
         let mut other = self.clone();
         other.observed = Observed::default();
@@ -289,8 +289,8 @@ impl<'a> Problem<'a> {
     }
 
     /// Weights for residuals in mm.
-    pub(super) fn unweighted(&self, least: f64) -> Weights {
-        Weights {
+    pub(super) fn unweighted(&self, least: f64) -> EquationWeights {
+        EquationWeights {
             rows: vec![1.0; self.places.len() + self.observed.rows.len()],
             least,
         }
@@ -443,7 +443,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Residuals of all equations that are neither probings nor observations, in units of their standard uncertainties.
-    fn others(&self, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
+    fn others(&self, estimate: &Estimate, weights: &EquationWeights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|i| estimate.balls[i]);
             ((a - b).norm() - bar.length) / bar.sigma.max(weights.least)
@@ -465,7 +465,7 @@ impl<'a> Problem<'a> {
 
     /// Residuals of all equations in units of their standard uncertainties; for probings and observations these
     /// are the inverse of `weights`.
-    pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
+    pub(super) fn residuals(&self, estimate: &Estimate, weights: &EquationWeights) -> DVector<f64> {
         let misses = self.misses(estimate);
         let mut all = Vec::with_capacity(self.equations());
         for ((block, miss), w) in self.blocks().zip(&misses).zip(&weights.rows) {
@@ -518,7 +518,7 @@ impl<'a> Problem<'a> {
         lengths
     }
 
-    /// The same problem with other axis positions, in the order of the file.
+    /// This problem with other axis positions, in the order of the file.
     pub(super) fn with_positions(&self, probings: &Probings) -> Self {
         let mut other = self.clone();
         for place in &mut other.places {
@@ -529,7 +529,7 @@ impl<'a> Problem<'a> {
         other
     }
 
-    /// The same problem with random errors of the lengths of bars and coordinates of the stylus, according to their
+    /// This problem with random errors of the lengths of bars and coordinates of the stylus, according to their
     /// standard uncertainties.
     pub(super) fn with_chance_lengths(mut self, random: &mut Pcg64Mcg) -> Self {
         for bar in &mut self.bars {
@@ -542,7 +542,7 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// The same problem with only balls and stylus as unknowns.
+    /// This problem with only balls and stylus as unknowns.
     pub(super) fn of_setup(&self) -> Self {
         let mut other = self.clone();
         let is_setup = |u: &Unknown| u.parameter().is_none();
@@ -550,14 +550,14 @@ impl<'a> Problem<'a> {
         other
     }
 
-    /// The same problem with an unknown stylus.
+    /// This problem with an unknown stylus.
     pub(super) fn without_stylus(&self) -> Self {
         let mut other = self.clone();
         other.stylus.sigma = [None; 3];
         other
     }
 
-    /// The same problem without bars.
+    /// This problem without bars.
     pub(super) fn without_bars(&self) -> Self {
         Self {
             bars: Vec::new(),
@@ -571,10 +571,10 @@ impl<'a> Problem<'a> {
         before: &[Vector3<f64>],
         after: &[Vector3<f64>],
         trusted: &[bool],
-    ) -> Vec<Row> {
+    ) -> Vec<RowResult> {
         let mut order: Vec<usize> = (0..self.places.len()).collect();
         order.sort_by_key(|i| self.places[*i].row);
-        let row = |i: usize| Row {
+        let row = |i: usize| RowResult {
             before: before[i],
             after: after[i],
             is_trusted: trusted[i],

@@ -1,6 +1,6 @@
 //! Which error motion that the model lacks explains the residuals best: score tests.
 
-use super::candidates::{Form, candidates};
+use super::candidates::{RotationForm, candidates};
 use super::identified::Solution;
 use super::snooping::deviations;
 use super::{Identified, Problem, Unknown};
@@ -45,7 +45,7 @@ pub fn lacking(problem: &Problem<'_>, identified: &Identified) -> Option<Lacking
         count * libm::log(rest.max(f64::MIN_POSITIVE)) + terms as f64 * libm::log(count)
     };
     let mut best: Option<(f64, Lacking)> = None;
-    for form in Form::of(machine) {
+    for form in RotationForm::of(machine) {
         let all = [0, HIGHEST].map(|degree| candidates(machine, degree, *form, &directions));
         let is_new = |p: &Parameter| {
             !identified.looked_for.contains(p) && !problem.base.is_tabulated(machine, p)

@@ -9,9 +9,9 @@ use std::fmt;
 pub struct FoundPart {
     /// What: `place in x`, `dead length`, `tool point in x`.
     pub what: String,
-    /// Its value (mm); for a rotation, what was added to the first orientation (rad).
+    /// Value (mm); for a rotation, what was added to the first orientation (rad).
     pub value: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of the unknown.
     pub uncertainty: f64,
     /// What was stated beforehand, if anything.
     pub prior: Option<Prior>,
@@ -31,11 +31,11 @@ impl FoundPart {
 /// An instrument as it was found to be set up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundSetup {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// What it reads.
     pub kind: Kind,
-    /// Its unknowns that the observations determine.
+    /// Unknowns that the observations determine.
     pub parts: Vec<FoundPart>,
 }
 

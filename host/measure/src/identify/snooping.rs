@@ -3,10 +3,10 @@
 
 use super::Unknown;
 use super::identified::Identified;
-use super::noise::Source;
+use super::noise::NoiseSource;
 use super::root_mean_square;
-use super::rows::{Problem, Weights};
-use crate::instrument::{Kind, Part};
+use super::rows::{EquationWeights, Problem};
+use crate::instrument::{Kind, SettingPart};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::ops::Range;
 use trueaxis_model::errors::{Parameter, ParameterKind};
@@ -107,7 +107,7 @@ const CRITICAL: f64 = 5.2;
 const EXPLAINS: f64 = 0.5;
 /// The fraction of a hypothesis' effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 1e-3;
-/// The same of readings of an instrument: a small stated uncertainty makes the unknowns follow them, and what is left is in
+/// Like `TESTABLE`, of readings of an instrument: a small stated uncertainty makes the unknowns follow them, and what is left is in
 /// the residuals of everything else.
 const TESTABLE_READINGS: f64 = 1e-5;
 /// A row belongs to another ball if it fits it this well (mm).
@@ -145,7 +145,7 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
     }
     // A single wrong position of a rotary axis explains little of the noise of many rows. Errors that the model lacks make
     // several positions significant; a wrong position leaves nothing behind once it is left out.
-    let positions: Vec<Group> = (groups.into_iter())
+    let positions: Vec<DisplacementGroup> = (groups.into_iter())
         .filter(|group| matches!(group.suspect, Suspect::Index(..)))
         .collect();
     if found.len() < most
@@ -160,7 +160,7 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
 }
 
 /// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
-struct Group {
+struct DisplacementGroup {
     suspect: Suspect,
     /// Places in the order in which they were probed, or observations after them in the order of their files.
     places: Vec<usize>,
@@ -171,7 +171,7 @@ struct Group {
 }
 
 /// The hypothesis that explains most.
-struct Best {
+struct BestHypothesis {
     suspect: Suspect,
     places: Vec<usize>,
     change: DVector<f64>,
@@ -179,7 +179,7 @@ struct Best {
     gain: f64,
 }
 
-impl Best {
+impl BestHypothesis {
     fn suspicion(self, problem: &Problem<'_>, identified: &Identified) -> Suspicion {
         let off = Vector3::from_fn(|k, _| self.change.get(k).copied().unwrap_or(0.0));
         let probed = problem.places.len();
@@ -212,7 +212,7 @@ impl Best {
 }
 
 /// The one of two hypotheses that explains more.
-fn better(best: Option<Best>, next: Best) -> Option<Best> {
+fn better(best: Option<BestHypothesis>, next: BestHypothesis) -> Option<BestHypothesis> {
     match best {
         Some(best) if best.gain >= next.gain => Some(best),
         _ => Some(next),
@@ -231,7 +231,7 @@ struct Adjusted {
     /// The equations of each place.
     blocks: Vec<Range<usize>>,
     /// The source of noise of each place.
-    sources: Vec<Source>,
+    sources: Vec<NoiseSource>,
     /// Derivative of the tip by the stylus in each place.
     stylus: Vec<Matrix3<f64>>,
     equations: usize,
@@ -241,7 +241,7 @@ impl Adjusted {
     /// With all rows weighted as stated, without robust weights.
     fn new(problem: &Problem<'_>, identified: &Identified) -> Self {
         let rows = stated(problem, identified);
-        let weights = Weights {
+        let weights = EquationWeights {
             rows,
             least: identified.place.weights.least,
         };
@@ -259,7 +259,7 @@ impl Adjusted {
         let basis = jacobian.qr().q();
         let residuals = problem.residuals(estimate, &weights);
         let left = &residuals - &basis * basis.tr_mul(&residuals);
-        let unit = Weights {
+        let unit = EquationWeights {
             least: weights.least,
             ..problem.unweighted(0.0)
         };
@@ -278,11 +278,11 @@ impl Adjusted {
     }
 
     /// The hypothesis that explains most, if it is significant.
-    fn best(&self, problem: &Problem<'_>, groups: &[Group]) -> Option<Best> {
-        let mut best: Option<Best> = None;
+    fn best(&self, problem: &Problem<'_>, groups: &[DisplacementGroup]) -> Option<BestHypothesis> {
+        let mut best: Option<BestHypothesis> = None;
         for place in 0..self.blocks.len() {
             let effect = self.of_row(problem, place);
-            let mut sums = Sums::new(self, effect.ncols());
+            let mut sums = HypothesisSums::new(self, effect.ncols());
             sums.add(self, place, &effect);
             if let Some(tested) = sums.tested(self, None, TESTABLE) {
                 best = better(best, tested.about(Suspect::Row, &[place]));
@@ -294,12 +294,12 @@ impl Adjusted {
         }
     }
 
-    /// The same of groups that explain this fraction of the residuals of their sources.
-    fn best_group(&self, groups: &[Group], explains: f64) -> Option<Best> {
-        let mut best: Option<Best> = None;
+    /// The best hypothesis about groups that explains this fraction of the residuals of their sources.
+    fn best_group(&self, groups: &[DisplacementGroup], explains: f64) -> Option<BestHypothesis> {
+        let mut best: Option<BestHypothesis> = None;
         for group in groups {
             let least = explains * self.squares(&group.places);
-            let mut sums = Sums::new(self, group.effects[0].ncols());
+            let mut sums = HypothesisSums::new(self, group.effects[0].ncols());
             for (k, place) in group.places.iter().enumerate().rev() {
                 sums.add(self, *place, &group.effects[k]);
                 // A single row is tested as a row, and all rows of a ball or stylus are just its position.
@@ -318,7 +318,7 @@ impl Adjusted {
                     continue;
                 };
                 let suspect = match (&group.suspect, self.sources[*place]) {
-                    (Suspect::Reading(name, _), Source::Observations(kind)) => {
+                    (Suspect::Reading(name, _), NoiseSource::Observations(kind)) => {
                         let factor = 1.0 - tested.change[0];
                         match Misread::of(kind, factor, tested.uncertainty) {
                             Some(one) => Suspect::Reading(name.clone(), one),
@@ -335,10 +335,10 @@ impl Adjusted {
 
     /// Sum of the squared residuals of all that has the same sources of noise as some places.
     fn squares(&self, places: &[usize]) -> f64 {
-        let mut own: Vec<Source> = places.iter().map(|i| self.sources[*i]).collect();
+        let mut own: Vec<NoiseSource> = places.iter().map(|i| self.sources[*i]).collect();
         own.sort_unstable();
         own.dedup();
-        let is_own = |source: &Source| own.contains(source);
+        let is_own = |source: &NoiseSource| own.contains(source);
         if self.sources.iter().all(is_own) {
             return self.left.norm_squared();
         }
@@ -360,7 +360,12 @@ impl Adjusted {
     }
 
     /// The columns of a hypothesis, in units of standard uncertainties.
-    fn columns(&self, problem: &Problem<'_>, best: &Best, groups: &[Group]) -> DMatrix<f64> {
+    fn columns(
+        &self,
+        problem: &Problem<'_>,
+        best: &BestHypothesis,
+        groups: &[DisplacementGroup],
+    ) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(self.left.len(), best.change.len());
         let group = (groups.iter()).find(|group| match (&group.suspect, &best.suspect) {
             (Suspect::Reading(a, _), Suspect::Reading(b, _)) => a == b,
@@ -381,7 +386,7 @@ impl Adjusted {
     }
 
     /// Accepts a hypothesis.
-    fn take(&mut self, problem: &Problem<'_>, best: &Best, groups: &[Group]) {
+    fn take(&mut self, problem: &Problem<'_>, best: &BestHypothesis, groups: &[DisplacementGroup]) {
         let mut columns = self.columns(problem, best, groups);
         columns -= &self.basis * self.basis.tr_mul(&columns);
         // Twice is enough: the first pass leaves rounding.
@@ -397,7 +402,7 @@ impl Adjusted {
 }
 
 /// The sums that a test of a hypothesis needs, over its places.
-struct Sums {
+struct HypothesisSums {
     /// The columns in the basis, the products of the columns with each other, and with the residuals.
     in_basis: DMatrix<f64>,
     normal: DMatrix<f64>,
@@ -413,8 +418,8 @@ struct Tested {
 }
 
 impl Tested {
-    fn about(self, suspect: Suspect, places: &[usize]) -> Best {
-        Best {
+    fn about(self, suspect: Suspect, places: &[usize]) -> BestHypothesis {
+        BestHypothesis {
             suspect,
             places: places.to_vec(),
             change: self.change,
@@ -424,7 +429,7 @@ impl Tested {
     }
 }
 
-impl Sums {
+impl HypothesisSums {
     fn new(adjusted: &Adjusted, count: usize) -> Self {
         Self {
             in_basis: DMatrix::zeros(adjusted.basis.ncols(), count),
@@ -489,7 +494,7 @@ pub(crate) fn deviations(f: f64, count: usize, freedom: usize) -> f64 {
 /// of its source.
 fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
     let is_alone = identified.components.len() == 1;
-    let weight = |source: Source, sigma: Option<f64>| {
+    let weight = |source: NoiseSource, sigma: Option<f64>| {
         let mut components = identified.components.iter();
         let sigma = components.find(|c| c.source == source).map(|component| {
             match (sigma, component.of_stated) {
@@ -513,14 +518,14 @@ fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<f64> {
 }
 
 /// The source of noise of each probing, then of each observation.
-fn sources(problem: &Problem<'_>) -> impl Iterator<Item = Source> {
-    let probed = problem.places.iter().map(|_| Source::Probings);
+fn sources(problem: &Problem<'_>) -> impl Iterator<Item = NoiseSource> {
+    let probed = problem.places.iter().map(|_| NoiseSource::Probings);
     let observed = problem.observed.rows.iter();
-    probed.chain(observed.map(|row| Source::Observations(row.kind)))
+    probed.chain(observed.map(|row| NoiseSource::Observations(row.kind)))
 }
 
 /// Hypotheses about more than one row.
-fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
+fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGroup> {
     let places = &problem.places;
     let mut probed: Vec<usize> = (0..places.len()).collect();
     probed.sort_by_key(|i| places[*i].row);
@@ -536,7 +541,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
     let mut groups = Vec::new();
     let mut add = |suspect, places: Vec<usize>, effect: &dyn Fn(usize) -> DMatrix<f64>, is_from| {
         if places.len() > 1 {
-            groups.push(Group {
+            groups.push(DisplacementGroup {
                 effects: places.iter().map(|i| effect(*i)).collect(),
                 suspect,
                 places,
@@ -578,7 +583,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<Group> {
         let mean = own.iter().map(|i| observed.rows[*i].read.x).sum::<f64>() / own.len() as f64;
         let read = |i: usize| observed.rows[i].read.x - mean;
         let spread = root_mean_square(own.iter().map(|i| read(*i)));
-        let dead_length = Unknown::Setup(setup, Part::Length);
+        let dead_length = Unknown::Setup(setup, SettingPart::Length);
         let is_zero_known = observed.known.iter().any(|(of, ..)| *of == dead_length);
         add(
             Suspect::Reading(name.clone(), OTHER_SIGN),

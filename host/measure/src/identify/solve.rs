@@ -2,11 +2,11 @@
 
 use super::descent::{STILL, descend, setup_alone};
 use super::estimate::Estimate;
-use super::factor::Factor;
+use super::factor::ScaledFactor;
 use super::identified::{Estimated, FoundChange, Identified, Solution};
 use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
-use super::structure::Structure;
+use super::structure::Identifiability;
 use super::unidentifiable::GivenUp;
 use super::{
     IdentifyError, Suspicion, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
@@ -16,7 +16,7 @@ use trueaxis_model::errors::Parameter;
 
 /// Options of an identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct IdentifyOptions {
     /// Give rows that fit badly less weight (Huber).
     pub robust: bool,
     /// Leave out combinations of unknowns whose effect at the probings is no more than this fraction of the effects
@@ -40,7 +40,10 @@ pub(super) const STIFF: f64 = 0.01;
 ///
 /// # Errors
 /// [`IdentifyError`]: fewer equations than unknowns, no convergence, impossible numbers.
-pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
+pub fn identify(
+    problem: &Problem<'_>,
+    options: IdentifyOptions,
+) -> Result<Identified, IdentifyError> {
     let found = solve(problem, options);
     let is_misfit = matches!(
         found,
@@ -53,7 +56,7 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
 }
 
 /// Explains why nothing fits: stated bars or stylus, or some of the rows.
-fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
+fn misfit(problem: &Problem<'_>, options: IdentifyOptions) -> Option<IdentifyError> {
     if !problem.bars.is_empty()
         && let Ok(without) = solve(&problem.without_bars(), options)
     {
@@ -71,7 +74,7 @@ fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
     if options.robust {
         return None;
     }
-    let robust = Options {
+    let robust = IdentifyOptions {
         robust: true,
         ..options
     };
@@ -94,7 +97,7 @@ fn suspected(problem: &Problem<'_>, suspicions: &[Suspicion]) -> Option<Identify
     (!sentences.is_empty()).then_some(IdentifyError::Suspected { sentences })
 }
 
-fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
+fn solve(problem: &Problem<'_>, options: IdentifyOptions) -> Result<Identified, IdentifyError> {
     let unknowns = &problem.unknowns;
     let is_parameter = |i: &usize| unknowns[*i].parameter().is_some();
     problem.can_be_solved()?;
@@ -106,7 +109,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     units::are_mm(problem, &estimate)?;
     mistakes::refuse(problem)?;
     misread::refuse(problem)?;
-    let Structure { kept, given_up } = Structure::of(problem, options.least)?;
+    let Identifiability { kept, given_up } = Identifiability::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
     if has_parameters && !kept.iter().any(is_parameter) {
@@ -123,7 +126,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     for round in 0..ROUNDS {
         let weights = noise.weights(STIFF * left);
         let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = Factor::new(&jacobian, kept.clone(), &alone);
+        let factor = ScaledFactor::new(&jacobian, kept.clone(), &alone);
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
         let last = std::mem::replace(&mut misses, problem.misses(&estimate));
@@ -148,7 +151,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
         let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
         let (jacobian, factor) = if is_elsewhere {
             let jacobian = problem.jacobian(&estimate, &weights);
-            let factor = Factor::new(&jacobian, kept, &alone);
+            let factor = ScaledFactor::new(&jacobian, kept, &alone);
             (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
         } else {
             (jacobian, factor)
@@ -158,7 +161,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
             weights,
             factor,
         };
-        let end = End {
+        let end = LastRound {
             before,
             misses,
             shares,
@@ -183,7 +186,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
 }
 
 /// Residuals and related data of the last round.
-struct End {
+struct LastRound {
     before: Vec<Vector3<f64>>,
     misses: Vec<Vector3<f64>>,
     /// Degrees of freedom of each source of noise.
@@ -196,10 +199,10 @@ struct End {
 fn identified(
     problem: &Problem<'_>,
     place: Solution,
-    end: End,
+    end: LastRound,
     jacobian: &DMatrix<f64>,
 ) -> Result<Identified, IdentifyError> {
-    let End {
+    let LastRound {
         before,
         misses,
         shares,

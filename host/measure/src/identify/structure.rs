@@ -3,8 +3,8 @@
 use super::IdentifyError;
 use super::descent::setup_alone;
 use super::estimate::Estimate;
-use super::factor::Factor;
-use super::rows::{Problem, Weights};
+use super::factor::ScaledFactor;
+use super::rows::{EquationWeights, Problem};
 use super::unidentifiable::{GivenUp, seen};
 use crate::simulate::on_ball;
 use trueaxis_model::errors::ErrorModel;
@@ -23,18 +23,18 @@ const PROBED: f64 = 1e-3;
 pub(super) struct Ideal<'a> {
     pub problem: Problem<'a>,
     pub estimate: Estimate,
-    pub weights: Weights,
+    pub weights: EquationWeights,
 }
 
 /// What can and what cannot be identified.
 #[derive(Clone, Debug)]
-pub(super) struct Structure {
+pub(super) struct Identifiability {
     /// Indices of the identifiable unknowns, ascending.
     pub kept: Vec<usize>,
     pub given_up: Vec<GivenUp>,
 }
 
-impl Structure {
+impl Identifiability {
     /// Finds what the positions of a problem can identify: the rank of the equations of the nominal machine, with
     /// linear axes that put the stylus at the balls. The readings only matter through the resulting positions of
     /// balls and stylus. `least`: see [`Options::least`](super::Options::least).
@@ -46,7 +46,7 @@ impl Structure {
         } = Ideal::new(problem)?;
         let jacobian = ideal.jacobian(&estimate, &weights);
         let all = (0..problem.unknowns.len()).collect();
-        let factor = Factor::new(&jacobian, all, &problem.alone());
+        let factor = ScaledFactor::new(&jacobian, all, &problem.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = ideal.idle(&factor, &weights).into_iter();
         let idle = idle.map(|i| GivenUp::idle(i, problem.unknowns[i], problem.spindle));
@@ -67,7 +67,7 @@ impl<'a> Ideal<'a> {
     pub fn new(problem: &Problem<'a>) -> Result<Self, IdentifyError> {
         let mut ideal = problem.clone();
         ideal.base = Box::new(ErrorModel::perfect(problem.machine));
-        let weights = |least| Weights {
+        let weights = |least| EquationWeights {
             rows: vec![PROBED.recip(); problem.commands().count()],
             least,
         };

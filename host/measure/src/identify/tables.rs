@@ -2,8 +2,8 @@
 
 use super::Unknown;
 use super::estimate::Estimate;
-use super::factor::Factor;
-use super::rows::{Problem, Weights};
+use super::factor::ScaledFactor;
+use super::rows::{EquationWeights, Problem};
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
@@ -12,7 +12,7 @@ impl Problem<'_> {
     /// known, which are independent. `None` if it is not finite.
     pub(super) fn by_tables(
         &self,
-        (estimate, weights, factor): (&Estimate, &Weights, &Factor),
+        (estimate, weights, factor): (&Estimate, &EquationWeights, &ScaledFactor),
         jacobian: &DMatrix<f64>,
     ) -> Option<DMatrix<f64>> {
         let mut columns = Vec::new();
@@ -79,7 +79,7 @@ mod tests {
     use crate::formats::artefact::Artefact;
     use crate::formats::observations::{self, Observations};
     use crate::formats::probings::Probings;
-    use crate::identify::{Identified, Options, identify};
+    use crate::identify::{Identified, IdentifyOptions, identify};
     use std::fmt::Write;
     use trueaxis_model::errors::ErrorModel;
     use trueaxis_model::errors::Table;
@@ -133,7 +133,7 @@ mod tests {
             base.table_uncertainty.insert((0, 0), vec![u; 5]);
             let none = (Probings::default(), Artefact::default());
             let problem = Problem::new(&machine, &none.0, &none.1, &parameters, &base);
-            identify(&problem.with(&circle), Options::default()).unwrap()
+            identify(&problem.with(&circle), IdentifyOptions::default()).unwrap()
         };
         let values = |found: &Identified| {
             assert_eq!(found.parameters.len(), 2);

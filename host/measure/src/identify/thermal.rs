@@ -9,7 +9,7 @@ use super::gram::{Gram, Split};
 use super::held_out::student;
 use super::identified::Identified;
 use super::rows::Problem;
-use super::thermal_choice::{Linear, Model, Term, uncertainties};
+use super::thermal_choice::{Linear, ThermalCandidate, ThermalChoice, uncertainties};
 use crate::formats::temperatures::{Temperatures, ThermalModel};
 use nalgebra::{DMatrix, DVector};
 use trueaxis_model::errors::{MAX_SENSORS, Parameter, ParameterKind, Thermal, in_three_digits};
@@ -56,7 +56,7 @@ pub struct Warmed {
     /// The standard uncertainty of the lag of each input, as a fraction of it; `None` without a lag.
     pub lag_uncertainty: Vec<Option<f64>>,
     /// Each temperature in the order in which it was taken.
-    pub taken: Vec<Taken>,
+    pub taken: Vec<TakenTemperature>,
     /// What was not taken, and why.
     pub dropped: Vec<String>,
     /// Each cycle when it was left out.
@@ -70,8 +70,8 @@ pub struct Warmed {
 
 /// One temperature that was taken.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Taken {
-    /// Its sensor; again for another lag of the same.
+pub struct TakenTemperature {
+    /// Sensor; again for another lag of the same.
     pub sensor: String,
     /// Residual of left-out cycles (mm) after it was taken.
     pub left_out: f64,
@@ -84,7 +84,7 @@ pub struct LeftOut {
     pub rows: usize,
     /// Residual (mm, root mean square of a coordinate) without temperatures.
     pub without: f64,
-    /// The same with them.
+    /// Like `without`, with them.
     pub with: f64,
 }
 
@@ -100,7 +100,7 @@ pub struct ThermalError {
 
 /// A temperature with the parameters that may change with it.
 #[derive(Clone, Debug)]
-struct Group {
+struct ThermalGroup {
     sensor: usize,
     lag: f64,
     /// Indices into the candidates.
@@ -114,7 +114,7 @@ struct Temperature {
     kelvin: DVector<f64>,
 }
 
-struct Search<'p> {
+struct ThermalSearch<'p> {
     log: &'p Temperatures,
     /// Of each sensor (°C).
     references: Vec<f64>,
@@ -141,9 +141,9 @@ pub fn thermal(
     log: &Temperatures,
     candidates: &[Parameter],
 ) -> Result<Warmed, ThermalError> {
-    let search = Search::new(problem, identified, log, candidates)?;
+    let search = ThermalSearch::new(problem, identified, log, candidates)?;
     let without = search.score(&[]);
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<ThermalGroup> = Vec::new();
     let mut best = without;
     let mut taken = Vec::new();
     let mut dropped = Vec::new();
@@ -162,7 +162,7 @@ pub fn thermal(
         }
         groups.push(next);
         best = search.refine(&mut groups, score);
-        taken.push(Taken {
+        taken.push(TakenTemperature {
             sensor: log.sensors[groups[groups.len() - 1].sensor].clone(),
             left_out: best / search.weight,
         });
@@ -176,7 +176,7 @@ pub fn thermal(
     search.finish(groups, taken, dropped, without)
 }
 
-impl<'p> Search<'p> {
+impl<'p> ThermalSearch<'p> {
     fn new(
         problem: &Problem<'_>,
         identified: &Identified,
@@ -249,7 +249,7 @@ impl<'p> Search<'p> {
         1e3 / self.weight
     }
 
-    fn input(&self, group: &Group) -> Thermal {
+    fn input(&self, group: &ThermalGroup) -> Thermal {
         Thermal {
             sensor: self.log.sensors[group.sensor].clone(),
             lag: group.lag,
@@ -260,7 +260,7 @@ impl<'p> Search<'p> {
         }
     }
 
-    fn name(&self, group: &Group) -> String {
+    fn name(&self, group: &ThermalGroup) -> String {
         self.input(group).name()
     }
 
@@ -272,7 +272,7 @@ impl<'p> Search<'p> {
     }
 
     /// All columns: fixed ones, then those of the groups.
-    fn matrix(&self, groups: &[Group]) -> DMatrix<f64> {
+    fn matrix(&self, groups: &[ThermalGroup]) -> DMatrix<f64> {
         let extra: usize = groups.iter().map(|g| g.parameters.len()).sum();
         let first = self.fixed.ncols();
         let mut all = self.fixed.clone().insert_columns(first, extra, 0.0);
@@ -288,18 +288,18 @@ impl<'p> Search<'p> {
         all
     }
 
-    fn gram(&self, groups: &[Group]) -> Gram {
+    fn gram(&self, groups: &[ThermalGroup]) -> Gram {
         Gram::new(&self.matrix(groups), &self.residuals, &self.split)
     }
 
     /// Residual of left-out cycles (root mean square, weighted) with these groups.
-    fn score(&self, groups: &[Group]) -> f64 {
+    fn score(&self, groups: &[ThermalGroup]) -> f64 {
         self.gram(groups).left_out()
     }
 
-    fn with(&self, groups: &[Group], sensor: usize, lag: f64) -> Vec<Group> {
+    fn with(&self, groups: &[ThermalGroup], sensor: usize, lag: f64) -> Vec<ThermalGroup> {
         let mut more = groups.to_vec();
-        more.push(Group {
+        more.push(ThermalGroup {
             sensor,
             lag,
             parameters: (0..self.candidates.len()).collect(),
@@ -308,7 +308,7 @@ impl<'p> Search<'p> {
     }
 
     /// The temperature that predicts left-out cycles best beside `groups`, and the residual then.
-    fn best_addition(&self, groups: &[Group]) -> Option<(Group, f64)> {
+    fn best_addition(&self, groups: &[ThermalGroup]) -> Option<(ThermalGroup, f64)> {
         let mut used: Vec<usize> = groups.iter().map(|g| g.sensor).collect();
         used.sort_unstable();
         used.dedup();
@@ -325,7 +325,7 @@ impl<'p> Search<'p> {
     }
 
     /// Searches the lags of all groups, one after the other, the last one first; returns the residual then.
-    fn refine(&self, groups: &mut [Group], mut best: f64) -> f64 {
+    fn refine(&self, groups: &mut [ThermalGroup], mut best: f64) -> f64 {
         for number in (0..groups.len()).rev() {
             let start = groups[number].lag;
             if start == 0.0 {
@@ -340,7 +340,7 @@ impl<'p> Search<'p> {
             let mut score = |lag: f64| match others(lag) {
                 None => f64::INFINITY,
                 Some(mut all) => {
-                    all.push(Group { lag, ..own.clone() });
+                    all.push(ThermalGroup { lag, ..own.clone() });
                     self.score(&all)
                 }
             };
@@ -355,7 +355,7 @@ impl<'p> Search<'p> {
 
     /// Removes the terms without which left-out cycles are predicted as well, the least certain first. Returns what was
     /// removed from which temperature.
-    fn prune(&self, groups: &mut Vec<Group>, best: f64) -> Vec<(String, String)> {
+    fn prune(&self, groups: &mut Vec<ThermalGroup>, best: f64) -> Vec<(String, String)> {
         let mut removed: Vec<(String, Vec<String>)> = Vec::new();
         let mut least = best;
         let mut needed: Vec<(usize, f64, usize)> = Vec::new();
@@ -402,8 +402,8 @@ impl<'p> Search<'p> {
 
     fn finish(
         &self,
-        mut groups: Vec<Group>,
-        taken: Vec<Taken>,
+        mut groups: Vec<ThermalGroup>,
+        taken: Vec<TakenTemperature>,
         mut dropped: Vec<String>,
         without: f64,
     ) -> Result<Warmed, ThermalError> {
@@ -470,7 +470,7 @@ impl<'p> Search<'p> {
 
     /// The standard uncertainty of each term: with these temperatures, lags and terms, and with the choice of them. Where
     /// left-out cycles are predicted worse than chance would have it, equations have the variance of that.
-    fn uncertainties(&self, groups: &[Group]) -> Vec<[f64; 2]> {
+    fn uncertainties(&self, groups: &[ThermalGroup]) -> Vec<[f64; 2]> {
         let Some(chosen) = self.linear(groups).filter(|_| !groups.is_empty()) else {
             return Vec::new();
         };
@@ -482,7 +482,7 @@ impl<'p> Search<'p> {
         let equations = self.residuals.len() as f64 * gram.variance() / variance;
         let temperatures = self.temperatures();
         let (mut lags, mut others) = (Vec::new(), Vec::new());
-        let model = |groups: &[Group]| self.linear(groups).map(|linear| linear.model());
+        let model = |groups: &[ThermalGroup]| self.linear(groups).map(|linear| linear.model());
         for (g, group) in groups.iter().enumerate() {
             let at = |sensor: usize, lag: f64| {
                 let mut all = groups.to_vec();
@@ -515,7 +515,7 @@ impl<'p> Search<'p> {
             }
         }
         for parameter in 0..self.candidates.len() {
-            let is_its = |group: &&Group| group.parameters.contains(&parameter);
+            let is_its = |group: &&ThermalGroup| group.parameters.contains(&parameter);
             if groups.iter().filter(is_its).count() > 1 {
                 let mut without = groups.to_vec();
                 for group in &mut without {
@@ -546,20 +546,20 @@ impl<'p> Search<'p> {
     /// The models with a parameter that changes with one temperature more, if it is apart from those that it changes with.
     fn with_one(
         &self,
-        groups: &[Group],
+        groups: &[ThermalGroup],
         parameter: usize,
         temperatures: &[Temperature],
         is_in: &dyn Fn(&Temperature) -> bool,
-    ) -> Vec<Model> {
+    ) -> Vec<ThermalCandidate> {
         let its = groups.iter().filter(|g| g.parameters.contains(&parameter));
-        let its: Vec<Group> = its.cloned().collect();
+        let its: Vec<ThermalGroup> = its.cloned().collect();
         let tried = temperatures
             .iter()
             .filter(|t| is_in(t) && is_apart(&its, t.sensor, t.lag));
-        let (terms, columns): (Vec<Term>, Vec<DVector<f64>>) = tried
+        let (terms, columns): (Vec<ThermalChoice>, Vec<DVector<f64>>) = tried
             .map(|t| {
                 let (sensor, lag) = (t.sensor, t.lag);
-                let term = Term {
+                let term = ThermalChoice {
                     parameter,
                     sensor,
                     lag,
@@ -579,11 +579,11 @@ impl<'p> Search<'p> {
     }
 
     /// The least squares with these groups.
-    fn linear(&self, groups: &[Group]) -> Option<Linear> {
+    fn linear(&self, groups: &[ThermalGroup]) -> Option<Linear> {
         let terms = groups.iter().flat_map(|group| {
             let (sensor, lag) = (group.sensor, group.lag);
             let parameters = group.parameters.iter();
-            parameters.map(move |parameter| Term {
+            parameters.map(move |parameter| ThermalChoice {
                 parameter: *parameter,
                 sensor,
                 lag,
@@ -593,7 +593,7 @@ impl<'p> Search<'p> {
     }
 
     /// The standard uncertainty of each lag as a fraction of it, together with all other unknowns.
-    fn lag_uncertainty(&self, groups: &[Group]) -> Vec<Option<f64>> {
+    fn lag_uncertainty(&self, groups: &[ThermalGroup]) -> Vec<Option<f64>> {
         let gram = self.gram(groups);
         let solution = gram.solution();
         let mut matrix = self.matrix(groups);
@@ -625,10 +625,10 @@ impl<'p> Search<'p> {
 /// The models with the lags about one that was chosen.
 fn near(
     lag: f64,
-    chosen: &Model,
+    chosen: &ThermalCandidate,
     variance: f64,
-    model: &dyn Fn(f64) -> Option<Model>,
-) -> Vec<Model> {
+    model: &dyn Fn(f64) -> Option<ThermalCandidate>,
+) -> Vec<ThermalCandidate> {
     if lag == 0.0 {
         let longer = (0..FEW).map(|k| ALMOST_NONE * libm::exp2(f64::from(k) / 2.0));
         return [0.0].into_iter().chain(longer).filter_map(model).collect();
@@ -644,7 +644,7 @@ fn near(
 }
 
 /// True if the lag of a sensor differs enough from its lags in `groups`.
-fn is_apart(groups: &[Group], sensor: usize, lag: f64) -> bool {
+fn is_apart(groups: &[ThermalGroup], sensor: usize, lag: f64) -> bool {
     let ratio = |other: f64| libm::log(other.max(NO_LAG) / lag.max(NO_LAG)).abs();
     let mut same = groups.iter().filter(|g| g.sensor == sensor);
     same.all(|g| ratio(g.lag) >= libm::log(APART))

@@ -16,7 +16,7 @@ const OUTSIDE: f64 = 0.01;
 
 /// The change of a parameter (by its number) with a temperature after a lag (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Term {
+pub(super) struct ThermalChoice {
     pub parameter: usize,
     pub sensor: usize,
     pub lag: f64,
@@ -25,7 +25,7 @@ pub(super) struct Term {
 /// Least squares of some equations. Its terms are its last unknowns.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
-    terms: Vec<Term>,
+    terms: Vec<ThermalChoice>,
     /// With columns of length 1: these, the inverse of the normal equations, and the unknowns.
     columns: DMatrix<f64>,
     lengths: DVector<f64>,
@@ -37,17 +37,21 @@ pub(super) struct Linear {
 
 /// A model as far as it counts.
 #[derive(Clone, Debug)]
-pub(super) struct Model {
+pub(super) struct ThermalCandidate {
     /// Sum of the squares that it leaves.
     pub squares: f64,
     unknowns: usize,
     /// Terms with their coefficient, and the variance of it for equations with a variance of 1.
-    values: Vec<(Term, [f64; 2])>,
+    values: Vec<(ThermalChoice, [f64; 2])>,
 }
 
 impl Linear {
     /// For equations X·x + r ≈ 0; `None` if the columns depend on each other.
-    pub fn new(matrix: DMatrix<f64>, residuals: &DVector<f64>, terms: Vec<Term>) -> Option<Self> {
+    pub fn new(
+        matrix: DMatrix<f64>,
+        residuals: &DVector<f64>,
+        terms: Vec<ThermalChoice>,
+    ) -> Option<Self> {
         let lengths = DVector::from_iterator(
             matrix.ncols(),
             matrix.column_iter().map(|column| match column.norm() {
@@ -71,14 +75,14 @@ impl Linear {
         })
     }
 
-    pub fn model(&self) -> Model {
+    pub fn model(&self) -> ThermalCandidate {
         let first = self.lengths.len() - self.terms.len();
         let values = self.terms.iter().enumerate().map(|(k, term)| {
             let (i, length) = (first + k, self.lengths[first + k]);
             let variance = self.inverse[(i, i)] / (length * length);
             (*term, [self.solution[i] / length, variance])
         });
-        Model {
+        ThermalCandidate {
             squares: self.residuals.norm_squared(),
             unknowns: self.lengths.len(),
             values: values.collect(),
@@ -86,12 +90,12 @@ impl Linear {
     }
 
     /// The models with one further term each, whose columns are given.
-    pub fn with(&self, further: &[Term], columns: &DMatrix<f64>) -> Vec<Model> {
+    pub fn with(&self, further: &[ThermalChoice], columns: &DMatrix<f64>) -> Vec<ThermalCandidate> {
         let crosses = self.columns.tr_mul(columns);
         let moves = &self.inverse * &crosses;
         let base = self.model();
         let first = self.lengths.len() - self.terms.len();
-        let one = |(j, term): (usize, &Term)| {
+        let one = |(j, term): (usize, &ThermalChoice)| {
             let column = columns.column(j);
             let length = column.norm_squared();
             let outside = length - crosses.column(j).dot(&moves.column(j));
@@ -115,11 +119,11 @@ impl Linear {
     }
 }
 
-impl Model {
+impl ThermalCandidate {
     /// Coefficient and variance of a term; a sensor with several lags has the one whose lag is nearest. Zero if it has none.
-    fn value(&self, of: &Term) -> [f64; 2] {
+    fn value(&self, of: &ThermalChoice) -> [f64; 2] {
         let apart = |lag: f64| libm::log((lag + 1.0) / (of.lag + 1.0)).abs();
-        let is_same = |(term, _): &&(Term, [f64; 2])| {
+        let is_same = |(term, _): &&(ThermalChoice, [f64; 2])| {
             (term.parameter, term.sensor) == (of.parameter, of.sensor)
         };
         let own = self.values.iter().filter(is_same);
@@ -131,13 +135,13 @@ impl Model {
 /// The standard uncertainties of the coefficients of a model: without the choice, and with it. `lags` has models with other
 /// lags, the chosen one among them, for each lag that was chosen; `others` each kind of others.
 pub(super) fn uncertainties(
-    chosen: &Model,
-    lags: &[Vec<Model>],
-    others: &[Vec<Model>],
+    chosen: &ThermalCandidate,
+    lags: &[Vec<ThermalCandidate>],
+    others: &[Vec<ThermalCandidate>],
     variance: f64,
     equations: f64,
 ) -> Vec<[f64; 2]> {
-    let worse = |model: &Model| {
+    let worse = |model: &ThermalCandidate| {
         let more = model.unknowns as f64 - chosen.unknowns as f64;
         -0.5 * (model.squares - chosen.squares) / variance - 0.5 * more * libm::log(equations)
     };
@@ -150,9 +154,9 @@ pub(super) fn uncertainties(
         let all = kind.iter().map(|model| (model, worse(model) - share));
         probable(all.chain([(chosen, 0.0)]).collect())
     });
-    let all: Vec<(&Model, f64)> = lags.chain(others).flatten().collect();
-    let of = |(term, [value, own]): &(Term, [f64; 2])| {
-        let by = |(model, probability): &(&Model, f64)| {
+    let all: Vec<(&ThermalCandidate, f64)> = lags.chain(others).flatten().collect();
+    let of = |(term, [value, own]): &(ThermalChoice, [f64; 2])| {
+        let by = |(model, probability): &(&ThermalCandidate, f64)| {
             let [other, within] = model.value(term);
             let between = (other - value) * (other - value);
             probability * (between + ((within - own) * variance).max(0.0))
@@ -164,7 +168,7 @@ pub(super) fn uncertainties(
 }
 
 /// Models with their probabilities, from the logarithms of these up to a factor.
-fn probable(mut all: Vec<(&Model, f64)>) -> Vec<(&Model, f64)> {
+fn probable(mut all: Vec<(&ThermalCandidate, f64)>) -> Vec<(&ThermalCandidate, f64)> {
     let logs = all.iter().map(|(_, log)| *log);
     let most = logs.fold(f64::NEG_INFINITY, f64::max);
     for (_, log) in &mut all {
@@ -182,7 +186,7 @@ fn probable(mut all: Vec<(&Model, f64)>) -> Vec<(&Model, f64)> {
 mod tests {
     use super::*;
 
-    const TERM: Term = Term {
+    const TERM: ThermalChoice = ThermalChoice {
         parameter: 0,
         sensor: 0,
         lag: 0.0,
@@ -192,7 +196,7 @@ mod tests {
     fn a_further_term_is_that_of_a_fit_with_it() {
         let matrix = DMatrix::from_fn(30, 3, |i, j| (i as f64 / 30.0).powi(j as i32));
         let residuals = DVector::from_fn(30, |i, _| libm::cos(i as f64 * 0.3));
-        let other = Term { sensor: 1, ..TERM };
+        let other = ThermalChoice { sensor: 1, ..TERM };
         let fewer = matrix.columns(0, 2).into_owned();
         let fewer = Linear::new(fewer, &residuals, vec![TERM]).unwrap();
         let found = fewer.with(&[other], &matrix.columns(2, 1).into_owned());
@@ -209,10 +213,10 @@ mod tests {
 
     #[test]
     fn a_temperature_that_fits_as_well_leaves_a_coefficient_that_may_be_zero() {
-        let model = |sensor: usize, squares: f64| Model {
+        let model = |sensor: usize, squares: f64| ThermalCandidate {
             squares,
             unknowns: 1,
-            values: vec![(Term { sensor, ..TERM }, [3.0, 0.04])],
+            values: vec![(ThermalChoice { sensor, ..TERM }, [3.0, 0.04])],
         };
         let of = |squares: f64| {
             let others = [vec![model(1, squares)]];
@@ -226,10 +230,10 @@ mod tests {
 
     #[test]
     fn lags_that_fit_alike_add_their_variance() {
-        let model = |lag: f64, value: f64| Model {
+        let model = |lag: f64, value: f64| ThermalCandidate {
             squares: 10.0,
             unknowns: 1,
-            values: vec![(Term { lag, ..TERM }, [value, 0.04])],
+            values: vec![(ThermalChoice { lag, ..TERM }, [value, 0.04])],
         };
         let chosen = model(100.0, 1.0);
         let lags = vec![vec![model(90.0, 0.7), model(110.0, 1.3)]];

@@ -108,7 +108,7 @@ pub(super) fn repeats(
     identified: &Identified,
     keys: &[Vec<f64>],
 ) -> Option<Repeats> {
-    let after: Vec<&super::Row> = identified.rows.iter().collect();
+    let after: Vec<&super::RowResult> = identified.rows.iter().collect();
     let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME);
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for i in (0..keys.len()).filter(|i| after[*i].is_trusted) {
@@ -144,7 +144,7 @@ pub(super) fn repeats(
 /// Residuals at one ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfBall {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Number of probings.
     pub rows: usize,

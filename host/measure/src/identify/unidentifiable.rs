@@ -1,7 +1,7 @@
 //! Parameters that the probings cannot identify.
 
 use super::Unknown;
-use super::factor::Factor;
+use super::factor::ScaledFactor;
 use nalgebra::DMatrix;
 use std::cmp::Reverse;
 use trueaxis_model::errors::ParameterKind;
@@ -15,12 +15,12 @@ pub struct Unseen {
     /// one plus this times the true value of `unknown`.
     pub with: Vec<(Unknown, f64)>,
     /// Use of the spindle.
-    pub spindle: Spindle,
+    pub spindle: ProbedSpindle,
 }
 
 /// The spindle in the probings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spindle {
+pub struct ProbedSpindle {
     /// The axis of its frame along which the stylus points (0, 1, 2).
     pub tool_axis: usize,
     /// True if it was used at more than one angle.
@@ -45,7 +45,7 @@ pub(super) struct GivenUp {
 
 impl GivenUp {
     /// An unknown without any effect.
-    pub fn idle(number: usize, unknown: Unknown, spindle: Spindle) -> Self {
+    pub fn idle(number: usize, unknown: Unknown, spindle: ProbedSpindle) -> Self {
         Self {
             number,
             others: Vec::new(),
@@ -61,11 +61,11 @@ impl GivenUp {
 /// Gives up unknowns, in addition to those that are `gone`, until no combination has a singular value at or below
 /// `least`. Returns the factor of the remaining ones.
 pub(super) fn seen(
-    (unknowns, spindle): (&[Unknown], Spindle),
-    factor: Factor,
+    (unknowns, spindle): (&[Unknown], ProbedSpindle),
+    factor: ScaledFactor,
     gone: Vec<GivenUp>,
     least: f64,
-) -> (Factor, Vec<GivenUp>) {
+) -> (ScaledFactor, Vec<GivenUp>) {
     let mut all = gone;
     let is_left = |i: &usize| all.iter().all(|g| g.number != *i);
     let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
@@ -104,7 +104,7 @@ fn given_up(
     unknowns: &[Unknown],
     hidden: &DMatrix<f64>,
     units: &[f64],
-    spindle: Spindle,
+    spindle: ProbedSpindle,
 ) -> Vec<GivenUp> {
     let mut rest = hidden.clone();
     let mut chosen: Vec<usize> = Vec::new();

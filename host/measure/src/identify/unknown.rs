@@ -1,6 +1,6 @@
 //! The unknowns of an identification.
 
-use crate::instrument::Part;
+use crate::instrument::SettingPart;
 use std::fmt;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 
@@ -16,7 +16,7 @@ pub enum Unknown {
     /// A coordinate of a ball in the workpiece frame (mm).
     Ball(usize, usize),
     /// Part of the set-up of an instrument (mm or rad).
-    Setup(usize, Part),
+    Setup(usize, SettingPart),
     /// A coordinate of another point of the tool that instruments observe, in the spindle frame (mm).
     Tool(usize, usize),
     /// Drift of the artefact, or of the set-up of an instrument: along (0, 1, 2) or about (3, 4, 5) an axis of the

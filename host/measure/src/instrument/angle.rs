@@ -1,6 +1,6 @@
 //! Angles about one axis.
 
-use super::{Commanded, Given, Instrument, LEVER, Part, Sample, Seen, Setting};
+use super::{Commanded, InitialSample, Instrument, LEVER, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads the rotation of the tool in excess of the commanded one about an axis, from the orientation at which it was
@@ -8,8 +8,12 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Angle;
 
 impl Instrument for Angle {
-    fn parts(&self) -> &'static [Part] {
-        &[Part::Turn(0), Part::Turn(1), Part::Turn(2)]
+    fn parts(&self) -> &'static [SettingPart] {
+        &[
+            SettingPart::Turn(0),
+            SettingPart::Turn(1),
+            SettingPart::Turn(2),
+        ]
     }
 
     fn reads(&self, commanded: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64> {
@@ -31,15 +35,21 @@ impl Instrument for Angle {
     }
 
     /// Exact at zero; readings are small.
-    fn by_part(&self, commanded: &Commanded, _: &Setting, _: &Seen, part: Part) -> Vector3<f64> {
+    fn by_part(
+        &self,
+        commanded: &Commanded,
+        _: &Setting,
+        _: &Seen,
+        part: SettingPart,
+    ) -> Vector3<f64> {
         let value = match part {
-            Part::Turn(k) => -LEVER * commanded.along[k],
-            Part::Place(_) | Part::Length | Part::Radius => 0.0,
+            SettingPart::Turn(k) => -LEVER * commanded.along[k],
+            SettingPart::Place(_) | SettingPart::Length | SettingPart::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }
 
-    fn start(&self, given: &Given, _: &[Sample]) -> Setting {
+    fn start(&self, given: &SetupPriors, _: &[InitialSample]) -> Setting {
         given.setting()
     }
 }

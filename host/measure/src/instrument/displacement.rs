@@ -1,6 +1,6 @@
 //! Displacements along one direction.
 
-use super::{Commanded, Given, Instrument, Part, Sample, Seen, Setting};
+use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads n·(p − place) − n₀·(p₀ − place₀): how much farther the tool point p has gone along n than commanded. n₀ is
@@ -14,14 +14,14 @@ fn direction(commanded: &Commanded, setting: &Setting) -> Vector3<f64> {
 }
 
 impl Instrument for Displacement {
-    fn parts(&self) -> &'static [Part] {
+    fn parts(&self) -> &'static [SettingPart] {
         &[
-            Part::Place(0),
-            Part::Place(1),
-            Part::Place(2),
-            Part::Turn(0),
-            Part::Turn(1),
-            Part::Turn(2),
+            SettingPart::Place(0),
+            SettingPart::Place(1),
+            SettingPart::Place(2),
+            SettingPart::Turn(0),
+            SettingPart::Turn(1),
+            SettingPart::Turn(2),
         ]
     }
 
@@ -41,21 +41,21 @@ impl Instrument for Displacement {
         commanded: &Commanded,
         setting: &Setting,
         seen: &Seen,
-        part: Part,
+        part: SettingPart,
     ) -> Vector3<f64> {
         let value = match part {
-            Part::Place(k) => -direction(commanded, setting)[k],
-            Part::Turn(k) => {
+            SettingPart::Place(k) => -direction(commanded, setting)[k],
+            SettingPart::Turn(k) => {
                 let axis = commanded.ways * Vector3::ith(k, 1.0);
                 let change = axis.cross(&direction(commanded, setting));
                 change.dot(&(seen.point - setting.place))
             }
-            Part::Length | Part::Radius => 0.0,
+            SettingPart::Length | SettingPart::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }
 
-    fn start(&self, given: &Given, samples: &[Sample]) -> Setting {
+    fn start(&self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         let mut setting = given.setting();
         if let (None, Some(first)) = (given.place, samples.first()) {
             let Commanded { point, travel, .. } = first.commanded;

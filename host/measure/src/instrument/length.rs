@@ -1,10 +1,10 @@
 //! Distances from a point of the workpiece.
 
-use super::{Commanded, Given, Instrument, Part, Sample, Seen, Setting};
+use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Reads |p − place| − length: from its centre on the workpiece to the tool point p, less a dead length.
-pub struct Length;
+pub struct LengthReading;
 
 /// If lengths vary by less than this part of the longest, they do not show the dead length to start with.
 const VARIES: f64 = 0.05;
@@ -17,9 +17,14 @@ fn outwards(setting: &Setting, seen: &Seen) -> Vector3<f64> {
     way.unwrap_or_default()
 }
 
-impl Instrument for Length {
-    fn parts(&self) -> &'static [Part] {
-        &[Part::Place(0), Part::Place(1), Part::Place(2), Part::Length]
+impl Instrument for LengthReading {
+    fn parts(&self) -> &'static [SettingPart] {
+        &[
+            SettingPart::Place(0),
+            SettingPart::Place(1),
+            SettingPart::Place(2),
+            SettingPart::Length,
+        ]
     }
 
     fn reads(&self, _: &Commanded, setting: &Setting, seen: &Seen) -> Vector3<f64> {
@@ -33,18 +38,24 @@ impl Instrument for Length {
         rows
     }
 
-    fn by_part(&self, _: &Commanded, setting: &Setting, seen: &Seen, part: Part) -> Vector3<f64> {
+    fn by_part(
+        &self,
+        _: &Commanded,
+        setting: &Setting,
+        seen: &Seen,
+        part: SettingPart,
+    ) -> Vector3<f64> {
         let value = match part {
-            Part::Place(k) => -outwards(setting, seen)[k],
-            Part::Length => -1.0,
-            Part::Turn(_) | Part::Radius => 0.0,
+            SettingPart::Place(k) => -outwards(setting, seen)[k],
+            SettingPart::Length => -1.0,
+            SettingPart::Turn(_) | SettingPart::Radius => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }
 
     /// The centre c and dead length d for which (p − c)² = (l + d)², a linear problem: 2 c·p + 2 d·l + e = p² − l².
     /// What the positions do not show is at their mean: for a circle, its plane.
-    fn start(&self, given: &Given, samples: &[Sample]) -> Setting {
+    fn start(&self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         let mut setting = given.setting();
         if given.place.is_some() || samples.is_empty() {
             return setting;

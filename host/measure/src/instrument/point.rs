@@ -1,6 +1,6 @@
 //! Points in the frame of an instrument.
 
-use super::{Commanded, Given, Instrument, Part, Sample, Seen, Setting};
+use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads turnᵀ·(p − place): the tool point p in a frame at `place` with the orientation `turn`.
@@ -10,14 +10,14 @@ pub struct Point;
 const SPREAD: f64 = 1.0;
 
 impl Instrument for Point {
-    fn parts(&self) -> &'static [Part] {
+    fn parts(&self) -> &'static [SettingPart] {
         &[
-            Part::Place(0),
-            Part::Place(1),
-            Part::Place(2),
-            Part::Turn(0),
-            Part::Turn(1),
-            Part::Turn(2),
+            SettingPart::Place(0),
+            SettingPart::Place(1),
+            SettingPart::Place(2),
+            SettingPart::Turn(0),
+            SettingPart::Turn(1),
+            SettingPart::Turn(2),
         ]
     }
 
@@ -29,21 +29,28 @@ impl Instrument for Point {
         setting.turn.transpose()
     }
 
-    fn by_part(&self, _: &Commanded, setting: &Setting, seen: &Seen, part: Part) -> Vector3<f64> {
+    fn by_part(
+        &self,
+        _: &Commanded,
+        setting: &Setting,
+        seen: &Seen,
+        part: SettingPart,
+    ) -> Vector3<f64> {
         let change = match part {
-            Part::Place(k) => Vector3::ith(k, 1.0),
-            Part::Turn(k) => Vector3::ith(k, 1.0).cross(&(seen.point - setting.place)),
-            Part::Length | Part::Radius => Vector3::zeros(),
+            SettingPart::Place(k) => Vector3::ith(k, 1.0),
+            SettingPart::Turn(k) => Vector3::ith(k, 1.0).cross(&(seen.point - setting.place)),
+            SettingPart::Length | SettingPart::Radius => Vector3::zeros(),
         };
         -setting.turn.tr_mul(&change)
     }
 
     /// The rotation and translation that fit points best (Kabsch).
-    fn start(&self, given: &Given, samples: &[Sample]) -> Setting {
+    fn start(&self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         let mut setting = given.setting();
         let count = samples.len().max(1) as f64;
-        let mean =
-            |of: fn(&Sample) -> Vector3<f64>| samples.iter().map(of).sum::<Vector3<f64>>() / count;
+        let mean = |of: fn(&InitialSample) -> Vector3<f64>| {
+            samples.iter().map(of).sum::<Vector3<f64>>() / count
+        };
         let (points, readings) = (mean(|s| s.commanded.point), mean(|s| s.read));
         let mut product = Matrix3::zeros();
         let mut spread: f64 = 0.0;

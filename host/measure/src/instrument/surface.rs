@@ -1,6 +1,6 @@
 //! Deviations of the surfaces of a part along their normals.
 
-use super::{Commanded, Given, Instrument, Part, Sample, Seen, Setting};
+use super::{Commanded, InitialSample, Instrument, Seen, Setting, SettingPart, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 
 /// Reads n·(turnᵀ·(p − place) − t) − length: how far outwards of its nominal place the surface lies that was cut with the
@@ -10,15 +10,15 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Surface;
 
 impl Instrument for Surface {
-    fn parts(&self) -> &'static [Part] {
+    fn parts(&self) -> &'static [SettingPart] {
         &[
-            Part::Place(0),
-            Part::Place(1),
-            Part::Place(2),
-            Part::Turn(0),
-            Part::Turn(1),
-            Part::Turn(2),
-            Part::Radius,
+            SettingPart::Place(0),
+            SettingPart::Place(1),
+            SettingPart::Place(2),
+            SettingPart::Turn(0),
+            SettingPart::Turn(1),
+            SettingPart::Turn(2),
+            SettingPart::Radius,
         ]
     }
 
@@ -39,21 +39,21 @@ impl Instrument for Surface {
         commanded: &Commanded,
         setting: &Setting,
         seen: &Seen,
-        part: Part,
+        part: SettingPart,
     ) -> Vector3<f64> {
         let normal = setting.turn * commanded.along;
         let value = match part {
-            Part::Place(k) => -normal[k],
-            Part::Turn(k) => {
+            SettingPart::Place(k) => -normal[k],
+            SettingPart::Turn(k) => {
                 -normal.dot(&Vector3::ith(k, 1.0).cross(&(seen.point - setting.place)))
             }
-            Part::Radius => -1.0,
-            Part::Length => 0.0,
+            SettingPart::Radius => -1.0,
+            SettingPart::Length => 0.0,
         };
         Vector3::new(value, 0.0, 0.0)
     }
 
-    fn start(&self, given: &Given, samples: &[Sample]) -> Setting {
+    fn start(&self, given: &SetupPriors, samples: &[InitialSample]) -> Setting {
         let mut setting = given.setting();
         if let (None, Some(first)) = (given.place, samples.first()) {
             let Commanded { point, travel, .. } = first.commanded;

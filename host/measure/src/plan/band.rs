@@ -11,8 +11,8 @@ use trueaxis_tables::uncertainty::{derivatives, of_root};
 
 /// A standard uncertainty over many positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spread {
-    /// Its mean.
+pub struct UncertaintySpread {
+    /// Mean.
     pub mean: f64,
     /// The root of the mean of its square.
     pub root_mean_square: f64,
@@ -67,7 +67,7 @@ impl Band {
     /// Standard uncertainty of tip (mm, root of the sum of the three variances) and tool direction (rad, the same)
     /// for parameters with this covariance.
     #[must_use]
-    pub fn spread(&self, covariance: &DMatrix<f64>) -> [Spread; 2] {
+    pub fn spread(&self, covariance: &DMatrix<f64>) -> [UncertaintySpread; 2] {
         let root = Covariance {
             parameters: self.parameters.clone(),
             matrix: covariance.clone(),
@@ -76,7 +76,7 @@ impl Band {
         let all: Vec<[f64; 2]> = parallel::map(&self.derivatives, |d| {
             d.each_ref().map(|d| of_root(d, &root).trace().sqrt())
         });
-        [0, 1].map(|k| Spread::of(all.iter().map(|v| v[k]).collect()))
+        [0, 1].map(|k| UncertaintySpread::of(all.iter().map(|v| v[k]).collect()))
     }
 
     /// The means of DᵀD of tip and direction. The mean variance of either is the trace of its product with the
@@ -94,7 +94,7 @@ impl Band {
     }
 }
 
-impl Spread {
+impl UncertaintySpread {
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let count = values.len();

@@ -3,7 +3,7 @@
 use super::candidates::{Allowed, Setup};
 use super::course::Course;
 use super::scene::{Meeting, is_described};
-use super::step::Step;
+use super::step::ProbingStep;
 use super::steps::steps;
 use crate::formats::probings::Probings;
 use trueaxis_model::parallel;
@@ -29,7 +29,11 @@ pub struct Collision {
 ///
 /// [`Probe::keep`]: super::Probe::keep
 #[must_use]
-pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<Collision> {
+pub fn collision(
+    setup: &Setup<'_>,
+    strategy: &Probings,
+    steps: &[ProbingStep],
+) -> Option<Collision> {
     let (row, meeting) = first(setup, strategy, steps)?;
     let row = &strategy.rows[row];
     Some(Collision {
@@ -40,11 +44,15 @@ pub fn collision(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Opti
 }
 
 /// The row to which the first such move belongs.
-fn first(setup: &Setup<'_>, strategy: &Probings, steps: &[Step]) -> Option<(usize, Meeting)> {
+fn first(
+    setup: &Setup<'_>,
+    strategy: &Probings,
+    steps: &[ProbingStep],
+) -> Option<(usize, Meeting)> {
     let mut course = Course::new(setup);
     let mut row = 0;
     for step in steps {
-        if let Step::Row(number) = step {
+        if let ProbingStep::Row(number) = step {
             row = *number;
         }
         let ball = &strategy.balls[strategy.rows.get(row)?.ball];

@@ -1,8 +1,8 @@
 //! Finds a strategy that is as good as a given one, with fewer probings.
 
 use super::candidates::{Allowed, Setup};
-use super::design::{Choice, Criterion, DesignError, clear, repeats, root};
-use super::exchange::{Exchange, Measure};
+use super::design::{Criterion, DesignCandidates, DesignError, clear, repeats, root};
+use super::exchange::{Measure, RowExchange};
 use super::judge::{Judgement, judge_alone};
 use crate::formats::probings::Probings;
 use nalgebra::DMatrix;
@@ -78,7 +78,7 @@ pub fn as_good_as(
     criterion: Criterion,
 ) -> Result<AsGood, DesignError> {
     let allowed = setup.clear_of_collisions(allowed);
-    let choice = Choice::new(setup, &allowed, parameters, assumed)?;
+    let choice = DesignCandidates::new(setup, &allowed, parameters, assumed)?;
     let seen = &choice.foreseen.parameters;
     let wanted = other
         .foreseen
@@ -99,7 +99,7 @@ pub fn as_good_as(
         }
     }
     let [tip, direction] = choice.band.mean_squares();
-    let mut search = Search {
+    let mut search = FewerRowsSearch {
         weights: vec![1.0; goals.len() + 2],
         volume: [
             root(&tip) / other.tip.root_mean_square,
@@ -108,7 +108,7 @@ pub fn as_good_as(
         goals,
     };
     let most = other.strategy.rows.len();
-    let judged = |exchange: &Exchange| {
+    let judged = |exchange: &RowExchange| {
         let chosen = exchange.chosen();
         let total = (chosen.len()..=most).find(|n| n - repeats(*n) >= chosen.len());
         let strategy = choice.strategy(setup, &chosen, repeats(total.unwrap_or(most)));
@@ -121,7 +121,7 @@ pub fn as_good_as(
     let mut exchange = choice.exchange(&search.effect()).limited_to(MOST_WORK);
     let mut count = (most - repeats(most)).min(choice.candidates.rows.len());
     exchange.choose(count, Measure::Effect);
-    let mut best: Option<(Probings, Exchange, Search, usize)> = None;
+    let mut best: Option<(Probings, RowExchange, FewerRowsSearch, usize)> = None;
     let mut step = (count / STEPS).max(1);
     loop {
         match search.settle(&choice, &mut exchange, &judged) {
@@ -161,7 +161,7 @@ const NEAR: f64 = 1.05;
 
 /// Search for a design in which nothing is worse than before.
 #[derive(Clone)]
-struct Search {
+struct FewerRowsSearch {
     /// Weight of each goal, then of tip and direction.
     weights: Vec<f64>,
     /// Matrices of the volumetric error of tip and direction, relative to their goals.
@@ -170,7 +170,7 @@ struct Search {
     goals: Vec<(usize, f64)>,
 }
 
-impl Search {
+impl FewerRowsSearch {
     /// The weighted quantities, relative to their goals.
     fn effect(&self) -> DMatrix<f64> {
         let [tip, direction] = &self.volume;
@@ -189,7 +189,7 @@ impl Search {
     }
 
     /// The ratio of each to its goal.
-    fn ratios(&self, exchange: &Exchange) -> Vec<f64> {
+    fn ratios(&self, exchange: &RowExchange) -> Vec<f64> {
         let covariance = exchange.covariance(self.volume[0].ncols());
         let parameters = self.goals.iter();
         let parameters = parameters.map(|(i, goal)| covariance[(*i, *i)].sqrt() / goal);
@@ -201,9 +201,9 @@ impl Search {
     /// Increases the weights of missed goals until all are met.
     fn settle(
         &mut self,
-        choice: &Choice,
-        exchange: &mut Exchange,
-        judged: &impl Fn(&Exchange) -> Option<Probings>,
+        choice: &DesignCandidates,
+        exchange: &mut RowExchange,
+        judged: &impl Fn(&RowExchange) -> Option<Probings>,
     ) -> Option<Probings> {
         for _ in 0..ROUNDS {
             let ratios = self.ratios(exchange);

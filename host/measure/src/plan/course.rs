@@ -2,7 +2,7 @@
 
 use super::candidates::Setup;
 use super::scene::{Meeting, Scene, Way};
-use super::step::Step;
+use super::step::ProbingStep;
 use trueaxis_model::machine::PerAxis;
 
 /// A machine on its way through steps.
@@ -25,7 +25,7 @@ impl<'a> Course<'a> {
     }
 
     /// Makes a step; returns how the machine moves on it, if that is known.
-    pub fn go(&mut self, step: &Step) -> Option<Move<'a>> {
+    pub fn go(&mut self, step: &ProbingStep) -> Option<CourseMove<'a>> {
         let Setup {
             machine,
             artefact,
@@ -33,19 +33,19 @@ impl<'a> Course<'a> {
             ..
         } = self.setup;
         let (to, way) = match step {
-            Step::Row(_) => return None,
-            Step::Orient(angle) => {
+            ProbingStep::Row(_) => return None,
+            ProbingStep::Orient(angle) => {
                 self.scene = Scene::new(machine, artefact, probe, *angle);
                 let here = self.position()?;
-                return Some(Move {
+                return Some(CourseMove {
                     scene: Scene::turning(machine, artefact, probe),
                     ends: [here; 2],
                     way: Way::Far,
                 });
             }
-            Step::Rapid(to) => (to, Way::Far),
-            Step::Near(to) => (to, Way::Near),
-            Step::Touch { end, .. } => (end, Way::Touch),
+            ProbingStep::Rapid(to) => (to, Way::Far),
+            ProbingStep::Near(to) => (to, Way::Near),
+            ProbingStep::Touch { end, .. } => (end, Way::Touch),
         };
         let (from, before) = (self.position(), self.at.clone());
         for (axis, position) in to {
@@ -56,7 +56,7 @@ impl<'a> Course<'a> {
         if way == Way::Touch {
             self.at = before;
         }
-        Some(Move {
+        Some(CourseMove {
             scene: self.scene.clone(),
             ends: [from?, end?],
             way,
@@ -72,7 +72,7 @@ impl<'a> Course<'a> {
     }
 
     /// True if nothing meets on these steps, which belong to a ball.
-    pub fn is_clear(&self, steps: &[Step], ball: &str) -> bool {
+    pub fn is_clear(&self, steps: &[ProbingStep], ball: &str) -> bool {
         let mut course = self.clone();
         let moves = |step| course.go(step);
         !steps
@@ -83,13 +83,13 @@ impl<'a> Course<'a> {
 }
 
 /// A move, or a turn of the spindle.
-pub(super) struct Move<'a> {
+pub(super) struct CourseMove<'a> {
     scene: Scene<'a>,
     ends: [PerAxis; 2],
     way: Way,
 }
 
-impl Move<'_> {
+impl CourseMove<'_> {
     /// What meets on it, while this ball is probed.
     pub fn meeting(&self, ball: &str) -> Option<Meeting> {
         let [from, to] = &self.ends;

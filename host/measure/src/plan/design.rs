@@ -3,7 +3,7 @@
 use super::band::Band;
 use super::candidates::{Allowed, Setup};
 use super::collision::obstructed;
-use super::exchange::{Exchange, Measure};
+use super::exchange::{Measure, RowExchange};
 use super::judge::band;
 use super::order::{ordered, repeated};
 use super::touches::Unreachable;
@@ -29,7 +29,7 @@ pub enum Criterion {
 
 /// The requested strategy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct WantedDesign {
     /// Number of probings, including repeated ones.
     pub probings: usize,
     /// What it optimizes.
@@ -81,19 +81,19 @@ pub(super) fn repeats(probings: usize) -> usize {
 }
 
 /// All candidates as equations.
-pub(super) struct Choice {
+pub(super) struct DesignCandidates {
     pub candidates: Probings,
     /// What all of them together would identify.
     pub foreseen: Foreseen,
     /// Derivatives by the identifiable unknowns.
     rows: Vec<DMatrix<f64>>,
-    /// The same of what is there anyway: instruments and prior knowledge.
+    /// Like `rows`, of what is there anyway: instruments and prior knowledge.
     fixed: DMatrix<f64>,
     /// The volumetric error for the uncertainty of these.
     pub band: Band,
 }
 
-impl Choice {
+impl DesignCandidates {
     pub fn new(
         setup: &Setup<'_>,
         allowed: &Allowed,
@@ -149,11 +149,11 @@ impl Choice {
     }
 
     /// A design for this choice; `effect` is what matters of the parameters.
-    pub fn exchange(&self, effect: &DMatrix<f64>) -> Exchange {
-        Exchange::new(&self.rows, &self.fixed, &self.with_setup(effect))
+    pub fn exchange(&self, effect: &DMatrix<f64>) -> RowExchange {
+        RowExchange::new(&self.rows, &self.fixed, &self.with_setup(effect))
     }
 
-    /// The same with zero columns for balls and stylus.
+    /// The effect with zero columns for balls and stylus.
     pub(crate) fn with_setup(&self, effect: &DMatrix<f64>) -> DMatrix<f64> {
         let setup = self.foreseen.kept.len() - self.foreseen.parameters.len();
         effect.clone().insert_columns(effect.ncols(), setup, 0.0)
@@ -207,7 +207,7 @@ pub fn needs_spindle(
     parameters: &[Parameter],
     assumed: &ErrorModel,
 ) -> Result<Vec<Parameter>, DesignError> {
-    let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
+    let all = DesignCandidates::new(setup, allowed, parameters, assumed)?.foreseen;
     // Turning the spindle does not move the stylus along the tool.
     let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(k) if *k != setup.machine.tool_axis);
     let needs = all.unseen.iter().filter_map(|unseen| match unseen.unknown {
@@ -231,7 +231,7 @@ pub fn design(
     allowed: &Allowed,
     parameters: &[Parameter],
     assumed: &ErrorModel,
-    wanted: impl Fn(usize) -> Wanted,
+    wanted: impl Fn(usize) -> WantedDesign,
 ) -> Result<Probings, DesignError> {
     let mut allowed = setup.clear_of_collisions(allowed);
     for _ in 0..REPLACED {
@@ -269,9 +269,9 @@ fn chosen(
     allowed: &Allowed,
     parameters: &[Parameter],
     assumed: &ErrorModel,
-    wanted: &impl Fn(usize) -> Wanted,
+    wanted: &impl Fn(usize) -> WantedDesign,
 ) -> Result<Probings, DesignError> {
-    let choice = Choice::new(setup, allowed, parameters, assumed)?;
+    let choice = DesignCandidates::new(setup, allowed, parameters, assumed)?;
     let wanted = wanted(choice.enough());
     let repeats = repeats(wanted.probings);
     let least = choice.least();

@@ -14,7 +14,7 @@ pub(super) enum Measure {
 
 /// A group of three equations, chosen or not.
 #[derive(Clone)]
-struct Row {
+struct ExchangeRow {
     /// Their derivatives, transposed: unknowns × 3.
     equations: DMatrix<f64>,
     /// Their covariance under the current design.
@@ -26,8 +26,8 @@ struct Row {
 
 /// A design that can be changed row by row.
 #[derive(Clone)]
-pub(super) struct Exchange {
-    rows: Vec<Row>,
+pub(super) struct RowExchange {
+    rows: Vec<ExchangeRow>,
     /// The covariance of the unknowns, in units of [`Self::scales`].
     covariance: DMatrix<f64>,
     /// Information without any row.
@@ -51,7 +51,7 @@ const FRESH: usize = 16;
 /// Largest number of exchanges per row; they usually end after one or two.
 const PATIENCE: usize = 5;
 
-impl Exchange {
+impl RowExchange {
     /// `rows` of three equations to choose from, equations that always apply, and the effect of the unknowns (rows
     /// whose squares are averaged). All have one column per unknown.
     pub fn new(rows: &[DMatrix<f64>], fixed: &DMatrix<f64>, effect: &DMatrix<f64>) -> Self {
@@ -70,7 +70,7 @@ impl Exchange {
         for i in 0..unknowns {
             known[(i, i)] += IGNORANCE;
         }
-        let row = |row: &DMatrix<f64>| Row {
+        let row = |row: &DMatrix<f64>| ExchangeRow {
             equations: scaled(row, &scales).transpose(),
             variance: Matrix3::zeros(),
             effect: DMatrix::zeros(0, 0),
@@ -172,7 +172,7 @@ impl Exchange {
 
     /// The row with the largest gain.
     fn best(&self, measure: Measure) -> Option<(usize, f64)> {
-        let gain = |row: &Row| {
+        let gain = |row: &ExchangeRow| {
             let with = Matrix3::identity() + row.variance;
             match measure {
                 // By eigenvalues: with little information they are about 1e9 and 1, and a determinant would be
@@ -193,7 +193,7 @@ impl Exchange {
 
     /// The row with the smallest loss.
     fn worst(&self, measure: Measure) -> Option<(usize, f64)> {
-        let loss = |row: &Row| {
+        let loss = |row: &ExchangeRow| {
             let without = Matrix3::identity() - row.variance;
             let Some(factor) = without.cholesky() else {
                 return f64::INFINITY;
@@ -275,7 +275,7 @@ fn scaled(matrix: &DMatrix<f64>, scales: &[f64]) -> DMatrix<f64> {
     matrix
 }
 
-impl Row {
+impl ExchangeRow {
     fn effects(&self) -> Matrix3<f64> {
         let square = self.effect.tr_mul(&self.effect);
         square.fixed_view::<3, 3>(0, 0).into()
@@ -303,9 +303,9 @@ mod tests {
         })
     }
 
-    fn exchange(rows: &[DMatrix<f64>]) -> Exchange {
+    fn exchange(rows: &[DMatrix<f64>]) -> RowExchange {
         let effect = DMatrix::from_fn(2, 4, |i, j| libm::cos((3 * i + j) as f64));
-        Exchange::new(rows, &DMatrix::zeros(0, 4), &effect)
+        RowExchange::new(rows, &DMatrix::zeros(0, 4), &effect)
     }
 
     #[test]

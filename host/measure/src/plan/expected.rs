@@ -1,7 +1,7 @@
 //! What instruments will read, to predict what that identifies.
 
 use crate::formats::observations::Observations;
-use crate::instrument::{Kind, Sample};
+use crate::instrument::{InitialSample, Kind};
 use crate::simulate::{OfObservations, observations};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
@@ -36,8 +36,8 @@ pub fn expected(
             continue;
         }
         let rows = strategy.rows.iter().zip(&commanded);
-        let samples: Vec<Sample> = (rows.filter(|(row, _)| row.setup == number))
-            .map(|(row, commanded)| Sample {
+        let samples: Vec<InitialSample> = (rows.filter(|(row, _)| row.setup == number))
+            .map(|(row, commanded)| InitialSample {
                 commanded: *commanded,
                 read: row.value,
             })

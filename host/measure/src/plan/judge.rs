@@ -1,6 +1,6 @@
 //! Predicts what a strategy will identify.
 
-use super::band::{Band, Spread};
+use super::band::{Band, UncertaintySpread};
 use super::candidates::Setup;
 use super::remedy::{Remedy, foreseen, remedies};
 use super::touches::Unreachable;
@@ -18,9 +18,9 @@ pub struct Judgement {
     /// Identifiable parameters, their covariance, and what cannot be identified.
     pub foreseen: Foreseen,
     /// Standard uncertainty of the tip over the travel (mm).
-    pub tip: Spread,
+    pub tip: UncertaintySpread,
     /// Standard uncertainty of the tool direction (rad).
-    pub direction: Spread,
+    pub direction: UncertaintySpread,
     /// For each parameter that is not identifiable, a probing with which it would be.
     pub remedies: Vec<Remedy>,
     /// Rows that the probe cannot reach.
@@ -91,7 +91,7 @@ pub fn judge(
     Ok(judgement)
 }
 
-/// The same without remedies, which take most of the time.
+/// Like `judge`, without remedies, which take most of the time.
 pub(super) fn judge_alone(
     setup: &Setup<'_>,
     parameters: &[Parameter],

@@ -1,7 +1,7 @@
 //! Writes a strategy as a program for a controller.
 
 use super::candidates::Setup;
-use super::step::{Step, Target};
+use super::step::{AxisTargets, ProbingStep};
 use super::steps::{NotTouched, steps, target, touchings};
 use crate::formats::probings::Probings;
 use std::fmt::Write;
@@ -17,7 +17,7 @@ pub struct Feeds {
 }
 
 /// Program words.
-fn words(machine: &Machine, target: &Target) -> String {
+fn words(machine: &Machine, target: &AxisTargets) -> String {
     let word = |(i, position): &(usize, f64)| {
         let letter = machine.axes[*i].letter;
         format!(" {letter}{:.4}", unsigned(*position))
@@ -67,19 +67,20 @@ pub fn linuxcnc(
         setup.probe.per_ball(),
         zeros.replace(".0000", ""),
     );
-    let words = |target: &Target| words(machine, target);
+    let words = |target: &AxisTargets| words(machine, target);
     for step in &steps {
         let _ = match step {
-            Step::Row(number) => {
+            ProbingStep::Row(number) => {
                 let row = &strategy.rows[*number];
                 let ball = plain(&strategy.balls[row.ball]);
-                let rotary: Target = all(&row.position).into_iter().filter(is_rotary).collect();
+                let rotary: AxisTargets =
+                    all(&row.position).into_iter().filter(is_rotary).collect();
                 writeln!(text, "(row {}: ball {ball},{})", row.line, words(&rotary))
             }
-            Step::Orient(angle) => writeln!(text, "M19 R{angle} Q30"),
-            Step::Rapid(to) => writeln!(text, "G0{}", words(to)),
-            Step::Near(to) => writeln!(text, "G1{} F#<near>", words(to)),
-            Step::Touch { end, .. } => writeln!(text, "G38.2{} F#<touch>", words(end)),
+            ProbingStep::Orient(angle) => writeln!(text, "M19 R{angle} Q30"),
+            ProbingStep::Rapid(to) => writeln!(text, "G0{}", words(to)),
+            ProbingStep::Near(to) => writeln!(text, "G1{} F#<near>", words(to)),
+            ProbingStep::Touch { end, .. } => writeln!(text, "G38.2{} F#<touch>", words(end)),
         };
     }
     text += "(PROBECLOSE)\nM2\n";
@@ -98,7 +99,7 @@ fn plural(balls: usize) -> String {
     format!("{balls} ball{}", if balls == 1 { "" } else { "s" })
 }
 
-/// The same as a table (CSV, mm and degrees), one line per touch: rotary axes and spindle; linear axes with the
+/// The touches as a table (CSV, mm and degrees), one line per touch: rotary axes and spindle; linear axes with the
 /// stylus at the ball centre, at the start of the touch, and at its end if nothing is touched.
 ///
 /// # Errors

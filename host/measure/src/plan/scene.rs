@@ -1,13 +1,13 @@
 //! What must not meet while a machine probes: the solids of the machine file, balls with their posts, and the stylus.
 
 use super::touch::{Probe, Touching};
-use crate::clearance::{Body, Pair, may_meet, nearest};
+use crate::clearance::{Body, BodyPair, may_meet, nearest};
 use crate::formats::artefact::{Artefact, Ball};
 use crate::instrument::turned;
 use nalgebra::{Rotation3, Unit, Vector3};
 use std::fmt;
 use trueaxis_kinematics::Htm;
-use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, Shape};
+use trueaxis_model::machine::{Branch, Carrier, Machine, PerAxis, SolidShape};
 
 /// Two solids that come too close on a move.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +52,7 @@ pub(super) enum Way {
 
 /// What a body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum BodyPart {
     Stylus,
     Tool,
     /// Index of its ball in the artefact.
@@ -79,7 +79,7 @@ pub(super) struct Scene<'a> {
     artefact: &'a Artefact,
     probe: Probe,
     bodies: Vec<Body>,
-    parts: Vec<Part>,
+    parts: Vec<BodyPart>,
 }
 
 impl<'a> Scene<'a> {
@@ -121,9 +121,9 @@ impl<'a> Scene<'a> {
             let radius = probe.radius - probe.stylus;
             let place = Htm::translation(centre);
             scene.add(
-                Part::Ball(number),
+                BodyPart::Ball(number),
                 Carrier::Workpiece,
-                Shape::Sphere { radius },
+                SolidShape::Sphere { radius },
                 place,
             );
             if let Some(post) = ball.post {
@@ -132,27 +132,27 @@ impl<'a> Scene<'a> {
                 let begin = (radius * radius - thick * thick).max(0.0).sqrt();
                 let half = (post.height - begin).max(0.0) / 2.0;
                 let place = along(&(centre - ball.away * (begin + half)), &ball.away);
-                let shape = Shape::Cylinder {
+                let shape = SolidShape::Cylinder {
                     radius: thick,
                     half,
                 };
-                scene.add(Part::Post(number), Carrier::Workpiece, shape, place);
+                scene.add(BodyPart::Post(number), Carrier::Workpiece, shape, place);
             }
         }
         for solid in &machine.solids {
             let part = match solid.carrier {
-                Carrier::Foundation => Part::Fixed,
-                Carrier::Spindle => Part::Tool,
-                Carrier::Workpiece => Part::Table,
-                Carrier::Axis(axis) if machine.axes[axis].branch == Branch::Tool => Part::Tool,
-                Carrier::Axis(_) => Part::Table,
+                Carrier::Foundation => BodyPart::Fixed,
+                Carrier::Spindle => BodyPart::Tool,
+                Carrier::Workpiece => BodyPart::Table,
+                Carrier::Axis(axis) if machine.axes[axis].branch == Branch::Tool => BodyPart::Tool,
+                Carrier::Axis(_) => BodyPart::Table,
             };
             scene.add(part, solid.carrier, solid.shape, solid.place);
         }
         scene
     }
 
-    fn add(&mut self, part: Part, carrier: Carrier, shape: Shape, place: Htm) {
+    fn add(&mut self, part: BodyPart, carrier: Carrier, shape: SolidShape, place: Htm) {
         self.parts.push(part);
         self.bodies.push(Body {
             carrier,
@@ -171,34 +171,34 @@ impl<'a> Scene<'a> {
         let radius = self.probe.stylus + thicker;
         let place = Htm::translation(tip);
         self.add(
-            Part::Stylus,
+            BodyPart::Stylus,
             Carrier::Spindle,
-            Shape::Sphere { radius },
+            SolidShape::Sphere { radius },
             place,
         );
         let length = shaft.and_then(|shaft| shaft.length).unwrap_or(to_face);
         let half = length.min(to_face) / 2.0;
         let radius = shaft.map_or(self.probe.stylus, |shaft| shaft.diameter / 2.0) + thicker;
-        let shape = Shape::Capsule { radius, half };
+        let shape = SolidShape::Capsule { radius, half };
         let place = along(&(tip + up * half), &up);
-        self.add(Part::Stylus, Carrier::Spindle, shape, place);
+        self.add(BodyPart::Stylus, Carrier::Spindle, shape, place);
         let rest = (to_face - length).max(0.0) / 2.0;
         if rest > 0.0 {
             let shank = shaft.and_then(|shaft| shaft.shank);
             let radius = shank.map_or(radius, |diameter| diameter / 2.0 + thicker);
-            let shape = Shape::Cylinder { radius, half: rest };
+            let shape = SolidShape::Cylinder { radius, half: rest };
             let place = along(&(tip + up * (length + rest)), &up);
-            self.add(Part::Tool, Carrier::Spindle, shape, place);
+            self.add(BodyPart::Tool, Carrier::Spindle, shape, place);
         }
     }
 
     /// Which bodies must stay apart on a move to or from a ball, and how far.
-    fn pairs(&self, own: &str, way: Way) -> Vec<Pair> {
+    fn pairs(&self, own: &str, way: Way) -> Vec<BodyPair> {
         let mut pairs = Vec::new();
         for (i, a) in self.parts.iter().enumerate() {
             for (j, b) in self.parts.iter().enumerate() {
                 if let Some(keep) = self.keep(*a, *b, own, way) {
-                    pairs.push(Pair {
+                    pairs.push(BodyPair {
                         bodies: [i, j],
                         keep,
                     });
@@ -209,25 +209,27 @@ impl<'a> Scene<'a> {
     }
 
     /// The distance (mm) that a part keeps from another one; none if they may meet, or in the other order.
-    fn keep(&self, a: Part, b: Part, own: &str, way: Way) -> Option<f64> {
+    fn keep(&self, a: BodyPart, b: BodyPart, own: &str, way: Way) -> Option<f64> {
         let keep = self.probe.keep;
         let from_ball = keep.max(KEPT * self.probe.clearance);
         let is_own = |ball: usize| self.artefact.balls[ball].name == own;
         match (a, b) {
-            (Part::Stylus, Part::Ball(ball)) if is_own(ball) => match way {
+            (BodyPart::Stylus, BodyPart::Ball(ball)) if is_own(ball) => match way {
                 Way::Far => Some(KEPT * self.probe.clearance),
                 Way::Near => Some(0.0),
                 Way::Touch => None,
             },
             // It stands where its ball is, and touches end there.
-            (Part::Stylus | Part::Tool, Part::Ball(ball) | Part::Post(ball))
+            (BodyPart::Stylus | BodyPart::Tool, BodyPart::Ball(ball) | BodyPart::Post(ball))
                 if is_own(ball) && way != Way::Far =>
             {
                 Some(keep)
             }
-            (Part::Stylus | Part::Tool, Part::Ball(_) | Part::Post(_)) => Some(from_ball),
-            (Part::Fixed, Part::Ball(_) | Part::Post(_)) => Some(from_ball),
-            (Part::Stylus | Part::Tool, Part::Table | Part::Fixed) => Some(keep),
+            (BodyPart::Stylus | BodyPart::Tool, BodyPart::Ball(_) | BodyPart::Post(_)) => {
+                Some(from_ball)
+            }
+            (BodyPart::Fixed, BodyPart::Ball(_) | BodyPart::Post(_)) => Some(from_ball),
+            (BodyPart::Stylus | BodyPart::Tool, BodyPart::Table | BodyPart::Fixed) => Some(keep),
             _ => None,
         }
     }
@@ -237,9 +239,9 @@ impl<'a> Scene<'a> {
         self.among(&self.pairs(own, way), from, to)
     }
 
-    fn among(&self, pairs: &[Pair], from: &PerAxis, to: &PerAxis) -> Option<Meeting> {
+    fn among(&self, pairs: &[BodyPair], from: &PerAxis, to: &PerAxis) -> Option<Meeting> {
         let found = nearest(self.machine, &self.bodies, pairs, from, to)?;
-        let Pair { bodies, keep } = pairs[found.pair];
+        let BodyPair { bodies, keep } = pairs[found.pair];
         Some(Meeting {
             solids: bodies.map(|body| self.name(body)),
             apart: found.apart,
@@ -270,11 +272,11 @@ impl<'a> Scene<'a> {
     fn name(&self, body: usize) -> String {
         let ball = |ball: usize| &self.artefact.balls[ball].name;
         match self.parts[body] {
-            Part::Stylus => "the stylus".to_owned(),
-            Part::Ball(number) => format!("ball {}", ball(number)),
-            Part::Post(number) => format!("the post of ball {}", ball(number)),
+            BodyPart::Stylus => "the stylus".to_owned(),
+            BodyPart::Ball(number) => format!("ball {}", ball(number)),
+            BodyPart::Post(number) => format!("the post of ball {}", ball(number)),
             // Solids of the file come last; a tool before them is the shank.
-            Part::Tool | Part::Table | Part::Fixed => {
+            BodyPart::Tool | BodyPart::Table | BodyPart::Fixed => {
                 let solids = &self.machine.solids;
                 match body.checked_sub(self.bodies.len() - solids.len()) {
                     Some(number) => format!("`{}`", solids[number].name),

@@ -31,7 +31,7 @@ pub enum Set {
 }
 
 impl Set {
-    /// Its name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -74,7 +74,7 @@ impl fmt::Display for Set {
 
 /// A position set on a machine.
 #[derive(Clone, Debug)]
-pub struct Positions {
+pub struct SetPositions {
     /// The probings, in the order of the document.
     pub strategy: Probings,
     /// Rows of the set that cannot be probed: ball, row and reason.
@@ -158,7 +158,7 @@ const TURN: f64 = 360.0;
 ///
 /// # Errors
 /// [`SetError`].
-pub fn positions(setup: &Setup<'_>, set: Set) -> Result<Positions, SetError> {
+pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> {
     let machine = setup.machine;
     let [tilts, turns] = rotary(machine, set)?;
     let (listed, [listed_tilts, listed_turns]) = set.listed().map_err(SetError::Listed)?;
@@ -167,7 +167,7 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<Positions, SetError> {
         all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
     };
     let [tilt_extent, turn_extent] = [listed_tilts, listed_turns].map(extent);
-    let mut found = Positions {
+    let mut found = SetPositions {
         strategy: Probings {
             balls: setup.balls.clone(),
             rows: Vec::new(),
@@ -228,7 +228,7 @@ fn is_same(a: &Probing, b: &Probing) -> bool {
 }
 
 /// Names of the balls that are probed, in order of appearance.
-fn only_used(mut found: Positions) -> Positions {
+fn only_used(mut found: SetPositions) -> SetPositions {
     let mut balls: Vec<String> = Vec::new();
     for row in &mut found.strategy.rows {
         let name = &found.strategy.balls[row.ball];
@@ -284,7 +284,7 @@ fn scaled(position: f64, [least, most]: [f64; 2], [low, high]: [f64; 2]) -> f64 
     moved.clamp(low, high)
 }
 
-/// The same angle inside the travel, if possible.
+/// This angle inside the travel, if possible.
 fn turned(position: f64, extent: [f64; 2], machine: &Machine, axis: usize) -> f64 {
     let axis = &machine.axes[axis];
     let [low, high] = axis.travel;

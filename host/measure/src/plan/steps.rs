@@ -2,7 +2,7 @@
 
 use super::candidates::{RUN_UP, Setup};
 use super::course::Course;
-use super::step::{Step, Target};
+use super::step::{AxisTargets, ProbingStep};
 use super::touch::Touching;
 use super::touches::{SPARE, Unreachable};
 use crate::formats::probings::{Probing, Probings};
@@ -34,7 +34,7 @@ pub(super) fn target(
     machine: &Machine,
     position: &PerAxis,
     is_in: impl Fn(usize) -> bool,
-) -> Target {
+) -> AxisTargets {
     let in_order = "XYZABCUVW"
         .chars()
         .filter_map(|letter| machine.index(letter));
@@ -49,7 +49,7 @@ pub(super) fn target(
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTouched> {
+pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<ProbingStep>, NotTouched> {
     let machine = setup.machine;
     let touchings = touchings(setup, strategy)?;
     let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
@@ -66,11 +66,11 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
         let Touching { away, above, .. } = touching;
         let ball = &strategy.balls[row.ball];
         let begin = steps.len();
-        steps.push(Step::Row(number));
+        steps.push(ProbingStep::Row(number));
         if last.is_none() {
             // First move away from the table, wherever the spindle starts.
             let up = |i: usize| is_linear(i) && (away[i] - above[i]).abs() > 1e-6;
-            steps.push(Step::Rapid(target(machine, away, up)));
+            steps.push(ProbingStep::Rapid(target(machine, away, up)));
         }
         let needs = |i: usize| {
             let stays = last.is_some_and(|last| (last[i] - away[i]).abs() < 1e-6);
@@ -83,17 +83,17 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
         let mut turn = Vec::new();
         if (0..machine.axes.len()).any(needs) {
             let first: PerAxis = std::array::from_fn(|i| away[i] - row.direction[i] * RUN_UP);
-            turn.push(Step::Rapid(target(machine, &first, needs)));
+            turn.push(ProbingStep::Rapid(target(machine, &first, needs)));
         }
         if has_rotary {
-            turn.push(Step::Rapid(target(machine, away, is_rotary)));
+            turn.push(ProbingStep::Rapid(target(machine, away, is_rotary)));
         }
         for i in (0..machine.axes.len()).filter(|i| row.direction[*i] != 0.0) {
             came[i] = row.direction[i];
         }
         let spindle = row.spindle.rem_euclid(360.0);
         if indexes && turned != Some(spindle) {
-            turn.push(Step::Orient(spindle));
+            turn.push(ProbingStep::Orient(spindle));
             turned = Some(spindle);
         }
         for step in &steps[begin..] {
@@ -104,25 +104,25 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
         let way = ways.iter().position(|way| course.is_clear(way, ball));
         // If there is none, `collision` finds what meets on the usual one.
         steps.append(&mut ways.swap_remove(way.unwrap_or(0)));
-        steps.push(Step::Near(linear(above)));
+        steps.push(ProbingStep::Near(linear(above)));
         for (number, touch) in touching.touches.iter().enumerate() {
             let [over, begin, end] = [&touch.over, &touch.begin, &touch.end].map(linear);
             if number > 0 {
-                steps.push(Step::Near(over.clone()));
-                steps.push(Step::Near(begin.clone()));
+                steps.push(ProbingStep::Near(over.clone()));
+                steps.push(ProbingStep::Near(begin.clone()));
             }
-            steps.push(Step::Touch {
+            steps.push(ProbingStep::Touch {
                 number,
                 begin: begin.clone(),
                 end,
             });
-            steps.push(Step::Near(begin));
+            steps.push(ProbingStep::Near(begin));
             if number > 0 {
-                steps.push(Step::Near(over));
+                steps.push(ProbingStep::Near(over));
             }
         }
-        steps.push(Step::Near(linear(above)));
-        steps.push(Step::Rapid(linear(away)));
+        steps.push(ProbingStep::Near(linear(above)));
+        steps.push(ProbingStep::Rapid(linear(away)));
         last = Some(*away);
         for step in &steps[begin..] {
             course.go(step);
@@ -133,21 +133,21 @@ pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Step>, NotTou
 
 /// Ways from where the last row ended to where the stylus is far from the next ball, the usual one first: turn, then move;
 /// move, then turn; turn one axis after the other; turn in a corner of the linear travel.
-fn ways(machine: &Machine, turn: &[Step], away: &PerAxis) -> Vec<Vec<Step>> {
+fn ways(machine: &Machine, turn: &[ProbingStep], away: &PerAxis) -> Vec<Vec<ProbingStep>> {
     let is_linear = |i: usize| !machine.axes[i].letter.is_rotary();
-    let to = Step::Rapid(target(machine, away, is_linear));
+    let to = ProbingStep::Rapid(target(machine, away, is_linear));
     let mut ways = vec![
         [turn, slice::from_ref(&to)].concat(),
         [slice::from_ref(&to), turn].concat(),
     ];
-    let single = |order: fn(&mut Target)| -> Vec<Step> {
+    let single = |order: fn(&mut AxisTargets)| -> Vec<ProbingStep> {
         let each = turn.iter().flat_map(|step| match step {
-            Step::Rapid(target) => {
+            ProbingStep::Rapid(target) => {
                 let mut target = target.clone();
                 order(&mut target);
                 target
                     .into_iter()
-                    .map(|one| Step::Rapid(vec![one]))
+                    .map(|one| ProbingStep::Rapid(vec![one]))
                     .collect()
             }
             other => vec![other.clone()],
@@ -166,7 +166,7 @@ fn ways(machine: &Machine, turn: &[Step], away: &PerAxis) -> Vec<Vec<Step>> {
                 _ => (low + SPARE).min(high),
             };
         }
-        let there = Step::Rapid(target(machine, &at, is_linear));
+        let there = ProbingStep::Rapid(target(machine, &at, is_linear));
         ways.push([slice::from_ref(&there), turn, slice::from_ref(&to)].concat());
     }
     ways

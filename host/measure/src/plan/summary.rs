@@ -1,10 +1,10 @@
 //! What a plan promises, for programs: `trueaxis plan --json`.
 
-use super::band::Spread;
+use super::band::UncertaintySpread;
 use super::candidates::Setup;
 use super::compare::Ratios;
 use super::remedy::added;
-use super::sets::Positions;
+use super::sets::SetPositions;
 use super::task::Planned;
 use serde::Serialize;
 use trueaxis_model::explain::MinimalParameters;
@@ -27,20 +27,20 @@ pub struct Summary<'a> {
     condition: f64,
     independent_constants: usize,
     location_errors: usize,
-    parameters: Vec<Expected>,
-    tip_um: OverTravel,
-    direction_urad: OverTravel,
-    unseen: Vec<NotSeen>,
+    parameters: Vec<ExpectedParameter>,
+    tip_um: SpreadOverTravel,
+    direction_urad: SpreadOverTravel,
+    unseen: Vec<NotForeseen>,
     unreachable: Vec<NotReached>,
     /// Probings of a named position set that are not reachable.
-    left_out: Vec<LeftOut>,
-    compared: Option<Compared>,
+    left_out: Vec<UnreachedProbing>,
+    compared: Option<ComparedPlan>,
     /// Location errors that the model cannot compensate for.
     missing: Vec<String>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct Expected {
+struct ExpectedParameter {
     parameter: String,
     standard_uncertainty: f64,
     expanded_uncertainty: f64,
@@ -48,14 +48,14 @@ struct Expected {
 
 /// Standard uncertainty over the travel.
 #[derive(Clone, Debug, Serialize)]
-struct OverTravel {
+struct SpreadOverTravel {
     mean: f64,
     percentile_95: f64,
     largest: f64,
 }
 
-impl OverTravel {
-    fn new(spread: &Spread, scale: f64) -> Self {
+impl SpreadOverTravel {
+    fn new(spread: &UncertaintySpread, scale: f64) -> Self {
         Self {
             mean: spread.mean * scale,
             percentile_95: spread.most_of * scale,
@@ -65,7 +65,7 @@ impl OverTravel {
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct NotSeen {
+struct NotForeseen {
     unknown: String,
     sentence: String,
     /// A probing that would identify it.
@@ -79,16 +79,16 @@ struct NotReached {
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct LeftOut {
+struct UnreachedProbing {
     ball: String,
     reason: String,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct Compared {
+struct ComparedPlan {
     probings: usize,
-    tip_um: OverTravel,
-    direction_urad: OverTravel,
+    tip_um: SpreadOverTravel,
+    direction_urad: SpreadOverTravel,
     parameter: Option<(String, f64)>,
 }
 
@@ -99,7 +99,7 @@ impl<'a> Summary<'a> {
         setup: &Setup<'a>,
         planned: &'a Planned,
         minutes: f64,
-        set: Option<&Positions>,
+        set: Option<&SetPositions>,
     ) -> Self {
         let machine = setup.machine;
         let judgement = &planned.judgement;
@@ -121,16 +121,16 @@ impl<'a> Summary<'a> {
             condition: foreseen.condition,
             independent_constants: minimal.all(),
             location_errors: minimal.locations(),
-            parameters: (parameters.map(|(parameter, uncertainty)| Expected {
+            parameters: (parameters.map(|(parameter, uncertainty)| ExpectedParameter {
                 parameter: parameter.to_string(),
                 standard_uncertainty: uncertainty,
                 expanded_uncertainty: EXPANDED * uncertainty,
             }))
             .collect(),
-            tip_um: OverTravel::new(&judgement.tip, 1e3),
-            direction_urad: OverTravel::new(&judgement.direction, 1e6),
+            tip_um: SpreadOverTravel::new(&judgement.tip, 1e3),
+            direction_urad: SpreadOverTravel::new(&judgement.direction, 1e6),
             unseen: (foreseen.unseen.iter())
-                .map(|u| NotSeen {
+                .map(|u| NotForeseen {
                     unknown: u.unknown.to_string(),
                     sentence: u.sentence(),
                     add: added(machine, balls, u.unknown, &judgement.remedies),
@@ -143,16 +143,16 @@ impl<'a> Summary<'a> {
                 })
                 .collect(),
             left_out: left_out
-                .map(|(ball, _, reason)| LeftOut {
+                .map(|(ball, _, reason)| UnreachedProbing {
                     ball: ball.clone(),
                     reason: reason.to_string(),
                 })
                 .collect(),
             missing: planned.missing.iter().map(ToString::to_string).collect(),
-            compared: planned.other.as_ref().map(|other| Compared {
+            compared: planned.other.as_ref().map(|other| ComparedPlan {
                 probings: other.strategy.rows.len(),
-                tip_um: OverTravel::new(&other.tip, 1e3),
-                direction_urad: OverTravel::new(&other.direction, 1e6),
+                tip_um: SpreadOverTravel::new(&other.tip, 1e3),
+                direction_urad: SpreadOverTravel::new(&other.direction, 1e6),
                 parameter: (Ratios::of(judgement, other).parameter)
                     .map(|(parameter, ratio)| (parameter.to_string(), ratio)),
             }),

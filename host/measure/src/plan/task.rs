@@ -3,7 +3,7 @@
 
 use super::candidates::{Allowed, AllowedError, Setup};
 use super::compare::as_good_as;
-use super::design::{Criterion, DesignError, Wanted, design, needs_spindle};
+use super::design::{Criterion, DesignError, WantedDesign, design, needs_spindle};
 use super::judge::{JudgeError, Judgement, judge};
 use crate::formats::probings::Probings;
 use crate::identify::{IdentifyError, Model, ModelError, Problem, effect_over_travel, lacks};
@@ -22,12 +22,12 @@ pub struct Task<'a> {
     /// Errors that the machine is assumed to have.
     pub assumed: &'a ErrorModel,
     /// The rows to probe.
-    pub rows: Rows<'a>,
+    pub rows: PlannedRows<'a>,
 }
 
 /// The rows to probe: those of a strategy, or rows to be chosen.
 #[derive(Clone, Copy, Debug)]
-pub enum Rows<'a> {
+pub enum PlannedRows<'a> {
     /// Those of this strategy.
     Given(&'a Probings),
     /// The most informative ones.
@@ -55,7 +55,7 @@ pub enum Rows<'a> {
 pub struct Planned {
     /// The strategy with its prediction.
     pub judgement: Judgement,
-    /// The prediction for the strategy of [`Rows::AsGoodAs`].
+    /// The prediction for the strategy of [`PlannedRows::AsGoodAs`].
     pub other: Option<Judgement>,
     /// Location errors that the model lacks and cannot reproduce.
     pub missing: Vec<Parameter>,
@@ -82,7 +82,7 @@ pub enum PlanError {
     Strategy {
         /// Why not.
         error: JudgeError,
-        /// True of the strategy of [`Rows::AsGoodAs`].
+        /// True of the strategy of [`PlannedRows::AsGoodAs`].
         is_other: bool,
         /// True if there are balls to probe.
         has_balls: bool,
@@ -168,21 +168,21 @@ impl Task<'_> {
         let mut notes = Vec::new();
         let mut other = None;
         let judgement = match self.rows {
-            Rows::Given(strategy) => judged(strategy, false)?,
-            Rows::Best {
+            PlannedRows::Given(strategy) => judged(strategy, false)?,
+            PlannedRows::Best {
                 indexings,
                 probings,
                 criterion,
             } => {
                 let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
-                let wanted = |rank: usize| Wanted {
+                let wanted = |rank: usize| WantedDesign {
                     probings: probings.unwrap_or(rank),
                     criterion,
                 };
                 let strategy = design(self.setup, &allowed, &parameters, self.assumed, wanted)?;
                 judged(&strategy, false)?
             }
-            Rows::AsGoodAs {
+            PlannedRows::AsGoodAs {
                 indexings,
                 other: strategy,
                 criterion,
@@ -224,7 +224,7 @@ impl Task<'_> {
     /// identified.
     fn directions(&self) -> Result<Vec<bool>, ModelError> {
         let machine = self.setup.machine;
-        if let Rows::Given(strategy) = self.rows {
+        if let PlannedRows::Given(strategy) = self.rows {
             let probed = strategy.rows.iter().map(|row| &row.direction);
             let observed = self.setup.observations.iter().flat_map(|all| &all.rows);
             let all = probed.chain(observed.map(|row| &row.direction));

@@ -14,7 +14,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 /// Why a ball cannot be probed at a position.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unreachable {
-    /// Its position is unknown.
+    /// Position is unknown.
     #[error("it has no nominal_mm in the artefact")]
     NoPlace,
     /// The linear axes cannot get there.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 /// What does not fit the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Suspect {
+pub enum TouchSuspect {
     /// One touch (by index), and how much farther from the ball it is than the others say (mm).
     Touch(usize, f64),
     /// The ball was moved before this touch (by index), by this vector (mm, workpiece frame).
@@ -28,7 +28,7 @@ pub fn suspects(
     left: &DVector<f64>,
     by: &DMatrix<f64>,
     groups: &[Vec<(usize, Vector3<f64>)>],
-) -> Vec<Suspect> {
+) -> Vec<TouchSuspect> {
     let mut basis = by.clone();
     let mut rest = left.clone();
     let mut found = Vec::new();
@@ -36,9 +36,9 @@ pub fn suspects(
     while found.len() < most {
         let space = basis.clone().qr().q();
         rest -= &space * space.tr_mul(&rest);
-        let mut best: Option<(f64, Suspect, DMatrix<f64>)> = None;
+        let mut best: Option<(f64, TouchSuspect, DMatrix<f64>)> = None;
         let mut offer =
-            |columns: DMatrix<f64>, least: f64, suspect: &dyn Fn(&DVector<f64>) -> Suspect| {
+            |columns: DMatrix<f64>, least: f64, suspect: &dyn Fn(&DVector<f64>) -> TouchSuspect| {
                 let Some((gain, change)) = tested(&space, &rest, &columns, least) else {
                     return;
                 };
@@ -49,7 +49,7 @@ pub fn suspects(
         for touch in 0..rest.len() {
             let mut column = DMatrix::zeros(rest.len(), 1);
             column[(touch, 0)] = 1.0;
-            offer(column, 0.0, &|change| Suspect::Touch(touch, change[0]));
+            offer(column, 0.0, &|change| TouchSuspect::Touch(touch, change[0]));
         }
         for group in groups {
             let mut columns = DMatrix::zeros(rest.len(), 3);
@@ -57,7 +57,7 @@ pub fn suspects(
                 let (touch, out) = &group[k];
                 columns.set_row(*touch, &out.transpose());
                 offer(columns.clone(), EXPLAINS, &|change| {
-                    Suspect::Moved(*touch, Vector3::new(change[0], change[1], change[2]))
+                    TouchSuspect::Moved(*touch, Vector3::new(change[0], change[1], change[2]))
                 });
             }
         }

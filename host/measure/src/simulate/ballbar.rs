@@ -4,12 +4,12 @@ use super::runs::OfReadings;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
-use trueaxis_model::explain::{Bench, State};
+use trueaxis_model::explain::{Bench, BenchState};
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// A circle in the plane of two linear axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Circle {
+pub struct SimulatedCircle {
     /// The two axes (by index); the angle is measured from the first towards the second.
     pub plane: [usize; 2],
     /// Axis positions at its centre (mm, rad).
@@ -36,9 +36,9 @@ const BEFORE: f64 = 1e-6;
 
 /// A turn in each direction. The tool was set up at the centre, with unknown directions of approach.
 #[must_use]
-pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec<AtAngle> {
+pub fn circle(bench: &Bench<'_>, circle: &SimulatedCircle, disturbed: &OfReadings) -> Vec<AtAngle> {
     let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
-    let centre = State::at(circle.centre);
+    let centre = BenchState::at(circle.centre);
     let radial = |angle: f64, way: f64| {
         let mut state = centre;
         let [a, b] = circle.plane;
@@ -78,7 +78,7 @@ pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec
 
 /// As CSV: angle (deg) and radial deviations (µm) in both directions.
 #[must_use]
-pub fn write(machine: &Machine, circle: &Circle, all: &[AtAngle]) -> String {
+pub fn write(machine: &Machine, circle: &SimulatedCircle, all: &[AtAngle]) -> String {
     let letter = |i: usize| machine.axes[i].letter;
     let [a, b] = circle.plane.map(letter);
     let centre = machine.to_command(&circle.centre);

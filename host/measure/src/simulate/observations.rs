@@ -2,7 +2,7 @@
 
 use super::{drifted, normal};
 use crate::formats::observations::Observations;
-use crate::instrument::{Kind, Sample, turned};
+use crate::instrument::{InitialSample, Kind, turned};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -22,7 +22,7 @@ pub struct OfObservations {
     pub seed: u64,
 }
 
-/// The same observations with the readings on a machine with known errors. Set-ups and tool points are as stated;
+/// These observations with the readings on a machine with known errors. Set-ups and tool points are as stated;
 /// what is not stated is zero, and a displacement is zero at the first row, as is a part in its nominal place.
 #[must_use]
 pub fn observations(
@@ -37,8 +37,8 @@ pub fn observations(
         .map(|(number, setup)| {
             let own = strategy.rows.iter().zip(&commanded);
             let own = own.filter(|(row, _)| row.setup == number);
-            let samples: Vec<Sample> = own
-                .map(|(_, commanded)| Sample {
+            let samples: Vec<InitialSample> = own
+                .map(|(_, commanded)| InitialSample {
                     commanded: *commanded,
                     read: Vector3::zeros(),
                 })

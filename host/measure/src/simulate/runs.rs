@@ -1,7 +1,7 @@
 //! Simulated runs of a laser, straightedge, level, calibrator or square.
 
 use super::normal;
-use crate::direct::{Line, Means, Square};
+use crate::direct::{AxisRuns, Means, Square};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use trueaxis_model::explain::Bench;
@@ -40,7 +40,7 @@ impl OfReadings {
 /// Simulates the readings of a line, keeping its setup, targets and runs. A straightedge is aligned at both ends,
 /// unless its slope is to be kept. `None` if linear axes cannot follow a ball.
 #[must_use]
-pub fn line(bench: &Bench<'_>, line: &Line, disturbed: &OfReadings) -> Option<Line> {
+pub fn line(bench: &Bench<'_>, line: &AxisRuns, disturbed: &OfReadings) -> Option<AxisRuns> {
     let mut shown = line.shown(bench, &line.means().directions())?;
     if line.setup.is_straightness(bench.machine) && !line.setup.keeps_slope {
         let slope = ends(bench.machine, line, &shown);
@@ -70,14 +70,14 @@ pub fn square(bench: &Bench<'_>, square: &Square, disturbed: &OfReadings) -> Opt
 }
 
 /// The slope from the first to the last target.
-fn ends(machine: &Machine, line: &Line, shown: &Means) -> f64 {
+fn ends(machine: &Machine, line: &AxisRuns, shown: &Means) -> f64 {
     let (positions, both) = (line.positions(machine), shown.both());
     let last = both.len() - 1;
     (both[last] - both[0]) / (positions[last] - positions[0])
 }
 
 /// Subtracts a slope.
-fn lay(machine: &Machine, line: &Line, shown: &mut Means, slope: f64) {
+fn lay(machine: &Machine, line: &AxisRuns, shown: &mut Means, slope: f64) {
     let positions = line.positions(machine);
     for values in [&mut shown.positive, &mut shown.negative]
         .into_iter()
@@ -90,7 +90,12 @@ fn lay(machine: &Machine, line: &Line, shown: &mut Means, slope: f64) {
 }
 
 /// Reads run after run, each in its direction.
-fn read(line: &Line, shown: &Means, disturbed: &OfReadings, random: &mut Pcg64Mcg) -> Option<Line> {
+fn read(
+    line: &AxisRuns,
+    shown: &Means,
+    disturbed: &OfReadings,
+    random: &mut Pcg64Mcg,
+) -> Option<AxisRuns> {
     let mut line = line.clone();
     let count = line.targets.len();
     let last = ((count * line.columns.len()).max(2) - 1) as f64;

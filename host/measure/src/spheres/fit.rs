@@ -13,7 +13,7 @@ pub struct Centre {
 
 /// Fitted spheres.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
+pub struct FittedBalls {
     /// The centre of each probing (mm).
     pub centres: Vec<Vector3<f64>>,
     /// Distance from the centre of each ball to that of the stylus tip (mm): the sum of both radii.
@@ -54,7 +54,11 @@ const ALIKE: f64 = 0.01;
 ///
 /// # Errors
 /// [`FitError`]: fewer than four points, or points that do not determine a sphere.
-pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fitted, FitError> {
+pub fn fit(
+    probings: &[Centre],
+    balls: usize,
+    radius: Option<f64>,
+) -> Result<FittedBalls, FitError> {
     let mut centres = Vec::new();
     let mut radii = vec![(0.0, 0.0); balls];
     for (number, probing) in probings.iter().enumerate() {
@@ -76,7 +80,7 @@ pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fit
         let mut sums = vec![(0.0, 0.0); balls];
         let mut parts = Vec::new();
         for (number, (probing, centre)) in probings.iter().zip(&centres).enumerate() {
-            let part = Part::new(&probing.touches, centre, radii[probing.ball]);
+            let part = SphereEquations::new(&probing.touches, centre, radii[probing.ball]);
             let part = part.ok_or(FitError { probing: number })?;
             let (square, product) = part.of_radius();
             sums[probing.ball].0 += square;
@@ -132,14 +136,14 @@ pub(crate) fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
 }
 
 /// The equations of one probing, |p − c| − R = 0, at a given centre and radius.
-struct Part {
+struct SphereEquations {
     /// Unit vectors from the centre to each touch.
     out: Vec<Vector3<f64>>,
     left: Vec<f64>,
     inverse: Matrix3<f64>,
 }
 
-impl Part {
+impl SphereEquations {
     fn new(touches: &[Vector3<f64>], centre: &Vector3<f64>, radius: f64) -> Option<Self> {
         let ways = touches.iter().map(|p| p - centre);
         let out: Option<Vec<Vector3<f64>>> = ways.clone().map(|w| w.try_normalize(1e-9)).collect();
@@ -182,11 +186,11 @@ impl Part {
 }
 
 /// The residuals, and which touches do not fit.
-fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fitted {
+fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> FittedBalls {
     let mut left = Vec::new();
     let mut scaled: Vec<Vec<f64>> = Vec::new();
     for (probing, centre) in probings.iter().zip(&centres) {
-        let (of, by) = match Part::new(&probing.touches, centre, radii[probing.ball]) {
+        let (of, by) = match SphereEquations::new(&probing.touches, centre, radii[probing.ball]) {
             Some(part) => {
                 let followed = part.followed();
                 let scaled = part.left.iter().zip(&followed);
@@ -214,7 +218,7 @@ fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fit
         let alike = (0..distances.len()).filter(|i| distances[*i] >= most * (1.0 - ALIKE));
         (most > limit).then(|| (number, alike.collect()))
     });
-    Fitted {
+    FittedBalls {
         doubtful: doubtful.collect(),
         centres,
         radii,

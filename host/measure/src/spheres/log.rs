@@ -6,7 +6,7 @@
 
 use crate::formats::is_in_travel;
 use std::ops::Range;
-use trueaxis_model::formats::csv::{Row, Table};
+use trueaxis_model::formats::csv::{CsvRow, CsvTable};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
@@ -25,9 +25,9 @@ pub struct Touched {
     pub time: Option<f64>,
     /// Temperature (°C), if the log has a column `temperature_C`.
     pub temperature: Option<f64>,
-    /// Its line, counted from 1.
+    /// Line, counted from 1.
     pub line: usize,
-    /// Its location in the file.
+    /// Location in the file.
     pub span: Range<usize>,
     /// Location of the number of each axis, with its column counted from 1.
     pub(super) cells: Vec<(usize, Range<usize>)>,
@@ -36,18 +36,18 @@ pub struct Touched {
 /// Reads the touches of a log.
 ///
 /// # Errors
-/// [`FileError`]: whatever [`Table`] refuses, a missing column, a position outside the travel.
+/// [`FileError`]: whatever [`CsvTable`] refuses, a missing column, a position outside the travel.
 pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError> {
     let first = text.trim_start_matches(|c: char| c == '\u{feff}' || c.is_whitespace());
     let word = first.split([',', ' ', '\t', ';', '\r', '\n']).next();
     let is_number = |word: &str| word.parse::<f64>().is_ok();
     let (table, names) = match word.is_some_and(is_number) {
         true => {
-            let table = Table::without_header(text, 0, &LINUXCNC, VALUES);
+            let table = CsvTable::without_header(text, 0, &LINUXCNC, VALUES);
             (table.spaced(), LINUXCNC.to_vec())
         }
         false => {
-            let table = Table::open(text, 0, LAYOUT, VALUES)?;
+            let table = CsvTable::open(text, 0, LAYOUT, VALUES)?;
             let names = table.header.cells.iter().map(|cell| cell.text).collect();
             (table, names)
         }
@@ -60,7 +60,7 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
     }
     let [time, temperature] =
         ["time_s", "temperature_C"].map(|name| names.iter().position(|n| *n == name));
-    let one = |row: &Row<'_>| {
+    let one = |row: &CsvRow<'_>| {
         let number = |column: Option<usize>| column.map(|c| row.number(c)).transpose();
         Ok(Touched {
             time: number(time)?,
@@ -71,7 +71,7 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
     table.map(|row| one(&row?)).collect()
 }
 
-fn touched(machine: &Machine, columns: &[usize], row: &Row<'_>) -> Result<Touched, FileError> {
+fn touched(machine: &Machine, columns: &[usize], row: &CsvRow<'_>) -> Result<Touched, FileError> {
     let mut touched = Touched {
         position: [0.0; MAX_AXES],
         time: None,

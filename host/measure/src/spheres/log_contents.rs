@@ -1,6 +1,6 @@
 //! Extracts probings from a log.
 
-use super::fit::{Centre, Fitted, fit};
+use super::fit::{Centre, FittedBalls, fit};
 use super::log::Touched;
 use super::resumed::whole_rows;
 use super::strategy::{belongs, named};
@@ -32,7 +32,7 @@ pub struct LogContents {
     /// The other rows, as text.
     pub missing: Vec<String>,
     /// The fitted spheres.
-    pub fitted: Fitted,
+    pub fitted: FittedBalls,
 }
 
 /// The probings that a log of a strategy contains. `radius` is the known distance from the centre of a ball to that

@@ -2,8 +2,8 @@
 
 mod of;
 
-use super::Warning;
-use crate::identify::Along;
+use super::StudyWarning;
+use crate::identify::TrendAlong;
 use serde::{Deserialize, Serialize};
 
 /// The results. Parameters are in mm, rad, and per mm or rad to the power of their degree; other names state their
@@ -17,12 +17,12 @@ pub struct Identification {
     /// The range that each axis covered.
     pub probed: Vec<Probed>,
     /// The balls, where they were found.
-    pub balls: Vec<Ball>,
+    pub balls: Vec<BallRecord>,
     /// The tip in the spindle frame.
     #[serde(default)]
     pub stylus_mm: [f64; 3],
     /// The parameters found.
-    pub parameters: Vec<Estimate>,
+    pub parameters: Vec<EstimateRecord>,
     /// Pairs of parameters whose correlation is above 0.9.
     pub correlations: Vec<(String, String, f64)>,
     /// Of the parameters, in their order.
@@ -30,13 +30,13 @@ pub struct Identification {
     pub covariance: Vec<Vec<f64>>,
     /// Bars, compared with the machine and the other bars.
     #[serde(default)]
-    pub bars: Vec<Bar>,
+    pub bars: Vec<BarRecord>,
     /// Instruments, and drift; nothing if there are only probings that do not drift.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub observed: Option<Observed>,
+    pub observed: Option<ObservedRecord>,
     /// What temperatures explain, if any were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub temperatures: Option<Temperatures>,
+    pub temperatures: Option<TemperaturesRecord>,
     /// Comparison with the errors before a compensation.
     #[serde(default)]
     pub compensated: Option<Compared>,
@@ -50,7 +50,7 @@ pub struct Identification {
     /// Standard deviation of a coordinate of the tip by errors that the model lacks, in the probed zone.
     #[serde(default)]
     pub misfit_um: Option<f64>,
-    /// The same of a component of the tool's direction.
+    /// Like `misfit_um`, of a component of the tool's direction.
     pub misfit_urad: Option<f64>,
     /// Sources whose residuals exceed what they state, beyond chance.
     #[serde(default)]
@@ -61,32 +61,32 @@ pub struct Identification {
     pub condition: f64,
     /// The models that were tried, for `auto`.
     #[serde(default)]
-    pub levels: Vec<Level>,
+    pub levels: Vec<LevelRecord>,
     /// For `auto`: the list published for machines of this layout.
     #[serde(default)]
-    pub published: Option<Published>,
+    pub published: Option<PublishedRecord>,
     /// Prediction of balls that were left out.
-    pub held_out: Option<HeldOut>,
+    pub held_out: Option<HeldOutRecord>,
     /// Why there is no such prediction.
     #[serde(default)]
     pub not_held_out: Option<String>,
     /// Residuals along the axes of the workpiece frame (rms).
     pub left_um: [f64; 3],
     /// Whether the residuals depend on time, temperature, run or direction.
-    pub checks: Vec<Check>,
+    pub checks: Vec<CheckRecord>,
     /// Repeatability, if anything was measured more than once.
     #[serde(default)]
-    pub repeats: Option<Repeats>,
+    pub repeats: Option<RepeatsRecord>,
     /// Balls and stylus, found and as stated.
     #[serde(default)]
-    pub places: Vec<Place>,
+    pub places: Vec<PlaceRecord>,
     /// Rows that do not fit the others.
     pub suspected: Vec<Suspected>,
     /// Each probing.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RowRecord>,
     /// What to check before the parameters are trusted.
     #[serde(default)]
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<StudyWarning>,
 }
 
 /// The probed range of an axis.
@@ -100,7 +100,7 @@ pub struct Probed {
 
 /// A ball.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ball {
+pub struct BallRecord {
     /// Name in the file of probings.
     pub name: String,
     /// Centre in the workpiece frame.
@@ -116,7 +116,7 @@ pub struct Ball {
 
 /// A ball or the stylus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct PlaceRecord {
     /// `ball 1`, or `stylus`.
     pub what: String,
     /// Where it was found: balls in the workpiece frame, the stylus in the spindle frame.
@@ -127,7 +127,7 @@ pub struct Place {
 
 /// A parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct EstimateRecord {
     /// Name of the parameter.
     pub parameter: String,
     /// In mm, rad, per mm or rad to the power of its degree.
@@ -140,7 +140,7 @@ pub struct Estimate {
 
 /// A bar, with its length according to the machine and the other bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bar {
+pub struct BarRecord {
     /// The balls at the ends.
     pub balls: [String; 2],
     /// The length in the artefact.
@@ -173,7 +173,7 @@ pub struct NotSeen {
 
 /// A model that was tried.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Level {
+pub struct LevelRecord {
     /// What was tried.
     pub model: String,
     /// Number of parameters that can be identified.
@@ -190,7 +190,7 @@ pub struct Level {
 
 /// A published list compared with the chosen model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Published {
+pub struct PublishedRecord {
     /// Name of the list.
     pub model: String,
     /// Number of coefficients.
@@ -215,7 +215,7 @@ pub struct Published {
 
 /// Prediction of balls by models that were fitted without them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct HeldOut {
+pub struct HeldOutRecord {
     /// Over all balls, rms.
     pub rms_um: f64,
     /// Of each ball.
@@ -225,7 +225,7 @@ pub struct HeldOut {
 
 /// Whether the residuals depend on something.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Check {
+pub struct CheckRecord {
     /// `time_s`, `order`, `temperature_C`, `run` or `direction`.
     pub along: String,
     /// The axis, for a direction.
@@ -244,7 +244,7 @@ pub struct Check {
 
 /// Repeatability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Repeats {
+pub struct RepeatsRecord {
     /// Number of places that were probed again.
     #[serde(default)]
     pub places: usize,
@@ -276,7 +276,7 @@ pub struct Suspected {
 
 /// A probing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct RowRecord {
     /// Line in the file.
     pub line: usize,
     /// Number of its run, if the file has runs.
@@ -297,21 +297,21 @@ pub struct Row {
 
 /// What was read besides probings, and how everything drifted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Observed {
+pub struct ObservedRecord {
     /// Every kind of reading with its noise.
-    pub noise: Vec<Noise>,
+    pub noise: Vec<NoiseRecord>,
     /// The instruments as they were found to be set up.
-    pub setups: Vec<Setup>,
+    pub setups: Vec<SetupRecord>,
     /// Drift that was found together with the parameters.
-    pub drift: Vec<Drift>,
+    pub drift: Vec<DriftRecord>,
     /// Each reading.
     #[serde(default)]
-    pub rows: Vec<Reading>,
+    pub rows: Vec<ReadingRecord>,
 }
 
 /// The noise of a kind of reading.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Noise {
+pub struct NoiseRecord {
     /// Name of the kind.
     pub source: String,
     /// Number of rows.
@@ -330,18 +330,18 @@ pub struct Noise {
 
 /// An instrument.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
+pub struct SetupRecord {
     /// Name in the file.
     pub name: String,
     /// What it reads.
     pub kind: String,
     /// The unknowns that the readings determine.
-    pub parts: Vec<Part>,
+    pub parts: Vec<SetupPartRecord>,
 }
 
 /// An unknown of a set-up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Part {
+pub struct SetupPartRecord {
     /// Name of the unknown.
     pub what: String,
     /// In mm; rad in addition to the start value.
@@ -366,7 +366,7 @@ pub struct PartStated {
 
 /// A component of drift.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Drift {
+pub struct DriftRecord {
     /// The set-up, or nothing for the artefact.
     #[serde(default)]
     pub setup: Option<String>,
@@ -391,7 +391,7 @@ pub struct Drift {
 
 /// A reading; residuals in µm, or µrad for angles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reading {
+pub struct ReadingRecord {
     /// Name of the file.
     pub file: String,
     /// Line in the file.
@@ -410,18 +410,18 @@ pub struct Reading {
 
 /// What temperatures explain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Temperatures {
+pub struct TemperaturesRecord {
     /// Changes of parameters.
-    pub terms: Vec<Term>,
+    pub terms: Vec<ThermalRecord>,
     /// What is left of cycles that were predicted from the others, without temperatures (rms of a coordinate).
     pub left_out_without_um: f64,
-    /// The same with them.
+    /// Like `left_out_without_um`, with them.
     pub left_out_with_um: f64,
     /// Another cycle stays within this (95 % of coordinates).
     pub band_95_um: f64,
     /// Each cycle that was left out.
     #[serde(default)]
-    pub cycles: Vec<Cycle>,
+    pub cycles: Vec<CycleRecord>,
     /// What was not taken, and why.
     #[serde(default)]
     pub dropped: Vec<String>,
@@ -429,7 +429,7 @@ pub struct Temperatures {
 
 /// The change of a parameter with a temperature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Term {
+pub struct ThermalRecord {
     /// Name of the parameter.
     pub parameter: String,
     /// Name of the sensor.
@@ -450,7 +450,7 @@ pub struct Term {
 
 /// A cycle that was predicted from the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cycle {
+pub struct CycleRecord {
     /// Number of its equations.
     pub equations: usize,
     /// Residual without temperatures.
@@ -463,7 +463,7 @@ pub struct Cycle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
     /// Each parameter that had a value before.
-    pub parameters: Vec<Change>,
+    pub parameters: Vec<ChangeRecord>,
     /// Mean displacement of the tip by all parameters at the probings, before and after.
     pub mean_um: [f64; 2],
     /// Largest displacement.
@@ -472,7 +472,7 @@ pub struct Compared {
 
 /// A parameter before and after.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Change {
+pub struct ChangeRecord {
     /// Name of the parameter.
     pub parameter: String,
     /// Value before.
@@ -525,16 +525,16 @@ impl Identification {
     }
 }
 
-impl Check {
+impl CheckRecord {
     /// What the residuals are compared along, as text.
     #[must_use]
     pub fn words(&self) -> String {
         match (self.along.as_str(), self.over, self.axis, self.run) {
-            ("time_s", Some(span), ..) => Along::Time(span).to_string(),
-            ("temperature_C", Some(span), ..) => Along::Temperature(span).to_string(),
-            ("direction", _, Some(axis), _) => Along::Direction(axis).to_string(),
-            ("run", _, _, Some(run)) => Along::Run(run).to_string(),
-            _ => Along::Order.to_string(),
+            ("time_s", Some(span), ..) => TrendAlong::Time(span).to_string(),
+            ("temperature_C", Some(span), ..) => TrendAlong::Temperature(span).to_string(),
+            ("direction", _, Some(axis), _) => TrendAlong::Direction(axis).to_string(),
+            ("run", _, _, Some(run)) => TrendAlong::Run(run).to_string(),
+            _ => TrendAlong::Order.to_string(),
         }
     }
 }

@@ -15,7 +15,7 @@ use trueaxis_model::source::FileError;
 
 /// All results. Serialised, they are an [`Identification`](super::Identification).
 #[derive(Clone, Debug)]
-pub struct Outcome<'a> {
+pub struct StudyOutcome<'a> {
     /// The nominal machine.
     pub machine: &'a Machine,
     /// What is known about balls, bars and stylus.
@@ -65,7 +65,7 @@ const SUSPECTED: f64 = 0.1;
 /// A motion explains rows that fit badly if this part of the squared residuals goes with it.
 const MOST: f64 = 0.3;
 
-impl Outcome<'_> {
+impl StudyOutcome<'_> {
     /// True if a probing (by index) does not fit the others.
     #[must_use]
     pub fn is_suspected(&self, row: usize) -> bool {

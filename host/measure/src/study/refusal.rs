@@ -6,7 +6,7 @@ use trueaxis_model::errors::Parameter;
 
 /// Why there is no outcome.
 #[derive(Clone, Debug, thiserror::Error)]
-pub enum Refusal {
+pub enum StudyRefusal {
     /// The measurements do not determine the parameters, or fit no machine.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
@@ -57,7 +57,7 @@ pub enum Refusal {
 
 /// The input that a refusal is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum About {
+pub enum RefusedInput {
     /// All files of measurements.
     Measurements,
     /// The choice of parameters.
@@ -74,18 +74,18 @@ pub enum About {
     Runs,
 }
 
-impl Refusal {
+impl StudyRefusal {
     /// The input to look at.
     #[must_use]
-    pub fn about(&self) -> About {
+    pub fn about(&self) -> RefusedInput {
         match self {
-            Self::Identify(_) | Self::Misplaced(_) => About::Measurements,
-            Self::Model(_) | Self::Tabulated { .. } => About::Model,
-            Self::Thermal(_) => About::Thermal,
-            Self::Temperatures(_) => About::Temperatures,
-            Self::Without(_) => About::Without,
-            Self::Incomparable | Self::Uncompared => About::Before,
-            Self::Runs { .. } | Self::Unsettled { .. } => About::Runs,
+            Self::Identify(_) | Self::Misplaced(_) => RefusedInput::Measurements,
+            Self::Model(_) | Self::Tabulated { .. } => RefusedInput::Model,
+            Self::Thermal(_) => RefusedInput::Thermal,
+            Self::Temperatures(_) => RefusedInput::Temperatures,
+            Self::Without(_) => RefusedInput::Without,
+            Self::Incomparable | Self::Uncompared => RefusedInput::Before,
+            Self::Runs { .. } | Self::Unsettled { .. } => RefusedInput::Runs,
         }
     }
 

@@ -1,19 +1,19 @@
 //! Error motions that runs show, which are kept as tables.
 
-use super::{Found, Refusal, Rows};
+use super::{CountedRows, FoundParameters, StudyRefusal};
 use crate::direct::{DirectResult, Measurement, kept, same_tables};
 use trueaxis_model::errors::ErrorModel;
 
 /// Levers of angular motions, which are small, change tables by less in each round.
 const ROUNDS: usize = 6;
 
-impl Rows<'_, '_> {
+impl CountedRows<'_, '_> {
     /// Identifies with the tables that runs show on a machine with what is identified: again and again until both agree.
-    pub(super) fn with_tables(&mut self) -> Result<Found, Refusal> {
+    pub(super) fn with_tables(&mut self) -> Result<FoundParameters, StudyRefusal> {
         let known = self.study.base;
         if self.study.runs.is_empty() {
             let (identified, chosen) = self.found(known)?;
-            return Ok(Found {
+            return Ok(FoundParameters {
                 base: known.clone(),
                 identified,
                 chosen,
@@ -25,7 +25,7 @@ impl Rows<'_, '_> {
         for _ in 0..ROUNDS {
             let (next, solved) = self.tables(&identified.errors)?;
             if same_tables(&base, &next) {
-                return Ok(Found {
+                return Ok(FoundParameters {
                     base,
                     identified,
                     chosen,
@@ -35,14 +35,14 @@ impl Rows<'_, '_> {
             (identified, chosen) = self.found(&next)?;
             base = next;
         }
-        Err(Refusal::Unsettled { rounds: ROUNDS })
+        Err(StudyRefusal::Unsettled { rounds: ROUNDS })
     }
 
-    fn tables(&self, found: &ErrorModel) -> Result<(ErrorModel, DirectResult), Refusal> {
+    fn tables(&self, found: &ErrorModel) -> Result<(ErrorModel, DirectResult), StudyRefusal> {
         let (machine, runs) = (self.study.machine, self.study.runs);
         kept(machine, runs, self.study.base, found).map_err(|error| {
             let name = |number: usize| runs[number].name.clone();
-            Refusal::Runs {
+            StudyRefusal::Runs {
                 files: error.files().into_iter().map(name).collect(),
                 error,
             }

@@ -1,9 +1,9 @@
 //! What to check before the parameters are trusted.
 
-use super::{Outcome, runs};
+use super::{StudyOutcome, runs};
 use crate::formats::observations::Observation;
 use crate::identify::{
-    Component, Contradicted, Lacking, Model, Stated, contradicted, lacks, repeated,
+    Contradicted, Lacking, Model, Stated, VarianceComponent, contradicted, lacks, repeated,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -11,7 +11,7 @@ use trueaxis_model::errors::Parameter;
 
 /// Something to check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Warning {
+pub struct StudyWarning {
     /// What it is about.
     pub kind: WarningKind,
     /// Cause and remedy.
@@ -52,7 +52,7 @@ pub enum WarningKind {
     Repeatability,
 }
 
-impl fmt::Display for Warning {
+impl fmt::Display for StudyWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
@@ -65,14 +65,14 @@ const NAMES: usize = 40;
 /// spindle or on a presetter, to a few micrometres.
 const AS_STATED: f64 = 5e-3;
 
-impl Outcome<'_> {
+impl StudyOutcome<'_> {
     /// All warnings, the gravest first.
     #[must_use]
-    pub fn warnings(&self) -> Vec<Warning> {
+    pub fn warnings(&self) -> Vec<StudyWarning> {
         use WarningKind as Kind;
         let mut all = Vec::new();
         let mut warn = |kind: Kind, messages: Vec<String>| {
-            let one = |message| Warning { kind, message };
+            let one = |message| StudyWarning { kind, message };
             all.extend(messages.into_iter().map(one));
         };
         let suspicions = self.suspicions.iter();
@@ -262,7 +262,7 @@ impl Outcome<'_> {
     }
 }
 
-fn misstated(one: &Component) -> String {
+fn misstated(one: &VarianceComponent) -> String {
     let name = one.source.name();
     let factor = one.of_stated.unwrap_or(1.0);
     let what = format!(

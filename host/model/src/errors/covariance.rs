@@ -16,7 +16,7 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// The same with additional parameters that have known standard uncertainties but no known correlations.
+    /// With additional parameters that have known standard uncertainties but no known correlations.
     #[must_use]
     pub fn with_uncorrelated(mut self, others: impl Iterator<Item = (Parameter, f64)>) -> Self {
         let known = self.parameters.len();

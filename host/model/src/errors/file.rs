@@ -36,7 +36,7 @@ struct ErrorsFile {
     calibrated: BTreeMap<Spanned<String>, Spanned<Exactly<2>>>,
     uncertainty: Option<UncertaintyEntry>,
     #[serde(default)]
-    thermal: BTreeMap<Spanned<String>, Spanned<Changes>>,
+    thermal: BTreeMap<Spanned<String>, Spanned<ThermalEntries>>,
     #[serde(default)]
     tabulated: BTreeMap<Spanned<String>, Spanned<TabulatedEntry>>,
 }
@@ -50,7 +50,7 @@ struct UncertaintyEntry {
     thermal_um: Option<Spanned<f64>>,
     /// Standard deviation of a coordinate of the tip by errors that the model lacks (µm).
     misfit_um: Option<Spanned<f64>>,
-    /// The same of a component of the tool's direction (µrad).
+    /// Like `misfit_um`, of a component of the tool's direction (µrad).
     misfit_urad: Option<Spanned<f64>>,
 }
 
@@ -67,24 +67,24 @@ struct ThermalEntry {
 }
 
 /// The changes of one parameter: one `{ … }`, or a list of them.
-enum Changes {
+enum ThermalEntries {
     One(ThermalEntry),
     Several(Vec<Spanned<ThermalEntry>>),
 }
 
-impl<'de> Deserialize<'de> for Changes {
+impl<'de> Deserialize<'de> for ThermalEntries {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Either;
         impl<'de> Visitor<'de> for Either {
-            type Value = Changes;
+            type Value = ThermalEntries;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("{ per_kelvin, sensor, reference_celsius }, or a list of them")
             }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Changes, A::Error> {
-                ThermalEntry::deserialize(MapAccessDeserializer::new(map)).map(Changes::One)
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ThermalEntries, A::Error> {
+                ThermalEntry::deserialize(MapAccessDeserializer::new(map)).map(ThermalEntries::One)
             }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Changes, A::Error> {
-                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Changes::Several)
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ThermalEntries, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(ThermalEntries::Several)
             }
         }
         deserializer.deserialize_any(Either)
@@ -96,8 +96,10 @@ impl ErrorsFile {
     fn changes(&self) -> impl Iterator<Item = (&Spanned<String>, Range<usize>, &ThermalEntry)> {
         self.thermal.iter().flat_map(|(name, changes)| {
             let all = match changes.get_ref() {
-                Changes::One(entry) => vec![(changes.span(), entry)],
-                Changes::Several(all) => all.iter().map(|e| (e.span(), e.get_ref())).collect(),
+                ThermalEntries::One(entry) => vec![(changes.span(), entry)],
+                ThermalEntries::Several(all) => {
+                    all.iter().map(|e| (e.span(), e.get_ref())).collect()
+                }
             };
             all.into_iter()
                 .map(move |(span, entry)| (name, span, entry))
@@ -154,7 +156,7 @@ impl ErrorModel {
         })
     }
 
-    /// The same with measured values and covariances in other files. `read` returns the content of a file named in
+    /// Like `from_toml`, with measured values and covariances in other files. `read` returns the content of a file named in
     /// the error file, or the reason why it cannot.
     ///
     /// # Errors
@@ -348,12 +350,12 @@ fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
 }
 
 /// A part of an error motion, as written in the file.
-struct Part<'f> {
-    /// Its name.
+struct MotionPart<'f> {
+    /// Name of the part.
     name: String,
-    /// Its place in the file.
+    /// Place in the file.
     span: Range<usize>,
-    /// Its contribution (mm or rad).
+    /// Contribution (mm or rad).
     kind: PartKind<'f>,
 }
 
@@ -367,7 +369,7 @@ enum PartKind<'f> {
 }
 
 impl PartKind<'_> {
-    /// Its contribution (mm or rad) at a position (mm or rad), at the end of the range of temperatures and after
+    /// Contribution (mm or rad) at a position (mm or rad), at the end of the range of temperatures and after
     /// positive travel.
     fn value(&self, q: f64) -> f64 {
         match self {
@@ -385,7 +387,7 @@ impl ErrorModel {
         machine: &Machine,
         index: usize,
         component: usize,
-    ) -> Vec<Part<'_>> {
+    ) -> Vec<MotionPart<'_>> {
         let letter = machine.axes[index].letter.char();
         let of = |name: &Spanned<String>| {
             Parameter::parse(name.get_ref()).filter(|p| {
@@ -395,7 +397,7 @@ impl ErrorModel {
         let mut parts = Vec::new();
         for (name, value) in &file.parameters {
             if let Some(p) = of(name) {
-                parts.push(Part {
+                parts.push(MotionPart {
                     name: p.to_string(),
                     span: value.span(),
                     kind: PartKind::Coefficient(p.kind, *value.get_ref()),
@@ -405,7 +407,7 @@ impl ErrorModel {
         for (name, span, entry) in file.changes() {
             if let Some(p) = of(name) {
                 let kelvin = self.largest_kelvin(entry);
-                parts.push(Part {
+                parts.push(MotionPart {
                     name: format!("the thermal change of {p}"),
                     span,
                     kind: PartKind::Change(p.kind, entry.per_kelvin * kelvin),
@@ -415,7 +417,7 @@ impl ErrorModel {
         if let Some(table) = &self.motions[index][component].table {
             for (name, entry) in &file.tabulated {
                 if Parameter::parse_motion(name.get_ref()) == Some((component, letter)) {
-                    parts.push(Part {
+                    parts.push(MotionPart {
                         name: name.get_ref().clone(),
                         span: entry.get_ref().place(entry),
                         kind: PartKind::Table(table),

@@ -51,7 +51,7 @@ pub struct ErrorModel {
     /// Standard deviation (mm) of a coordinate of the tip by errors that the model lacks, in the calibrated range, if
     /// it is known.
     pub misfit: Option<f64>,
-    /// The same (rad) of a component of the tool's direction; `None` if nothing that reads directions was measured.
+    /// Like `misfit` (rad) of a component of the tool's direction; `None` if nothing that reads directions was measured.
     pub misfit_of_direction: Option<f64>,
     /// Errors that may exist but that the measurements could not show, each with what 10 µm (10 µrad, 10 µm/m) of it
     /// changes at the tip over the travel (µm).

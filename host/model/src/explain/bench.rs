@@ -7,14 +7,14 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A command (mm, rad) and the direction from which it was reached: +1, −1, or 0 if unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct BenchState {
     /// The command (mm, rad).
     pub q: PerAxis,
     /// Direction of travel of each axis.
     pub sign: PerAxis,
 }
 
-impl State {
+impl BenchState {
     /// A command reached from an unknown direction.
     #[must_use]
     pub fn at(q: PerAxis) -> Self {
@@ -24,7 +24,7 @@ impl State {
         }
     }
 
-    /// The same with another position of one axis.
+    /// With another position of one axis.
     #[must_use]
     pub fn with(mut self, axis: usize, q: f64) -> Self {
         self.q[axis] = q;
@@ -66,9 +66,9 @@ impl<'a> Bench<'a> {
         self.kinematics.nominal(q, None)
     }
 
-    /// The same with errors.
+    /// Like `nominal`, with errors.
     #[must_use]
-    pub fn actual(&self, state: &State) -> Htm {
+    pub fn actual(&self, state: &BenchState) -> Htm {
         let situation = Situation {
             sign: state.sign,
             kelvin: self.kelvin,
@@ -79,14 +79,19 @@ impl<'a> Bench<'a> {
 
     /// Reading at `to` of an instrument that was set to zero at `from`.
     #[must_use]
-    pub fn deviation(&self, from: &State, to: &State) -> Deviation {
+    pub fn deviation(&self, from: &BenchState, to: &BenchState) -> Deviation {
         self.deviation_of(&Vector3::zeros(), from, to)
     }
 
-    /// The same for a point that moves with the tool (mm from the tip, in the frame of the tool's pose).
+    /// Like `deviation`, for a point that moves with the tool (mm from the tip, in the frame of the tool's pose).
     #[must_use]
-    pub fn deviation_of(&self, point: &Vector3<f64>, from: &State, to: &State) -> Deviation {
-        let off = |state: &State| {
+    pub fn deviation_of(
+        &self,
+        point: &Vector3<f64>,
+        from: &BenchState,
+        to: &BenchState,
+    ) -> Deviation {
+        let off = |state: &BenchState| {
             let (nominal, actual) = (self.nominal(&state.q), self.actual(state));
             let turned = (actual.r - nominal.r) * point;
             (
@@ -125,14 +130,14 @@ impl<'a> Bench<'a> {
     /// Unit vector (workpiece frame) along which a positive command of a linear axis moves the tip.
     #[must_use]
     pub fn way(&self, q: &PerAxis, linear: usize) -> Vector3<f64> {
-        let ahead = State::at(*q).with(linear, q[linear] + 1.0).q;
+        let ahead = BenchState::at(*q).with(linear, q[linear] + 1.0).q;
         (self.nominal(&ahead).t - self.nominal(q).t).normalize()
     }
 
     /// Unit vector (workpiece frame) about which a positive command of a rotary axis turns the tool.
     #[must_use]
     pub fn about(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
-        let ahead = State::at(*q).with(rotary, q[rotary] + 1.0).q;
+        let ahead = BenchState::at(*q).with(rotary, q[rotary] + 1.0).q;
         rotation(self.nominal(&ahead).r * self.nominal(q).r.transpose()).normalize()
     }
 
@@ -140,13 +145,13 @@ impl<'a> Bench<'a> {
     /// half a turn.
     #[must_use]
     pub(crate) fn foot(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
-        let half = State::at(*q)
+        let half = BenchState::at(*q)
             .with(rotary, q[rotary] + std::f64::consts::PI)
             .q;
         0.5 * (self.nominal(q).t + self.nominal(&half).t)
     }
 
-    /// The same command with linear axes that place the tip, without errors, at a point (workpiece frame, mm).
+    /// This command with linear axes that place the tip, without errors, at a point (workpiece frame, mm).
     /// `None` if they do not span all directions.
     #[must_use]
     pub fn reach(&self, q: &PerAxis, point: Vector3<f64>) -> Option<PerAxis> {

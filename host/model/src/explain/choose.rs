@@ -1,8 +1,8 @@
 //! Chooses the instrument that shows a parameter best.
 
-use super::bench::{Bench, State};
-use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense, largest};
-use super::single_entry::{Alone, Nature};
+use super::bench::{Bench, BenchState};
+use super::instrument::{BallPlacement, BenchInstrument, InstrumentReading, REACH, Sense, largest};
+use super::single_entry::{Nature, SingleEntry};
 use crate::errors::ParameterKind;
 
 /// An instrument intended for a location must show at least this fraction of its size. Below that it is a side
@@ -12,7 +12,7 @@ const SHOWS: f64 = 0.2;
 const NOTHING: f64 = 1e-3;
 
 /// The reading that shows a parameter best. `None` only if the machine has no linear axes.
-pub fn choose(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
+pub fn choose(bench: &Bench<'_>, alone: &SingleEntry<'_>) -> Option<InstrumentReading> {
     let size = match alone.parameter.is_angular() {
         true => alone.size() * REACH,
         false => alone.size(),
@@ -21,7 +21,7 @@ pub fn choose(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
         Nature::Constant => SHOWS,
         _ => NOTHING,
     };
-    let mut best: Option<Reading> = None;
+    let mut best: Option<InstrumentReading> = None;
     for offer in offers(bench, alone) {
         let Some(reading) = offer() else {
             continue;
@@ -34,10 +34,10 @@ pub fn choose(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
     best
 }
 
-type Offer<'o> = Box<dyn Fn() -> Option<Reading> + 'o>;
+type Offer<'o> = Box<dyn Fn() -> Option<InstrumentReading> + 'o>;
 
 /// Readings that may show it, the usual one first.
-fn offers<'o>(bench: &'o Bench<'_>, alone: &'o Alone<'_>) -> Vec<Offer<'o>> {
+fn offers<'o>(bench: &'o Bench<'_>, alone: &'o SingleEntry<'_>) -> Vec<Offer<'o>> {
     let index = alone.index();
     let axis = bench.machine.axes.get(index);
     let rotary = axis.map(|axis| axis.letter.is_rotary());
@@ -103,19 +103,19 @@ fn constant<'o>(
 
 /// For the inclination of a rotary axis: a ball beside it, read along it, because this does not depend on the
 /// position of the ball along the axis; otherwise any ball.
-fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
+fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<InstrumentReading> {
     // Position of a linear axis along this one.
-    let along = |state: &State, linear: usize| {
+    let along = |state: &BenchState, linear: usize| {
         let way = bench.way(&state.q, linear);
         way.dot(&bench.about(&state.q, axis)).abs()
     };
-    let home = State::at(bench.home());
+    let home = BenchState::at(bench.home());
     let away = bench.linear().map(Some).chain([None]);
-    let all: Vec<Reading> = away
+    let all: Vec<InstrumentReading> = away
         .flat_map(|away| bench.ball(axis, swing, away))
         .collect();
     let beside = all.iter().filter(|reading| {
-        let Instrument::Ball {
+        let BenchInstrument::Ball {
             place: BallPlacement::Away(away),
         } = reading.instrument
         else {
@@ -135,8 +135,8 @@ fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
 
 /// Positions at which an axis is read: a single one if the error is proportional to the position, otherwise several
 /// along the travel.
-fn places(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> (State, Vec<f64>) {
-    let home = State::at(bench.home());
+fn places(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> (BenchState, Vec<f64>) {
+    let home = BenchState::at(bench.home());
     let [from, to] = bench.span(index, alone.range);
     let places = match alone.nature() {
         Nature::Slope => vec![to],
@@ -146,7 +146,7 @@ fn places(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> (State, Vec<f64
 }
 
 /// For an error motion of a linear axis.
-fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
+fn moving(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> Option<InstrumentReading> {
     let (from, places) = places(bench, alone, index);
     if alone.parameter.is_angular() {
         let readings = places.iter().flat_map(|place| {
@@ -170,7 +170,7 @@ fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading>
         _ => bench.span(index, alone.range),
     };
     let leaning = largest(across().map(|axis| bench.square(axis, index, ends)));
-    let over = |reading: &Reading| reading.size() * (ends[1] - ends[0]).abs() / REACH;
+    let over = |reading: &InstrumentReading| reading.size() * (ends[1] - ends[0]).abs() / REACH;
     let across = match (straight, leaning) {
         (Some(straight), Some(leaning)) if straight.size() < NOTHING * over(&leaning) => {
             Some(leaning)
@@ -182,7 +182,7 @@ fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading>
 }
 
 /// For an error motion of a rotary axis.
-fn turning(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
+fn turning(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> Option<InstrumentReading> {
     let (from, mut places) = places(bench, alone, index);
     // Among positions with equal errors, the nearest.
     places.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(b.total_cmp(a)));
@@ -199,8 +199,8 @@ fn turning(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading
 }
 
 /// For a reversal error: read after positive travel, set to zero after negative travel.
-fn reversal(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
-    let home = State::at(bench.home());
+fn reversal(bench: &Bench<'_>, alone: &SingleEntry<'_>, index: usize) -> Option<InstrumentReading> {
+    let home = BenchState::at(bench.home());
     let [from, _] = bench.span(index, alone.range);
     let places = match alone.parameter.kind {
         ParameterKind::Backlash => vec![from],
@@ -219,17 +219,17 @@ fn reversal(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Readin
 }
 
 /// Any reading that shows it somewhere: at the tip, or else the rotation of the tool.
-fn anywhere(bench: &Bench<'_>, alone: &Alone<'_>) -> Option<Reading> {
-    let home = State::at(bench.home());
+fn anywhere(bench: &Bench<'_>, alone: &SingleEntry<'_>) -> Option<InstrumentReading> {
+    let home = BenchState::at(bench.home());
     let states = super::nothing::positions(bench.machine, alone);
     let tip = largest(
         states
             .iter()
-            .flat_map(|to| bench.probe(home, State::at(*to))),
+            .flat_map(|to| bench.probe(home, BenchState::at(*to))),
     );
     let turned = states
         .iter()
-        .flat_map(|to| bench.angle(None, home, State::at(*to)));
+        .flat_map(|to| bench.angle(None, home, BenchState::at(*to)));
     let turned = largest(turned);
     match tip {
         Some(tip) if turned.is_none_or(|turned| tip.size() > NOTHING * turned.size()) => Some(tip),

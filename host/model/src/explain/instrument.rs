@@ -1,9 +1,9 @@
 //! Instruments: the commanded positions, and what is read there. All readings are relative to commands: positive
 //! means that the tool, relative to the workpiece, is farther in the direction of a positive command.
 
-use super::bench::{Bench, Deviation, State};
+use super::bench::{Bench, BenchState, Deviation};
 use crate::machine::PerAxis;
-use crate::pose::Tool;
+use crate::pose::ToolPose;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trueaxis_kinematics::Branch;
@@ -13,7 +13,7 @@ pub const REACH: f64 = 100.0;
 
 /// An instrument and its setup.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Instrument {
+pub enum BenchInstrument {
     /// A laser interferometer along the axis that moves.
     Laser,
     /// A dial along a straightedge that was aligned at both ends of the motion.
@@ -62,23 +62,23 @@ pub enum Sense {
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct InstrumentReading {
     /// The instrument.
-    pub instrument: Instrument,
+    pub instrument: BenchInstrument,
     /// The moving axis (by index), if any.
     pub moved: Option<usize>,
     /// The direction of the reading.
     pub sense: Sense,
     /// Where it is set to zero.
-    pub from: State,
+    pub from: BenchState,
     /// Where it is read.
-    pub to: State,
+    pub to: BenchState,
     /// The reading in mm or rad; on a square, in mm per [`REACH`] of the motion.
     pub value: f64,
 }
 
-impl Reading {
-    /// Its magnitude (mm), with angles multiplied by [`REACH`].
+impl InstrumentReading {
+    /// Magnitude (mm), with angles multiplied by [`REACH`].
     #[must_use]
     pub fn size(&self) -> f64 {
         match self.sense {
@@ -89,7 +89,7 @@ impl Reading {
 }
 
 /// The largest reading, or the first of several equal ones: rounding must not decide.
-pub fn largest(readings: impl IntoIterator<Item = Reading>) -> Option<Reading> {
+pub fn largest(readings: impl IntoIterator<Item = InstrumentReading>) -> Option<InstrumentReading> {
     const AS_LARGE: f64 = 1.0 + 1e-6;
     readings.into_iter().fold(None, |best, one| match best {
         Some(best) if one.size() <= best.size() * AS_LARGE => Some(best),
@@ -114,38 +114,54 @@ impl Bench<'_> {
     /// Readings of the tip's deviation between two commands, along each linear axis.
     fn tip(
         &self,
-        instrument: Instrument,
+        instrument: BenchInstrument,
         moved: Option<usize>,
-        from: State,
-        to: State,
-    ) -> impl Iterator<Item = Reading> + '_ {
+        from: BenchState,
+        to: BenchState,
+    ) -> impl Iterator<Item = InstrumentReading> + '_ {
         let deviation = self.deviation(&from, &to);
-        self.linear().map(Sense::In).map(move |sense| Reading {
-            instrument,
-            moved,
-            sense,
-            from,
-            to,
-            value: self.reads(sense, &deviation, &to.q),
-        })
+        self.linear()
+            .map(Sense::In)
+            .map(move |sense| InstrumentReading {
+                instrument,
+                moved,
+                sense,
+                from,
+                to,
+                value: self.reads(sense, &deviation, &to.q),
+            })
     }
 
     /// A laser or a dial along each linear axis.
-    pub fn laser(&self, moved: usize, from: State, to: State) -> impl Iterator<Item = Reading> {
-        self.tip(Instrument::Laser, Some(moved), from, to)
+    pub fn laser(
+        &self,
+        moved: usize,
+        from: BenchState,
+        to: BenchState,
+    ) -> impl Iterator<Item = InstrumentReading> {
+        self.tip(BenchInstrument::Laser, Some(moved), from, to)
     }
 
     /// A probe at a point of the workpiece, in the direction of each linear axis.
-    pub fn probe(&self, from: State, to: State) -> impl Iterator<Item = Reading> {
-        self.tip(Instrument::Probe, None, from, to)
+    pub fn probe(
+        &self,
+        from: BenchState,
+        to: BenchState,
+    ) -> impl Iterator<Item = InstrumentReading> {
+        self.tip(BenchInstrument::Probe, None, from, to)
     }
 
     /// Rotation of the tool relative to the workpiece, from each linear axis towards the next, and about a rotary
     /// axis if it moves.
-    pub fn angle(&self, moved: Option<usize>, from: State, to: State) -> Vec<Reading> {
+    pub fn angle(
+        &self,
+        moved: Option<usize>,
+        from: BenchState,
+        to: BenchState,
+    ) -> Vec<InstrumentReading> {
         let deviation = self.deviation(&from, &to);
         let component = |axis: usize| self.machine.axes[axis].letter.component();
-        let reading = |instrument, sense| Reading {
+        let reading = |instrument, sense| InstrumentReading {
             instrument,
             moved,
             sense,
@@ -154,13 +170,13 @@ impl Bench<'_> {
             value: self.reads(sense, &deviation, &to.q),
         };
         let about = moved.filter(|axis| self.machine.axes[*axis].letter.is_rotary());
-        let about = about.map(|axis| reading(Instrument::Calibrator, Sense::About(axis)));
-        let mut readings: Vec<Reading> = about.into_iter().collect();
+        let about = about.map(|axis| reading(BenchInstrument::Calibrator, Sense::About(axis)));
+        let mut readings: Vec<InstrumentReading> = about.into_iter().collect();
         for a in self.linear() {
             for b in self.linear() {
                 let normal = self.way(&to.q, a).cross(&self.way(&to.q, b));
                 if (component(a) + 1) % 3 == component(b) && normal.norm() > 0.5 {
-                    readings.push(reading(Instrument::Angle, Sense::From(a, b)));
+                    readings.push(reading(BenchInstrument::Angle, Sense::From(a, b)));
                 }
             }
         }
@@ -191,22 +207,22 @@ impl Bench<'_> {
 
     /// A square: one leg aligned with the motion of `aligned`, and a dial moved along the other leg by `moved` over
     /// a span (mm).
-    pub fn square(&self, aligned: usize, moved: usize, [from, to]: [f64; 2]) -> Reading {
-        let home = State::at(self.home());
+    pub fn square(&self, aligned: usize, moved: usize, [from, to]: [f64; 2]) -> InstrumentReading {
+        let home = BenchState::at(self.home());
         let from = home.with(moved, from);
         let to = home.with(moved, to);
         let [a0, a1] = self
             .span(aligned, self.travel(aligned))
             .map(|q| home.with(aligned, q));
         let way = a1.q[aligned] - a0.q[aligned];
-        let nominal = |state: &State| self.nominal(&state.q).t;
-        let actual = |state: &State| self.actual(state).t;
-        let off = |at: &dyn Fn(&State) -> Vector3<f64>| {
+        let nominal = |state: &BenchState| self.nominal(&state.q).t;
+        let actual = |state: &BenchState| self.actual(state).t;
+        let off = |at: &dyn Fn(&BenchState) -> Vector3<f64>| {
             let leg = ((at(&a1) - at(&a0)) * way.signum()).normalize();
             (at(&to) - at(&from)).dot(&leg)
         };
-        Reading {
-            instrument: Instrument::Square,
+        InstrumentReading {
+            instrument: BenchInstrument::Square,
             moved: Some(moved),
             sense: Sense::In(aligned),
             from,
@@ -221,8 +237,8 @@ impl Bench<'_> {
         &'s self,
         moved: usize,
         places: &'s [f64],
-    ) -> impl Iterator<Item = Reading> + 's {
-        let home = State::at(self.home());
+    ) -> impl Iterator<Item = InstrumentReading> + 's {
+        let home = BenchState::at(self.home());
         let ends = match places {
             [first, .., last] => Some([*first, *last]),
             _ => None,
@@ -231,12 +247,12 @@ impl Bench<'_> {
         across.filter_map(move |axis| {
             let ends = ends?;
             let [from, last] = ends.map(|end| home.with(moved, end));
-            let off = |to: &State| self.deviation(&from, to).tip.dot(&self.way(&to.q, axis));
+            let off = |to: &BenchState| self.deviation(&from, to).tip.dot(&self.way(&to.q, axis));
             let slope = off(&last) / (ends[1] - ends[0]);
             largest(places.iter().map(|place| {
                 let to = home.with(moved, *place);
-                Reading {
-                    instrument: Instrument::Straightedge { ends },
+                InstrumentReading {
+                    instrument: BenchInstrument::Straightedge { ends },
                     moved: Some(moved),
                     sense: Sense::In(axis),
                     from,
@@ -260,7 +276,12 @@ impl Bench<'_> {
 
     /// A ball on the workpiece, with linear axes keeping the tip on it while a rotary axis turns from one position
     /// (rad) to another; the indicator reads in the direction of each linear axis.
-    pub fn ball(&self, rotary: usize, [from, to]: [f64; 2], away: Option<usize>) -> Vec<Reading> {
+    pub fn ball(
+        &self,
+        rotary: usize,
+        [from, to]: [f64; 2],
+        away: Option<usize>,
+    ) -> Vec<InstrumentReading> {
         let home = self.home();
         let (place, point) = match (self.machine.axes[rotary].branch, away) {
             (Branch::Tool, _) => (BallPlacement::Tip, self.nominal(&home).t),
@@ -271,31 +292,31 @@ impl Bench<'_> {
             ),
         };
         let on_ball = |angle: f64| {
-            let turned = State::at(home).with(rotary, angle);
-            self.reach(&turned.q, point).map(State::at)
+            let turned = BenchState::at(home).with(rotary, angle);
+            self.reach(&turned.q, point).map(BenchState::at)
         };
         let (Some(from), Some(to)) = (on_ball(from), on_ball(to)) else {
             return Vec::new();
         };
-        self.tip(Instrument::Ball { place }, Some(rotary), from, to)
+        self.tip(BenchInstrument::Ball { place }, Some(rotary), from, to)
             .collect()
     }
 
     /// A dial on an arm in the spindle, swept over the table from the negative to the positive side of each linear
     /// axis that is not along the tool. The reading is positive if the dial is pushed in farther on the positive
     /// side.
-    pub fn tram(&self) -> impl Iterator<Item = Reading> + '_ {
-        let home = State::at(self.home());
+    pub fn tram(&self) -> impl Iterator<Item = InstrumentReading> + '_ {
+        let home = BenchState::at(self.home());
         let nominal = self.nominal(&home.q);
-        let tool = Vector3::from(Tool::of(self.machine, &nominal).direction);
+        let tool = Vector3::from(ToolPose::of(self.machine, &nominal).direction);
         let turn = self.actual(&home).r * nominal.r.transpose();
         self.linear().filter_map(move |axis| {
             let way = self.way(&home.q, axis);
             let arm = way - tool * tool.dot(&way);
             (arm.norm() > 0.5).then(|| {
                 let arm = arm.normalize() * REACH;
-                Reading {
-                    instrument: Instrument::Tram,
+                InstrumentReading {
+                    instrument: BenchInstrument::Tram,
                     moved: None,
                     sense: Sense::In(axis),
                     from: home,

@@ -1,8 +1,8 @@
 //! Finds parameters that change nothing: they move everything together, or turn the tool about itself.
 
-use super::bench::{Bench, State};
+use super::bench::{Bench, BenchState};
 use super::instrument::REACH;
-use super::single_entry::{Alone, Nature};
+use super::single_entry::{Nature, SingleEntry};
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::kinematics::Htm;
 use crate::machine::{Machine, PerAxis};
@@ -20,7 +20,7 @@ const POSITIONS: usize = 40;
 
 /// Positions (mm, rad) over the whole travels, within the known range of the motion; always the same ones.
 #[must_use]
-pub fn positions(machine: &Machine, alone: &Alone<'_>) -> Vec<PerAxis> {
+pub fn positions(machine: &Machine, alone: &SingleEntry<'_>) -> Vec<PerAxis> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let index = alone.index();
     (0..POSITIONS)
@@ -40,7 +40,7 @@ pub fn positions(machine: &Machine, alone: &Alone<'_>) -> Vec<PerAxis> {
 
 /// True if neither tip nor tool direction change anywhere, relative to a realigned workpiece.
 #[must_use]
-pub fn changes_nothing(alone: &Alone<'_>) -> bool {
+pub fn changes_nothing(alone: &SingleEntry<'_>) -> bool {
     let angular = alone.parameter.is_angular();
     let size = alone.size();
     if size == 0.0 {
@@ -59,7 +59,7 @@ pub fn changes_nothing(alone: &Alone<'_>) -> bool {
         .iter()
         .enumerate()
         .map(|(k, q)| {
-            let state = State {
+            let state = BenchState {
                 q: *q,
                 sign: sign(k),
             };
@@ -105,7 +105,7 @@ fn together(poses: &[(Htm, Htm)]) -> Htm {
 /// For an inclination that changes nothing: the pair of axes (by index) whose squareness may have been meant, and
 /// the corresponding parameters.
 #[must_use]
-pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
+pub fn meant(alone: &SingleEntry<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
     let (machine, index) = (alone.machine, alone.index());
     let axis = machine.axes.get(index)?;
     if !alone.parameter.is_angular()
@@ -122,10 +122,10 @@ pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
             kind: ParameterKind::Inter,
         })
     });
-    let candidates: Vec<(Parameter, Small<'_>)> = locations
-        .map(|parameter| (parameter, Small::new(alone, parameter)))
+    let candidates: Vec<(Parameter, SmallTilt<'_>)> = locations
+        .map(|parameter| (parameter, SmallTilt::new(alone, parameter)))
         .collect();
-    let this = Small::new(alone, alone.parameter);
+    let this = SmallTilt::new(alone, alone.parameter);
     let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
     let pairs = linear
         .clone()
@@ -146,13 +146,13 @@ pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
 }
 
 /// A small inclination without other errors.
-struct Small<'a> {
+struct SmallTilt<'a> {
     machine: &'a Machine,
     errors: ErrorModel,
 }
 
-impl<'a> Small<'a> {
-    fn new(alone: &Alone<'a>, parameter: Parameter) -> Self {
+impl<'a> SmallTilt<'a> {
+    fn new(alone: &SingleEntry<'a>, parameter: Parameter) -> Self {
         let (errors, _) = alone.instead(parameter, SMALL[1]).model(1.0);
         Self {
             machine: alone.machine,
@@ -167,7 +167,7 @@ impl<'a> Small<'a> {
     /// True if it rotates the tool relative to the workpiece in the plane of two axes.
     fn turns(&self, [a, b]: [usize; 2]) -> bool {
         let bench = self.bench();
-        let home = State::at(bench.home());
+        let home = BenchState::at(bench.home());
         let r = bench.actual(&home).r * bench.nominal(&home.q).r.transpose();
         let turn = Htm {
             r,

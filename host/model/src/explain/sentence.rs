@@ -1,15 +1,15 @@
 //! Readings as text.
 
-use super::bench::State;
-use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
-use super::single_entry::{Alone, EntryKind, Nature};
+use super::bench::BenchState;
+use super::instrument::{BallPlacement, BenchInstrument, InstrumentReading, REACH, Sense};
+use super::single_entry::{EntryKind, Nature, SingleEntry};
 use crate::errors::ParameterKind;
 use crate::machine::Machine;
 use crate::pose::carries;
 
 /// The entry and its value: `EXX1 = 20e-6, X carries the workpiece and is reversed`.
 #[must_use]
-pub fn subject(alone: &Alone<'_>) -> String {
+pub fn subject(alone: &SingleEntry<'_>) -> String {
     let name = alone.parameter.to_string();
     let motion = &name[..3.min(name.len())];
     let what = match &alone.said {
@@ -41,7 +41,7 @@ pub fn subject(alone: &Alone<'_>) -> String {
 
 /// The reading of the instrument and where it is taken.
 #[must_use]
-pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
+pub fn reading(alone: &SingleEntry<'_>, reading: &InstrumentReading) -> String {
     let machine = alone.machine;
     let letter = |axis: usize| machine.axes[axis].letter.char();
     let moved = reading.moved.map_or(' ', letter);
@@ -58,7 +58,7 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
         Sense::From(a, b) => format!(" from +{} towards +{}", letter(a), letter(b)),
         Sense::About(_) => String::new(),
     };
-    let place = |state: &State| match reading.moved {
+    let place = |state: &BenchState| match reading.moved {
         Some(axis) => place(machine, axis, state.q[axis]),
         None => everywhere(machine, state),
     };
@@ -69,8 +69,8 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
     };
     if alone.nature() == Nature::Reversal {
         let device = match (reading.instrument, reading.sense) {
-            (Instrument::Calibrator, _) => "a rotary calibrator".to_owned(),
-            (Instrument::Angle, _) => "an angle laser or level".to_owned(),
+            (BenchInstrument::Calibrator, _) => "a rotary calibrator".to_owned(),
+            (BenchInstrument::Angle, _) => "an angle laser or level".to_owned(),
             (_, Sense::In(axis)) => format!("a dial or laser along {}", letter(axis)),
             _ => "a dial".to_owned(),
         };
@@ -83,20 +83,20 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
         );
     }
     let text = match reading.instrument {
-        Instrument::Laser => format!("a laser along {moved}{zeroed} reads {value} at {at}"),
-        Instrument::Straightedge { ends } => {
+        BenchInstrument::Laser => format!("a laser along {moved}{zeroed} reads {value} at {at}"),
+        BenchInstrument::Straightedge { ends } => {
             let [a, b] = ends.map(|end| self::place(machine, reading.moved.unwrap_or(0), end));
             format!(
                 "a dial along a straightedge in {moved}, zero at {a} and {b}, reads {value}{sense} at {at}"
             )
         }
-        Instrument::Square => format!(
+        BenchInstrument::Square => format!(
             "a square on the table, dial moved along {moved}, reads {value} per {REACH} mm{sense}"
         ),
-        Instrument::Angle if reading.moved.is_none() => {
+        BenchInstrument::Angle if reading.moved.is_none() => {
             format!("an angle laser or level, zero at {from}, reads {value}{sense} at {at}")
         }
-        Instrument::Angle => {
+        BenchInstrument::Angle => {
             let rotary = |axis: usize| machine.axes[axis].letter.is_rotary();
             let on = match reading.moved.is_some_and(rotary) {
                 true => "on",
@@ -104,10 +104,10 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
             };
             format!("an angle laser or level {on} {moved}{zeroed} reads {value}{sense} at {at}")
         }
-        Instrument::Calibrator => {
+        BenchInstrument::Calibrator => {
             format!("a rotary calibrator on {moved}{zeroed} reads {value} at {at}")
         }
-        Instrument::Ball { place } => {
+        BenchInstrument::Ball { place } => {
             let ball = match place {
                 BallPlacement::OnAxis => {
                     format!("a ball on the axis of {moved}, indicator in the spindle")
@@ -122,7 +122,7 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
             };
             format!("{ball}, reads {value}{sense} from {moved} = {from} to {at}")
         }
-        Instrument::Tram => {
+        BenchInstrument::Tram => {
             let side = match reading.sense {
                 Sense::In(axis) => letter(axis),
                 _ => ' ',
@@ -131,7 +131,9 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
                 "a dial on an arm of {REACH} mm in the spindle, swept over the table, reads {value} more at +{side} than at −{side}"
             )
         }
-        Instrument::Probe => format!("the tip, zero at {from}, is off by {value}{sense} at {at}"),
+        BenchInstrument::Probe => {
+            format!("the tip, zero at {from}, is off by {value}{sense} at {at}")
+        }
     };
     format!("{warm}{text}")
 }
@@ -146,7 +148,7 @@ fn place(machine: &Machine, axis: usize, q: f64) -> String {
 }
 
 /// `X = 10, A = -30`.
-fn everywhere(machine: &Machine, state: &State) -> String {
+fn everywhere(machine: &Machine, state: &BenchState) -> String {
     let axes = machine.axes.iter().zip(state.q);
     let places = axes.map(|(axis, q)| {
         let rounded = (axis.to_command(q) * 10.0).round() / 10.0 + 0.0;

@@ -14,7 +14,7 @@ pub enum EntryKind {
     TableReversal,
     /// A change of a parameter with the temperature of a sensor.
     PerKelvin {
-        /// Its value per kelvin.
+        /// Value per kelvin.
         per_kelvin: f64,
         /// Name of the sensor.
         sensor: String,
@@ -36,7 +36,7 @@ pub enum Nature {
 
 /// One entry on a machine without other errors.
 #[derive(Clone, Debug)]
-pub struct Alone<'a> {
+pub struct SingleEntry<'a> {
     /// The machine.
     pub machine: &'a Machine,
     /// The parameter; for a table, that of degree 0.
@@ -49,7 +49,7 @@ pub struct Alone<'a> {
     table: Option<&'a Table>,
 }
 
-impl<'a> Alone<'a> {
+impl<'a> SingleEntry<'a> {
     /// All entries of an error file, axis by axis in the order of the machine, the spindle last.
     #[must_use]
     pub fn all(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Self> {
@@ -107,7 +107,7 @@ impl<'a> Alone<'a> {
         all
     }
 
-    /// The same value for another parameter instead of this one.
+    /// This value for another parameter instead of this one.
     #[must_use]
     pub fn instead(&self, parameter: Parameter, value: f64) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl<'a> Alone<'a> {
         self.machine.index(self.parameter.axis).unwrap_or(axes)
     }
 
-    /// Its dependence on the position of its axis.
+    /// Dependence on the position of its axis.
     #[must_use]
     pub fn nature(&self) -> Nature {
         match (&self.said, self.parameter.kind) {
@@ -160,7 +160,7 @@ impl<'a> Alone<'a> {
         (model, kelvin)
     }
 
-    /// Its largest magnitude (mm or rad).
+    /// Largest magnitude (mm or rad).
     #[must_use]
     pub fn size(&self) -> f64 {
         let kind = self.parameter.kind;

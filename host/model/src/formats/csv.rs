@@ -9,7 +9,7 @@ mod lines;
 mod tests;
 
 use crate::source::{FileError, right_case};
-use lines::{Line, Lines, lines};
+use lines::{CsvLine, TextLines, lines};
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
 use std::iter::repeat_n;
@@ -20,7 +20,7 @@ use std::ops::Range;
 pub struct Cell<'t> {
     /// The text without surrounding spaces and quotes.
     pub text: &'t str,
-    /// Its bytes in the file; those of the whole row if the cell is empty.
+    /// Bytes in the file; those of the whole row if the cell is empty.
     pub span: Range<usize>,
     /// The name of its column; empty if the column has none.
     name: &'t str,
@@ -28,17 +28,17 @@ pub struct Cell<'t> {
 
 /// A line of cells.
 #[derive(Clone, Debug)]
-pub struct Row<'t> {
-    /// Its line in the file, counted from 1.
+pub struct CsvRow<'t> {
+    /// Line in the file, counted from 1.
     pub line: usize,
-    /// Its bytes in the file.
+    /// Bytes in the file.
     pub span: Range<usize>,
     /// One for each column.
     pub cells: Vec<Cell<'t>>,
     remedy: &'static str,
 }
 
-impl<'t> Row<'t> {
+impl<'t> CsvRow<'t> {
     /// The text in a column.
     ///
     /// # Errors
@@ -103,11 +103,11 @@ impl<'t> Row<'t> {
 
 /// A file whose rows are read one by one; all have as many cells as the header.
 #[derive(Clone, Debug)]
-pub struct Table<'t> {
+pub struct CsvTable<'t> {
     /// The names of the columns; no cells in a table without a header.
-    pub header: Row<'t>,
+    pub header: CsvRow<'t>,
     names: Vec<&'t str>,
-    lines: Lines<'t>,
+    lines: TextLines<'t>,
     /// Number of cells per row; 0 before the first row of a table without names.
     width: usize,
     is_spaced: bool,
@@ -118,7 +118,7 @@ pub struct Table<'t> {
     remedy: &'static str,
 }
 
-impl<'t> Table<'t> {
+impl<'t> CsvTable<'t> {
     /// Reads the header, the first line at or after byte `start`.
     ///
     /// `layout` describes the file; it is the remedy for a wrong header. `remedy` is that for wrong rows.
@@ -156,7 +156,7 @@ impl<'t> Table<'t> {
         remedy: &'static str,
     ) -> Self {
         Self {
-            header: Row {
+            header: CsvRow {
                 line: 1,
                 span: 0..0,
                 cells: Vec::new(),
@@ -173,7 +173,7 @@ impl<'t> Table<'t> {
         }
     }
 
-    /// The same with spaces between the columns.
+    /// With spaces between the columns.
     #[must_use]
     pub fn spaced(self) -> Self {
         Self {
@@ -247,7 +247,7 @@ impl<'t> Table<'t> {
         FileError::at(span, message, "the header", self.layout.clone())
     }
 
-    fn split(&self, line: &Line<'t>) -> Result<Row<'t>, FileError> {
+    fn split(&self, line: &CsvLine<'t>) -> Result<CsvRow<'t>, FileError> {
         if self.has_heading && line.text.trim_start().starts_with('#') {
             return Err(FileError::at(
                 line.span(),
@@ -272,7 +272,7 @@ impl<'t> Table<'t> {
                 parts.enumerate().map(cell).collect()
             }
         };
-        Ok(Row {
+        Ok(CsvRow {
             line: line.number,
             span: line.span(),
             cells,
@@ -281,7 +281,7 @@ impl<'t> Table<'t> {
     }
 
     /// Checks that a row has as many cells as there are columns.
-    fn complete(&self, row: Row<'t>) -> Result<Row<'t>, FileError> {
+    fn complete(&self, row: CsvRow<'t>) -> Result<CsvRow<'t>, FileError> {
         let (count, width) = (row.cells.len(), self.width);
         let (span, label) = match count.cmp(&width) {
             Ordering::Equal => return Ok(row),
@@ -305,8 +305,8 @@ impl<'t> Table<'t> {
     }
 }
 
-impl<'t> Iterator for Table<'t> {
-    type Item = Result<Row<'t>, FileError>;
+impl<'t> Iterator for CsvTable<'t> {
+    type Item = Result<CsvRow<'t>, FileError>;
 
     /// The next row. A header without rows is an error.
     fn next(&mut self) -> Option<Self::Item> {
@@ -363,7 +363,7 @@ pub fn line_of(text: &str, row: usize) -> Option<usize> {
 #[must_use]
 pub fn place(text: &str, line: usize, column: &str) -> Range<usize> {
     let find = || {
-        let mut table = Table::open(text, 0, "", "").ok()?;
+        let mut table = CsvTable::open(text, 0, "", "").ok()?;
         let column = table.names.iter().position(|name| *name == column)?;
         let row = table.find_map(|row| row.ok().filter(|row| row.line == line))?;
         Some(row.cells[column].span.clone())

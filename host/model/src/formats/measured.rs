@@ -1,12 +1,12 @@
 //! A measured error motion as CSV: position and deviation, or position and the deviations after positive and after
 //! negative travel. The first line may be a header; empty lines are skipped.
 
-use super::csv::Table;
+use super::csv::CsvTable;
 use crate::source::FileError;
 
 /// A measured motion, in the units of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Measured {
+pub struct MeasuredMotion {
     /// Positions, increasing.
     pub at: Vec<f64>,
     /// Deviations after positive travel, or for both directions.
@@ -20,10 +20,10 @@ const REMEDY: &str = "write position,deviation or position,after positive travel
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: whatever [`Table`] refuses, neither two nor three columns, positions
+/// [`FileError`] with line, cause and remedy: whatever [`CsvTable`] refuses, neither two nor three columns, positions
 /// that do not increase, fewer than two rows.
-pub fn read(text: &str) -> Result<Measured, FileError> {
-    let table = Table::open(text, 0, REMEDY, REMEDY)?;
+pub fn read(text: &str) -> Result<MeasuredMotion, FileError> {
+    let table = CsvTable::open(text, 0, REMEDY, REMEDY)?;
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let header = &table.header.cells;
     let (start, named) = match header.iter().any(|cell| is_number(cell.text)) {
@@ -34,8 +34,8 @@ pub fn read(text: &str) -> Result<Measured, FileError> {
             Some(header.len()).filter(|count| *count > 1),
         ),
     };
-    let mut found = Measured::default();
-    for row in Table::without_header(text, start, &[], REMEDY) {
+    let mut found = MeasuredMotion::default();
+    for row in CsvTable::without_header(text, start, &[], REMEDY) {
         let row = row?;
         let columns = row.cells.len();
         if !(2..=3).contains(&columns) {

@@ -18,7 +18,7 @@ struct MachineFile {
     name: Spanned<String>,
     topology: Option<Spanned<String>>,
     servo_period_ms: Option<Spanned<f64>>,
-    axis: Vec<Spanned<AxisEntry>>,
+    axis: Vec<Spanned<MachineAxisEntry>>,
     spindle: Option<Spanned<SpindleEntry>>,
     tool: Option<ToolEntry>,
     #[serde(default)]
@@ -29,7 +29,7 @@ struct MachineFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct AxisEntry {
+struct MachineAxisEntry {
     name: Spanned<String>,
     branch: Spanned<String>,
     range: Spanned<Exactly<2>>,
@@ -308,7 +308,7 @@ fn is_letter(name: &str) -> bool {
     letters.next().and_then(Letter::new).is_some() && letters.next().is_none()
 }
 
-fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
+fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
     let name = entry.name.get_ref();
     let mut letters = name.chars();
     let letter = match (letters.next().and_then(Letter::new), letters.next()) {

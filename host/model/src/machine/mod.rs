@@ -3,7 +3,7 @@
 mod file;
 mod solid;
 
-pub use solid::{Carrier, Shape, Solid};
+pub use solid::{Carrier, Solid, SolidShape};
 use std::ops::{Deref, DerefMut};
 pub use trueaxis_kinematics::{
     Axis, Branch, Letter, MAX_AXES, MachineError, MachineProblem, PerAxis,
@@ -13,7 +13,7 @@ pub use trueaxis_kinematics::{
 /// spindle, tool and workpiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
-    /// Its name, to which error files and blobs refer.
+    /// Name, to which error files and blobs refer.
     pub name: String,
     /// Range of the tool length (mm, along the tool axis), if it is an input.
     pub length_range: Option<[f64; 2]>,

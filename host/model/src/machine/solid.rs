@@ -5,13 +5,13 @@ use trueaxis_kinematics::Htm;
 /// A convex part of the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// Its name, for messages.
+    /// Name, for messages.
     pub name: String,
     /// What carries it.
     pub carrier: Carrier,
-    /// Its shape.
-    pub shape: Shape,
-    /// Its own frame, at its centre, in the frame of its carrier (mm, rad).
+    /// Shape of the convex part.
+    pub shape: SolidShape,
+    /// Own frame, at its centre, in the frame of its carrier (mm, rad).
     pub place: Htm,
 }
 
@@ -30,7 +30,7 @@ pub enum Carrier {
 
 /// A convex shape around the origin of its own frame (mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum SolidShape {
     /// Half of its sizes along x, y and z.
     Box([f64; 3]),
     /// Around z.
@@ -54,7 +54,7 @@ pub enum Shape {
     },
 }
 
-impl Shape {
+impl SolidShape {
     /// Radius of the smallest sphere around the centre that contains it (mm).
     #[must_use]
     pub fn reach(&self) -> f64 {

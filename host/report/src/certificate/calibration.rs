@@ -16,7 +16,7 @@ const MOST_LIMITS: usize = 20;
 
 /// The circumstances of a calibration, and the limits to judge by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Calibration {
+pub struct CalibrationRecord {
     /// Number of the report.
     pub number: Option<String>,
     /// Serial number of the machine.
@@ -30,18 +30,18 @@ pub struct Calibration {
     /// How it was measured.
     pub method: Option<String>,
     /// What it was measured with.
-    pub instruments: Vec<Instrument>,
+    pub instruments: Vec<InstrumentRecord>,
     /// Temperatures during the measurement.
-    pub temperatures: Vec<Temperature>,
+    pub temperatures: Vec<CalibrationTemperature>,
     /// What the machine has to keep.
     pub limits: Vec<Limit>,
     /// Uncertainties that the readings do not show.
-    pub uncertainty: Stated,
+    pub uncertainty: StatedUncertainty,
 }
 
 /// Standard uncertainties (µm) of a coordinate of the tip by what the readings do not show.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Stated {
+pub struct StatedUncertainty {
     /// Form and diameter of the ball, length of the bar.
     pub artefact_um: Option<f64>,
     /// Difference of temperature between machine and artefact, and their coefficients of expansion.
@@ -50,7 +50,7 @@ pub struct Stated {
     pub lobes_um: Option<f64>,
 }
 
-impl Stated {
+impl StatedUncertainty {
     /// All that are stated, combined (µm).
     pub(super) fn combined_um(&self) -> f64 {
         let all = [self.artefact_um, self.expansion_um, self.lobes_um];
@@ -61,22 +61,22 @@ impl Stated {
 
 /// An instrument or artefact.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Instrument {
-    /// Its name.
+pub struct InstrumentRecord {
+    /// Name of the instrument or artefact.
     pub name: String,
-    /// Its serial number.
+    /// Serial number of the instrument or artefact.
     pub serial_number: Option<String>,
-    /// Its own calibration certificate.
+    /// Own calibration certificate of the instrument or artefact.
     pub certificate: Option<String>,
     /// The last day on which that is valid, as written.
     pub valid_until: Option<String>,
-    /// Its lowest and highest temperature during the measurement (°C).
+    /// Lowest and highest temperature during the measurement (°C).
     pub celsius: Option<[f64; 2]>,
 }
 
 /// A temperature.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Temperature {
+pub struct CalibrationTemperature {
     /// Where it was measured.
     pub place: String,
     /// Lowest and highest (°C).
@@ -85,7 +85,7 @@ pub struct Temperature {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct CalibrationEntries {
     number: Option<Spanned<String>>,
     serial_number: Option<Spanned<String>>,
     operator: Option<Spanned<String>>,
@@ -99,12 +99,12 @@ struct File {
     #[serde(default)]
     limit: Vec<Spanned<LimitEntry>>,
     #[serde(default)]
-    uncertainty: UncertaintyEntry,
+    uncertainty: StatedEntry,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct UncertaintyEntry {
+struct StatedEntry {
     artefact_um: Option<Spanned<f64>>,
     expansion_um: Option<Spanned<f64>>,
     lobes_um: Option<Spanned<f64>>,
@@ -146,14 +146,15 @@ struct LimitEntry {
     um_per_m: Option<Spanned<f64>>,
 }
 
-impl Calibration {
+impl CalibrationRecord {
     /// Parses the file for a machine.
     ///
     /// # Errors
     /// [`FileError`]: syntax, unknown keys, texts or lists that are too long for four pages, impossible
     /// temperatures, and limits of quantities that the machine does not have, or in another unit.
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
-        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let file: CalibrationEntries =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         few(&file.instrument, MOST_LISTED, "instruments")?;
         few(&file.temperature, MOST_LISTED, "temperatures")?;
         few(&file.limit, MOST_LIMITS, "limits")?;
@@ -165,7 +166,7 @@ impl Calibration {
             laboratory: text(file.laboratory)?,
             date: date(file.date)?,
             method: optional(file.method, LONGEST_METHOD)?,
-            uncertainty: Stated {
+            uncertainty: StatedUncertainty {
                 artefact_um: uncertainty(file.uncertainty.artefact_um)?,
                 expansion_um: uncertainty(file.uncertainty.expansion_um)?,
                 lobes_um: uncertainty(file.uncertainty.lobes_um)?,
@@ -174,7 +175,7 @@ impl Calibration {
         };
         for entry in file.instrument {
             let entry = entry.into_inner();
-            calibration.instruments.push(Instrument {
+            calibration.instruments.push(InstrumentRecord {
                 name: short(entry.name, LONGEST)?,
                 serial_number: text(entry.serial_number)?,
                 certificate: text(entry.certificate)?,
@@ -184,7 +185,7 @@ impl Calibration {
         }
         for entry in file.temperature {
             let entry = entry.into_inner();
-            calibration.temperatures.push(Temperature {
+            calibration.temperatures.push(CalibrationTemperature {
                 place: short(entry.place, LONGEST)?,
                 celsius: celsius(entry.celsius)?,
             });

@@ -78,7 +78,7 @@ pub(crate) fn expected(
     let drawn = draws(subject);
     if drawn.is_empty() {
         let all = of(subject.errors)?.into_iter();
-        let known = |found: Option<Sampled>| {
+        let known = |found: Option<SampledValue>| {
             Some(Expected {
                 value: found?.value,
                 interval: None,
@@ -88,7 +88,7 @@ pub(crate) fn expected(
     }
     let found = parallel::try_map(&drawn, of)?;
     let one = |k: usize| {
-        let all: Option<Vec<Sampled>> = found.iter().map(|values| values[k]).collect();
+        let all: Option<Vec<SampledValue>> = found.iter().map(|values| values[k]).collect();
         let mut found = summary(&all?);
         let misfit = subject.errors.misfit.unwrap_or(0.0) * 1e3;
         let turn = subject.errors.misfit_of_direction.unwrap_or(0.0) * 1e6;
@@ -144,12 +144,12 @@ pub(super) fn matters(subject: &Subject<'_>, parameter: Parameter, quantity: Qua
 
 /// A value, and its standard uncertainty from the choice of random positions.
 #[derive(Clone, Copy, Debug)]
-struct Sampled {
+struct SampledValue {
     value: f64,
     choice: f64,
 }
 
-impl Sampled {
+impl SampledValue {
     fn exact(value: f64) -> Self {
         Self { value, choice: 0.0 }
     }
@@ -180,12 +180,12 @@ impl Sampled {
 }
 
 /// Mean and 95 % interval, with equal probabilities beyond both ends.
-fn summary(found: &[Sampled]) -> Expected {
+fn summary(found: &[SampledValue]) -> Expected {
     let mut values: Vec<f64> = found.iter().map(|found| found.value).collect();
     values.sort_by(f64::total_cmp);
     let n = values.len();
     let beyond = n / 40;
-    let mean = |of: fn(&Sampled) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
+    let mean = |of: fn(&SampledValue) -> f64| found.iter().map(of).sum::<f64>() / n as f64;
     let choice = 2.0 * mean(|found| found.choice);
     Expected {
         value: mean(|found| found.value),
@@ -233,7 +233,7 @@ fn values(
     subject: &Subject<'_>,
     commands: &[Vec<Command>; 2],
     quantities: &[Quantity],
-) -> Result<Vec<Option<Sampled>>, ReportError> {
+) -> Result<Vec<Option<SampledValue>>, ReportError> {
     let is_volumetric = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { .. });
     let at = |is_of_zone: bool| -> Result<Option<Vec<[f64; 2]>>, ReportError> {
         let is_this = |quantity: &Quantity| matches!(quantity, Quantity::Volumetric { is_probed, .. } if *is_probed == is_of_zone);
@@ -256,15 +256,15 @@ fn values(
             let (part, unit) = if *at_tip { (0, 1e3) } else { (1, 1e6) };
             let all = found.iter().map(|errors| errors[part] * unit);
             match is_mean {
-                true => Sampled::mean(all),
-                false => Sampled::p95(all),
+                true => SampledValue::mean(all),
+                false => SampledValue::p95(all),
             }
         }),
         Quantity::Circle(what, plane) => {
             let plane: String = plane.iter().collect();
             let test = tests.circles.iter().find(|test| test.plane == plane)?;
             let found: &CircleFound = test.after.as_ref().unwrap_or(&test.before);
-            Some(Sampled::exact(match what {
+            Some(SampledValue::exact(match what {
                 'G' => found.deviation_um,
                 'F' => found
                     .radial_um
@@ -281,7 +281,7 @@ fn values(
                 'M' => found.mean_range_um,
                 _ => found.reversal_um,
             };
-            found.map(Sampled::exact)
+            found.map(SampledValue::exact)
         }
         Quantity::Diagonal(_) => {
             let name = quantity.name().replace("E ", "").replace('-', "−");
@@ -289,7 +289,7 @@ fn values(
             let found = test
                 .systematic_after_um
                 .unwrap_or(test.systematic_before_um);
-            Some(Sampled::exact(found))
+            Some(SampledValue::exact(found))
         }
         Quantity::Parameter(_) | Quantity::Validation { .. } => None,
     };

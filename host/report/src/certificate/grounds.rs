@@ -1,11 +1,11 @@
 //! What a decision rests on: an interval from the model proves nothing where the measurements refute the model, where no
 //! length reference was measured, beyond the probed zone, or where an error that was not measured matters.
 
-use super::calibration::Calibration;
+use super::calibration::CalibrationRecord;
 use super::expected::matters;
 use super::limits::{Decision, Quantity};
 use crate::picture::tick;
-use crate::{Report, Subject};
+use crate::{ReportFigures, Subject};
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_tables::validate::calibrated;
 
@@ -15,12 +15,16 @@ const ROUNDED: f64 = 1e-3;
 /// What the decisions about all limits rest on.
 pub(super) struct Grounds<'a> {
     subject: &'a Subject<'a>,
-    report: &'a Report,
-    stated: &'a Calibration,
+    report: &'a ReportFigures,
+    stated: &'a CalibrationRecord,
 }
 
 impl<'a> Grounds<'a> {
-    pub fn new(subject: &'a Subject<'a>, report: &'a Report, stated: &'a Calibration) -> Self {
+    pub fn new(
+        subject: &'a Subject<'a>,
+        report: &'a ReportFigures,
+        stated: &'a CalibrationRecord,
+    ) -> Self {
         Self {
             subject,
             report,

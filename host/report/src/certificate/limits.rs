@@ -43,7 +43,7 @@ pub struct Limit {
     pub quantity: Quantity,
     /// The largest permitted value.
     pub at_most: f64,
-    /// Its unit: `µm`, `µrad` or `µm/m`.
+    /// Unit: `µm`, `µrad` or `µm/m`.
     pub unit: &'static str,
 }
 
@@ -161,7 +161,7 @@ impl Quantity {
         }
     }
 
-    /// The same in the probed zone; `None` if it has its own positions.
+    /// In the probed zone; `None` if it has its own positions.
     #[must_use]
     pub fn in_probed_zone(self) -> Option<Self> {
         match self {
@@ -176,7 +176,7 @@ impl Quantity {
         }
     }
 
-    /// Its name, as in the file.
+    /// Name, as in the file.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -196,7 +196,7 @@ impl Quantity {
         }
     }
 
-    /// Its description.
+    /// Description.
     #[must_use]
     pub fn words(&self) -> String {
         match self {

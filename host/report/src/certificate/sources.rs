@@ -1,8 +1,8 @@
 //! The uncertainty budget: where the uncertainty of the tip comes from, what was not stated, and the combined value.
 
-use super::calibration::Calibration;
+use super::calibration::CalibrationRecord;
 use crate::words::rounded_up;
-use crate::{Report, ReportError, Subject};
+use crate::{ReportError, ReportFigures, Subject};
 use serde::Serialize;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::uncertainty::leaves;
@@ -14,8 +14,8 @@ const POSITIONS: usize = 1000;
 
 /// A source of uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Source {
-    /// Its name.
+pub struct UncertaintySource {
+    /// Name of the source of uncertainty.
     pub what: &'static str,
     /// Where the figure is from, or how it enters.
     pub from: &'static str,
@@ -27,7 +27,7 @@ pub struct Source {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sources {
     /// The sources.
-    pub rows: Vec<Source>,
+    pub rows: Vec<UncertaintySource>,
     /// The combined standard uncertainty, as printed; `None` if the parameters have none.
     pub combined_um: Option<String>,
     /// Twice that.
@@ -39,14 +39,14 @@ pub struct Sources {
 /// The budget of a coordinate of the tip, rms over the travel.
 pub(super) fn sources(
     subject: &Subject<'_>,
-    report: &Report,
-    stated: &Calibration,
+    report: &ReportFigures,
+    stated: &CalibrationRecord,
 ) -> Result<Sources, ReportError> {
     let noise = report.identification.as_ref().map(|found| found.noise_um);
     let parameters = of_parameters(subject)?;
     let misfit = subject.errors.misfit.map(|mm| mm * 1e3);
     let budget = &stated.uncertainty;
-    let row = |what, from, um: Option<f64>| Source {
+    let row = |what, from, um: Option<f64>| UncertaintySource {
         what,
         from,
         um: um.map(rounded_up),

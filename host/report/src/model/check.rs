@@ -1,6 +1,6 @@
 //! Positions at which the page checks its results against this program.
 
-use super::{Frame, frame};
+use super::{PoseRows, frame};
 use serde::Serialize;
 use trueaxis::{AUXILIARIES, Travel};
 use trueaxis_model::errors::{ErrorModel, Switches};
@@ -10,12 +10,12 @@ use trueaxis_tables::validate::{Command, Runtime, commands_in_travel};
 
 /// Number of positions checked.
 pub(crate) const CHECKS: usize = 100;
-/// The same positions in every report of a machine.
+/// Equal positions in every report of a machine.
 const SEED: u64 = 16;
 
 /// A position and the results of this program there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
+pub struct PageCheck {
     /// Positions of the axes (mm, deg), exactly representable in f32.
     pub position: Vec<f64>,
     /// Direction from which each axis arrived: 1, −1, 0 if unknown.
@@ -23,9 +23,9 @@ pub struct Check {
     /// Tool length (mm) if it is an input, then temperatures (K from their reference).
     pub auxiliaries: Vec<f64>,
     /// The tool in the workpiece frame (spindle orientation, origin at the tip), without errors.
-    pub nominal: Frame,
-    /// The same with all errors.
-    pub actual: Frame,
+    pub nominal: PoseRows,
+    /// Like `nominal`, with all errors.
+    pub actual: PoseRows,
     /// The error without tables.
     pub before: ErrorLeft,
     /// The error with tables.
@@ -63,7 +63,7 @@ pub fn checks(
     errors: &ErrorModel,
     runtime: Option<&Runtime<'_>>,
     zero: &PerAxis,
-) -> Vec<Check> {
+) -> Vec<PageCheck> {
     let ends = [0, 1].map(|end| {
         let travel: Vec<f64> = machine.axes.iter().map(|a| a.travel[end]).collect();
         Command::at(machine, &travel)
@@ -84,7 +84,7 @@ fn check(
     runtime: Option<&Runtime<'_>>,
     zero: &PerAxis,
     command: &Command,
-) -> Check {
+) -> PageCheck {
     let n = machine.axes.len();
     let kinematics = Kinematics::new(machine, errors);
     let (q, situation) = command.kinematic(machine);
@@ -96,7 +96,7 @@ fn check(
         Travel::Negative => -1,
         Travel::Unknown => 0,
     };
-    Check {
+    PageCheck {
         position: exactly(&command.axes[..n]),
         direction: command.travel[..n].iter().map(direction).collect(),
         auxiliaries: exactly(&command.auxiliaries[..auxiliaries.min(AUXILIARIES)]),

@@ -7,21 +7,21 @@ use trueaxis_tables::policy::PolicyName;
 /// Tables, terms and grids. Samples include their scale: sums of tables stored as integers are the same up to f32
 /// rounding, those of others to the bit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tables {
+pub struct PageTables {
     /// What the rotary axes correct.
     #[serde(flatten)]
     pub policy: PolicyName,
     /// The banks; tables are numbered through all of them.
-    pub banks: Vec<Bank>,
+    pub banks: Vec<PageBank>,
     /// The terms, in stored order.
-    pub terms: Vec<Term>,
+    pub terms: Vec<PageTerm>,
     /// The grids, in stored order.
-    pub grids: Vec<Grid>,
+    pub grids: Vec<PageGrid>,
 }
 
 /// Tables over the same points of one input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Bank {
+pub struct PageBank {
     /// Number of the input: the axes in order, then tool length and sensors.
     pub input: u8,
     /// Position of the first point.
@@ -40,7 +40,7 @@ pub struct Bank {
 
 /// Weight × product of tables → one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Term {
+pub struct PageTerm {
     /// Index of the axis.
     pub output: u8,
     /// Weight.
@@ -51,7 +51,7 @@ pub struct Term {
 
 /// Corrections of several axes at the nodes of a rectangular grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Grid {
+pub struct PageGrid {
     /// One to three inputs, the first varies slowest.
     pub inputs: Vec<GridInput>,
     /// Indices of the axes.
@@ -75,7 +75,7 @@ pub struct GridInput {
     pub modulo: bool,
 }
 
-impl Tables {
+impl PageTables {
     /// All of a compensation, with its weights as stored.
     #[must_use]
     pub fn of(compensation: &Largest<'_>) -> Self {
@@ -88,7 +88,7 @@ impl Tables {
                 let samples = points.map(|point| compensation.sample(number, point));
                 samples.flatten().collect()
             };
-            Bank {
+            PageBank {
                 input: bank.input,
                 start: bank.start,
                 step: bank.step,
@@ -103,7 +103,7 @@ impl Tables {
                 tables: (first..next).map(table).collect(),
             }
         });
-        let terms = compensation.terms().map(|term| Term {
+        let terms = compensation.terms().map(|term| PageTerm {
             output: term.output,
             weight: term.weight,
             factors: term.factors.to_vec(),
@@ -115,7 +115,7 @@ impl Tables {
                 let outputs = 0..grid.outputs.len();
                 outputs.filter_map(move |output| compensation.grid_sample(number, node, output))
             });
-            Grid {
+            PageGrid {
                 inputs: grid
                     .axes
                     .iter()

@@ -17,12 +17,12 @@ fn xyzac() -> (Machine, ErrorModel) {
 #[test]
 fn a_hundred_positions_lie_all_over_the_travel_in_both_directions() {
     let (machine, errors) = xyzac();
-    let model = Model::new(&machine, &errors, None);
+    let model = PageModel::new(&machine, &errors, None);
     assert_eq!(model.checks.len(), 100);
     for (i, axis) in machine.axes.iter().enumerate() {
         let [low, high] = axis.travel;
         let tenth = 0.1 * (high - low);
-        let at = |check: &Check| check.position[i];
+        let at = |check: &PageCheck| check.position[i];
         assert!(model.checks.iter().any(|c| at(c) < low + tenth));
         assert!(model.checks.iter().any(|c| at(c) > high - tenth));
         for direction in [-1, 0, 1] {
@@ -33,7 +33,7 @@ fn a_hundred_positions_lie_all_over_the_travel_in_both_directions() {
 }
 
 /// Converts rows of `[R | t]` to a pose.
-fn pose(frame: &Frame) -> Htm {
+fn pose(frame: &PoseRows) -> Htm {
     Htm {
         r: nalgebra::Matrix3::from_fn(|row, column| frame[4 * row + column]),
         t: nalgebra::Vector3::from_fn(|row, _| frame[4 * row + 3]),
@@ -41,7 +41,7 @@ fn pose(frame: &Frame) -> Htm {
 }
 
 /// The tool pose computed only from the numbers of a model, for coefficients and backlash.
-fn rebuilt(model: &Model, check: &Check, wrong: bool) -> Htm {
+fn rebuilt(model: &PageModel, check: &PageCheck, wrong: bool) -> Htm {
     let mut ends = ["workpiece", "tool"].map(|branch| {
         let mut before = Htm::identity();
         let mut now = Htm::identity();
@@ -87,7 +87,7 @@ fn rebuilt(model: &Model, check: &Check, wrong: bool) -> Htm {
 #[test]
 fn the_numbers_of_a_model_are_enough_for_its_poses() {
     let (machine, errors) = xyzac();
-    let model = Model::new(&machine, &errors, None);
+    let model = PageModel::new(&machine, &errors, None);
     for check in &model.checks {
         for (expected, wrong) in [(check.nominal, false), (check.actual, true)] {
             let found = frame(&rebuilt(&model, check, wrong));
@@ -101,7 +101,7 @@ fn the_numbers_of_a_model_are_enough_for_its_poses() {
 #[test]
 fn what_is_left_is_the_twist_between_both_poses() {
     let (machine, errors) = xyzac();
-    for check in Model::new(&machine, &errors, None).checks {
+    for check in PageModel::new(&machine, &errors, None).checks {
         let twist = (pose(&check.nominal).inverse() * pose(&check.actual)).twist();
         let twist = twist.to_array();
         let off = twist.iter().zip(check.before.twist);
@@ -119,7 +119,7 @@ fn what_is_left_is_the_twist_between_both_poses() {
 fn errors_that_are_not_there_are_left_out() {
     let (machine, _) = xyzac();
     let mut errors = ErrorModel::perfect(&machine);
-    let model = Model::new(&machine, &errors, None);
+    let model = PageModel::new(&machine, &errors, None);
     assert!(
         model
             .axes
@@ -128,7 +128,7 @@ fn errors_that_are_not_there_are_left_out() {
     );
     assert!(model.checks.iter().all(|c| c.before.tip_mm == 0.0));
     assert!(errors.set(&machine, Parameter::parse("EXCs2").unwrap(), 1e-3));
-    let model = Model::new(&machine, &errors, None);
+    let model = PageModel::new(&machine, &errors, None);
     let c = machine.index('C').unwrap();
     let motion = model.axes[c].motions[0].as_ref().unwrap();
     assert_eq!(motion.harmonics, [[0.0, 0.0], [0.0, 1e-3]]);

@@ -1,6 +1,6 @@
 //! Bar charts with a name for each bar.
 
-use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
+use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
 use super::{Ink, Picture, tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -12,8 +12,8 @@ const ROW: u32 = 21;
 
 /// One bar.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
-    /// Its name.
+pub struct ChartBar {
+    /// Name of the bar.
     pub name: String,
     /// The length of the dark bar.
     pub mean: f64,
@@ -35,7 +35,7 @@ pub struct Bars {
     /// The colour of bars.
     pub ink: Ink,
     /// The bars from top to bottom.
-    pub bars: Vec<Bar>,
+    pub bars: Vec<ChartBar>,
 }
 
 impl Bars {
@@ -44,7 +44,7 @@ impl Bars {
     pub fn draw(&self) -> Picture {
         let [mean, max, whisker] = &self.legend;
         let is_uncertain = self.bars.iter().any(|bar| bar.uncertainty.is_some());
-        let entry = |name, ink, swatch| Entry { name, ink, swatch };
+        let entry = |name, ink, swatch| LegendEntry { name, ink, swatch };
         let mut entries = vec![
             entry(mean, self.ink, Swatch::Area),
             entry(max, self.ink, Swatch::Line),

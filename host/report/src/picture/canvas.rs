@@ -119,24 +119,24 @@ pub enum Swatch {
 }
 
 /// An entry of a legend.
-pub struct Entry<'a> {
+pub struct LegendEntry<'a> {
     pub name: &'a str,
     pub ink: Ink,
     pub swatch: Swatch,
 }
 
 /// Height (CSS pixels) of a legend below a picture of a given width (CSS pixels).
-pub(crate) fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
+pub(crate) fn legend_height(entries: &[LegendEntry<'_>], wide: u32) -> u32 {
     let rows = placed(entries, wide);
     rows.last()
         .map_or(0, |(row, _)| (*row as u32 + 1) * LINE + 4)
 }
 
 /// Row and horizontal position of each entry.
-fn placed(entries: &[Entry<'_>], wide: u32) -> Vec<(i32, i32)> {
+fn placed(entries: &[LegendEntry<'_>], wide: u32) -> Vec<(i32, i32)> {
     let [swatch, gap] = [24, 14].map(|n| n * SCALE as i32);
     let (mut row, mut x) = (0, 0);
-    let place = |entry: &Entry<'_>| {
+    let place = |entry: &LegendEntry<'_>| {
         let needs = swatch + width(entry.name) + gap;
         if x > 0 && x + needs > (wide * SCALE) as i32 {
             (row, x) = (row + 1, 0);
@@ -149,7 +149,11 @@ fn placed(entries: &[Entry<'_>], wide: u32) -> Vec<(i32, i32)> {
 }
 
 /// Draws a legend.
-pub fn legend<'a>(area: &Area<'a>, entries: &[Entry<'_>], wide: u32) -> Result<(), Failed<'a>> {
+pub fn legend<'a>(
+    area: &Area<'a>,
+    entries: &[LegendEntry<'_>],
+    wide: u32,
+) -> Result<(), Failed<'a>> {
     let unit = SCALE as i32;
     let high = LINE as i32 * unit;
     for (entry, (row, x)) in entries.iter().zip(placed(entries, wide)) {

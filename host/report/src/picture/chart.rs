@@ -1,6 +1,6 @@
 //! Line charts.
 
-use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
+use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
 use super::{Ink, Picture, tick};
 use plotters::prelude::*;
 
@@ -11,9 +11,9 @@ const SIZE: [u32; 2] = [380, 220];
 /// An axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scale {
-    /// Its label with the unit.
+    /// Label with the unit.
     pub label: String,
-    /// Its ends.
+    /// Ends of the axis.
     pub range: [f64; 2],
 }
 
@@ -64,13 +64,13 @@ pub enum Mark {
 /// Points drawn together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Its name in the legend; not listed if empty.
+    /// Name in the legend; not listed if empty.
     pub name: String,
-    /// Its colour.
+    /// Colour.
     pub ink: Ink,
     /// How it is drawn.
     pub mark: Mark,
-    /// Its points; those that are not finite are omitted.
+    /// Points; those that are not finite are omitted.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -93,13 +93,13 @@ impl Chart {
     /// Draws the chart.
     #[must_use]
     pub fn draw(&self) -> Picture {
-        let shaded = self.shaded.first().map(|_| Entry {
+        let shaded = self.shaded.first().map(|_| LegendEntry {
             name: "not measured",
             ink: Ink::Shade,
             swatch: Swatch::Area,
         });
         let named = self.series.iter().filter(|series| !series.name.is_empty());
-        let named = named.map(|series| Entry {
+        let named = named.map(|series| LegendEntry {
             name: &series.name,
             ink: series.ink,
             swatch: match series.mark {
@@ -109,7 +109,7 @@ impl Chart {
                 Mark::Area => Swatch::Area,
             },
         });
-        let entries: Vec<Entry<'_>> = shaded.into_iter().chain(named).collect();
+        let entries: Vec<LegendEntry<'_>> = shaded.into_iter().chain(named).collect();
         let [wide, high] = SIZE;
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {

@@ -1,6 +1,6 @@
 //! Polar plots of deviations from a circle, as in ISO 230-4.
 
-use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
+use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
 use super::{Ink, Picture, tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -12,10 +12,10 @@ const ZERO: f64 = 0.6;
 
 /// One turn around the circle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Turn {
-    /// Its name in the legend.
+pub struct PolarTurn {
+    /// Name in the legend.
     pub name: String,
-    /// Its colour.
+    /// Colour.
     pub ink: Ink,
     /// Angles (rad) from the first axis towards the second, and deviations.
     pub readings: Vec<(f64, f64)>,
@@ -31,7 +31,7 @@ pub struct Polar {
     /// Unit of the deviations.
     pub unit: String,
     /// The turns.
-    pub turns: Vec<Turn>,
+    pub turns: Vec<PolarTurn>,
 }
 
 impl Polar {
@@ -40,17 +40,17 @@ impl Polar {
     pub fn draw(&self) -> Picture {
         let step = self.step();
         let scale = format!("a ring is {} {}", tick(step), self.unit);
-        let turns = self.turns.iter().map(|turn| Entry {
+        let turns = self.turns.iter().map(|turn| LegendEntry {
             name: &turn.name,
             ink: turn.ink,
             swatch: Swatch::Line,
         });
-        let rings = Entry {
+        let rings = LegendEntry {
             name: &scale,
             ink: Ink::Grid,
             swatch: Swatch::Line,
         };
-        let entries: Vec<Entry<'_>> = turns.chain([rings]).collect();
+        let entries: Vec<LegendEntry<'_>> = turns.chain([rings]).collect();
         let [wide, high] = SIZE;
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {

@@ -57,7 +57,7 @@ impl Proof {
     }
 }
 
-/// The same options with another tolerance (µm).
+/// These options with another tolerance (µm).
 fn of(options: &Options, tolerance: f64) -> Options {
     let mut options = options.clone();
     options.tables.tolerance = tolerance * 1e-3;

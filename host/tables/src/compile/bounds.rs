@@ -255,7 +255,7 @@ fn peaks(machine: &Machine, commands: &[Command], found: &[Evaluated]) -> Vec<Pe
     (0..machine.axes.len()).map(of_axis).collect()
 }
 
-/// The same position with each rotary axis moved by up to `degrees`.
+/// This position with each rotary axis moved by up to `degrees`.
 fn around(machine: &Machine, command: &Command, degrees: f64, random: &mut Pcg64Mcg) -> Command {
     let mut near = *command;
     for (q, axis) in near.axes.iter_mut().zip(&machine.axes) {

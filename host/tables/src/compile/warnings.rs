@@ -15,9 +15,9 @@ const LARGE: [f64; 2] = [1.0, 0.1];
 /// The error that contributes most to a correction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Culprit {
-    /// Its name, as in the error file.
+    /// Name, as in the error file.
     pub parameter: String,
-    /// Its contribution (mm, deg).
+    /// Contribution (mm, deg).
     pub part: f64,
 }
 

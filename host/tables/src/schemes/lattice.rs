@@ -14,7 +14,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The same number of positions along every axis, including both ends of its travel; 10 give 10⁵ nodes with five
+    /// An equal number of positions along every axis, including both ends of its travel; 10 give 10⁵ nodes with five
     /// axes, as in the source document (section 5.9.1). A single position is the middle.
     pub fn over(machine: &Machine, positions: usize) -> Self {
         let axes = machine.axes.iter();
@@ -23,12 +23,12 @@ impl Lattice {
         }
     }
 
-    /// The same with another number of positions along one axis.
+    /// With another number of positions along one axis.
     pub fn evenly(self, machine: &Machine, axis: usize, positions: usize) -> Self {
         self.with(axis, &evenly(&machine.axes[axis], positions))
     }
 
-    /// The same with given positions along one axis (mm, rad).
+    /// With given positions along one axis (mm, rad).
     pub fn with(mut self, axis: usize, positions: &[f64]) -> Self {
         self.along[axis] = positions.to_vec();
         self

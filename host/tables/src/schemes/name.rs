@@ -53,7 +53,7 @@ impl Scheme {
         }
     }
 
-    /// Its name on the command line and in results.
+    /// Name on the command line and in results.
     #[must_use]
     pub fn name(&self) -> String {
         match self {

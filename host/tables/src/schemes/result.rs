@@ -77,7 +77,7 @@ pub enum SchemeError {
     /// The machine has no such error, so it has no weight.
     #[error("this machine has no error parameter {name}")]
     NoSuchError {
-        /// Its name.
+        /// Name.
         name: String,
     },
     /// More tables were requested than the target holds.

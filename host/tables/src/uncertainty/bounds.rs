@@ -25,7 +25,7 @@ pub const MISFIT_MEAN: f64 = 1.7320508075688772;
 pub const MISFIT_P95: f64 = 2.80;
 /// See [`MISFIT_MEAN`].
 const MISFIT_LARGEST: f64 = 3.78;
-/// The same of a direction, which has two coordinates: √2, and two degrees of freedom.
+/// Like [`MISFIT_MEAN`], of a direction, which has two coordinates: √2, and two degrees of freedom.
 pub const TURN_MEAN: f64 = std::f64::consts::SQRT_2;
 /// See [`TURN_MEAN`].
 pub const TURN_P95: f64 = 2.45;

@@ -86,7 +86,7 @@ pub struct Verification {
     /// Largest difference between table corrections and kinematic corrections in what matters (µm): at the tip under
     /// the policy *direction*, of a linear axis under the others.
     pub difference_um: f64,
-    /// The same in rotation (µrad): of the tool direction, or of a rotary axis.
+    /// Like `difference_um`, in rotation (µrad): of the tool direction, or of a rotary axis.
     pub difference_urad: f64,
     /// Number of positions at which the tool direction is worse after than before by more than 1 µrad.
     pub direction_worse: usize,
@@ -133,7 +133,7 @@ struct Sample {
     direction: [f64; 3],
     /// Deviation of the tables from the kinematic correction, absolute (mm, rad).
     deviation: PerAxis,
-    /// The same at the tip (mm), and in tool direction (rad).
+    /// Like `deviation`, at the tip (mm), and in tool direction (rad).
     apart: [f64; 2],
     /// The kinematic correction minus that of the zero position, absolute (mm, rad).
     kinematic: PerAxis,

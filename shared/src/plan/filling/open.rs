@@ -19,7 +19,7 @@ pub(crate) struct OpenBank<'f, 'p, 'a, C: Room> {
 }
 
 impl<C: Room> OpenBank<'_, '_, '_, C> {
-    /// Its points.
+    /// Points.
     pub(crate) fn span(&self) -> &Span {
         &self.lookup.span
     }

@@ -1,4 +1,4 @@
-//! The same from probings to the compensated machine: tables, what the verdict says that they leave, and the calibration
+//! The claims from probings to the compensated machine: tables, what the verdict says that they leave, and the calibration
 //! report. On a part of the machines `plan` chooses what is probed; a part has a bar of known length; on a part the direction
 //! of the tool is measured, too.
 
@@ -6,18 +6,18 @@ use super::{Displaced, Outside, Place, ROWS, WAYS, from_both_sides, identificati
 use nalgebra::{Matrix3, Vector3};
 use serde_json::json;
 use trueaxis_measure::formats::observations::{
-    Known, Observation, Observations, Setup as OfInstrument, ToolPoint,
+    InstrumentSetup as OfInstrument, Observation, Observations, PlacePrior, ToolPoint,
 };
 use trueaxis_measure::formats::probings::{Probing, Probings};
 use trueaxis_measure::identify::Identified;
-use trueaxis_measure::instrument::{Given, Kind};
-use trueaxis_measure::plan::{Allowed, Probe, Setup, Wanted, design};
+use trueaxis_measure::instrument::{Kind, SetupPriors};
+use trueaxis_measure::plan::{Allowed, Probe, Setup, WantedDesign, design};
 use trueaxis_measure::simulate::{self, OfObservations};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Sense;
 use trueaxis_model::kinematics::Kinematics;
-use trueaxis_report::certificate::{Calibration, Decision, Judged, Quantity, certificate};
-use trueaxis_report::{Compensation, Document, Identification, report, verdict};
+use trueaxis_report::certificate::{CalibrationRecord, Decision, Judged, Quantity, certificate};
+use trueaxis_report::{Document, Identification, ReportedCompensation, report, verdict};
 use trueaxis_tables::compile::{self, Options};
 use trueaxis_tables::uncertainty::{over_travel, probed_zone};
 use trueaxis_tables::validate::{Quality, Region, Runtime, Statistics, random_commands};
@@ -71,12 +71,12 @@ fn angles(case: &Case, measured: &Probings, seed: u64) -> Observations {
     let point = ToolPoint {
         name: "mirror".to_owned(),
         place: None,
-        known: Known::Exactly,
+        known: PlacePrior::Exactly,
     };
     let setup = |k: usize| OfInstrument {
         name: format!("autocollimator {k}"),
         kind: Kind::Angle,
-        given: Given::default(),
+        given: SetupPriors::default(),
         tool: 0,
     };
     let row = |setup: usize, row: &Probing| Observation {
@@ -135,7 +135,7 @@ fn plan(case: &mut Case) {
     let rotary = machine.axes.iter().map(|axis| axis.letter.is_rotary());
     let allowed = Allowed::of(&machine, &rotary.collect::<Vec<bool>>());
     let perfect = ErrorModel::perfect(&machine);
-    let wanted = |enough| Wanted {
+    let wanted = |enough| WantedDesign {
         probings: enough,
         criterion: Default::default(),
     };
@@ -206,7 +206,7 @@ fn said(case: &Case, measured: &Probings, found: &Identified) -> Identification 
 
 /// A calibration that states what a proof of conformity needs, with limits at parts of the true values as far as these are
 /// given.
-fn calibration(case: &Case, truth: &[f64], seed: u64) -> Calibration {
+fn calibration(case: &Case, truth: &[f64], seed: u64) -> CalibrationRecord {
     let mut text = "date = 2026-11-27\n[[instrument]]\nname = \"probe\"\n".to_owned();
     for (number, name) in LIMITED.into_iter().enumerate() {
         let unit = if name.starts_with('d') { "urad" } else { "um" };
@@ -221,7 +221,7 @@ fn calibration(case: &Case, truth: &[f64], seed: u64) -> Calibration {
             text += &format!("[[limit]]\nquantity = \"{name}\"\n{unit} = {limit:?}\n{zone}");
         }
     }
-    Calibration::from_toml(&text, &case.machine).expect("a calibration")
+    CalibrationRecord::from_toml(&text, &case.machine).expect("a calibration")
 }
 
 /// A figure: what it is, its true value as a part of the upper end that is stated for it, of its lower end, and whether a
@@ -277,7 +277,7 @@ fn all_said(case: &Case, measured: Probings, way: (&str, bool), number: usize) -
     }
     let runtime = Runtime::load(&compiled.built.blob).expect("tables");
     let uncertainty = over_travel(&runtime.kinematics(machine, &errors), seed).expect("positions");
-    let compensation = Compensation {
+    let compensation = ReportedCompensation {
         runtime: &runtime,
         proof: &compiled.proof,
         uncertainty: uncertainty.as_ref(),
@@ -335,7 +335,7 @@ fn all_said(case: &Case, measured: Probings, way: (&str, bool), number: usize) -
         document,
     );
     let told = told.expect("a report");
-    let judge = |errors: &ErrorModel, calibration: Calibration| {
+    let judge = |errors: &ErrorModel, calibration: CalibrationRecord| {
         let all = certificate(machine, errors, compensation, &told, calibration);
         all.expect("a calibration report").judged
     };

@@ -1,7 +1,9 @@
 //! All instruments, and their readings.
 
 use nalgebra::Vector3;
-use trueaxis_measure::direct::{Column, Line, Measured, Measurement, Setup, Square};
+use trueaxis_measure::direct::{
+    AxisRuns, MeasuredRuns, Measurement, MeasurementSetup, RunColumn, Square,
+};
 use trueaxis_measure::simulate::runs::{self as simulated, OfReadings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
@@ -13,17 +15,17 @@ fn linear(machine: &Machine) -> [usize; 3] {
 }
 
 /// An instrument setup, with a run in each direction.
-fn line(machine: &Machine, moved: usize, sense: Sense, at: &PerAxis, targets: &[f64]) -> Line {
+fn line(machine: &Machine, moved: usize, sense: Sense, at: &PerAxis, targets: &[f64]) -> AxisRuns {
     let perfect = ErrorModel::perfect(machine);
     let home = Bench::new(machine, &perfect, Default::default()).home();
     let mut at = *at;
     at[moved] = home[moved];
-    let column = |direction| Column {
+    let column = |direction| RunColumn {
         direction,
         readings: vec![0.0; targets.len()],
     };
-    Line {
-        setup: Setup {
+    AxisRuns {
+        setup: MeasurementSetup {
             moved,
             sense,
             counts: 1.0,
@@ -56,7 +58,10 @@ pub fn everything(
         for sense in senses.into_iter().chain(turns) {
             let mut line = line(machine, moved, sense, &place(), &targets(axis));
             line.setup.offset = Vector3::new(11.0, -7.0, 23.0);
-            add(format!("{}-{sense:?}", axis.letter), Measured::Line(line));
+            add(
+                format!("{}-{sense:?}", axis.letter),
+                MeasuredRuns::Line(line),
+            );
         }
     }
     for [a, b] in [[x, y], [z, x], [y, z]] {
@@ -69,13 +74,13 @@ pub fn everything(
         });
         add(
             format!("square {a} {b}"),
-            Measured::Square(Square { lines, over: 12e-6 }),
+            MeasuredRuns::Square(Square { lines, over: 12e-6 }),
         );
     }
     all
 }
 
-/// The same with the instruments' readings.
+/// Like `everything`, with the instruments' readings.
 pub fn simulate(
     machine: &Machine,
     errors: &ErrorModel,
@@ -92,12 +97,12 @@ pub fn simulate(
             ..OfReadings::default()
         };
         let measured = match &one.measured {
-            Measured::Line(line) => {
+            MeasuredRuns::Line(line) => {
                 let disturbed = disturbed(line.setup.is_angular());
-                Measured::Line(simulated::line(&bench, line, &disturbed).unwrap())
+                MeasuredRuns::Line(simulated::line(&bench, line, &disturbed).unwrap())
             }
-            Measured::Square(square) => {
-                Measured::Square(simulated::square(&bench, square, &disturbed(false)).unwrap())
+            MeasuredRuns::Square(square) => {
+                MeasuredRuns::Square(simulated::square(&bench, square, &disturbed(false)).unwrap())
             }
         };
         Measurement {

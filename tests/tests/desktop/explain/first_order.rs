@@ -3,7 +3,9 @@
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Situation};
-use trueaxis_model::explain::{EntryKind, Explained, Instrument, REACH, Reading, Sense, State};
+use trueaxis_model::explain::{
+    BenchInstrument, BenchState, EntryKind, Explained, InstrumentReading, REACH, Sense,
+};
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::Machine;
 
@@ -16,7 +18,7 @@ pub struct First<'a> {
 
 impl First<'_> {
     /// The error's magnitude (mm, rad) at a position, in units of the parameter that the linearised model uses.
-    fn size(&self, explained: &Explained<'_>, state: &State) -> f64 {
+    fn size(&self, explained: &Explained<'_>, state: &BenchState) -> f64 {
         let (alone, n) = (&explained.alone, self.machine.axes.len());
         let (index, component) = (alone.index(), alone.parameter.component);
         let table = || {
@@ -37,7 +39,7 @@ impl First<'_> {
     }
 
     /// Tip and rotation of the tool, minus the error-free values (mm, rad, workpiece frame).
-    fn off(&self, explained: &Explained<'_>, state: &State) -> [Vector3<f64>; 2] {
+    fn off(&self, explained: &Explained<'_>, state: &BenchState) -> [Vector3<f64>; 2] {
         let kinematics = Kinematics::new(self.machine, &self.perfect);
         let situation = Situation {
             sign: state.sign,
@@ -51,7 +53,7 @@ impl First<'_> {
     }
 
     /// Direction in which a positive command moves the tip, or about which it rotates the tool.
-    fn way(&self, axis: usize, state: &State) -> Vector3<f64> {
+    fn way(&self, axis: usize, state: &BenchState) -> Vector3<f64> {
         let kinematics = Kinematics::new(self.machine, &self.perfect);
         let [x, y, z, a, b, c] = kinematics.jacobian(&state.q, None).column(axis);
         let column = match self.machine.axes[axis].letter.is_rotary() {
@@ -62,22 +64,22 @@ impl First<'_> {
     }
 
     /// Reading of the instrument, to first order (mm, rad).
-    pub fn reads(&self, explained: &Explained<'_>, reading: &Reading) -> f64 {
-        let Reading {
+    pub fn reads(&self, explained: &Explained<'_>, reading: &InstrumentReading) -> f64 {
+        let InstrumentReading {
             instrument,
             sense,
             from,
             to,
             ..
         } = reading;
-        let between = |from: &State, to: &State| {
+        let between = |from: &BenchState, to: &BenchState| {
             let ([t0, r0], [t1, r1]) = (self.off(explained, from), self.off(explained, to));
             [t1 - t0, r1 - r0]
         };
         let [tip, turn] = between(from, to);
         let across = |a: usize, b: usize| self.way(a, to).cross(&self.way(b, to)).normalize();
         match (instrument, sense) {
-            (Instrument::Tram, Sense::In(axis)) => {
+            (BenchInstrument::Tram, Sense::In(axis)) => {
                 let [_, turn] = self.off(explained, to);
                 let kinematics = Kinematics::new(self.machine, &self.perfect);
                 let tool = kinematics
@@ -89,7 +91,7 @@ impl First<'_> {
                 let arm = (way - tool * tool.dot(&way)).normalize() * REACH;
                 -2.0 * turn.cross(&arm).dot(&tool)
             }
-            (Instrument::Square, Sense::In(aligned)) => {
+            (BenchInstrument::Square, Sense::In(aligned)) => {
                 let moved = reading.moved.unwrap();
                 let distance = to.q[moved] - from.q[moved];
                 // Elsewhere along the aligned leg, whose direction is the same everywhere.
@@ -116,11 +118,11 @@ impl First<'_> {
                 let leans = leans - leg * leg.dot(&leans);
                 (tip.dot(&leg) / distance + way.dot(&leans)) * REACH
             }
-            (Instrument::Straightedge { ends }, Sense::In(axis)) => {
+            (BenchInstrument::Straightedge { ends }, Sense::In(axis)) => {
                 let moved = reading.moved.unwrap();
                 let [first, last] = ends.map(|end| from.with(moved, end));
                 let way = self.way(*axis, to);
-                let off = |state: &State| between(&first, state)[0].dot(&way);
+                let off = |state: &BenchState| between(&first, state)[0].dot(&way);
                 let part = (to.q[moved] - ends[0]) / (ends[1] - ends[0]);
                 off(to) - off(&last) * part
             }
@@ -133,7 +135,7 @@ impl First<'_> {
 
 /// The effect of a parameter on tip and tool direction at random positions that cannot be removed by a common motion of
 /// the workpiece, as a fraction of its magnitude: least squares on the linearised model.
-pub fn left(first: &First<'_>, explained: &Explained<'_>, positions: &[State]) -> f64 {
+pub fn left(first: &First<'_>, explained: &Explained<'_>, positions: &[BenchState]) -> f64 {
     let machine = first.machine;
     let perfect = Kinematics::new(machine, &first.perfect);
     let tools: Vec<_> = positions

@@ -3,10 +3,10 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::Text;
-use super::answer::{Answer, OnCircle, OnSphere};
+use super::answer::{BallbarAnswer, OnCircle, OnSphere};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_measure::formats::radii::{self, Readings};
+use trueaxis_measure::formats::radii::{self, RadiusReadings};
 
 /// Evaluate readings: size and form of a sphere, or G, F and H
 ///
@@ -30,16 +30,16 @@ impl Analyse {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let text = Text::read(&self.readings)?;
         let found = radii::read(&text.text).map_err(|e| text.bad(e))?;
-        let mut answer = Answer::default();
+        let mut answer = BallbarAnswer::default();
         match &found.readings {
-            Readings::Sphere(readings) => {
+            RadiusReadings::Sphere(readings) => {
                 let directions = readings.iter();
                 let directions: Vec<_> = directions
                     .map(|(place, radial)| (place.normalize(), *radial))
                     .collect();
                 answer.measured = Some(OnSphere::of(found.radius, &directions)?);
             }
-            Readings::Circle(turns) => {
+            RadiusReadings::Circle(turns) => {
                 answer.circle = Some(OnCircle::of(found.radius, found.plane.as_deref(), turns)?);
             }
         }

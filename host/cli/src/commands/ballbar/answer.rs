@@ -4,11 +4,11 @@ use super::super::bad_input::BadInput;
 use super::super::files;
 use nalgebra::Vector3;
 use serde::Serialize;
-use trueaxis_measure::ballbar::{Circle, Sphere, Turns};
+use trueaxis_measure::ballbar::{BallBarTurns, Circle, Sphere};
 
 /// The results as JSON; the text output is made from the same struct.
 #[derive(Default, Serialize)]
-pub struct Answer<'a> {
+pub struct BallbarAnswer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -83,7 +83,7 @@ pub struct OnCircle {
 
 impl OnCircle {
     /// Evaluates circles measured with a bar of length `radius` (mm).
-    pub fn of(radius: f64, plane: Option<&str>, turns: &Turns) -> Result<Self, BadInput> {
+    pub fn of(radius: f64, plane: Option<&str>, turns: &BallBarTurns) -> Result<Self, BadInput> {
         let found = Circle::of(radius, turns).map_err(|error| {
             BadInput::new(
                 error.to_string(),
@@ -112,7 +112,7 @@ fn um(mm: f64) -> f64 {
     (mm * 1e7).round() / 1e4 + 0.0
 }
 
-impl Answer<'_> {
+impl BallbarAnswer<'_> {
     pub fn print(&self, json: bool) -> Result<(), BadInput> {
         if json {
             return files::print_json(self);

@@ -4,7 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files;
 use super::super::number::positive;
-use super::Test;
+use super::SimulatedTest;
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_measure::ballbar::program;
@@ -18,11 +18,11 @@ use trueaxis_model::explain::Bench;
 trueaxis gcode hemisphere.ngc -o corrected.ngc --compensation machine.trax --setup setup.toml\n\n\
 Set G54 to the centre before it runs; the machine's travel is checked."
 )]
-pub struct Path {
+pub struct BallBarPath {
     /// Machine description (machine.toml)
     machine: PathBuf,
     #[command(flatten)]
-    test: Test,
+    test: SimulatedTest,
     /// Feed rate
     #[arg(long, value_name = "mm/min", default_value_t = 200.0, value_parser = positive)]
     feed: f64,
@@ -31,7 +31,7 @@ pub struct Path {
     output: Option<PathBuf>,
 }
 
-impl Path {
+impl BallBarPath {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         if let Some(output) = &self.output {
             files::prepare(output, &[&self.machine])?;

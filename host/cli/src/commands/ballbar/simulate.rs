@@ -3,12 +3,12 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
-use super::Test;
-use super::answer::{Answer, OnSphere};
+use super::SimulatedTest;
+use super::answer::{BallbarAnswer, OnSphere};
 use clap::Args;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::ballbar::{PathPoint, Read};
+use trueaxis_measure::ballbar::{PathPoint, ReadOut};
 use trueaxis_model::explain::Bench;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
@@ -27,7 +27,7 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE.trax")]
     compensation: Option<PathBuf>,
     #[command(flatten)]
-    test: Test,
+    test: SimulatedTest,
     /// Where to write the readings (CSV)
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -49,7 +49,7 @@ impl Simulate {
         let bar = self.test.bar(&bench, &path)?;
         let radius = self.test.radius;
         // As in the file: along the axes as commands count them.
-        let found = |read: &[Read]| {
+        let found = |read: &[ReadOut]| {
             let places = path.iter().filter(|place| place.is_read);
             let readings: Vec<_> = (places.zip(read))
                 .map(|(place, read)| (Vector3::from(place.at).normalize(), read.deviation))
@@ -57,10 +57,10 @@ impl Simulate {
             OnSphere::of(radius, &readings)
         };
         let mut last = bar.read(&path, None);
-        let mut answer = Answer {
+        let mut answer = BallbarAnswer {
             machine: Some(&machine.name),
             before: Some(found(&last)?),
-            ..Answer::default()
+            ..BallbarAnswer::default()
         };
         if let Some(file) = &self.compensation {
             let blob = files::read_blob(file)?;
@@ -78,7 +78,7 @@ impl Simulate {
 }
 
 /// The readings in the format of a file.
-fn csv(machine: &str, radius: f64, path: &[PathPoint], read: &[Read]) -> String {
+fn csv(machine: &str, radius: f64, path: &[PathPoint], read: &[ReadOut]) -> String {
     let mut text = format!(
         "# machine = {}\n# radius_mm = {radius:?}\n# unit = \"um\"\nX,Y,Z,radial\n",
         toml::Value::from(machine)

@@ -4,15 +4,15 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::files::{self, Text};
 use crate::commands::port::PortArguments;
 use crate::commands::probing::{CLEAR, SpeedOptions, Work, asked, bad, take_over};
-use crate::commands::touch_options::Touching;
+use crate::commands::touch_options::TouchOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 use trueaxis_controllers::link::Port;
-use trueaxis_controllers::linuxcnc::Session;
-use trueaxis_controllers::trial::{Board, BoardError, Component, Corrector};
+use trueaxis_controllers::linuxcnc::LinuxCncSession;
+use trueaxis_controllers::trial::{BoardError, BoardOnTrial, RunningComponent, TrialSite};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::plan::{self, Feeds, Setup, collision, steps};
@@ -23,7 +23,7 @@ use trueaxis_model::machine::Machine;
 pub enum Moves<'a> {
     /// LinuxCNC, move by move.
     LinuxCnc {
-        session: Session,
+        session: LinuxCncSession,
         speeds: &'a SpeedOptions,
     },
     /// The machine's own controller, whose logs arrive as files.
@@ -40,7 +40,7 @@ pub enum Corrects {
 
 /// A board, and what puts back its state if this program ends before it could.
 pub struct OnBoard {
-    board: Board<Box<dyn Port + Send>>,
+    board: BoardOnTrial<Box<dyn Port + Send>>,
     port: PortArguments,
     guard: Option<Child>,
 }
@@ -53,7 +53,7 @@ impl Corrects {
             baud: PortArguments::BAUD,
         };
         let (client, _) = port.connect()?;
-        let board = Board::new(client).map_err(|error| bad_board(&port, error))?;
+        let board = BoardOnTrial::new(client).map_err(|error| bad_board(&port, error))?;
         Ok(Self::Board(Box::new(OnBoard {
             board,
             port,
@@ -122,7 +122,7 @@ pub struct Errand<'a> {
     pub machine: &'a Machine,
     pub artefact: &'a Artefact,
     pub strategy: Probings,
-    pub touching: Touching,
+    pub touching: TouchOptions,
     /// The strategy's file.
     pub file: PathBuf,
     pub log: PathBuf,
@@ -296,9 +296,9 @@ impl Site<'_> {
         moves: &'b mut Moves<'_>,
         name: &'b str,
         path: &Path,
-    ) -> Result<Component<'b>, BadInput> {
+    ) -> Result<RunningComponent<'b>, BadInput> {
         match moves {
-            Moves::LinuxCnc { session, .. } => Ok(Component {
+            Moves::LinuxCnc { session, .. } => Ok(RunningComponent {
                 session,
                 name,
                 path: path.to_owned(),
@@ -311,7 +311,7 @@ impl Site<'_> {
     }
 }
 
-impl Corrector for Site<'_> {
+impl TrialSite for Site<'_> {
     type Error = BadInput;
 
     fn switch(&mut self, on: bool) -> Result<(), BadInput> {

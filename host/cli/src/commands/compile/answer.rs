@@ -16,7 +16,7 @@ const NOTHING_BOUGHT: f64 = 10.0;
 
 /// All results.
 #[derive(Serialize)]
-pub struct Answer<'a> {
+pub struct CompileAnswer<'a> {
     pub file: &'a Path,
     pub machine: &'a str,
     pub scheme: String,
@@ -58,7 +58,11 @@ pub struct Answer<'a> {
 
 /// Prints results to standard output and refusals to standard error. JSON is one object, or a list of several. Each
 /// answer ends with its verdict.
-pub fn print(answers: &[Answer<'_>], verdicts: &[String], json: bool) -> Result<(), BadInput> {
+pub fn print(
+    answers: &[CompileAnswer<'_>],
+    verdicts: &[String],
+    json: bool,
+) -> Result<(), BadInput> {
     match answers {
         [one] if json => files::print_json(one)?,
         _ if json => files::print_json(&answers)?,
@@ -69,7 +73,7 @@ pub fn print(answers: &[Answer<'_>], verdicts: &[String], json: bool) -> Result<
         .try_for_each(|(answer, verdict)| answer.print(verdict, json))
 }
 
-impl Answer<'_> {
+impl CompileAnswer<'_> {
     fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
         if !json && let Some(proven) = &self.proven {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);

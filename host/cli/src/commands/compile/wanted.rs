@@ -1,15 +1,15 @@
 //! One compensation: made, written and shown.
 
-use super::answer::Answer;
+use super::answer::CompileAnswer;
 use crate::commands::bad_input::BadInput;
 use crate::commands::error_source;
 use crate::commands::files::{self, MachineFiles};
-use crate::commands::progress::Bar;
+use crate::commands::progress::ProgressBarOnScreen;
 use crate::commands::verdict;
 use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_report::{self as report, Compensation};
+use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile;
 use trueaxis_tables::made::{Made, Proven, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
@@ -17,7 +17,7 @@ use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
 
 /// A compensation to make, and the file that it is for.
-pub struct Wanted {
+pub struct WantedFile {
     pub output: PathBuf,
     pub options: compile::Options,
     /// The tolerance that was asked for (µm), if any.
@@ -27,7 +27,7 @@ pub struct Wanted {
     pub is_verbose: bool,
 }
 
-impl Wanted {
+impl WantedFile {
     /// What `trueaxis compile` makes without options.
     pub fn usual(output: PathBuf, target: Target) -> Self {
         Self {
@@ -44,7 +44,7 @@ impl Wanted {
         files: &MachineFiles,
         machine: &Machine,
         errors: &ErrorModel,
-        bar: &Bar,
+        bar: &ProgressBarOnScreen,
     ) -> Result<Made, BadInput> {
         Made::new(machine, errors, &self.options, self.asked, bar)
             .map_err(|error| error_source::compile(error, files, machine, errors))
@@ -80,8 +80,8 @@ impl Wanted {
         &'a self,
         runtime: &'a Runtime<'a>,
         made: &'a Whole,
-    ) -> Compensation<'a> {
-        Compensation {
+    ) -> ReportedCompensation<'a> {
+        ReportedCompensation {
             runtime,
             proof: &made.best.proof,
             uncertainty: made.uncertainty.as_ref(),
@@ -91,11 +91,16 @@ impl Wanted {
     }
 
     /// Collects the results for output.
-    pub fn answer<'a>(&'a self, machine: &'a Machine, made: &'a Made, written: bool) -> Answer<'a> {
+    pub fn answer<'a>(
+        &'a self,
+        machine: &'a Machine,
+        made: &'a Made,
+        written: bool,
+    ) -> CompileAnswer<'a> {
         let tables = &self.options.tables;
         let tolerance = made.tolerance().unwrap_or(1e3 * tables.tolerance);
         let policy = stored(tables.policy);
-        let answer = Answer {
+        let answer = CompileAnswer {
             file: &self.output,
             machine: &machine.name,
             scheme: self.options.scheme.name(),
@@ -118,11 +123,11 @@ impl Wanted {
             is_default: self.asked.is_none(),
         };
         match made {
-            Made::NoRoom(shortages) => Answer {
+            Made::NoRoom(shortages) => CompileAnswer {
                 shortages,
                 ..answer
             },
-            Made::Proven(made) => Answer {
+            Made::Proven(made) => CompileAnswer {
                 meets_tolerance: made.best.proof.meets(tolerance),
                 proven: Some(Proven::new(made)),
                 missed: &made.missed,
@@ -136,15 +141,19 @@ impl Wanted {
 }
 
 /// Makes what `trueaxis compile` makes without options; writes it only if it is right.
-pub fn usual(files: &MachineFiles, output: PathBuf, target: Target) -> Result<Compiled, BadInput> {
+pub fn usual(
+    files: &MachineFiles,
+    output: PathBuf,
+    target: Target,
+) -> Result<UsualCompensation, BadInput> {
     let (machine, errors) = files.read()?;
-    let wanted = Wanted::usual(output, target);
+    let wanted = WantedFile::usual(output, target);
     files::prepare(&wanted.output, &[&files.machine, &files.errors])?;
-    let made = wanted.make(files, &machine, &errors, &Bar::new())?;
+    let made = wanted.make(files, &machine, &errors, &ProgressBarOnScreen::new())?;
     if made.may_be_written(false) {
         wanted.write(&made)?;
     }
-    Ok(Compiled {
+    Ok(UsualCompensation {
         wanted,
         machine,
         errors,
@@ -153,14 +162,14 @@ pub fn usual(files: &MachineFiles, output: PathBuf, target: Target) -> Result<Co
 }
 
 /// A compensation that was made, with what it was made of.
-pub struct Compiled {
-    wanted: Wanted,
+pub struct UsualCompensation {
+    wanted: WantedFile,
     machine: Machine,
     errors: ErrorModel,
     pub made: Made,
 }
 
-impl Compiled {
+impl UsualCompensation {
     /// Prints what people read.
     pub fn show(&self) -> Result<(), BadInput> {
         let written = self.made.may_be_written(false);

@@ -2,14 +2,15 @@
 
 use crate::commands::cec as shared;
 use crate::commands::number::{finite, positive};
-use crate::commands::progress::Bar;
-use crate::commands::random::Random;
+use crate::commands::progress::ProgressBarOnScreen;
+use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::cec::{
-    self, Axes, Limits, LongProducts, Note, Options, Plan, Proof, Tolerance, plan, print, prove,
+    self, CecOptions, CecPlan, CecProof, CecTolerance, LongProducts, NamedAxes, Note, TableLimits,
+    plan, print, prove,
 };
 use trueaxis_tables::compile::Progress;
 use trueaxis_tables::policy::{of_blob, tolerance_urad};
@@ -44,7 +45,7 @@ pub struct Arguments {
     probe: Option<String>,
     /// Target controller
     #[arg(long, value_enum, default_value = "840d")]
-    controller: Controller,
+    controller: CecController,
     /// Number of tables in the controller (default: twice its largest number of axes; 840D: 62, 828D: 8)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     tables: Option<u16>,
@@ -71,14 +72,14 @@ pub struct Arguments {
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Controller {
+enum CecController {
     /// 62 tables
     #[value(name = "840d")]
     Sinumerik840D,
@@ -88,7 +89,7 @@ enum Controller {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct ExportCecAnswer<'a> {
     file: &'a Path,
     written: bool,
     machine: &'a str,
@@ -99,10 +100,10 @@ struct Answer<'a> {
     values: Vec<usize>,
     largest_factor: f32,
     tool_length_mm: Option<f64>,
-    tolerance: Tolerance,
+    tolerance: CecTolerance,
     meets_tolerance: bool,
     notes: &'a [Note],
-    proof: &'a Proof,
+    proof: &'a CecProof,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -118,9 +119,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     let compensation = runtime.compensation();
-    let axes = Axes::new(compensation.axes(), map).and_then(Axes::complete);
+    let axes = NamedAxes::new(compensation.axes(), map).and_then(NamedAxes::complete);
     let axes = axes.map_err(|error| shared::axes(&error))?;
-    let tolerance = Tolerance {
+    let tolerance = CecTolerance {
         um: arguments.tolerance,
         urad: tolerance_urad(of_blob(compensation.policy()), arguments.tolerance),
     };
@@ -135,9 +136,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let comments = comments(compensation, factor_tables, length, &made, &axes);
     let first = options.limits.first;
     let text = print(&made.tables, &axes, first, &comments);
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     bar.stage("reading it again", 0);
-    let Random { random, seed } = arguments.random;
+    let RandomOptions { random, seed } = arguments.random;
     let proof = prove(
         &text,
         &runtime,
@@ -158,14 +159,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if meets {
         files::write(output, text.as_bytes())?;
     }
-    let answer = Answer {
+    let answer = ExportCecAnswer {
         file: output,
         written: meets,
         machine: compensation.machine(),
         factor_tables,
         tables: made.tables.len(),
         first_table: first,
-        values: made.tables.iter().map(cec::Table::stored).collect(),
+        values: made.tables.iter().map(cec::CecTable::stored).collect(),
         largest_factor: largest_factor(&made),
         tool_length_mm: length,
         tolerance,
@@ -215,15 +216,15 @@ fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
-    fn options(&self, factor_tables: cec::FactorTables, tolerance: Tolerance) -> Options {
+    fn options(&self, factor_tables: cec::FactorTables, tolerance: CecTolerance) -> CecOptions {
         let mut limits = match self.controller {
-            Controller::Sinumerik840D => Limits::SINUMERIK_840D,
-            Controller::Sinumerik828D => Limits::SINUMERIK_828D,
+            CecController::Sinumerik840D => TableLimits::SINUMERIK_840D,
+            CecController::Sinumerik828D => TableLimits::SINUMERIK_828D,
         };
         limits.first = self.first.into();
         limits.tables = self.tables.map_or(limits.tables, usize::from);
         limits.points = self.points.map(usize::from).or(limits.points);
-        Options {
+        CecOptions {
             factor_tables,
             limits,
             factor_limit: self.factor_limit,
@@ -235,7 +236,7 @@ impl Arguments {
 }
 
 /// The largest table that multiplies another one.
-fn largest_factor(plan: &Plan) -> f32 {
+fn largest_factor(plan: &CecPlan) -> f32 {
     let named = cec::named(&plan.tables);
     let factors = plan
         .tables
@@ -264,10 +265,10 @@ fn comments<C: trueaxis::Room>(
     compensation: &trueaxis::Compensation<'_, C>,
     factor_tables: cec::FactorTables,
     length: Option<f64>,
-    plan: &Plan,
-    axes: &Axes,
+    plan: &CecPlan,
+    axes: &NamedAxes,
 ) -> Vec<String> {
-    let most = plan.tables.iter().map(cec::Table::stored).max();
+    let most = plan.tables.iter().map(cec::CecTable::stored).max();
     let mut comments = vec![
         format!("trueaxis: {}", compensation.machine()),
         format!(
@@ -314,7 +315,7 @@ fn comments<C: trueaxis::Room>(
     comments
 }
 
-fn screen(answer: &Answer<'_>, plan: &Plan, axes: &Axes) -> String {
+fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> String {
     let mut text = format!("{}: {}\n", answer.file.display(), answer.machine);
     let each: Vec<String> = (0..axes.axes.len())
         .map(|axis| {

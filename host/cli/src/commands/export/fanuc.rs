@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_controllers::fanuc::{self, FanucError, MOST_ALONG, Options};
+use trueaxis_controllers::fanuc::{self, FanucError, FanucOptions, MOST_ALONG};
 use trueaxis_tables::validate::Runtime;
 
 /// Write a compensation as the grid of a Fanuc 30i (three-dimensional error compensation)
@@ -48,7 +48,7 @@ fn points(text: &str) -> Result<[usize; 3], String> {
 }
 
 #[derive(Serialize)]
-struct More {
+struct FanucNotes {
     points: [usize; 3],
     magnification: [u32; 3],
 }
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     files::prepare(&arguments.output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    let options = Options {
+    let options = FanucOptions {
         points: arguments.points,
         unit: arguments.unit,
         at: at(arguments.at.as_deref())?,
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.output.display(),
         table.values.len()
     );
-    let more = More {
+    let more = FanucNotes {
         points: arguments.points,
         magnification: table.magnification,
     };

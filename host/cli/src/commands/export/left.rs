@@ -1,7 +1,7 @@
 //! Options of every export that may leave something of a compensation, and what it left.
 
 use crate::commands::number::positive;
-use crate::commands::random::Random;
+use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
@@ -19,7 +19,7 @@ pub struct Arguments {
     #[arg(long)]
     pub best_effort: bool,
     #[command(flatten)]
-    pub random: Random,
+    pub random: RandomOptions,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -27,7 +27,7 @@ pub struct Arguments {
 
 /// What was written, and what it leaves.
 #[derive(Serialize)]
-struct Answer<'a, T> {
+struct LeftAnswer<'a, T> {
     files: Vec<&'a Path>,
     written: bool,
     meets_tolerance: bool,
@@ -66,7 +66,7 @@ impl Arguments {
             files::write(path, text.as_bytes())?;
         }
         if self.json {
-            files::print_json(&Answer {
+            files::print_json(&LeftAnswer {
                 files: texts.iter().map(|(path, _)| path.as_path()).collect(),
                 written,
                 meets_tolerance: meets,

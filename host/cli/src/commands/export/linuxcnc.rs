@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_controllers::linuxcnc::comp_file::{self, ExportError, File, Type};
+use trueaxis_controllers::linuxcnc::comp_file::{self, CompFile, ExportError, Type};
 use trueaxis_tables::validate::Runtime;
 
 /// Write what each joint of LinuxCNC can correct by itself (COMP_FILE)
@@ -39,7 +39,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct More {
+struct LinuxCncNotes {
     /// Joint and number of lines of each file.
     joints: Vec<[usize; 2]>,
 }
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         };
         BadInput::new(format!("{}: {error}", path.display()), remedy)
     })?;
-    let name = |file: &File| format!("joint{}.comp", file.joint.number);
+    let name = |file: &CompFile| format!("joint{}.comp", file.joint.number);
     let mut screen = match made.is_empty() {
         true => "no joint has an error of its own\n".to_owned(),
         false => "write into the INI file:\n".to_owned(),
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for (to, _) in texts.iter().filter(|_| arguments.output.exists()) {
         files::prepare(to, &[path, &arguments.ini])?;
     }
-    let more = More {
+    let more = LinuxCncNotes {
         joints: (made.iter())
             .map(|file| [file.joint.number, file.lines])
             .collect(),

@@ -2,18 +2,18 @@
 
 use crate::commands::files::MachineFiles;
 use crate::commands::number::positive;
-use crate::commands::random::Random;
+use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::heidenhain::{self, Angles};
 use trueaxis_controllers::isg::{self, IsgError};
-use trueaxis_controllers::rigid_body::Left;
+use trueaxis_controllers::rigid_body::RemainingErrors;
 use trueaxis_model::source::FileError;
 
 #[derive(Args)]
-pub struct Common {
+pub struct RigidBodyOptions {
     #[command(flatten)]
     files: MachineFiles,
     /// Points over the travel of each axis
@@ -26,7 +26,7 @@ pub struct Common {
     #[arg(long)]
     best_effort: bool,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -42,7 +42,7 @@ pub struct Common {
 )]
 pub struct Isg {
     #[command(flatten)]
-    common: Common,
+    common: RigidBodyOptions,
     /// Where to write the table (ISG_CSV)
     #[arg(short, long, value_name = "FILE.csv")]
     output: PathBuf,
@@ -61,7 +61,7 @@ pub struct Isg {
 )]
 pub struct Heidenhain {
     #[command(flatten)]
-    common: Common,
+    common: RigidBodyOptions,
     /// Unit of C4 to C6, which the public manuals do not name: enter one angle on the control and measure
     #[arg(long, value_enum)]
     angles: Angles,
@@ -71,18 +71,22 @@ pub struct Heidenhain {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct RigidBodyAnswer<'a> {
     files: Vec<&'a Path>,
     written: bool,
     meets_tolerance: bool,
     tolerance_um: f64,
     #[serde(flatten)]
-    left: &'a Left,
+    left: &'a RemainingErrors,
 }
 
-impl Common {
+impl RigidBodyOptions {
     /// Writes the files if what is left permits it, and says what that is.
-    fn write(&self, texts: &[(PathBuf, String)], left: &Left) -> Result<Outcome, BadInput> {
+    fn write(
+        &self,
+        texts: &[(PathBuf, String)],
+        left: &RemainingErrors,
+    ) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 2] = [&self.files.machine, &self.files.errors];
         for (path, _) in texts {
             files::prepare(path, &inputs)?;
@@ -94,7 +98,7 @@ impl Common {
         }
         let paths = texts.iter().map(|(path, _)| path.as_path());
         if self.json {
-            files::print_json(&Answer {
+            files::print_json(&RigidBodyAnswer {
                 files: paths.collect(),
                 written,
                 meets_tolerance: meets,
@@ -140,7 +144,7 @@ fn fault(error: &FileError) -> BadInput {
 pub fn isg(arguments: &Isg) -> Result<Outcome, BadInput> {
     let common = &arguments.common;
     let (machine, errors) = common.files.read()?;
-    let Random { random, seed } = common.random;
+    let RandomOptions { random, seed } = common.random;
     let made = isg::export(
         &machine,
         &errors,
@@ -171,7 +175,7 @@ pub fn isg(arguments: &Isg) -> Result<Outcome, BadInput> {
 pub fn heidenhain(arguments: &Heidenhain) -> Result<Outcome, BadInput> {
     let common = &arguments.common;
     let (machine, errors) = common.files.read()?;
-    let Random { random, seed } = common.random;
+    let RandomOptions { random, seed } = common.random;
     let made = heidenhain::export(
         &machine,
         &errors,

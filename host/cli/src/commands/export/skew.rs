@@ -1,12 +1,12 @@
 //! `trueaxis export klipper`, `marlin` and `reprapfirmware`
 
 use crate::commands::number::positive;
-use crate::commands::random::Random;
+use crate::commands::random::RandomOptions;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::skew::{Firmware, Found, SkewError, skew};
+use trueaxis_controllers::skew::{Firmware, SkewError, SkewFound, skew};
 use trueaxis_tables::validate::Runtime;
 
 #[derive(Args)]
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long)]
     best_effort: bool,
     #[command(flatten)]
-    random: Random,
+    random: RandomOptions,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -60,7 +60,7 @@ fn points(text: &str) -> Result<[usize; 2], String> {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct ExportSkewAnswer<'a> {
     file: &'a Path,
     #[serde(skip_serializing_if = "Option::is_none")]
     height_map: Option<&'a Path>,
@@ -69,7 +69,7 @@ struct Answer<'a> {
     meets_tolerance: bool,
     tolerance_um: f64,
     #[serde(flatten)]
-    found: &'a Found,
+    found: &'a SkewFound,
 }
 
 pub fn with_map(firmware: Firmware, arguments: &WithMap) -> Result<Outcome, BadInput> {
@@ -99,7 +99,7 @@ fn write(
     files::prepare(output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    let Random { random, seed } = arguments.random;
+    let RandomOptions { random, seed } = arguments.random;
     if let Some((to, _)) = map {
         files::prepare(to, &[path])?;
     }
@@ -111,7 +111,7 @@ fn write(
         };
         BadInput::new(format!("{}: {error}", path.display()), remedy)
     })?;
-    let left = |axis: &trueaxis_controllers::skew::Left| match arguments.steps_changed {
+    let left = |axis: &trueaxis_controllers::skew::RemainingOnAxis| match arguments.steps_changed {
         true => axis.left_with_steps_um,
         false => axis.left_um,
     };
@@ -124,7 +124,7 @@ fn write(
         }
     }
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&ExportSkewAnswer {
             file: output,
             height_map: map.map(|(to, _)| to),
             firmware,
@@ -153,7 +153,7 @@ fn write(
     Ok(Outcome::Done)
 }
 
-fn screen(text: &str, found: &Found) -> String {
+fn screen(text: &str, found: &SkewFound) -> String {
     let mut shown = format!(
         "{text}\nlargest, µm, {} random positions\naxis  correction   remaining   with steps per mm multiplied by\n",
         found.positions

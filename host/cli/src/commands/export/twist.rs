@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::klipper::twist::{self, Lookup, Probe};
+use trueaxis_controllers::klipper::twist::{self, Lookup, NozzleProbe};
 
 /// Write what a probe beside the nozzle reads wrong because axes twist (Klipper's axis_twist_compensation)
 ///
@@ -47,7 +47,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct TwistAnswer<'a> {
     file: &'a Path,
     written: bool,
     meets_tolerance: bool,
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         )
     };
     let offset = two(&arguments.probe, "--probe", "mm")?;
-    let probe = Probe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
+    let probe = NozzleProbe::new(&machine, &errors, offset, arguments.bed).map_err(bad)?;
     let tables = probe
         .tables(arguments.points.into(), arguments.lookup)
         .map_err(bad)?;
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write(output, text.as_bytes())?;
     }
     match arguments.json {
-        true => files::print_json(&Answer {
+        true => files::print_json(&TwistAnswer {
             file: output,
             written,
             meets_tolerance: meets,

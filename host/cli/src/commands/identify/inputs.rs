@@ -5,7 +5,7 @@ use super::super::files::{self, Text};
 use super::Arguments;
 use clap::ValueEnum;
 use std::path::PathBuf;
-use trueaxis_measure::direct::{Measured, Measurement};
+use trueaxis_measure::direct::{MeasuredRuns, Measurement};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::kind::{FileKind, kind};
 use trueaxis_measure::formats::observations::Observations;
@@ -23,7 +23,7 @@ pub enum Same {
 }
 
 /// What was measured.
-pub struct Inputs {
+pub struct MeasuredInputs {
     pub probings: Probings,
     /// Instruments in the adjustment: ball-bars, squares, other observations, and runs of `--observations`.
     pub observations: Observations,
@@ -31,7 +31,7 @@ pub struct Inputs {
     pub runs: Vec<Measurement>,
 }
 
-impl Inputs {
+impl MeasuredInputs {
     pub fn read(
         arguments: &Arguments,
         machine: &Machine,
@@ -53,7 +53,7 @@ impl Inputs {
                 FileKind::Runs => {
                     match runs::read(&text.text, machine).map_err(|e| text.bad(e))? {
                         // What a square shows, other instruments show too.
-                        Measured::Square(_) => observed.push(path.clone()),
+                        MeasuredRuns::Square(_) => observed.push(path.clone()),
                         measured => runs.push(Measurement {
                             name: text.name,
                             measured,

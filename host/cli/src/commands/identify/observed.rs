@@ -1,11 +1,11 @@
 //! Observations of instruments in the output of `trueaxis identify`.
 
 use super::super::quantity::{EXPANDED, count};
-use super::study::Outcome;
+use super::study::StudyOutcome;
 use trueaxis_measure::identify::FoundSetup;
 
 /// What was measured, in words.
-pub fn counts(found: &Outcome<'_>) -> String {
+pub fn counts(found: &StudyOutcome<'_>) -> String {
     let (probed, observed) = (&found.probings.rows, &found.observations.rows);
     let balls = count(found.probings.balls.len(), "ball");
     let mut setups: Vec<usize> = observed.iter().map(|row| row.setup).collect();
@@ -30,7 +30,7 @@ pub fn counts(found: &Outcome<'_>) -> String {
 }
 
 /// The noise of each source, if there are others than probings.
-pub fn noise(text: &mut String, found: &Outcome<'_>) {
+pub fn noise(text: &mut String, found: &StudyOutcome<'_>) {
     if found.observations.rows.is_empty() {
         return;
     }
@@ -49,7 +49,7 @@ pub fn noise(text: &mut String, found: &Outcome<'_>) {
 }
 
 /// Set-ups as found, and drift.
-pub fn setups(text: &mut String, found: &Outcome<'_>) {
+pub fn setups(text: &mut String, found: &StudyOutcome<'_>) {
     let has_parts = |setup: &&FoundSetup| !setup.parts.is_empty();
     let setups: Vec<_> = found.identified.setups.iter().filter(has_parts).collect();
     if !setups.is_empty() {

@@ -5,17 +5,17 @@ use super::super::unidentifiable;
 use super::compensability::compensability;
 use super::listed::published;
 use super::observed;
-use super::study::Outcome;
+use super::study::StudyOutcome;
 use super::tables;
 use super::thermal;
-use trueaxis_measure::identify::{Identified, Level, Row};
+use trueaxis_measure::identify::{Identified, Level, RowResult};
 
 /// Largest number of rows listed.
 const NAMED: usize = 10;
 
 /// The text output; only if it is verbose, everything that the result was checked with.
-pub fn screen(found: &Outcome<'_>, is_verbose: bool) -> String {
-    let Outcome {
+pub fn screen(found: &StudyOutcome<'_>, is_verbose: bool) -> String {
+    let StudyOutcome {
         machine,
         probings: measured,
         identified,
@@ -80,7 +80,7 @@ fn parameters(text: &mut String, identified: &Identified) {
 }
 
 fn left(text: &mut String, identified: &Identified) {
-    let distances = |of: fn(&Row) -> f64| {
+    let distances = |of: fn(&RowResult) -> f64| {
         let all = identified.rows.iter().map(of);
         let most = all.clone().fold(0.0, f64::max);
         (
@@ -110,7 +110,7 @@ fn left(text: &mut String, identified: &Identified) {
 }
 
 /// How far errors that the model lacks move the tip.
-fn misfit(text: &mut String, found: &Outcome<'_>) {
+fn misfit(text: &mut String, found: &StudyOutcome<'_>) {
     let Some(misfit) = found.not_known.misfit else {
         return;
     };
@@ -125,7 +125,7 @@ fn misfit(text: &mut String, found: &Outcome<'_>) {
     );
 }
 
-fn by_ball(text: &mut String, found: &Outcome<'_>) {
+fn by_ball(text: &mut String, found: &StudyOutcome<'_>) {
     *text += "\nball   probings   residual (µm, rms)   maximum   predicted without it\n";
     for ball in &found.honesty.balls {
         let predicted = found.held_out.as_ref().ok();
@@ -153,7 +153,7 @@ fn by_ball(text: &mut String, found: &Outcome<'_>) {
 }
 
 /// Balls and stylus, found and as stated.
-fn places(text: &mut String, found: &Outcome<'_>) {
+fn places(text: &mut String, found: &StudyOutcome<'_>) {
     *text += &format!(
         "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart\n",
         "found (mm)", "x", "y", "z"
@@ -173,7 +173,7 @@ fn places(text: &mut String, found: &Outcome<'_>) {
 }
 
 /// Axes whose sense the probings do not show.
-fn senses(text: &mut String, found: &Outcome<'_>) {
+fn senses(text: &mut String, found: &StudyOutcome<'_>) {
     if let Some(axes) = &found.unseen_senses {
         *text += &format!(
             "these rows would fit as well if {axes} counted the other way: nothing here shows it without nominal_mm of a ball in the artefact\n"
@@ -181,7 +181,7 @@ fn senses(text: &mut String, found: &Outcome<'_>) {
     }
 }
 
-fn checks(text: &mut String, found: &Outcome<'_>) {
+fn checks(text: &mut String, found: &StudyOutcome<'_>) {
     let left = found.honesty.coordinates * 1e3;
     *text += &format!(
         "\nresiduals in the workpiece frame (µm)       {:>14}{:>16}{:>16}\n",
@@ -233,7 +233,7 @@ fn bars(text: &mut String, identified: &Identified) {
     }
 }
 
-fn correlations(text: &mut String, found: &Outcome<'_>) {
+fn correlations(text: &mut String, found: &StudyOutcome<'_>) {
     let close = found.correlated();
     if close.is_empty() {
         return;

@@ -1,10 +1,10 @@
 //! Error motions that runs show, which `trueaxis identify` keeps as tables.
 
 use super::super::measured::motions;
-use super::study::Outcome;
+use super::study::StudyOutcome;
 
 /// The tables on the screen.
-pub fn lines(text: &mut String, found: &Outcome<'_>) {
+pub fn lines(text: &mut String, found: &StudyOutcome<'_>) {
     let Some(kept) = &found.kept else {
         return;
     };

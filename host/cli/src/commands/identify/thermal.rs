@@ -1,10 +1,10 @@
 //! Thermal terms in the output of `trueaxis identify`.
 
 use super::super::quantity::{EXPANDED, count, shown};
-use super::study::Outcome;
+use super::study::StudyOutcome;
 
 /// The terms, what they explain, and what was dropped.
-pub fn lines(text: &mut String, found: &Outcome<'_>) {
+pub fn lines(text: &mut String, found: &StudyOutcome<'_>) {
     let Some(warmed) = &found.warmed else { return };
     let [without, with] = warmed.left_out.map(|mm| mm * 1e3);
     *text += &format!(

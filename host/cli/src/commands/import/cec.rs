@@ -3,13 +3,15 @@
 use crate::commands::cec as shared;
 use crate::commands::files::Text;
 use crate::commands::policy::PolicyArguments;
-use crate::commands::progress::Bar;
+use crate::commands::progress::ProgressBarOnScreen;
 use crate::commands::{Outcome, bad_input::BadInput, files, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{Auxiliary, AuxiliaryKind};
-use trueaxis_controllers::cec::{self, Axes, Limit, Limited, Reading, draft, read};
+use trueaxis_controllers::cec::{
+    self, CorrectionLimit, Limited, NamedAxes, ReadOptions, draft, read,
+};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 use trueaxis_tables::compile::{AxisBounds, CompileError, Size, bounds_of};
@@ -42,7 +44,7 @@ pub struct Arguments {
     axes: String,
     /// Unit of lengths, if the file does not say METRIC or INCH
     #[arg(long, value_enum)]
-    units: Option<cec::Units>,
+    units: Option<cec::LengthUnit>,
     /// Meaning of the $AA_ENC_COMP values, if there are any
     #[arg(long, value_enum)]
     encoder_values: Option<cec::EncoderValues>,
@@ -57,7 +59,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct ImportCecAnswer<'a> {
     file: &'a Path,
     machine: &'a str,
     #[serde(flatten)]
@@ -74,8 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     files::prepare(output, &[&arguments.tables, &arguments.machine])?;
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(&arguments.tables)?;
-    let axes = Axes::of(&machine, &arguments.axes).map_err(|error| shared::axes(&error))?;
-    let reading = Reading {
+    let axes = NamedAxes::of(&machine, &arguments.axes).map_err(|error| shared::axes(&error))?;
+    let reading = ReadOptions {
         axes: &axes,
         factor_tables: arguments.factor_tables,
         units: arguments.units,
@@ -100,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         })
     };
     let provisional = encoded(&draft)?;
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     let runtime = Runtime::load(&provisional).map_err(CompileError::from)?;
     let size = Size::of(&runtime);
     let bounds = bounds_of(&machine, &runtime, SEED, &bar)?;
@@ -136,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         eprintln!("warning: {warning}");
     }
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&ImportCecAnswer {
             file: output,
             machine: &machine.name,
             size,
@@ -152,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// A correction that the controller limits to less, in size or in speed, than its tables contain.
-fn beyond(limit: &Limit, machine: &Machine, bounds: &[AxisBounds]) -> Option<FileError> {
+fn beyond(limit: &CorrectionLimit, machine: &Machine, bounds: &[AxisBounds]) -> Option<FileError> {
     let (axis, bound) = (&machine.axes[limit.axis], &bounds[limit.axis]);
     let unit = bound.unit;
     let (name, most, needed, unit) = match limit.limited {

@@ -54,7 +54,7 @@ pub struct OfProfile {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct HeightMapAnswer<'a> {
     file: &'a Path,
     points: usize,
     /// Lowest and highest value (mm).
@@ -119,7 +119,7 @@ fn run(
     let name = output.file_stem().unwrap_or_default().to_string_lossy();
     let found = observations::of_surface(&name, z, &touches);
     files::write(output, observations::write(&found, &machine).as_bytes())?;
-    let answer = Answer {
+    let answer = HeightMapAnswer {
         file: output,
         points: touches.len(),
         lowest_mm: heights().fold(f64::INFINITY, f64::min),

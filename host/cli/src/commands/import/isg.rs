@@ -4,7 +4,7 @@ use crate::commands::files::Text;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
-use trueaxis_controllers::isg::{self, Parameters};
+use trueaxis_controllers::isg::{self, IsgParameters};
 
 /// Read error parameters for ISG and Beckhoff (TF5280): their CSV, or the exchange format of Etalon (Vendor)
 ///
@@ -35,8 +35,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let machine = files::read_machine(&arguments.machine)?;
     let text = Text::read(path)?;
     let parameters = match isg::is_etalon(&text.text) {
-        true => Parameters::read_etalon(&text.text),
-        false => Parameters::read_csv(&text.text),
+        true => IsgParameters::read_etalon(&text.text),
+        false => IsgParameters::read_csv(&text.text),
     };
     let errors = parameters.and_then(|parameters| isg::imported(&parameters, &machine));
     let errors = errors.map_err(|error| text.bad(error))?;

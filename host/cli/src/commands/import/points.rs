@@ -3,13 +3,13 @@
 use crate::commands::files::Text;
 use crate::commands::number::{finite, two};
 use crate::commands::position_argument::position;
-use crate::commands::progress::Bar;
+use crate::commands::progress::ProgressBarOnScreen;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{Draft, DraftGrid, GridAxis, Notes, SampleFormat};
-use trueaxis_controllers::sampled::{Grid, Nodes};
+use trueaxis_controllers::sampled::{Nodes, SampledGrid};
 use trueaxis_controllers::surface;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::extended::{draft, nothing, with_grid};
@@ -42,8 +42,8 @@ pub struct Arguments {
     #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
     zero: Vec<f64>,
     /// Unit of the points
-    #[arg(long, value_enum, default_value_t = Unit::Mm)]
-    unit: Unit,
+    #[arg(long, value_enum, default_value_t = PointsUnit::Mm)]
+    unit: PointsUnit,
     /// Where to write the compensation
     #[arg(short, long, value_name = "FILE.trax")]
     output: PathBuf,
@@ -56,7 +56,7 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Unit {
+enum PointsUnit {
     /// Millimetres
     Mm,
     /// Inches
@@ -64,7 +64,7 @@ enum Unit {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct PointsAnswer<'a> {
     file: &'a Path,
     format: &'static str,
     /// In machine coordinates.
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         values: grid.values.iter().map(|[value]| *value as f32).collect(),
     };
     let base = arguments.base(&machine, &added)?;
-    let bar = Bar::new();
+    let bar = ProgressBarOnScreen::new();
     let (blob, bounds) = with_grid(&machine, base, added, &bar)?;
     drop(bar);
     if bounds[z].value_bound > bounds[z].most() && !arguments.allow_large {
@@ -128,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     files::write(output, &blob)?;
     let heights = || grid.values.iter().map(|[value]| *value);
-    let answer = Answer {
+    let answer = PointsAnswer {
         file: output,
         format: format.name(),
         x: grid.nodes[0],
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(Outcome::Done)
 }
 
-fn said(answer: &Answer<'_>) -> String {
+fn said(answer: &PointsAnswer<'_>) -> String {
     let range = |nodes: Nodes| {
         let last = nodes.at(nodes.count - 1);
         format!(
@@ -167,14 +167,14 @@ impl Arguments {
     /// The map in mm and machine coordinates.
     fn in_machine(
         &self,
-        map: &Grid<1>,
+        map: &SampledGrid<1>,
         machine: &Machine,
         axes: [usize; 2],
-    ) -> Result<Grid<1>, BadInput> {
+    ) -> Result<SampledGrid<1>, BadInput> {
         let offset = position("--offset", &self.offset, machine)?;
         let mm = match self.unit {
-            Unit::Mm => 1.0,
-            Unit::Inch => 25.4,
+            PointsUnit::Mm => 1.0,
+            PointsUnit::Inch => 25.4,
         };
         let level = match self.zero[..] {
             [] => 0.0,
@@ -212,7 +212,7 @@ impl Arguments {
                 ));
             }
         }
-        Ok(Grid {
+        Ok(SampledGrid {
             nodes: nodes.to_vec(),
             values: (map.values.iter())
                 .map(|[value]| [(value - level) * mm])

@@ -7,7 +7,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_controllers::klipper::kinematics;
-use trueaxis_controllers::klipper::twist::{self, Probe};
+use trueaxis_controllers::klipper::twist::{self, NozzleProbe};
 use trueaxis_model::errors::ErrorModel;
 
 /// Read the twist that Klipper has measured (axis_twist_compensation) as roll of X and Y
@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "give --probe X,Y: x_offset and y_offset of the probe",
         )
     })?;
-    let found = Probe::new(&machine, &perfect, offset, 0.0)
+    let found = NozzleProbe::new(&machine, &perfect, offset, 0.0)
         .and_then(|probe| twist::errors(&probe, &tables));
     let found = found.map_err(|error| {
         BadInput::new(

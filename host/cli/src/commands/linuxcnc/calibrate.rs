@@ -3,7 +3,7 @@
 use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::calibration::{Calibration, Corrects, Moves, Options, Site};
+use crate::commands::calibration::{Calibration, CalibrationOptions, Corrects, Moves, Site};
 use crate::commands::probing::{SpeedOptions, bad, started};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ installed (trueaxis linuxcnc setup)."
 )]
 pub struct Arguments {
     #[command(flatten)]
-    options: Options,
+    options: CalibrationOptions,
     /// The INI file of the machine (default: that of the LinuxCNC that is running)
     #[arg(long, value_name = "MACHINE.ini")]
     ini: Option<PathBuf>,

@@ -39,7 +39,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct CheckAnswer<'a> {
     file: &'a Path,
     compensation: &'a Path,
     refused: usize,
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (refused, warnings) = (count(Severity::Refused), count(Severity::Warning));
     let next = next(arguments, &configuration, refused);
     if arguments.json {
-        files::print_json(&Answer {
+        files::print_json(&CheckAnswer {
             file: ini,
             compensation: path,
             refused,

@@ -29,7 +29,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct LinuxCncModelAnswer<'a> {
     file: &'a Path,
     machine: &'a str,
     axes: &'a str,
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     })?;
     files::write(output, &model)?;
     let axes: String = machine.axes.iter().map(|a| a.letter.char()).collect();
-    let answer = Answer {
+    let answer = LinuxCncModelAnswer {
         file: output,
         machine: &machine.name,
         axes: &axes,

@@ -4,7 +4,7 @@ use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::files;
 use crate::commands::probing::{CLEAR, SpeedOptions, Work, asked, started, take_over};
-use crate::commands::touch_options::Touching;
+use crate::commands::touch_options::TouchOptions;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.csv")]
     strategy: PathBuf,
     #[command(flatten)]
-    touching: Touching,
+    touching: TouchOptions,
     #[command(flatten)]
     speeds: SpeedOptions,
     /// Home the joints if they are not

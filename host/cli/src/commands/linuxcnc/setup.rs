@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{
-    Configuration, Finding, Known, PANEL, Setup, Severity, beforehand, install, setup,
+    Configuration, Finding, MachineFacts, PANEL, SetupFiles, Severity, beforehand, install, setup,
     unknown_pivot,
 };
 
@@ -59,7 +59,7 @@ pub struct Arguments {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct SetupAnswer {
     files: Vec<PathBuf>,
     joints: String,
     /// Number of lines that the user must complete.
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(table) => Some(on_table(&configuration, table)?),
         None => None,
     };
-    let known = Known {
+    let known = MachineFacts {
         name: &name,
         blob: &arguments.file,
         table: table.as_deref(),
@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         pivot: arguments.pivot,
         temperatures: &[],
     };
-    let Setup {
+    let SetupFiles {
         hal,
         machine,
         errors,
@@ -154,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let copy = changed.map(|changed| changed.copy);
     if arguments.json {
         files.extend(copy);
-        return files::print_json(&Answer {
+        return files::print_json(&SetupAnswer {
             files,
             joints: letters,
             to_check,
@@ -182,7 +182,7 @@ impl Arguments {
     fn refused(&self, joints: String, findings: Vec<Finding>) -> Result<Outcome, BadInput> {
         if self.json {
             let (files, to_check) = (Vec::new(), 0);
-            files::print_json(&Answer {
+            files::print_json(&SetupAnswer {
                 files,
                 joints,
                 to_check,

@@ -14,8 +14,8 @@ use std::fmt::Write;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{
-    Configuration, Finding, Import, Known, Setup, Severity, beforehand, has_imported, is_imported,
-    remove, setup, unknown_pivot,
+    Configuration, Finding, Import, MachineFacts, SetupFiles, Severity, beforehand, has_imported,
+    is_imported, remove, setup, unknown_pivot,
 };
 use trueaxis_measure::direct::Single;
 use trueaxis_model::errors::Parameter;
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for single in &given {
         free(&imports, &letters, single)?;
     }
-    let found = Found {
+    let found = FoundConfiguration {
         ini: &ini,
         configuration: &configuration,
         imports: &imports,
@@ -144,7 +144,7 @@ fn removed(ini: &Path) -> Result<Outcome, BadInput> {
 const HAL: &str = "trueaxis.hal";
 
 /// What the configuration says, before anything is written.
-struct Found<'f> {
+struct FoundConfiguration<'f> {
     ini: &'f Path,
     configuration: &'f Configuration,
     imports: &'f [Import],
@@ -152,9 +152,9 @@ struct Found<'f> {
 }
 
 /// Files that `start` may write, as they were before.
-struct Kept(Vec<(PathBuf, Option<Vec<u8>>)>);
+struct KeptFiles(Vec<(PathBuf, Option<Vec<u8>>)>);
 
-impl Kept {
+impl KeptFiles {
     fn read<'p>(files: impl IntoIterator<Item = &'p Path>) -> Result<Self, BadInput> {
         let read = files.into_iter().map(|file| {
             let bytes = match file.exists() {
@@ -290,8 +290,8 @@ fn answered(question: &str) -> Result<String, BadInput> {
 
 impl Arguments {
     /// Everything after the first look at the configuration: asks, then writes, the INI file last.
-    fn steps(&self, found: &Found<'_>) -> Result<Outcome, BadInput> {
-        let Found { ini, imports, .. } = *found;
+    fn steps(&self, found: &FoundConfiguration<'_>) -> Result<Outcome, BadInput> {
+        let FoundConfiguration { ini, imports, .. } = *found;
         let files = [HAL, "machine.toml", "errors.toml", "machine.trax"];
         let [hal, machine, errors, blob] = files.map(|name| ini.with_file_name(name));
         let (sensors, growths) = self.temperatures()?;
@@ -375,13 +375,13 @@ impl Arguments {
         }
         let all = written.iter().map(|(file, _)| file.as_path());
         let compiled = has_errors.then_some(blob.as_path());
-        let kept = Kept::read(all.chain(compiled))?;
+        let kept = KeptFiles::read(all.chain(compiled))?;
         let copies = kept.copies(&written)?;
         let mut beside: Vec<&Path> = copies.iter().map(|(copy, _)| copy.as_path()).collect();
         if let Some(changed) = installs_now {
             beside.extend([ini, &changed.copy]);
         }
-        let made_beside = Kept::read(beside)?;
+        let made_beside = KeptFiles::read(beside)?;
         let stays = match &copies[..] {
             [] => String::new(),
             copies => {
@@ -545,7 +545,11 @@ impl Arguments {
     }
 
     /// Whether HAL lines and a first machine file are to be written, because they are missing or may be replaced.
-    fn replaces(&self, found: &Found<'_>, files: [&Path; 4]) -> Result<bool, BadInput> {
+    fn replaces(
+        &self,
+        found: &FoundConfiguration<'_>,
+        files: [&Path; 4],
+    ) -> Result<bool, BadInput> {
         if found.configuration.hal.load("trueaxis").is_some() {
             return Ok(false);
         }
@@ -569,7 +573,11 @@ impl Arguments {
     }
 
     /// HAL lines, a first machine file, and what LinuxCNC compensates.
-    fn made(&self, found: &Found<'_>, sensors: &[Sensor]) -> Result<Setup, BadInput> {
+    fn made(
+        &self,
+        found: &FoundConfiguration<'_>,
+        sensors: &[StartSensor],
+    ) -> Result<SetupFiles, BadInput> {
         let configuration = found.configuration;
         let table = match &self.table {
             Some(table) => table.clone(),
@@ -595,7 +603,7 @@ impl Arguments {
                 }
             };
         let pins: Vec<String> = sensors.iter().map(|sensor| sensor.pin.clone()).collect();
-        let known = Known {
+        let known = MachineFacts {
             temperatures: &pins,
             name: &name(configuration, None),
             blob: "machine.trax",
@@ -607,8 +615,8 @@ impl Arguments {
     }
 
     /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths.
-    fn temperatures(&self) -> Result<(Vec<Sensor>, Vec<Growth>), BadInput> {
-        let mut sensors: Vec<Sensor> = Vec::new();
+    fn temperatures(&self) -> Result<(Vec<StartSensor>, Vec<Growth>), BadInput> {
+        let mut sensors: Vec<StartSensor> = Vec::new();
         for text in &self.temperature {
             let (name, pin) = text
                 .split_once('=')
@@ -620,14 +628,14 @@ impl Arguments {
                     "give a name and a HAL pin: --temperature bearing=hm2_7i76e.0.thermistor.00",
                 ));
             }
-            sensors.push(Sensor {
+            sensors.push(StartSensor {
                 name: name.to_owned(),
                 pin: pin.to_owned(),
             });
         }
         let growths = self.growth.iter().map(|text| growth(&sensors, text));
         let growths: Vec<Growth> = growths.collect::<Result<_, _>>()?;
-        let at = |sensor: &Sensor| {
+        let at = |sensor: &StartSensor| {
             let mut names = growths.iter().map(|(name, _)| name);
             names
                 .position(|name| *name == sensor.name)
@@ -741,8 +749,8 @@ fn without(
 
 /// The error file to which readings are added: it has all that LinuxCNC compensates, or did before the component came.
 fn base(
-    found: &Found<'_>,
-    made: Option<&Setup>,
+    found: &FoundConfiguration<'_>,
+    made: Option<&SetupFiles>,
     old: Option<&Text>,
     errors: &Path,
 ) -> Result<Option<String>, BadInput> {
@@ -804,14 +812,14 @@ fn free_beside(base: Option<&str>, letters: &[char], single: &Single) -> Result<
 type Growth = (String, f64);
 
 /// A temperature sensor.
-struct Sensor {
+struct StartSensor {
     name: String,
-    /// Its pin in HAL, °C.
+    /// Pin in HAL, °C.
     pin: String,
 }
 
 /// Reads `NAME=12/15`: the name of a sensor, and the growth of the spindle (mm/K).
-fn growth(sensors: &[Sensor], text: &str) -> Result<Growth, BadInput> {
+fn growth(sensors: &[StartSensor], text: &str) -> Result<Growth, BadInput> {
     let parsed = text.split_once('=').and_then(|(name, reading)| {
         let (um, kelvin) = reading.split_once('/')?;
         let um: f64 = um.trim().parse().ok()?;

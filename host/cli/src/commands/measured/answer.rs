@@ -5,17 +5,17 @@ use serde::Serialize;
 
 /// All results; values in µm and µrad, positions in mm and degrees.
 #[derive(Serialize)]
-pub struct Answer<'a> {
+pub struct MeasuredAnswer<'a> {
     machine: &'a str,
-    motions: Vec<Motion<'a>>,
+    motions: Vec<MotionAnswer<'a>>,
     locations: Vec<Location<'a>>,
     /// Slopes removed from straightness runs.
-    slopes: Vec<Slope<'a>>,
+    slopes: Vec<SlopeAnswer<'a>>,
     warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
-struct Motion<'a> {
+struct MotionAnswer<'a> {
     motion: String,
     file: &'a str,
     unit: &'static str,
@@ -35,12 +35,12 @@ struct Location<'a> {
 }
 
 #[derive(Serialize)]
-struct Slope<'a> {
+struct SlopeAnswer<'a> {
     file: &'a str,
     slope_urad: f64,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> MeasuredAnswer<'a> {
     pub fn new(imported: &'a Imported) -> Self {
         let Imported {
             machine,
@@ -54,7 +54,7 @@ impl<'a> Answer<'a> {
                 false => (1e3, "µm"),
             };
             let scaled = |values: &Vec<f64>| values.iter().map(|v| v * factor).collect();
-            Motion {
+            MotionAnswer {
                 motion: m.name(machine),
                 file: file(m.from),
                 unit,
@@ -79,7 +79,7 @@ impl<'a> Answer<'a> {
                 })
                 .collect(),
             slopes: (found.slopes.iter())
-                .map(|(k, slope)| Slope {
+                .map(|(k, slope)| SlopeAnswer {
                     file: file(*k),
                     slope_urad: slope * 1e6,
                 })

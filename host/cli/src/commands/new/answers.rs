@@ -8,14 +8,14 @@ use std::io::{BufRead, Write};
 
 /// Unit of lengths in the answers.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub enum Unit {
+pub enum AnswerUnit {
     /// Millimetres
     Mm,
     /// Inches, which are written as mm
     Inch,
 }
 
-impl Unit {
+impl AnswerUnit {
     pub fn mm(self, length: f64) -> f64 {
         match self {
             Self::Mm => length,
@@ -27,7 +27,7 @@ impl Unit {
 
 /// An axis of the new machine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct NewAxis {
     pub letter: char,
     pub carries_workpiece: bool,
     /// In mm or degrees.
@@ -36,7 +36,7 @@ pub struct Axis {
     pub origin: [f64; 3],
 }
 
-impl Axis {
+impl NewAxis {
     pub fn is_rotary(&self) -> bool {
         "ABC".contains(self.letter)
     }
@@ -44,7 +44,7 @@ impl Axis {
 
 /// The axes of a layout, each branch from the foundation outwards, the workpiece's first. Rotary axes have their usual
 /// travels, linear ones none yet.
-pub fn layout(text: &str) -> Result<Vec<Axis>, String> {
+pub fn layout(text: &str) -> Result<Vec<NewAxis>, String> {
     let bad = || {
         format!(
             "`{text}` is not a layout: write w, the axes that carry the workpiece, F, the axes that carry the tool, and St, like wXYFZSt"
@@ -58,7 +58,7 @@ pub fn layout(text: &str) -> Result<Vec<Axis>, String> {
         .and_then(|text| text.split_once('F'))
         .ok_or_else(bad)?;
     let axis = |carries_workpiece| {
-        move |letter| Axis {
+        move |letter| NewAxis {
             letter,
             carries_workpiece,
             range: match letter {
@@ -70,7 +70,7 @@ pub fn layout(text: &str) -> Result<Vec<Axis>, String> {
         }
     };
     let workpiece = workpiece.chars().rev().map(axis(true));
-    let axes: Vec<Axis> = workpiece.chain(tool.chars().map(axis(false))).collect();
+    let axes: Vec<NewAxis> = workpiece.chain(tool.chars().map(axis(false))).collect();
     if axes.is_empty() || axes.iter().any(|axis| !"XYZUVWABC".contains(axis.letter)) {
         return Err(bad());
     }
@@ -82,7 +82,7 @@ pub fn layout(text: &str) -> Result<Vec<Axis>, String> {
 }
 
 /// Sets travels: `X=500` is centred on zero, or ends there on Z; `X=0:500` has its ends.
-pub fn travels(text: &str, axes: &mut [Axis], unit: Unit) -> Result<(), String> {
+pub fn travels(text: &str, axes: &mut [NewAxis], unit: AnswerUnit) -> Result<(), String> {
     for part in text.split(',') {
         let (letter, value) = assigned(part)?;
         let axis = of_letter(axes, letter)?;
@@ -116,7 +116,7 @@ pub fn travels(text: &str, axes: &mut [Axis], unit: Unit) -> Result<(), String> 
 }
 
 /// Sets a point of a rotary axis: `C=0,0,-50`.
-pub fn origin(text: &str, axes: &mut [Axis], unit: Unit) -> Result<(), String> {
+pub fn origin(text: &str, axes: &mut [NewAxis], unit: AnswerUnit) -> Result<(), String> {
     let (letter, value) = assigned(text)?;
     let axis = of_letter(axes, letter)?;
     if !axis.is_rotary() {
@@ -139,7 +139,7 @@ fn assigned(part: &str) -> Result<(char, &str), String> {
     }
 }
 
-fn of_letter(axes: &mut [Axis], letter: char) -> Result<&mut Axis, String> {
+fn of_letter(axes: &mut [NewAxis], letter: char) -> Result<&mut NewAxis, String> {
     let known: String = axes.iter().map(|axis| axis.letter).collect();
     let found = axes.iter_mut().find(|axis| axis.letter == letter);
     found.ok_or_else(|| format!("the layout has no axis {letter}, only {known}"))
@@ -155,20 +155,20 @@ fn number(text: &str, part: &str) -> Result<f64, String> {
 /// What the files are made from.
 pub struct Answers {
     pub layout: String,
-    pub axes: Vec<Axis>,
-    pub unit: Unit,
+    pub axes: Vec<NewAxis>,
+    pub unit: AnswerUnit,
 }
 
 /// What was given as options.
-pub struct Given<'a> {
+pub struct GivenOptions<'a> {
     pub kind: Option<&'a str>,
     pub layout: Option<&'a str>,
-    pub unit: Option<Unit>,
+    pub unit: Option<AnswerUnit>,
     pub travel: Option<&'a str>,
     pub rotary: &'a [String],
 }
 
-impl Given<'_> {
+impl GivenOptions<'_> {
     /// The answers by options alone.
     pub fn answers(&self) -> Result<Answers, BadInput> {
         let topology = self.kind.and_then(kinds::named).map(|kind| kind.topology);
@@ -192,7 +192,7 @@ impl Given<'_> {
                 BadInput::new(format!("{option}: {cause}"), "see `trueaxis new --help`")
             }
         };
-        let unit = self.unit.unwrap_or(Unit::Mm);
+        let unit = self.unit.unwrap_or(AnswerUnit::Mm);
         let mut axes = self::layout(layout).map_err(bad("--layout"))?;
         travels(travel, &mut axes, unit).map_err(bad("--travel"))?;
         for text in self.rotary {
@@ -233,7 +233,7 @@ impl Given<'_> {
         let unit = match self.unit {
             Some(unit) => unit,
             None => person.answer("Unit of lengths, mm or inch", "mm", |text| {
-                Unit::from_str(text, true)
+                AnswerUnit::from_str(text, true)
             })?,
         };
         let travelled = |text: &str| {
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn questions_are_asked_until_they_are_answered() {
-        let given = Given {
+        let given = GivenOptions {
             kind: None,
             layout: None,
             unit: None,

@@ -1,15 +1,15 @@
 //! Kinds of machines to begin with. The page's machine builder offers the same.
 
 /// A kind of machine.
-pub struct Kind {
+pub struct MachineKind {
     pub name: &'static str,
     pub words: &'static str,
     /// From the workpiece w to the tool t; F is the foundation, S the spindle.
     pub topology: &'static str,
 }
 
-const fn kind(name: &'static str, words: &'static str, topology: &'static str) -> Kind {
-    Kind {
+const fn kind(name: &'static str, words: &'static str, topology: &'static str) -> MachineKind {
+    MachineKind {
         name,
         words,
         topology,
@@ -17,7 +17,7 @@ const fn kind(name: &'static str, words: &'static str, topology: &'static str) -
 }
 
 /// All kinds, the simplest first.
-pub const KINDS: [Kind; 7] = [
+pub const KINDS: [MachineKind; 7] = [
     kind("router", "three axes, router", "wFYXZSt"),
     kind("mill", "three axes, moving table", "wXYFZSt"),
     kind("trunnion", "trunnion, A and C in the table", "wCAYFXZSt"),
@@ -28,7 +28,7 @@ pub const KINDS: [Kind; 7] = [
 ];
 
 /// A kind by its name.
-pub fn named(name: &str) -> Option<&'static Kind> {
+pub fn named(name: &str) -> Option<&'static MachineKind> {
     KINDS.iter().find(|kind| kind.name == name)
 }
 

@@ -3,7 +3,7 @@
 use crate::commands::screen::{self, number};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use trueaxis_measure::compare::{Compared, Figures};
+use trueaxis_measure::compare::{ComparedScheme, SchemeFigures};
 use trueaxis_measure::identify::Compensated;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{Options, Size};
@@ -12,7 +12,7 @@ use trueaxis_tables::validate::{Quality, Verification};
 
 /// All results.
 #[derive(Serialize)]
-pub struct Answer<'a> {
+pub struct SchemesAnswer<'a> {
     machine: &'a str,
     zero_at: Option<&'a str>,
     #[serde(flatten)]
@@ -23,22 +23,22 @@ pub struct Answer<'a> {
     target: &'a str,
     /// Without a compensation, over the whole travel.
     before: Option<&'a Quality>,
-    schemes: Vec<One<'a>>,
+    schemes: Vec<SchemeRow<'a>>,
 }
 
 /// One scheme.
 #[derive(Serialize)]
-struct One<'a> {
+struct SchemeRow<'a> {
     scheme: &'a str,
     #[serde(flatten)]
-    figures: Option<Takes<'a>>,
+    figures: Option<SchemeTakes<'a>>,
     /// Why it does not support this machine, and what would.
     reason: Option<String>,
     remedy: Option<&'static str>,
 }
 
 #[derive(Serialize)]
-struct Takes<'a> {
+struct SchemeTakes<'a> {
     #[serde(flatten)]
     size: Size,
     instructions: f64,
@@ -57,10 +57,10 @@ struct Takes<'a> {
     no_compensability: Option<String>,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> SchemesAnswer<'a> {
     pub fn new(
         machine: &'a Machine,
-        compared: &'a [Compared],
+        compared: &'a [ComparedScheme],
         options: &'a Options,
         zero_at: Option<&'a str>,
     ) -> Self {
@@ -77,7 +77,7 @@ impl<'a> Answer<'a> {
             before: found.map(|figures| &figures.compiled.proof.travel.before),
             schemes: compared
                 .iter()
-                .map(|one| One::new(one, tolerance_um))
+                .map(|one| SchemeRow::new(one, tolerance_um))
                 .collect(),
         }
     }
@@ -104,14 +104,18 @@ impl<'a> Answer<'a> {
         }
         self.quality(&mut text, able());
         Self::gone(&mut text, &able().collect::<Vec<_>>());
-        let remarks: Vec<String> = self.schemes.iter().flat_map(One::remarks).collect();
+        let remarks: Vec<String> = self.schemes.iter().flat_map(SchemeRow::remarks).collect();
         if !remarks.is_empty() {
             text += &format!("\n{}\n", remarks.join("\n"));
         }
         text
     }
 
-    fn quality<'b>(&self, text: &mut String, able: impl Iterator<Item = (&'b str, &'b Takes<'b>)>) {
+    fn quality<'b>(
+        &self,
+        text: &mut String,
+        able: impl Iterator<Item = (&'b str, &'b SchemeTakes<'b>)>,
+    ) {
         *text += &format!(
             "\n{:<14}{:>27}{:>29}{:>20}\n",
             "whole travel", "translation (µm)", "tool direction (µrad)", "from the correction"
@@ -132,7 +136,7 @@ impl<'a> Answer<'a> {
     }
 
     /// The removed share of each parameter.
-    fn gone(text: &mut String, able: &[(&str, &Takes<'_>)]) {
+    fn gone(text: &mut String, able: &[(&str, &SchemeTakes<'_>)]) {
         let mut parameters: Vec<&String> = able
             .iter()
             .flat_map(|(_, figures)| figures.compensability.keys())
@@ -144,7 +148,7 @@ impl<'a> Answer<'a> {
             *text += &format!("\n{:<14}{names}\n", "compensability");
         }
         for parameter in parameters {
-            let shown = |figures: &Takes<'_>| {
+            let shown = |figures: &SchemeTakes<'_>| {
                 let part = figures.compensability.get(parameter).copied().flatten();
                 part.map_or("-".to_owned(), |part| format!("{:.2} %", 100.0 * part))
             };
@@ -164,12 +168,14 @@ impl<'a> Answer<'a> {
     }
 }
 
-impl<'a> One<'a> {
-    fn new(compared: &'a Compared, tolerance_um: f64) -> Self {
+impl<'a> SchemeRow<'a> {
+    fn new(compared: &'a ComparedScheme, tolerance_um: f64) -> Self {
         let found = compared.found.as_ref();
         Self {
             scheme: &compared.scheme,
-            figures: found.ok().map(|figures| Takes::new(figures, tolerance_um)),
+            figures: found
+                .ok()
+                .map(|figures| SchemeTakes::new(figures, tolerance_um)),
             reason: found.err().map(ToString::to_string),
             remedy: found.err().map(|error| error.remedy()),
         }
@@ -202,8 +208,8 @@ impl<'a> One<'a> {
     }
 }
 
-impl<'a> Takes<'a> {
-    fn new(figures: &'a Figures, tolerance_um: f64) -> Self {
+impl<'a> SchemeTakes<'a> {
+    fn new(figures: &'a SchemeFigures, tolerance_um: f64) -> Self {
         let proof = &figures.compiled.proof;
         let inside: &Verification = proof.inside();
         let of = |compared: &Compensated| -> BTreeMap<String, Option<f64>> {

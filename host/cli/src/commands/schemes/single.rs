@@ -3,7 +3,7 @@
 use crate::commands::screen::{self, number};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use trueaxis_measure::compare::{Single, Taken};
+use trueaxis_measure::compare::{SingleError, TablesTaken};
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::Options;
 use trueaxis_tables::policy::{PolicyName, stored};
@@ -17,7 +17,7 @@ pub fn schemes() -> Vec<Scheme> {
 
 /// What each error parameter takes by itself.
 #[derive(Serialize)]
-pub struct Answer<'a> {
+pub struct SinglesAnswer<'a> {
     machine: &'a str,
     zero_at: Option<&'a str>,
     #[serde(flatten)]
@@ -27,35 +27,35 @@ pub struct Answer<'a> {
     tolerance_um: f64,
     #[serde(skip)]
     schemes: Vec<String>,
-    single: Vec<One>,
+    single: Vec<SingleRow>,
     /// Why a scheme does not support the machine.
     reasons: BTreeMap<String, String>,
 }
 
 #[derive(Serialize)]
-struct One {
+struct SingleRow {
     parameter: String,
     /// mm, rad, per mm or rad to its degree.
     value: f64,
     /// Mean displacement of the tip over the travel without a compensation.
     before_um: Option<f64>,
     /// By the name of the scheme.
-    schemes: BTreeMap<String, Takes>,
+    schemes: BTreeMap<String, SingleTakes>,
 }
 
 #[derive(Serialize)]
-struct Takes {
+struct SingleTakes {
     tables: usize,
     terms: usize,
     /// Largest displacement of the tip with these tables.
     largest_after_um: f64,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> SinglesAnswer<'a> {
     pub fn new(
         machine: &'a Machine,
         schemes: &[Scheme],
-        found: &[Single],
+        found: &[SingleError],
         options: &Options,
         zero_at: Option<&'a str>,
     ) -> Self {
@@ -70,18 +70,18 @@ impl<'a> Answer<'a> {
                 }
             }
         }
-        let one = |single: &Single| {
+        let one = |single: &SingleError| {
             let taken = names.iter().zip(&single.schemes);
             let taken = taken.filter_map(|(name, taken)| Some((name, taken.as_ref().ok()?)));
-            let takes = |(name, taken): (&String, &Taken)| {
-                let takes = Takes {
+            let takes = |(name, taken): (&String, &TablesTaken)| {
+                let takes = SingleTakes {
                     tables: taken.tables,
                     terms: taken.terms,
                     largest_after_um: taken.left,
                 };
                 (name.clone(), takes)
             };
-            One {
+            SingleRow {
                 parameter: single.parameter.to_string(),
                 value: single.value,
                 before_um: taken.clone().next().map(|(_, taken)| taken.before),

@@ -8,7 +8,7 @@ use super::disturbed::Disturbed;
 use super::runs::{output, position};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::simulate::ballbar::{Circle, circle, write};
+use trueaxis_measure::simulate::ballbar::{SimulatedCircle, circle, write};
 use trueaxis_model::explain::Bench;
 
 /// Simulate a circular test (ISO 230-4) with a ball-bar, in both directions
@@ -85,7 +85,7 @@ impl Ballbar {
                 ));
             }
         }
-        let test = Circle {
+        let test = SimulatedCircle {
             plane,
             centre: machine.to_kinematic(&centre),
             radius: self.radius,

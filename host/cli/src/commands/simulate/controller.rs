@@ -6,7 +6,7 @@ mod socket;
 use crate::commands::bad_input::BadInput;
 use crate::commands::{Outcome, files};
 use clap::Args;
-use moving::Moving;
+use moving::SimulatedMachine;
 use socket::Socket;
 use std::path::PathBuf;
 use std::thread::sleep;
@@ -28,14 +28,14 @@ use trueaxis_firmware::slots::WhileBusy;
 #[command(
     after_help = "Example:\n  trueaxis simulate controller --port tcp:127.0.0.1:4444 --machine machine.toml --errors errors.toml\n\nIn another window:\n  trueaxis flash machine.trax --port tcp:127.0.0.1:4444 --activate\n  trueaxis control --port tcp:127.0.0.1:4444 enable"
 )]
-pub struct Controller {
+pub struct ControllerArguments {
     /// Where it listens: tcp:127.0.0.1:PORT, or (not on Windows) the name of a pseudo-terminal to make
     #[arg(long, value_name = "PORT")]
     port: String,
     /// The machine that moves behind it (machine.toml; default: none, and the link commands positions)
     #[arg(long, value_name = "FILE", requires = "errors")]
     machine: Option<PathBuf>,
-    /// Its errors (errors.toml)
+    /// Errors of the machine (errors.toml)
     #[arg(long, value_name = "FILE", requires = "machine")]
     errors: Option<PathBuf>,
 }
@@ -52,7 +52,7 @@ const LOOK: Duration = Duration::from_micros(500);
 const BLOCK: usize = 4096;
 const BLOCKS: usize = 64;
 
-impl Controller {
+impl ControllerArguments {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let files = match (&self.machine, &self.errors) {
             (Some(machine), Some(errors)) => {
@@ -62,7 +62,9 @@ impl Controller {
             }
             _ => None,
         };
-        let mut moving = files.as_ref().map(|(m, errors)| Moving::new(m, errors));
+        let mut moving = files
+            .as_ref()
+            .map(|(m, errors)| SimulatedMachine::new(m, errors));
         let mut socket = Socket::open(&self.port)?;
         let flash = MockFlash::new(BLOCKS).with_while_busy(WhileBusy::DualBank);
         let mut desktop: Desktop<4, BLOCK> = Desktop::start(flash, PERIOD);
@@ -73,7 +75,7 @@ impl Controller {
         let mut going = files::stream(&format!(
             "{}: a controller waits for a connection{behind}\n{}",
             socket.name(),
-            moving.as_ref().map_or("", |_| Moving::HEAD)
+            moving.as_ref().map_or("", |_| SimulatedMachine::HEAD)
         ))?;
         let (mut last, mut owed) = (Instant::now(), Duration::ZERO);
         while going {

@@ -31,7 +31,7 @@ pub struct Disturbed {
 }
 
 impl Disturbed {
-    /// The same in mm or rad; `unit` is the size of the options' unit.
+    /// The disturbances in mm or rad; `unit` is the size of the options' unit.
     pub fn of_readings(&self, unit: f64) -> OfReadings {
         OfReadings {
             noise: self.noise * unit,

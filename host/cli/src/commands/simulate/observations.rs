@@ -17,7 +17,7 @@ use trueaxis_model::kinematics::Kinematics;
 The strategy has the layout of the result, and needs no readings. Instruments are where its lines with #\n\
 put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,sigma_um\n  length,bar,150,0,-24,0,0,0.5"
 )]
-pub struct Observations {
+pub struct SimulatedObservations {
     #[command(flatten)]
     files: MachineFiles,
     /// What is read at which positions, with the uncertainty of each reading (CSV)
@@ -46,7 +46,7 @@ pub struct Observations {
     seed: u64,
 }
 
-impl Observations {
+impl SimulatedObservations {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         let inputs: [&Path; 3] = [&self.files.machine, &self.files.errors, &self.strategy];
         if let Some(output) = &self.output {

@@ -8,7 +8,7 @@ use super::super::position_argument;
 use super::disturbed::Disturbed;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::direct::Measured;
+use trueaxis_measure::direct::MeasuredRuns;
 use trueaxis_measure::formats::runs;
 use trueaxis_measure::simulate::runs as simulated;
 use trueaxis_model::explain::Bench;
@@ -49,7 +49,7 @@ pub struct Laser {
     after_help = "Example:\n  trueaxis simulate square machine.toml errors.toml --lines X,Y --at X=100,Y=100,Z=-40 -o xy.csv\n\n\
 The square is aligned with its first line at both ends."
 )]
-pub struct Square {
+pub struct SimulatedSquare {
     #[command(flatten)]
     files: MachineFiles,
     /// The two axes
@@ -133,7 +133,7 @@ impl Laser {
     }
 }
 
-impl Square {
+impl SimulatedSquare {
     pub fn run(&self) -> Result<Outcome, BadInput> {
         self.how.prepare(&self.files)?;
         let (machine, errors) = self.files.read()?;
@@ -209,15 +209,17 @@ impl How {
         let machine: &Machine = bench.machine;
         let plan = runs::read(plan, machine).map_err(|e| BadInput::new(e.message, e.remedy))?;
         let is_angular = match &plan {
-            Measured::Line(line) => line.setup.is_angular(),
-            Measured::Square(_) => false,
+            MeasuredRuns::Line(line) => line.setup.is_angular(),
+            MeasuredRuns::Square(_) => false,
         };
         let unit = if is_angular { 1e-6 } else { 1e-3 };
         let disturbed = self.disturbed.of_readings(unit);
         let measured = match &plan {
-            Measured::Line(line) => simulated::line(bench, line, &disturbed).map(Measured::Line),
-            Measured::Square(square) => {
-                simulated::square(bench, square, &disturbed).map(Measured::Square)
+            MeasuredRuns::Line(line) => {
+                simulated::line(bench, line, &disturbed).map(MeasuredRuns::Line)
+            }
+            MeasuredRuns::Square(square) => {
+                simulated::square(bench, square, &disturbed).map(MeasuredRuns::Square)
             }
         };
         let measured = measured.ok_or_else(|| {

@@ -4,7 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
 use super::super::number::{finite, size, three};
-use super::super::touch_options::Touching;
+use super::super::touch_options::TouchOptions;
 use super::not_simulated;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub struct Touches {
     #[arg(short, long, value_name = "OUT.log")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    touching: Touching,
+    touching: TouchOptions,
     /// Displacement of the balls from their nominal positions, along x, y and z of the workpiece
     #[arg(
         long,

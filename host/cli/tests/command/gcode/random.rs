@@ -70,7 +70,7 @@ fn box_of(machine: &Machine, axis: usize) -> [f64; 2] {
     [middle - half, middle + half]
 }
 
-/// The same of all axes.
+/// Like `box_of`, of all axes.
 pub fn boxes(machine: &Machine) -> Boxes {
     std::array::from_fn(|axis| box_of(machine, axis))
 }

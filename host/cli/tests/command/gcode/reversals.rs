@@ -13,7 +13,7 @@ fn five(folder: &Folder, program: &str, options: &[&str]) -> String {
     five_from(folder, FIVE, program, options)
 }
 
-/// The same with another setup.
+/// Like `five`, with another setup.
 fn five_from(folder: &Folder, setup: &str, program: &str, options: &[&str]) -> String {
     let (part, setup) = (
         folder.file("part.ngc", program),

@@ -35,7 +35,7 @@ fn map() -> HeightMap {
         Nodes::over([10.0, 210.0], 5),
         Nodes::over([-20.0, 100.0], 4),
     ];
-    HeightMap::new(Grid::of(&nodes, |p| {
+    HeightMap::new(SampledGrid::of(&nodes, |p| {
         [1e-3 * libm::sin(p[0] * 0.1) - 2e-5 * p[1]]
     }))
 }

@@ -38,7 +38,7 @@ fn the_probe_reads_with_the_table_what_the_nozzle_would() {
         &machine,
         "[tabulated.EAX]\nat = [0.0, 400.0, 800.0]\nvalue = [-1e-4, 0.0, 3e-4]\n",
     );
-    let probe = Probe::new(&machine, &errors, [0.0, 30.0], -100.0).unwrap();
+    let probe = NozzleProbe::new(&machine, &errors, [0.0, 30.0], -100.0).unwrap();
     // Roll lifts what is ahead of the nozzle (+y) by roll × 30 mm.
     let missing = |x: f64| probe.missing([x, 600.0]) - probe.missing([400.0, 600.0]);
     for (x, roll) in [(0.0, -1e-4), (600.0, 1.5e-4), (800.0, 3e-4)] {
@@ -75,15 +75,15 @@ fn the_probe_reads_with_the_table_what_the_nozzle_would() {
 fn a_probe_without_lever_is_refused() {
     let machine = machine();
     let perfect = ErrorModel::perfect(&machine);
-    let probe = Probe::new(&machine, &perfect, [40.0, 0.0], 0.0).unwrap();
-    let twist = Twist {
+    let probe = NozzleProbe::new(&machine, &perfect, [40.0, 0.0], 0.0).unwrap();
+    let twist = TwistTable {
         nodes: Nodes::over([0.0, 100.0], 2),
         values: vec![-0.01, 0.01],
     };
     assert_eq!(probe.roll(0, &twist), Err(TwistError::NoLever('X')));
     // The portal carries X: when it rolls, the nozzle that follows goes up as much as the probe was.
     assert_eq!(probe.roll(1, &twist), Err(TwistError::NoLever('Y')));
-    let far = Probe::new(&machine, &perfect, [0.0, 2000.0], 0.0);
+    let far = NozzleProbe::new(&machine, &perfect, [0.0, 2000.0], 0.0);
     assert_eq!(far.err(), Some(TwistError::Travel('Y')));
 }
 
@@ -95,7 +95,7 @@ fn a_section_is_read_as_it_is_saved() {
     let [x, y] = read(text).unwrap();
     assert_eq!(
         x.unwrap(),
-        Twist {
+        TwistTable {
             nodes: Nodes::over([20.0, 200.0], 3),
             values: vec![-0.01, 0.0, 0.01]
         }
@@ -137,7 +137,7 @@ const CURVED: &str = "[tabulated.EAX]\nat = [-100.0, 0.0, 100.0, 200.0, 300.0, 4
 fn each_firmware_finds_the_value_where_it_looks_it_up() {
     let machine = machine();
     let errors = errors(&machine, CURVED);
-    let probe = Probe::new(&machine, &errors, [-28.0, -13.0], -100.0).unwrap();
+    let probe = NozzleProbe::new(&machine, &errors, [-28.0, -13.0], -100.0).unwrap();
     for lookup in [Lookup::Bed, Lookup::Nozzle] {
         let tables = probe.tables(33, lookup).unwrap();
         let text = print(&tables, lookup);
@@ -177,11 +177,11 @@ fn what_klipper_has_measured_is_the_roll_where_the_tool_stood() {
     // The probe is lower by the roll over its distance along Y.
     let readings: Vec<f64> = places.iter().map(|x| -roll(*x) * offset[1]).collect();
     let mean = readings.iter().sum::<f64>() / 5.0;
-    let table = Twist {
+    let table = TwistTable {
         nodes,
         values: readings.iter().map(|reading| mean - reading).collect(),
     };
-    let probe = Probe::new(&machine, &perfect, offset, 0.0).unwrap();
+    let probe = NozzleProbe::new(&machine, &perfect, offset, 0.0).unwrap();
     assert_eq!(probe.probed_at(0, &table), places);
     let found = probe.roll(0, &table).unwrap();
     let middle = places.iter().map(|x| roll(*x)).sum::<f64>() / 5.0;

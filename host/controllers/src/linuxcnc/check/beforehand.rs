@@ -1,8 +1,10 @@
 //! Checks a configuration for which there is no compensation yet.
 
 use super::{Finding, Severity};
-use crate::formats::ini::{Entry, FileLocation};
-use crate::linuxcnc::configuration::{BASIC_SIM, Configuration, Joint, is_true, saved_commands};
+use crate::formats::ini::{FileLocation, IniEntry};
+use crate::linuxcnc::configuration::{
+    BASIC_SIM, Configuration, JointAxis, is_true, saved_commands,
+};
 
 /// What [`check`](super::check) would report of the INI file with any compensation of all its axes. What LinuxCNC
 /// compensates itself is a warning, because it is imported.
@@ -12,7 +14,7 @@ pub fn beforehand(configuration: &Configuration) -> Vec<Finding> {
     if !unsuited.is_empty() {
         return unsuited;
     }
-    let mut found = Found(readable(configuration));
+    let mut found = Beforehand(readable(configuration));
     for joint in configuration.axes() {
         found.twice(configuration, joint);
         found.kind(configuration, joint);
@@ -27,7 +29,7 @@ pub fn beforehand(configuration: &Configuration) -> Vec<Finding> {
 /// the remedy, so nothing else need be reported.
 #[must_use]
 pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
-    let mut found = Found(Vec::new());
+    let mut found = Beforehand(Vec::new());
     let module = &configuration.module;
     let lathe = configuration.ini.get("DISPLAY", "LATHE");
     if let Some(lathe) = lathe.filter(|entry| is_true(&entry.value)) {
@@ -96,7 +98,7 @@ const NUMBERS: [&str; 8] = [
 
 /// Lines that LinuxCNC does not read, or not in every version, and numbers that are none.
 pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
-    let mut found = Found(Vec::new());
+    let mut found = Beforehand(Vec::new());
     for (place, remark) in &configuration.ini.remarks {
         found.warn(
             place,
@@ -114,13 +116,13 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
         })
     });
     let count = configuration.ini.get("KINS", "JOINTS");
-    let mut seen: Vec<*const Entry> = Vec::new();
+    let mut seen: Vec<*const IniEntry> = Vec::new();
     for entry in of_joint.chain([count]).flatten() {
         if seen.contains(&std::ptr::from_ref(entry)) {
             continue;
         }
         seen.push(std::ptr::from_ref(entry));
-        let Entry {
+        let IniEntry {
             section,
             key,
             value,
@@ -149,9 +151,9 @@ pub(super) fn readable(configuration: &Configuration) -> Vec<Finding> {
     found.0
 }
 
-struct Found(Vec<Finding>);
+struct Beforehand(Vec<Finding>);
 
-impl Found {
+impl Beforehand {
     fn refuse(&mut self, place: &FileLocation, reason: String, write: String) {
         self.0
             .push(Finding::at(Severity::Refused, place, reason, write));
@@ -189,7 +191,7 @@ impl Found {
     }
 
     /// A joint whose drive is not found gets no correction.
-    fn connected(&mut self, configuration: &Configuration, joint: Joint) {
+    fn connected(&mut self, configuration: &Configuration, joint: JointAxis) {
         for pin in ["motor-pos-cmd", "motor-pos-fb"] {
             let pin = format!("joint.{}.{pin}", joint.number);
             if configuration.hal.signal(&pin).is_none() {
@@ -206,8 +208,8 @@ impl Found {
     }
 
     /// Both are applied beside any compensation.
-    fn twice(&mut self, configuration: &Configuration, joint: Joint) {
-        let Joint { number, letter } = joint;
+    fn twice(&mut self, configuration: &Configuration, joint: JointAxis) {
+        let JointAxis { number, letter } = joint;
         if let Some(file) = configuration.compensated(number, "COMP_FILE") {
             self.warn(
                 &file.place,
@@ -224,7 +226,7 @@ impl Found {
         }
     }
 
-    fn kind(&mut self, configuration: &Configuration, joint: Joint) {
+    fn kind(&mut self, configuration: &Configuration, joint: JointAxis) {
         let expected = if joint.is_rotary() {
             "ANGULAR"
         } else {
@@ -233,7 +235,7 @@ impl Found {
         if let Some(kind) = configuration.of_joint(joint.number, "TYPE")
             && !kind.value.eq_ignore_ascii_case(expected)
         {
-            let Joint { number, letter } = joint;
+            let JointAxis { number, letter } = joint;
             self.refuse(
                 &kind.place,
                 format!(
@@ -246,11 +248,11 @@ impl Found {
     }
 
     /// Without limits the tables have no ends.
-    fn limits(&mut self, configuration: &Configuration, joint: Joint) {
+    fn limits(&mut self, configuration: &Configuration, joint: JointAxis) {
         if configuration.is_endless(joint) {
             return;
         }
-        let Joint { number, letter } = joint;
+        let JointAxis { number, letter } = joint;
         let section = format!("JOINT_{number}");
         let limit = |key| configuration.limit(joint, key);
         for key in ["MIN_LIMIT", "MAX_LIMIT"] {
@@ -284,7 +286,7 @@ impl Found {
     }
 
     /// Corrections come on top of the motion that is planned.
-    fn headroom(&mut self, configuration: &Configuration, joint: Joint) {
+    fn headroom(&mut self, configuration: &Configuration, joint: JointAxis) {
         for (key, of) in [
             ("STEPGEN_MAXVEL", "MAX_VELOCITY"),
             ("STEPGEN_MAXACCEL", "MAX_ACCELERATION"),

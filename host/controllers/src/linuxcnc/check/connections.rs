@@ -1,12 +1,12 @@
 //! Checks the connections of the component's pins.
 
-use super::{Checked, Joint};
-use crate::formats::hal::Command;
+use super::{CheckState, JointAxis};
+use crate::formats::hal::HalCommand;
 use trueaxis::AuxiliaryKind;
 
-impl Checked<'_> {
+impl CheckState<'_> {
     /// The pins of a joint.
-    pub(super) fn connections(&mut self, Joint { number, .. }: Joint) {
+    pub(super) fn connections(&mut self, JointAxis { number, .. }: JointAxis) {
         let hal = &self.configuration.hal;
         let loaded = self
             .component
@@ -163,7 +163,7 @@ impl Checked<'_> {
     }
 
     /// Pins for the weights of adjustable terms.
-    fn weights(&mut self, loaded: &Command) {
+    fn weights(&mut self, loaded: &HalCommand) {
         let terms = self.against.runtime.compensation().weights().iter().count();
         let given = loaded
             .parameter("weights")

@@ -1,7 +1,7 @@
 //! Checks the order of the functions of the servo thread.
 
-use super::Checked;
-use crate::formats::hal::Command;
+use super::CheckState;
+use crate::formats::hal::HalCommand;
 
 const CONTROLLER: &str = "motion-controller";
 const HANDLER: &str = "motion-command-handler";
@@ -10,7 +10,7 @@ const HANDLER: &str = "motion-command-handler";
 const READS: [&str; 2] = [".read", ".capture-position"];
 const WRITES: [&str; 3] = [".write", ".update-freq", ".do-pid-calcs"];
 
-impl Checked<'_> {
+impl CheckState<'_> {
     /// Expects `trueaxis.read` before the motion controller, `trueaxis.write` after it, and the drives outside of
     /// both.
     pub(super) fn functions(&mut self) {
@@ -107,7 +107,7 @@ impl Checked<'_> {
     }
 
     /// The command that adds a function to any thread.
-    fn elsewhere(&self, name: &str) -> Option<&Command> {
+    fn elsewhere(&self, name: &str) -> Option<&HalCommand> {
         let all = self.configuration.hal.threads.values().flatten();
         Some(&all.into_iter().find(|(f, _)| f == name)?.1)
     }

@@ -1,6 +1,6 @@
 //! Checks the joints of the INI file: compensated twice, limits, headroom.
 
-use super::{Checked, Joint, SLOPE};
+use super::{CheckState, JointAxis, SLOPE};
 use crate::linuxcnc::configuration::Configuration;
 use trueaxis::Direction;
 use trueaxis_tables::compile::REVERSAL;
@@ -11,9 +11,9 @@ const OWN: f64 = 0.5;
 /// `STEPGEN_MAXACCEL` beside `MAX_ACCELERATION` with backlash, as LinuxCNC's pncconf writes it.
 const DOUBLE: f64 = 2.0;
 
-impl Checked<'_> {
+impl CheckState<'_> {
     /// Checks the `[JOINT_N]` section of a joint with an axis of the compensation.
-    pub(super) fn joint(&mut self, joint: Joint) {
+    pub(super) fn joint(&mut self, joint: JointAxis) {
         let configuration = self.configuration;
         let is_rotary = matches!(joint.letter, 'A' | 'B' | 'C');
         if let Some(kind) = configuration.of_joint(joint.number, "TYPE") {
@@ -52,12 +52,12 @@ impl Checked<'_> {
     }
 
     /// Screw error or backlash that LinuxCNC also compensates.
-    fn twice(&mut self, joint: Joint) {
+    fn twice(&mut self, joint: JointAxis) {
         let Some((index, _)) = self.axis(joint.letter) else {
             return;
         };
         let (corrected, reverses) = self.corrects(index);
-        let Joint { number, letter } = joint;
+        let JointAxis { number, letter } = joint;
         if let Some(file) = self.configuration.of_joint(number, "COMP_FILE")
             && !file.value.is_empty()
             && corrected
@@ -88,7 +88,7 @@ impl Checked<'_> {
     }
 
     /// Travel limits, which must be inside those of the compensation by its bound.
-    fn limits(&mut self, joint: Joint) {
+    fn limits(&mut self, joint: JointAxis) {
         let Some((_, axis)) = self.axis(joint.letter) else {
             return;
         };
@@ -158,7 +158,7 @@ impl Checked<'_> {
     }
 
     /// Step generators, which must be faster than the joint by the rate of its correction.
-    fn headroom(&mut self, joint: Joint) {
+    fn headroom(&mut self, joint: JointAxis) {
         let Some((_, axis)) = self.axis(joint.letter) else {
             return;
         };
@@ -211,7 +211,7 @@ impl Checked<'_> {
 
     /// An axis that makes up its backlash more slowly than LinuxCNC would by itself, or faster than its step generator
     /// permits.
-    fn reversal(&mut self, joint: Joint) {
+    fn reversal(&mut self, joint: JointAxis) {
         let configuration = self.configuration;
         let letter = joint.letter;
         let Some(reversal) = self.reversals.iter().find(|r| r.axis == letter).copied() else {
@@ -276,7 +276,7 @@ impl Checked<'_> {
     }
 
     /// A joint that is faster (mm/s, deg/s) than the rate bound was made for.
-    fn faster(&mut self, joint: Joint, speed: f64) {
+    fn faster(&mut self, joint: JointAxis, speed: f64) {
         let configuration: &Configuration = self.configuration;
         let Some(machine) = self.against.machine else {
             return;

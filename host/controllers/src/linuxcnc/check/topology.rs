@@ -1,7 +1,7 @@
 //! Checks the kinematics module against the machine.
 
-use super::Checked;
-use crate::linuxcnc::kinematics::Shape;
+use super::CheckState;
+use crate::linuxcnc::kinematics::ModuleShape;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};
@@ -21,7 +21,7 @@ fn other_way(machine: &Machine, index: usize) -> String {
     )
 }
 
-impl Checked<'_> {
+impl CheckState<'_> {
     pub(super) fn topology(&mut self) {
         let module = self.configuration.module.clone();
         let letters = self.letters();
@@ -40,7 +40,7 @@ impl Checked<'_> {
         }
         self.linear();
         // Other modules are refused before.
-        let Some(shape) = Shape::of(&module.name) else {
+        let Some(shape) = ModuleShape::of(&module.name) else {
             return;
         };
         let rotary_of =
@@ -58,7 +58,7 @@ impl Checked<'_> {
         let Some(machine) = self.against.machine else {
             return;
         };
-        let found = [Branch::Workpiece, Branch::Tool].map(|b| Shape::rotary(machine, b));
+        let found = [Branch::Workpiece, Branch::Tool].map(|b| ModuleShape::rotary(machine, b));
         let is = [
             Some(shape.workpiece.to_owned()),
             Some(shape.tool.to_owned()),
@@ -100,7 +100,7 @@ impl Checked<'_> {
 
     /// Rotary axes that turn the other way in the module. With the same order, directions and locations, the poses are
     /// the same at every position.
-    fn rotary(&mut self, machine: &Machine, shape: Shape) {
+    fn rotary(&mut self, machine: &Machine, shape: ModuleShape) {
         let module = &self.configuration.module;
         let conventional = format!("{}.conventional-directions", module.name);
         let conventional = self.configuration.hal.value(&conventional);
@@ -129,7 +129,7 @@ impl Checked<'_> {
     }
 
     /// Locations of the rotary axes of a table, as set on pins of the module.
-    fn offsets(&mut self, machine: &Machine, shape: Shape) {
+    fn offsets(&mut self, machine: &Machine, shape: ModuleShape) {
         let (hal, module) = (&self.configuration.hal, &self.configuration.module);
         let mm = self.configuration.mm.unwrap_or(1.0);
         let pin = |name: &str| format!("{}.{name}", module.name);

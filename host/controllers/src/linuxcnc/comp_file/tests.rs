@@ -105,7 +105,7 @@ fn linuxcnc_corrects_with_them_what_an_axis_does_along_itself() {
 
 #[test]
 fn rows_are_read_as_they_were_written() {
-    let rows: Vec<Row> = (0..40)
+    let rows: Vec<CompFileRow> = (0..40)
         .map(|k| {
             let k = f64::from(k);
             [k * PI, 0.1 * libm::sin(k), -0.1 * libm::cos(k)]

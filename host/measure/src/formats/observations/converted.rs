@@ -1,10 +1,10 @@
 //! Files of runs and of ball-bars as observations.
 
-use super::{Known, Observation, Observations, Setup, ToolPoint};
-use crate::direct::{Line, Measured};
-use crate::formats::radii::{Radii, Readings};
+use super::{InstrumentSetup, Observation, Observations, PlacePrior, ToolPoint};
+use crate::direct::{AxisRuns, MeasuredRuns};
+use crate::formats::radii::{Radii, RadiusReadings};
 use crate::formats::runs;
-use crate::instrument::{Given, Kind};
+use crate::instrument::{Kind, SetupPriors};
 use nalgebra::{Matrix3, Vector3};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
@@ -27,10 +27,10 @@ pub fn first_column(text: &str) -> (&str, usize) {
 }
 
 /// One set-up without readings.
-fn setup(file: &str, kind: Kind, given: Given, tool: ToolPoint) -> Observations {
+fn setup(file: &str, kind: Kind, given: SetupPriors, tool: ToolPoint) -> Observations {
     Observations {
         files: vec![file.to_owned()],
-        setups: vec![Setup {
+        setups: vec![InstrumentSetup {
             name: file.to_owned(),
             kind,
             given,
@@ -48,8 +48,8 @@ fn setup(file: &str, kind: Kind, given: Given, tool: ToolPoint) -> Observations 
 /// As for [`runs::read`], and if the linear axes cannot follow a ball.
 pub fn of_runs(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
     let (lines, over) = match runs::read(text, machine)? {
-        Measured::Line(line) => (vec![line], 0.0),
-        Measured::Square(square) => (square.lines.to_vec(), square.over),
+        MeasuredRuns::Line(line) => (vec![line], 0.0),
+        MeasuredRuns::Square(square) => (square.lines.to_vec(), square.over),
     };
     let perfect = ErrorModel::perfect(machine);
     let bench = Bench::new(machine, &perfect, Default::default());
@@ -58,15 +58,15 @@ pub fn of_runs(text: &str, file: &str, machine: &Machine) -> Result<Observations
         true => Kind::Angle,
         false => Kind::Displacement,
     };
-    let given = Given {
+    let given = SetupPriors {
         turn: first.keeps_slope.then(Matrix3::identity),
         turn_sigma: first.keeps_slope.then_some(ALIGNED),
-        ..Given::default()
+        ..SetupPriors::default()
     };
     let tool = ToolPoint {
         name: file.to_owned(),
         place: Some(Vector3::from(machine.tip) + first.point(&bench)),
-        known: Known::Exactly,
+        known: PlacePrior::Exactly,
     };
     let mut all = setup(file, kind, given, tool);
     let header = first_column(text).1;
@@ -82,7 +82,7 @@ pub fn of_runs(text: &str, file: &str, machine: &Machine) -> Result<Observations
 /// Adds the readings of a line, run after run; `above` is the number of lines of text above its first target.
 fn take(
     bench: &Bench<'_>,
-    line: &Line,
+    line: &AxisRuns,
     kind: Kind,
     slope: f64,
     above: usize,
@@ -127,9 +127,9 @@ pub fn of_surface(name: &str, axis: usize, touches: &[(PerAxis, f64)]) -> Observ
     let tool = ToolPoint {
         name: name.to_owned(),
         place: None,
-        known: Known::Exactly,
+        known: PlacePrior::Exactly,
     };
-    let mut all = setup(name, Kind::Displacement, Given::default(), tool);
+    let mut all = setup(name, Kind::Displacement, SetupPriors::default(), tool);
     all.rows = (touches.iter().enumerate())
         .map(|(k, (position, height))| Observation {
             reads: Some((Sense::In(axis), 1.0)),
@@ -191,9 +191,9 @@ pub fn of_radii(
     let tool = ToolPoint {
         name: file.to_owned(),
         place: None,
-        known: Known::Unknown,
+        known: PlacePrior::Unknown,
     };
-    let mut all = setup(file, Kind::Length, Given::default(), tool);
+    let mut all = setup(file, Kind::Length, SetupPriors::default(), tool);
     let header = first_column(text).1;
     let mut add = |number: usize, position: PerAxis, direction: PerAxis, deviation: f64| {
         let line = csv::line_of(text, header + 1 + number).unwrap_or(0);
@@ -201,7 +201,7 @@ pub fn of_radii(
         all.rows.push(row(position, direction, length, line));
     };
     match &radii.readings {
-        Readings::Circle(turns) => {
+        RadiusReadings::Circle(turns) => {
             let [a, b] = plane.ok_or_else(missing)?;
             for (turn, way) in [(&turns.counter_clockwise, 1.0), (&turns.clockwise, -1.0)] {
                 for (k, (angle, deviation)) in turn.iter().enumerate() {
@@ -218,7 +218,7 @@ pub fn of_radii(
                 }
             }
         }
-        Readings::Sphere(readings) => {
+        RadiusReadings::Sphere(readings) => {
             for (k, (place, deviation)) in readings.iter().enumerate() {
                 let mut position = centre;
                 for (axis, at) in all_three.iter().zip(place.iter()) {

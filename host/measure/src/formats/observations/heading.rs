@@ -1,7 +1,7 @@
 //! The set-ups: the lines that begin with `#`.
 
-use super::{Known, Observations, STYLUS, Setup, ToolPoint, angles};
-use crate::instrument::{Given, Kind};
+use super::{InstrumentSetup, Observations, PlacePrior, STYLUS, ToolPoint, angles};
+use crate::instrument::{Kind, SetupPriors};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -15,12 +15,12 @@ use trueaxis_model::source::{Exactly, FileError};
 #[serde(deny_unknown_fields)]
 struct Entries {
     #[serde(default)]
-    setup: BTreeMap<String, Spanned<Entry>>,
+    setup: BTreeMap<String, Spanned<HeadingEntry>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Entry {
+struct HeadingEntry {
     place_mm: Option<Spanned<Exactly<3>>>,
     orientation_deg: Option<Spanned<Exactly<3>>>,
     orientation_standard_uncertainty_urad: Option<Spanned<f64>>,
@@ -32,7 +32,7 @@ struct Entry {
 }
 
 /// The heading of a file.
-pub struct Heading {
+pub struct ObservationHeading {
     entries: Entries,
 }
 
@@ -40,7 +40,7 @@ pub struct Heading {
 const LARGEST: f64 = 1e5;
 const EXAMPLE: &str = "the lines with # describe set-ups: # [setup.bar], then # place_mm = [0.0, 0.0, 50.0], orientation_deg, orientation_standard_uncertainty_urad, dead_length_mm, dead_length_standard_uncertainty_mm, tool, tool_mm or tool_standard_uncertainty_mm, each in a line of its own";
 
-impl Heading {
+impl ObservationHeading {
     /// Parses the heading; also returns where it ends.
     pub fn read(text: &str) -> Result<(Self, usize), FileError> {
         let (entries, end): (Entries, usize) = csv::heading(text, EXAMPLE)?;
@@ -54,7 +54,7 @@ impl Heading {
     pub fn add(&self, all: &mut Observations, name: &str, kind: Kind) -> usize {
         let entry = self.entries.setup.get(name).map(Spanned::get_ref);
         let vector = |v: &Spanned<Exactly<3>>| Vector3::from(v.get_ref().0);
-        let given = entry.map_or(Given::default(), |entry| Given {
+        let given = entry.map_or(SetupPriors::default(), |entry| SetupPriors {
             place: entry.place_mm.as_ref().map(vector),
             turn: entry.orientation_deg.as_ref().map(|angles| {
                 let [a, b, c] = angles.get_ref().0.map(f64::to_radians);
@@ -73,9 +73,9 @@ impl Heading {
             name: tool.to_owned(),
             place: entry.and_then(|e| e.tool_mm.as_ref()).map(vector),
             known: match (sigma, kind) {
-                (Some(sigma), _) => Known::Within(*sigma.get_ref()),
-                (None, Kind::Length | Kind::Point | Kind::Surface) => Known::Unknown,
-                (None, Kind::Displacement | Kind::Angle) => Known::Exactly,
+                (Some(sigma), _) => PlacePrior::Within(*sigma.get_ref()),
+                (None, Kind::Length | Kind::Point | Kind::Surface) => PlacePrior::Unknown,
+                (None, Kind::Displacement | Kind::Angle) => PlacePrior::Exactly,
             },
         };
         let known = all.tools.iter().position(|t| t.name == tool);
@@ -87,13 +87,15 @@ impl Heading {
                 let shared = &mut all.tools[known];
                 shared.place = shared.place.or(point.place);
                 shared.known = match (shared.known, point.known) {
-                    (Known::Within(sigma), _) | (_, Known::Within(sigma)) => Known::Within(sigma),
-                    (Known::Unknown, _) | (_, Known::Unknown) => Known::Unknown,
-                    (Known::Exactly, Known::Exactly) => Known::Exactly,
+                    (PlacePrior::Within(sigma), _) | (_, PlacePrior::Within(sigma)) => {
+                        PlacePrior::Within(sigma)
+                    }
+                    (PlacePrior::Unknown, _) | (_, PlacePrior::Unknown) => PlacePrior::Unknown,
+                    (PlacePrior::Exactly, PlacePrior::Exactly) => PlacePrior::Exactly,
                 };
             }
         }
-        all.setups.push(Setup {
+        all.setups.push(InstrumentSetup {
             name: name.to_owned(),
             kind,
             given,
@@ -119,7 +121,7 @@ impl Heading {
     }
 }
 
-impl Entry {
+impl HeadingEntry {
     fn check(&self) -> Result<(), FileError> {
         for place in [&self.place_mm, &self.tool_mm].into_iter().flatten() {
             if !place.get_ref().0.iter().all(|v| v.abs() < LARGEST) {
@@ -248,7 +250,7 @@ pub fn write(all: &Observations) -> String {
             if let Some(place) = tool.place {
                 let _ = writeln!(entries, "# tool_mm = {}", list(place.into()));
             }
-            if let Known::Within(sigma) = tool.known {
+            if let PlacePrior::Within(sigma) = tool.known {
                 let _ = writeln!(entries, "# tool_standard_uncertainty_mm = {sigma:?}");
             }
         }

@@ -1,7 +1,7 @@
 //! The setup: the lines that begin with `#`.
 
 use super::sense;
-use crate::direct::Setup;
+use crate::direct::MeasurementSetup;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use trueaxis_model::source::{Exactly, FileError};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Entries {
+struct RunEntries {
     machine: Option<Spanned<String>>,
     axis: Option<Spanned<String>>,
     reads: Option<Spanned<String>>,
@@ -38,9 +38,9 @@ pub struct Readings {
 }
 
 /// Content of a heading.
-pub struct Heading {
+pub struct RunHeading {
     /// One line, or the two legs of a square.
-    pub setups: Vec<Setup>,
+    pub setups: Vec<MeasurementSetup>,
     /// For a square, its angle minus 90° (rad).
     pub square: Option<f64>,
     /// The meaning of the readings.
@@ -54,7 +54,7 @@ const SQUARE: f64 = 1e4;
 const EXAMPLE: &str = "# axis = \"X\", # reads = \"tool +X\", # unit = \"um\" and # at = { Y = 0.0, Z = 0.0 }, each in a line that begins with #";
 const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: \"tool +X\" (farther in the direction of a positive command of X, seen from the other one), \"tool +C\", \"tool +Y to +Z\" (turning from +Y towards +Z)";
 
-impl Heading {
+impl RunHeading {
     /// Parses the heading, which must say where the other axes stood if that is needed; also returns where it ends.
     pub fn read(
         text: &str,
@@ -62,12 +62,12 @@ impl Heading {
         needs_place: bool,
     ) -> Result<(Self, usize), FileError> {
         let remedy = format!("the lines with # say how it was measured: {EXAMPLE}");
-        let (entries, end): (Entries, usize) = csv::heading(text, &remedy)?;
+        let (entries, end): (RunEntries, usize) = csv::heading(text, &remedy)?;
         Ok((entries.heading(machine, needs_place)?, end))
     }
 
     /// The setup of a measurement with only one line.
-    pub fn line(&self) -> Result<Setup, FileError> {
+    pub fn line(&self) -> Result<MeasurementSetup, FileError> {
         self.setups.first().cloned().ok_or_else(|| missing("axis"))
     }
 }
@@ -83,8 +83,8 @@ fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileErr
     FileError::at(span, message, "here", remedy)
 }
 
-impl Entries {
-    fn heading(&self, machine: &Machine, needs_place: bool) -> Result<Heading, FileError> {
+impl RunEntries {
+    fn heading(&self, machine: &Machine, needs_place: bool) -> Result<RunHeading, FileError> {
         if let Some(name) = self
             .machine
             .as_ref()
@@ -144,7 +144,7 @@ impl Entries {
             }
             positions => positions.as_ref().is_some_and(|p| *p.get_ref()),
         };
-        Ok(Heading {
+        Ok(RunHeading {
             setups,
             square,
             readings: Readings {
@@ -160,7 +160,7 @@ impl Entries {
         axis: &Spanned<String>,
         reads: &Spanned<String>,
         needs_place: bool,
-    ) -> Result<Setup, FileError> {
+    ) -> Result<MeasurementSetup, FileError> {
         let moved = index(axis, machine)?;
         let (sense, counts) = sense(reads.get_ref(), machine)
             .map_err(|message| at(reads.span(), message, DIRECTIONS))?;
@@ -177,7 +177,7 @@ impl Entries {
         }
         let perfect = ErrorModel::perfect(machine);
         let bench = Bench::new(machine, &perfect, Default::default());
-        let mut setup = Setup {
+        let mut setup = MeasurementSetup {
             moved,
             sense,
             counts,
@@ -237,7 +237,7 @@ impl Entries {
     fn at(
         &self,
         machine: &Machine,
-        setup: &Setup,
+        setup: &MeasurementSetup,
         square: bool,
         needs_place: bool,
     ) -> Result<PerAxis, FileError> {
@@ -289,7 +289,11 @@ impl Entries {
     }
 
     /// For a square, its angle minus 90°.
-    fn square(&self, machine: &Machine, setups: &[Setup]) -> Result<Option<f64>, FileError> {
+    fn square(
+        &self,
+        machine: &Machine,
+        setups: &[MeasurementSetup],
+    ) -> Result<Option<f64>, FileError> {
         let [a, b] = setups else {
             return match &self.square_urad {
                 Some(over) => Err(at(

@@ -1,10 +1,10 @@
 //! The readings: a line for each target, a column for each run.
 
 use super::heading::Readings;
-use crate::direct::{Column, Line, Setup};
+use crate::direct::{AxisRuns, MeasurementSetup, RunColumn};
 use crate::formats::is_in_travel;
 use std::ops::Range;
-use trueaxis_model::formats::csv::{Row, Table};
+use trueaxis_model::formats::csv::{CsvRow, CsvTable};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
@@ -22,11 +22,11 @@ pub fn read(
     text: &str,
     start: usize,
     machine: &Machine,
-    setup: Setup,
+    setup: MeasurementSetup,
     readings: Readings,
-) -> Result<Line, FileError> {
+) -> Result<AxisRuns, FileError> {
     let (table, columns) = open(text, start, &["target"])?;
-    let mut line = Line {
+    let mut line = AxisRuns {
         setup,
         targets: Vec::new(),
         columns,
@@ -46,12 +46,12 @@ pub(crate) fn read_square(
     text: &str,
     start: usize,
     machine: &Machine,
-    setups: &[Setup],
+    setups: &[MeasurementSetup],
     readings: Readings,
-) -> Result<[Line; 2], FileError> {
+) -> Result<[AxisRuns; 2], FileError> {
     let (table, columns) = open(text, start, &["line", "target"])?;
-    let mut found: Vec<Line> = (setups.iter())
-        .map(|setup| Line {
+    let mut found: Vec<AxisRuns> = (setups.iter())
+        .map(|setup| AxisRuns {
             setup: setup.clone(),
             targets: Vec::new(),
             columns: columns.clone(),
@@ -60,7 +60,7 @@ pub(crate) fn read_square(
     for row in table {
         let row = row?;
         let name = row.cells[0].text;
-        let letter = |line: &Line| machine.axes[line.setup.moved].letter.to_string();
+        let letter = |line: &AxisRuns| machine.axes[line.setup.moved].letter.to_string();
         let Some(line) = found.iter_mut().find(|line| letter(line) == name) else {
             return Err(row.error(
                 0,
@@ -99,7 +99,7 @@ fn enough(targets: &[f64], all: Range<usize>, what: &str) -> Result<(), FileErro
 }
 
 /// Converts a target to mm or rad.
-fn size(target: f64, setup: &Setup) -> f64 {
+fn size(target: f64, setup: &MeasurementSetup) -> f64 {
     match setup.is_angular() {
         true => target.to_radians(),
         false => target,
@@ -112,12 +112,12 @@ const FOLLOWS: f64 = 0.02;
 
 /// Refuses positions that were written as deviations.
 fn are_deviations(
-    line: &Line,
+    line: &AxisRuns,
     machine: &Machine,
     readings: Readings,
     all: Range<usize>,
 ) -> Result<(), FileError> {
-    let Line {
+    let AxisRuns {
         setup,
         targets,
         columns,
@@ -175,8 +175,8 @@ fn open<'t>(
     text: &'t str,
     start: usize,
     first: &[&str],
-) -> Result<(Table<'t>, Vec<Column>), FileError> {
-    let table = Table::open(text, start, LAYOUT, VALUES)?;
+) -> Result<(CsvTable<'t>, Vec<RunColumn>), FileError> {
+    let table = CsvTable::open(text, start, LAYOUT, VALUES)?;
     table.begins_with(first)?;
     let count = table.header.cells.len();
     if count == first.len() {
@@ -197,7 +197,7 @@ fn open<'t>(
             let message = format!("`{name}` is not a run with a direction of travel");
             return Err(table.header.error(k, message, "here", LAYOUT));
         };
-        columns.push(Column {
+        columns.push(RunColumn {
             direction,
             readings: Vec::new(),
         });
@@ -207,13 +207,13 @@ fn open<'t>(
 
 /// Adds a row: its target, and the readings in the columns that follow.
 fn take(
-    row: &Row<'_>,
+    row: &CsvRow<'_>,
     column: usize,
     machine: &Machine,
     readings: Readings,
-    line: &mut Line,
+    line: &mut AxisRuns,
 ) -> Result<(), FileError> {
-    let Line {
+    let AxisRuns {
         setup,
         targets,
         columns,

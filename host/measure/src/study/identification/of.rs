@@ -1,17 +1,18 @@
 //! From what was found to its numbers and names.
 
 use super::{
-    Ball, Bar, Change, Check, Compared, Cycle, Drift, Estimate, HeldOut, Identification, Level,
-    Noise, NotSeen, Observed, Part, PartStated, Place, Probed, Published, Reading, Repeats, Row,
-    Setup, Suspected, Temperatures, Term,
+    BallRecord, BarRecord, ChangeRecord, CheckRecord, Compared, CycleRecord, DriftRecord,
+    EstimateRecord, HeldOutRecord, Identification, LevelRecord, NoiseRecord, NotSeen,
+    ObservedRecord, PartStated, PlaceRecord, Probed, PublishedRecord, ReadingRecord, RepeatsRecord,
+    RowRecord, SetupPartRecord, SetupRecord, Suspected, TemperaturesRecord, ThermalRecord,
 };
 use crate::formats::probings::Probing;
 use crate::identify::{
-    self, Along, BarCheck, Checked, Compensability, Compensated, Component, Estimated, FoundDrift,
-    FoundPart, Missing, Stated, Suspicion, Unseen,
+    self, BarCheck, Checked, Compensability, Compensated, Estimated, FoundDrift, FoundPart,
+    Missing, Stated, Suspicion, TrendAlong, Unseen, VarianceComponent,
 };
 use crate::plan::added;
-use crate::study::Outcome;
+use crate::study::StudyOutcome;
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 use trueaxis_model::errors::Parameter;
@@ -30,7 +31,7 @@ fn names(all: &[Parameter]) -> Vec<String> {
 impl Identification {
     /// The numbers and names of an outcome.
     #[must_use]
-    pub fn of(found: &Outcome<'_>) -> Self {
+    pub fn of(found: &StudyOutcome<'_>) -> Self {
         let identified = &found.identified;
         let name = |i: usize| identified.parameters[i].parameter.to_string();
         let correlated = found.correlated().into_iter();
@@ -44,7 +45,7 @@ impl Identification {
             probings: found.probings.rows.len(),
             probed: probed(found),
             balls: balls
-                .map(|(ball, place)| Ball {
+                .map(|(ball, place)| BallRecord {
                     name: ball.name.clone(),
                     place_mm: (*place).into(),
                     probings: ball.rows,
@@ -53,14 +54,18 @@ impl Identification {
                 })
                 .collect(),
             stylus_mm: identified.stylus.into(),
-            parameters: identified.parameters.iter().map(Estimate::from).collect(),
+            parameters: identified
+                .parameters
+                .iter()
+                .map(EstimateRecord::from)
+                .collect(),
             correlations: correlated.map(|(i, j, r)| (name(i), name(j), r)).collect(),
             covariance: covariance
                 .map(|row| row.iter().copied().collect())
                 .collect(),
-            bars: identified.bars.iter().map(Bar::from).collect(),
-            observed: Observed::of(found),
-            temperatures: Temperatures::of(found),
+            bars: identified.bars.iter().map(BarRecord::from).collect(),
+            observed: ObservedRecord::of(found),
+            temperatures: TemperaturesRecord::of(found),
             compensated: found.compared.as_ref().map(Compared::from),
             unseen: (identified.unseen.iter())
                 .map(|unseen| NotSeen::of(unseen, found))
@@ -72,26 +77,26 @@ impl Identification {
             refuted: refuted.map(|one| one.source.name().to_owned()).collect(),
             degrees_of_freedom: identified.freedom,
             condition: identified.condition,
-            levels: found.levels.iter().map(Level::from).collect(),
-            published: found.published.as_ref().map(Published::from),
-            held_out: held_out.ok().map(HeldOut::from),
+            levels: found.levels.iter().map(LevelRecord::from).collect(),
+            published: found.published.as_ref().map(PublishedRecord::from),
+            held_out: held_out.ok().map(HeldOutRecord::from),
             not_held_out: held_out.err().map(ToString::to_string),
             left_um: um(found.honesty.coordinates),
-            checks: found.honesty.checks.iter().map(Check::from).collect(),
-            repeats: found.honesty.repeats.map(|repeats| Repeats {
+            checks: found.honesty.checks.iter().map(CheckRecord::from).collect(),
+            repeats: found.honesty.repeats.map(|repeats| RepeatsRecord {
                 places: repeats.places,
                 degrees_of_freedom: repeats.freedom,
                 pooled_standard_deviation_um: repeats.deviation * 1e3,
                 ratio: repeats.ratio,
                 is_less: repeats.is_less,
             }),
-            places: found.places.iter().map(Place::from).collect(),
+            places: found.places.iter().map(PlaceRecord::from).collect(),
             suspected: (found.suspicions.iter())
                 .map(|one| Suspected::of(one, &found.probings.rows))
                 .collect(),
             rows: rows
                 .enumerate()
-                .map(|(number, (row, at))| Row {
+                .map(|(number, (row, at))| RowRecord {
                     line: row.line,
                     run: row.run,
                     time_s: row.time,
@@ -107,7 +112,7 @@ impl Identification {
 }
 
 /// The range that each axis covered.
-fn probed(found: &Outcome<'_>) -> Vec<Probed> {
+fn probed(found: &StudyOutcome<'_>) -> Vec<Probed> {
     let axes = found.machine.axes.iter().enumerate();
     axes.map(|(i, axis)| {
         let at = found.probings.rows.iter().map(|row| row.position[i]);
@@ -125,7 +130,7 @@ fn probed(found: &Outcome<'_>) -> Vec<Probed> {
     .collect()
 }
 
-impl From<&Estimated> for Estimate {
+impl From<&Estimated> for EstimateRecord {
     fn from(one: &Estimated) -> Self {
         Self {
             parameter: one.parameter.to_string(),
@@ -136,7 +141,7 @@ impl From<&Estimated> for Estimate {
     }
 }
 
-impl From<&BarCheck> for Bar {
+impl From<&BarCheck> for BarRecord {
     fn from(bar: &BarCheck) -> Self {
         Self {
             balls: bar.balls.clone(),
@@ -151,7 +156,7 @@ impl From<&BarCheck> for Bar {
 }
 
 impl NotSeen {
-    fn of(unseen: &Unseen, found: &Outcome<'_>) -> Self {
+    fn of(unseen: &Unseen, found: &StudyOutcome<'_>) -> Self {
         let with = unseen.with.iter();
         let balls = &found.probings.balls;
         Self {
@@ -163,7 +168,7 @@ impl NotSeen {
     }
 }
 
-impl From<&identify::Level> for Level {
+impl From<&identify::Level> for LevelRecord {
     fn from(level: &identify::Level) -> Self {
         let fit = level.found.as_ref();
         let elsewhere = fit.ok().and_then(|fit| fit.elsewhere);
@@ -178,7 +183,7 @@ impl From<&identify::Level> for Level {
     }
 }
 
-impl From<&identify::Published> for Published {
+impl From<&identify::Published> for PublishedRecord {
     fn from(published: &identify::Published) -> Self {
         let fit = published.fit.as_ref();
         let elsewhere = fit.ok().and_then(|fit| fit.elsewhere);
@@ -207,7 +212,7 @@ impl From<&identify::Published> for Published {
     }
 }
 
-impl From<&identify::HeldOut> for HeldOut {
+impl From<&identify::HeldOut> for HeldOutRecord {
     fn from(held_out: &identify::HeldOut) -> Self {
         let balls = held_out.balls.iter();
         Self {
@@ -217,14 +222,14 @@ impl From<&identify::HeldOut> for HeldOut {
     }
 }
 
-impl From<&Checked> for Check {
+impl From<&Checked> for CheckRecord {
     fn from(checked: &Checked) -> Self {
         let (along, axis, run, over) = match checked.along {
-            Along::Time(span) => ("time_s", None, None, Some(span)),
-            Along::Order => ("order", None, None, None),
-            Along::Temperature(span) => ("temperature_C", None, None, Some(span)),
-            Along::Run(run) => ("run", None, Some(run), None),
-            Along::Direction(axis) => ("direction", Some(axis), None, None),
+            TrendAlong::Time(span) => ("time_s", None, None, Some(span)),
+            TrendAlong::Order => ("order", None, None, None),
+            TrendAlong::Temperature(span) => ("temperature_C", None, None, Some(span)),
+            TrendAlong::Run(run) => ("run", None, Some(run), None),
+            TrendAlong::Direction(axis) => ("direction", Some(axis), None, None),
         };
         Self {
             along: along.to_owned(),
@@ -238,7 +243,7 @@ impl From<&Checked> for Check {
     }
 }
 
-impl From<&Stated> for Place {
+impl From<&Stated> for PlaceRecord {
     fn from(one: &Stated) -> Self {
         Self {
             what: one.what.clone(),
@@ -258,23 +263,23 @@ impl Suspected {
     }
 }
 
-impl Observed {
-    fn of(found: &Outcome<'_>) -> Option<Self> {
+impl ObservedRecord {
+    fn of(found: &StudyOutcome<'_>) -> Option<Self> {
         let (all, identified) = (&found.observations, &found.identified);
         if all.rows.is_empty() && identified.drift.is_empty() {
             return None;
         }
-        let setups = identified.setups.iter().map(|setup| Setup {
+        let setups = identified.setups.iter().map(|setup| SetupRecord {
             name: setup.name.clone(),
             kind: setup.kind.name().to_owned(),
-            parts: setup.parts.iter().map(Part::from).collect(),
+            parts: setup.parts.iter().map(SetupPartRecord::from).collect(),
         });
         let rows = all.rows.iter().zip(&identified.observed);
         let rows = rows.map(|(row, at)| {
             let setup = &all.setups[row.setup];
             let dimension = setup.kind.dimension();
             let left = |mm: &[f64]| mm[..dimension].iter().map(|v| v * 1e3).collect();
-            Reading {
+            ReadingRecord {
                 file: all.files[row.file].clone(),
                 line: row.line,
                 setup: setup.name.clone(),
@@ -285,16 +290,20 @@ impl Observed {
             }
         });
         Some(Self {
-            noise: identified.components.iter().map(Noise::from).collect(),
+            noise: identified
+                .components
+                .iter()
+                .map(NoiseRecord::from)
+                .collect(),
             setups: setups.collect(),
-            drift: identified.drift.iter().map(Drift::from).collect(),
+            drift: identified.drift.iter().map(DriftRecord::from).collect(),
             rows: rows.collect(),
         })
     }
 }
 
-impl From<&Component> for Noise {
-    fn from(one: &Component) -> Self {
+impl From<&VarianceComponent> for NoiseRecord {
+    fn from(one: &VarianceComponent) -> Self {
         Self {
             source: one.source.name().to_owned(),
             rows: one.rows,
@@ -307,7 +316,7 @@ impl From<&Component> for Noise {
     }
 }
 
-impl From<&FoundPart> for Part {
+impl From<&FoundPart> for SetupPartRecord {
     fn from(part: &FoundPart) -> Self {
         Self {
             what: part.what.clone(),
@@ -322,7 +331,7 @@ impl From<&FoundPart> for Part {
     }
 }
 
-impl From<&FoundDrift> for Drift {
+impl From<&FoundDrift> for DriftRecord {
     fn from(drift: &FoundDrift) -> Self {
         Self {
             setup: drift.setup.clone(),
@@ -336,12 +345,12 @@ impl From<&FoundDrift> for Drift {
     }
 }
 
-impl Temperatures {
-    fn of(found: &Outcome<'_>) -> Option<Self> {
+impl TemperaturesRecord {
+    fn of(found: &StudyOutcome<'_>) -> Option<Self> {
         let warmed = found.warmed.as_ref()?;
         let terms = found.identified.thermal.iter().map(|change| {
             let input = &warmed.model.inputs[change.input];
-            Term {
+            ThermalRecord {
                 parameter: change.parameter.to_string(),
                 sensor: input.sensor.clone(),
                 lag_s: input.lag,
@@ -352,7 +361,7 @@ impl Temperatures {
                 standard_uncertainty: change.uncertainty,
             }
         });
-        let cycles = warmed.cycles.iter().map(|cycle| Cycle {
+        let cycles = warmed.cycles.iter().map(|cycle| CycleRecord {
             equations: cycle.rows,
             without_um: cycle.without * 1e3,
             with_um: cycle.with * 1e3,
@@ -372,14 +381,14 @@ impl From<&Compensated> for Compared {
     fn from(compared: &Compensated) -> Self {
         let um = |k: usize| compared.tip.map(|of| of[k] * 1e3);
         Self {
-            parameters: compared.parameters.iter().map(Change::from).collect(),
+            parameters: compared.parameters.iter().map(ChangeRecord::from).collect(),
             mean_um: um(0),
             largest_um: um(1),
         }
     }
 }
 
-impl From<&Compensability> for Change {
+impl From<&Compensability> for ChangeRecord {
     fn from(one: &Compensability) -> Self {
         Self {
             parameter: one.parameter.to_string(),
@@ -395,7 +404,7 @@ impl From<&Compensability> for Change {
     }
 }
 
-impl Serialize for Outcome<'_> {
+impl Serialize for StudyOutcome<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         Identification::of(self).serialize(serializer)
     }

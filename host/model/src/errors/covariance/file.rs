@@ -6,7 +6,7 @@
 
 use super::Covariance;
 use crate::errors::Parameter;
-use crate::formats::csv::Table;
+use crate::formats::csv::CsvTable;
 use crate::source::FileError;
 use nalgebra::DMatrix;
 use std::fmt::Write;
@@ -23,10 +23,10 @@ const VALUES: &str = "write one row for each parameter: its name, then its covar
 /// Reads covariances, and the place of each parameter's name in the header.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: whatever [`Table`] refuses, a name that is not a parameter,
+/// [`FileError`] with line, column, cause and remedy: whatever [`CsvTable`] refuses, a name that is not a parameter,
 /// rows in another order, a negative variance, a matrix that is not symmetric or not positive semidefinite.
 pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
-    let table = Table::open(text, 0, LAYOUT, VALUES)?;
+    let table = CsvTable::open(text, 0, LAYOUT, VALUES)?;
     table.begins_with(&["parameter"])?;
     let parameters = table.columns(1, Parameter::parse)?;
     let places = table.header.cells[1..].iter().map(|cell| cell.span.clone());

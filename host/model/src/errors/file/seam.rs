@@ -1,6 +1,6 @@
 //! Checks that error motions of axes without limits close over the turn.
 
-use super::{ErrorsFile, Part, PartKind, unit};
+use super::{ErrorsFile, MotionPart, PartKind, unit};
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use crate::machine::{Axis, Machine, PerAxis};
 use crate::source::FileError;
@@ -21,7 +21,7 @@ impl ErrorModel {
             let ends = axis.travel.map(|t| axis.to_kinematic(t));
             for component in 0..6 {
                 let parts = self.parts(file, machine, index, component);
-                let short = |p: &&Part<'_>| match &p.kind {
+                let short = |p: &&MotionPart<'_>| match &p.kind {
                     PartKind::Table(table) => {
                         table.at.first().is_none_or(|a| *a > ends[0] + COVERED)
                             || table.at.last().is_none_or(|a| *a < ends[1] - COVERED)
@@ -84,7 +84,7 @@ impl ErrorModel {
         axis: &Axis,
         index: usize,
         component: usize,
-        parts: &[Part<'_>],
+        parts: &[MotionPart<'_>],
         ends: [f64; 2],
         gap: f64,
     ) -> FileError {
@@ -94,7 +94,7 @@ impl ErrorModel {
         } else {
             ends
         };
-        let opens = |p: &Part<'_>| (p.kind.value(at[1]) - p.kind.value(at[0])).abs();
+        let opens = |p: &MotionPart<'_>| (p.kind.value(at[1]) - p.kind.value(at[0])).abs();
         let worst = parts.iter().max_by(|a, b| opens(a).total_cmp(&opens(b)));
         let name = worst.map_or("an error motion", |p| &p.name);
         let remedy = match worst.map(|p| &p.kind) {

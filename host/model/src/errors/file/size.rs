@@ -1,6 +1,6 @@
 //! Checks that errors are physically possible everywhere in the travel, at all temperatures.
 
-use super::{ErrorsFile, Part, PartKind, known, limit, unphysical};
+use super::{ErrorsFile, MotionPart, PartKind, known, limit, unphysical};
 use crate::errors::{ErrorModel, ParameterKind, Situation, Switches};
 use crate::machine::{Machine, PerAxis};
 use crate::source::FileError;
@@ -32,7 +32,7 @@ impl ErrorModel {
                 } else {
                     q
                 };
-                let share = |p: &Part<'_>| p.kind.value(held).abs();
+                let share = |p: &MotionPart<'_>| p.kind.value(held).abs();
                 let worst = parts.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
                 let (span, name) = worst.map_or_else(
                     || (file.machine.span(), format!("an error of {}", axis.letter)),

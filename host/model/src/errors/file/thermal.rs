@@ -222,7 +222,7 @@ impl Thermal {
         }
     }
 
-    /// Its name as an input: that of the sensor, with the lag if there is one.
+    /// Name as an input: that of the sensor, with the lag if there is one.
     #[must_use]
     pub fn name(&self) -> String {
         temperature_name(&self.sensor, self.lag_rate())

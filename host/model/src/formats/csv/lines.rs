@@ -4,15 +4,15 @@ use crate::source::FileError;
 use std::ops::Range;
 
 /// A line without its line ending.
-pub struct Line<'t> {
+pub struct CsvLine<'t> {
     pub text: &'t str,
-    /// Its first byte in the file.
+    /// First byte in the file.
     start: usize,
     /// Line number, counted from 1.
     pub number: usize,
 }
 
-impl Line<'_> {
+impl CsvLine<'_> {
     pub fn span(&self) -> Range<usize> {
         self.start..self.start + self.text.len()
     }
@@ -44,25 +44,25 @@ impl Line<'_> {
 
 /// Lines that are not blank.
 #[derive(Clone, Debug)]
-pub struct Lines<'t> {
+pub struct TextLines<'t> {
     text: &'t str,
     next: usize,
     number: usize,
 }
 
 /// The lines from a given byte on.
-pub fn lines(text: &str, start: usize) -> Lines<'_> {
-    Lines {
+pub fn lines(text: &str, start: usize) -> TextLines<'_> {
+    TextLines {
         text,
         next: start,
         number: text[..start].matches('\n').count(),
     }
 }
 
-impl<'t> Iterator for Lines<'t> {
-    type Item = Line<'t>;
+impl<'t> Iterator for TextLines<'t> {
+    type Item = CsvLine<'t>;
 
-    fn next(&mut self) -> Option<Line<'t>> {
+    fn next(&mut self) -> Option<CsvLine<'t>> {
         loop {
             let mut start = self.next;
             let whole = self.text[start..].split_inclusive('\n').next()?;
@@ -76,7 +76,7 @@ impl<'t> Iterator for Lines<'t> {
             }
             if !text.trim().is_empty() {
                 let number = self.number;
-                return Some(Line {
+                return Some(CsvLine {
                     text,
                     start,
                     number,

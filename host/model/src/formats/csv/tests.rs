@@ -4,12 +4,12 @@ use toml::Spanned;
 
 /// Reads columns A and B.
 fn read(text: &str) -> Result<Vec<[f64; 2]>, FileError> {
-    let table = Table::open(text, 0, "write A,B", "write numbers")?;
+    let table = CsvTable::open(text, 0, "write A,B", "write numbers")?;
     let columns = table.columns(0, |name| ["A", "B"].iter().position(|n| *n == name))?;
     if columns.len() < 2 {
         return Err(table.missing("B"));
     }
-    let numbers = |row: Row<'_>| Ok([row.number(0)?, row.number(1)?]);
+    let numbers = |row: CsvRow<'_>| Ok([row.number(0)?, row.number(1)?]);
     table.map(|row| numbers(row?)).collect()
 }
 
@@ -22,7 +22,7 @@ fn quotes_blank_lines_and_line_ends_do_not_matter() {
     assert_eq!(line_of(text, 3), None);
     assert_eq!(&text[place(text, 4, "B")], "\"-2.5\"");
     assert_eq!(place(text, 5, "B"), 0..0);
-    let spaced = Table::without_header("\u{feff} 1\t2 \n", 0, &[], "").spaced();
+    let spaced = CsvTable::without_header("\u{feff} 1\t2 \n", 0, &[], "").spaced();
     let row = spaced.last().unwrap().unwrap();
     assert_eq!((row.cells[1].text, row.cells[1].span.clone()), ("2", 6..7));
 }
@@ -128,7 +128,7 @@ fn a_heading_keeps_its_places() {
     let text = "\u{feff}# unit = \"µm\"\r\n\r\n  # # a comment\r\nA,B\r\n1,2\r\n#3,4\r\n";
     let (heading, end) = heading::<Heading>(text, "").unwrap();
     assert_eq!(&text[heading.unit.span()], "\"µm\"");
-    let mut table = Table::open(text, end, "", "").unwrap();
+    let mut table = CsvTable::open(text, end, "", "").unwrap();
     assert_eq!(&text[table.header.span.clone()], "A,B");
     assert_eq!(table.next().unwrap().unwrap().line, 5);
     let error = table.next().unwrap().unwrap_err();
@@ -144,7 +144,7 @@ fn a_heading_keeps_its_places() {
 
 #[test]
 fn numbers_that_do_not_increase_are_refused() {
-    let mut table = Table::without_header("5\n5\n", 0, &["target"], "");
+    let mut table = CsvTable::without_header("5\n5\n", 0, &["target"], "");
     let first = table.next().unwrap().unwrap();
     assert_eq!(first.increasing(0, None, ""), Ok(5.0));
     let second = table.next().unwrap().unwrap();

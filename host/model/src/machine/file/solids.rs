@@ -1,7 +1,7 @@
 //! `[[solid]]` of `machine.toml`.
 
 use super::{Axis, finite, frame};
-use crate::machine::{Carrier, Shape, Solid};
+use crate::machine::{Carrier, Solid, SolidShape};
 use crate::source::{Exactly, FileError};
 use serde::Deserialize;
 use toml::Spanned;
@@ -66,7 +66,7 @@ fn carrier(carried_by: &Spanned<String>, axes: &[Axis]) -> Result<Carrier, FileE
 }
 
 impl SolidEntry {
-    fn shape(&self) -> Result<Shape, FileError> {
+    fn shape(&self) -> Result<SolidShape, FileError> {
         let (shape, span) = (self.shape.get_ref().as_str(), self.shape.span());
         let keys = match shape {
             "box" => [true, false, false],
@@ -119,11 +119,11 @@ impl SolidEntry {
                 if sizes.iter().any(|s| !(*s > 0.0 && *s < LARGEST)) {
                     return Err(not_a_size(size.span()));
                 }
-                Shape::Box(sizes.map(|s| s / 2.0))
+                SolidShape::Box(sizes.map(|s| s / 2.0))
             }
-            (None, "sphere") => Shape::Sphere { radius },
-            (None, "cylinder") => Shape::Cylinder { radius, half },
-            (None, _) => Shape::Capsule { radius, half },
+            (None, "sphere") => SolidShape::Sphere { radius },
+            (None, "cylinder") => SolidShape::Cylinder { radius, half },
+            (None, _) => SolidShape::Capsule { radius, half },
         })
     }
 }

@@ -33,9 +33,9 @@ impl Column {
 pub enum Shows {
     /// A rotary axis whose own motions are switched off, or that has none: its sines and cosines.
     Turning,
-    /// Its own motions.
+    /// Own motions.
     Moving,
-    /// Its own motions together with those of another axis.
+    /// Own motions together with those of another axis.
     Joint,
 }
 

@@ -23,7 +23,7 @@ pub struct Entry {
     pub key: Key,
     /// Coefficient, in units of the output's tolerance.
     pub value: f64,
-    /// Its largest possible contribution, in the same units.
+    /// Largest possible contribution, in the same units.
     pub peak: f64,
 }
 

@@ -14,7 +14,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// Its value at a position of a variable.
+    /// Value at a position of a variable.
     pub fn value(self, variable: &Variable, x: f64) -> f64 {
         match self {
             Self::Coordinate => variable.coordinate(x),

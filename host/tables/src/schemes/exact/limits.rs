@@ -6,7 +6,7 @@
 /// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
 /// squares, because peaks rarely coincide).
 pub(crate) const FIRST_SHARE: f64 = 0.25;
-/// The same if the tip and the direction are measured, where deviations of related axes partly cancel.
+/// Like `FIRST_SHARE`, if the tip and the direction are measured, where deviations of related axes partly cancel.
 pub(crate) const FIRST_TOOL_SHARE: f64 = 1.1;
 /// A structure that leaves more than this fraction of the tolerance leaves little for interpolation. One made for
 /// this fraction of its share may then be cheaper.
@@ -134,7 +134,7 @@ pub(crate) const OUT_OF_REACH: f64 = 30.0;
 /// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
 /// fit has more than halved an error.
 pub(crate) const MOST_FITTED: f64 = 2.0;
-/// The same before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
+/// Like `MOST_FITTED`, before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
 /// a coarser tolerance may halve it.
 pub(crate) const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
 /// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random

@@ -59,11 +59,11 @@ pub enum Effort {
 /// A structure that was tried.
 struct Tried {
     attempt: Attempt,
-    /// Its error at the trial positions, in units of the tolerance.
+    /// Error at the trial positions, in units of the tolerance.
     error: f64,
     /// True if it includes second-order effects of motion pairs.
     pairs: bool,
-    /// Its tables with peaks, once they have been sampled.
+    /// Tables with peaks, once they have been sampled.
     seen: Option<BTreeMap<usize, PeakTables>>,
 }
 

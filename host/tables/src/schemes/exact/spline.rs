@@ -47,7 +47,7 @@ pub fn coefficients(values: &DMatrix<f64>, wraps: bool) -> DMatrix<f64> {
     fitted(&unrolled).rows(AROUND, intervals).into_owned()
 }
 
-/// The same for tables that do not wrap.
+/// Like `coefficients`, for tables that do not wrap.
 fn fitted(values: &DMatrix<f64>) -> DMatrix<f64> {
     let n = count(values.nrows() / 2, false);
     // The normal equations: `square[i][k]` couples coefficients i and i − k.

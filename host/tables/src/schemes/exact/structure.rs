@@ -26,7 +26,7 @@ pub struct Term {
     pub output: usize,
     /// Weight, in units of the output's tolerance, divided by those of a merged table.
     pub weight: f64,
-    /// Its tables: variable and function.
+    /// Tables: variable and function.
     pub factors: Vec<(usize, Function)>,
 }
 

@@ -15,7 +15,7 @@ use trueaxis_model::parallel;
 struct Part {
     /// Coefficients over the variable's basis.
     coefficients: Vec<f64>,
-    /// Its values at nodes, and the largest magnitude among them.
+    /// Values at nodes, and the largest magnitude among them.
     values: Vec<f64>,
     peak: f64,
 }

@@ -34,7 +34,7 @@ pub enum Kind {
 pub struct Variable {
     /// What it represents.
     pub kind: Kind,
-    /// Its range (mm, rad, K; −1…1).
+    /// Range (mm, rad, K; −1…1).
     pub range: [f64; 2],
     /// True if its range is one turn, after which everything repeats.
     pub wraps: bool,

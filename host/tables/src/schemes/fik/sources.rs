@@ -9,7 +9,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 pub struct Source {
     /// `EB0A`; for a motion with several coefficients `EXX`.
     pub name: String,
-    /// Its value (mm, rad, per mmᵏ or radᵏ); 1 if it is included in `along`.
+    /// Value (mm, rad, per mmᵏ or radᵏ); 1 if it is included in `along`.
     pub value: f64,
     /// One unit of it in its frame, as a constant.
     pub unit: Parameter,

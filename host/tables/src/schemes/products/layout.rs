@@ -30,11 +30,11 @@ pub struct Factor {
 pub struct Product {
     /// Index of the output axis.
     pub output: usize,
-    /// Its constant factor.
+    /// Constant factor of the product of tables.
     pub weight: f64,
     /// The limits of an adjustable weight; `None` if the weight is fixed.
     pub limits: Option<[f32; 2]>,
-    /// Its tables, each of another input; a constant if empty.
+    /// Tables, each of another input; a constant if empty.
     pub factors: Vec<Factor>,
     /// A number by which the scheme recognizes it.
     pub tag: usize,

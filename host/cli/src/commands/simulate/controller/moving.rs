@@ -10,7 +10,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 
 /// The machine.
-pub struct Moving<'a> {
+pub struct SimulatedMachine<'a> {
     machine: &'a Machine,
     kinematics: Kinematics<'a>,
     /// Servo periods since start.
@@ -39,7 +39,7 @@ impl PositionSource<[f32; 8]> for Once {
     }
 }
 
-impl<'a> Moving<'a> {
+impl<'a> SimulatedMachine<'a> {
     /// Column heads of the lines.
     pub const HEAD: &'static str =
         "    time   largest error of the tip   without corrections   corrections\n";
