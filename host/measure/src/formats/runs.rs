@@ -25,7 +25,7 @@ use trueaxis_model::source::FileError;
 ///
 /// # Errors
 /// [`FileError`] with line, cause and remedy: a heading that is incomplete or belongs to another machine, unknown
-/// axes, an invalid direction; whatever [`Table`](trueaxis_model::formats::csv::Table) refuses, a column without
+/// axes, an invalid direction; whatever [`CsvTable`](trueaxis_model::formats::csv::CsvTable) refuses, a column without
 /// direction, targets that do not increase or are outside the travel.
 pub fn read(text: &str, machine: &Machine) -> Result<MeasuredRuns, FileError> {
     opened(text, machine, true)

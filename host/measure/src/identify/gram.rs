@@ -1,7 +1,7 @@
 //! Linear least squares with parts of the equations left out, by the normal equations of each part.
 //!
 //! The normal equations square the condition, which is enough to compare models: solutions that count come from
-//! [`Factor`](super::factor::Factor).
+//! [`ScaledFactor`](super::factor::ScaledFactor).
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 

@@ -37,7 +37,7 @@ pub(super) struct Identifiability {
 impl Identifiability {
     /// Finds what the positions of a problem can identify: the rank of the equations of the nominal machine, with
     /// linear axes that put the stylus at the balls. The readings only matter through the resulting positions of
-    /// balls and stylus. `least`: see [`Options::least`](super::Options::least).
+    /// balls and stylus. `least`: see [`IdentifyOptions::least`](super::IdentifyOptions::least).
     pub fn of(problem: &Problem<'_>, least: f64) -> Result<Self, IdentifyError> {
         let Ideal {
             problem: ideal,
