@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
 use trueaxis::link::Storing;
-use trueaxis_controllers::link::{self, Activated};
+use trueaxis_controllers::link::{self, Activated, LinkedController};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
 
@@ -122,6 +122,34 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
         .map_err(|error| port.bad_flash(&error))?;
     drop(bar);
+    let flashed = Flashed {
+        file: path,
+        firmware: &controller.firmware,
+        board: &controller.board,
+        slot: outcome.slot.to_string(),
+        sequence: outcome.sequence,
+        bytes: blob.len(),
+        already: outcome.already,
+        resumed: outcome.resumed,
+        active: outcome.activated == Activated::Yes,
+        fading: outcome.activated == Activated::WithMotion,
+        at_start: outcome.at_start.in_use == Some(outcome.slot),
+    };
+    match *json {
+        true => files::print_json(&flashed)?,
+        false => files::print(&screen(port, &controller, &outcome, path, blob.len()))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// The text output.
+fn screen(
+    port: &PortArguments,
+    controller: &LinkedController,
+    outcome: &link::UploadOutcome,
+    path: &Path,
+    bytes: usize,
+) -> String {
     let link::UploadOutcome {
         slot,
         sequence,
@@ -129,23 +157,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         resumed,
         activated,
         at_start,
-    } = outcome;
-    if *json {
-        files::print_json(&Flashed {
-            file: path,
-            firmware: &controller.firmware,
-            board: &controller.board,
-            slot: slot.to_string(),
-            sequence,
-            bytes: blob.len(),
-            already,
-            resumed,
-            active: activated == Activated::Yes,
-            fading: activated == Activated::WithMotion,
-            at_start: at_start.in_use == Some(slot),
-        })?;
-        return Ok(Outcome::Done);
-    }
+    } = *outcome;
     let mut text = format!(
         "{}: {} on {}\n",
         port.port, controller.firmware, controller.board
@@ -163,7 +175,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         format!(
             "{}: {} bytes{from} written to slot {slot} and verified, number {sequence}\n",
             path.display(),
-            blob.len(),
+            bytes,
         )
     };
     text += match activated {
@@ -180,6 +192,5 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             _ => "at the next start too once the machine has stood still with its drives off\n",
         };
     }
-    files::print(&text)?;
-    Ok(Outcome::Done)
+    text
 }

@@ -53,21 +53,7 @@ fn identifier(text: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (path, output) = (&arguments.blob, &arguments.output);
     files::prepare(output, &[path])?;
-    let extension = output.extension().and_then(|e| e.to_str());
-    let language = match (arguments.lang, extension) {
-        (Some(language), _) => language,
-        (None, Some("rs")) => Language::Rust,
-        (None, Some("c")) => Language::C,
-        (None, _) => {
-            return Err(BadInput::new(
-                format!(
-                    "{}: the name does not say which language to write",
-                    output.display()
-                ),
-                "end it with .rs or .c, or add --lang rust or --lang c",
-            ));
-        }
-    };
+    let language = arguments.language()?;
     let blob = files::read_blob(path)?;
     let in_blob = |error| BadInput::in_blob(error, path);
     let runtime = Runtime::load(&blob).map_err(in_blob)?;
@@ -113,4 +99,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         path.display(),
     ))?;
     Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// The language that was given, or that the name of the file says.
+    fn language(&self) -> Result<Language, BadInput> {
+        let extension = self.output.extension().and_then(|e| e.to_str());
+        match (self.lang, extension) {
+            (Some(language), _) => Ok(language),
+            (None, Some("rs")) => Ok(Language::Rust),
+            (None, Some("c")) => Ok(Language::C),
+            (None, _) => Err(BadInput::new(
+                format!(
+                    "{}: the name does not say which language to write",
+                    self.output.display()
+                ),
+                "end it with .rs or .c, or add --lang rust or --lang c",
+            )),
+        }
+    }
 }

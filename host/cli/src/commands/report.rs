@@ -89,67 +89,11 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { files, blob, .. } = arguments;
-    let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
-    inputs.extend(blob.as_deref());
-    inputs.extend(arguments.identification.as_deref());
-    inputs.extend(arguments.compare.as_deref());
-    inputs.extend(arguments.calibration.as_deref());
-    let validated = arguments.validated();
-    inputs.extend(validated.as_deref());
-    if let Some(output) = &arguments.output {
-        files::prepare(output, &inputs)?;
-    }
-    let (machine, errors) = files.read()?;
-    let mut document = Document {
-        date: Some(date::given_or_today(arguments.date.as_deref())?),
-        reference_position: arguments.zero_at.clone(),
-        tolerance_um: arguments.tolerance,
-        seed: arguments.random.seed,
-        ..Document::of(&machine)
-    };
-    for (role, path) in [("machine", &files.machine), ("errors", &files.errors)] {
-        document.files.push(files::described(role, path)?);
-    }
-    let identification: Option<Identification> = match &arguments.identification {
-        Some(path) => Some(read_json(path, "what `trueaxis identify --json` prints")?),
-        None => None,
-    };
-    let validation: Option<Validation> = match &validated {
-        Some(path) => Some(read_json(
-            path,
-            "a validation.json of `trueaxis linuxcnc calibrate`",
-        )?),
-        None => None,
-    };
-    let old: Option<ReportFigures> = match &arguments.compare {
-        Some(path) => Some(read_old(path)?),
-        None => None,
-    };
-    let bytes = match blob {
-        Some(path) => {
-            document.files.push(files::described("compensation", path)?);
-            Some(files::read_blob(path)?)
-        }
-        None => None,
-    };
-    if let Some(path) = &arguments.identification {
-        document
-            .files
-            .push(files::described("identification", path)?);
-    }
-    if let Some(path) = &validated {
-        document.files.push(files::described("validation", path)?);
-    }
-    let calibration = match &arguments.calibration {
-        Some(path) => {
-            document.files.push(files::described("calibration", path)?);
-            let text = Text::read(path)?;
-            CalibrationRecord::from_toml(&text.text, &machine).map_err(|error| text.bad(error))?
-        }
-        None => CalibrationRecord::default(),
-    };
-    let runtime = match (&bytes, blob) {
+    arguments.prepare()?;
+    let (machine, errors) = arguments.files.read()?;
+    let mut given = Given::read(arguments, &machine)?;
+    let (bytes, zero_at) = (given.bytes.take(), given.zero_at.take());
+    let runtime = match (&bytes, &arguments.blob) {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
         _ => None,
     };
@@ -157,11 +101,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_ref()
         .and_then(|runtime| compile::belongs(&machine, &errors, runtime).err());
     let runtime = runtime.filter(|_| mismatch.is_none());
-    let zero_at = arguments
-        .zero_at
-        .as_deref()
-        .map(|text| position_argument::zero_position(text, &machine))
-        .transpose()?;
     let proof = match &runtime {
         Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
         None => None,
@@ -178,85 +117,99 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(runtime) => runtime.compensation().policy(),
         None => stored(Default::default()),
     };
-    document.policy = policy.to_string();
-    document.tolerance_urad = tolerance_urad(of_blob(policy), arguments.tolerance);
-    let mut report = report::report(&machine, &errors, compensation, identification, document)
-        .map_err(|error| bad(&error))?;
-    report.validation = validation;
-    if let (true, Some(path), None) = (
-        arguments.certificate,
-        &arguments.identification,
-        &report.identification,
-    ) {
-        return Err(BadInput::new(
-            format!(
-                "{}: this identification is of another machine",
-                path.display()
-            ),
-            "give the output of `trueaxis identify --json` for this machine, or no identification",
-        ));
-    }
-    if let Some(mismatch) = &mismatch {
-        let remark = format!(
-            "The compensation is left out: {mismatch}. The report shows the machine without it."
-        );
-        eprintln!("warning: {remark}");
-        report.remarks.insert(0, remark);
-    }
-    if let Some(old) = &old {
-        if old.document.machine == machine.name {
-            report.changes = Some(report::changes(old, &report));
-        } else {
-            report.remarks.push(format!(
-                "The older report is of the machine `{}`: it is not compared.",
-                old.document.machine
-            ));
-        }
-    }
-    if arguments.certificate {
+    let report = arguments.figures(
+        &machine,
+        &errors,
+        compensation,
+        &mut given,
+        policy,
+        &mismatch,
+    )?;
+    let conforms = if arguments.certificate {
+        let calibration = std::mem::take(&mut given.calibration);
         let certificate =
             certificate::certificate(&machine, &errors, compensation, &report, calibration)
                 .map_err(|error| bad(&error))?;
-        if let Some(output) = &arguments.output {
-            let page = report::certificate_page(&report, &certificate);
-            files::write(output, made(page)?.as_bytes())?;
-        }
-        match arguments.json {
-            true => files::print_json(&certificate)?,
-            false => files::print(&certified(
-                &report,
-                &certificate,
-                arguments.output.as_deref(),
-            ))?,
-        }
-        return Ok(match certificate.conforms() && mismatch.is_none() {
-            true => Outcome::Done,
-            false => Outcome::CheckFailed,
-        });
-    }
-    let zero = schemes::Options {
-        policy: of_blob(policy),
-        zero_at: zero_at.filter(|_| runtime.is_some()),
-        ..schemes::Options::default()
+        arguments.certify(&report, &certificate)?;
+        certificate.conforms()
+    } else {
+        let zero = schemes::Options {
+            policy: of_blob(policy),
+            zero_at: zero_at.filter(|_| runtime.is_some()),
+            ..schemes::Options::default()
+        };
+        let zero = zero.zero(&machine, &errors);
+        let zero = zero.map_err(|error| {
+            error_source::compile(error.into(), &arguments.files, &machine, &errors)
+        })?;
+        let model = PageModel::relative_to(&machine, &errors, runtime.as_ref(), &zero);
+        arguments.write(&report, &model)?;
+        true
     };
-    let zero = zero.zero(&machine, &errors);
-    let zero =
-        zero.map_err(|error| error_source::compile(error.into(), files, &machine, &errors))?;
-    let model = PageModel::relative_to(&machine, &errors, runtime.as_ref(), &zero);
-    if let Some(output) = &arguments.output {
-        write_page(output, &report, &model)?;
-    }
-    if let Some(folder) = &arguments.pictures {
-        files::write_pictures(folder, report::pictures(&report))?;
-    }
-    match arguments.json {
-        true => files::print_json(&report)?,
-        false => files::print(&said(&report, arguments.output.as_deref()))?,
-    }
-    Ok(match mismatch {
-        None => Outcome::Done,
-        Some(_) => Outcome::CheckFailed,
+    Ok(match conforms && mismatch.is_none() {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
     })
+}
+
+/// What is reported beside machine and errors.
+struct Given {
+    document: Document,
+    identification: Option<Identification>,
+    validation: Option<Validation>,
+    old: Option<ReportFigures>,
+    bytes: Option<AlignedBlob>,
+    calibration: CalibrationRecord,
+    zero_at: Option<Vec<f64>>,
+}
+
+impl Given {
+    fn read(arguments: &Arguments, machine: &Machine) -> Result<Self, BadInput> {
+        let validated = arguments.validated();
+        let mut document = Document {
+            date: Some(date::given_or_today(arguments.date.as_deref())?),
+            reference_position: arguments.zero_at.clone(),
+            tolerance_um: arguments.tolerance,
+            seed: arguments.random.seed,
+            ..Document::of(machine)
+        };
+        for (role, path) in [
+            ("machine", Some(&arguments.files.machine)),
+            ("errors", Some(&arguments.files.errors)),
+            ("compensation", arguments.blob.as_ref()),
+            ("identification", arguments.identification.as_ref()),
+            ("validation", validated.as_ref()),
+            ("calibration", arguments.calibration.as_ref()),
+        ] {
+            if let Some(path) = path {
+                document.files.push(files::described(role, path)?);
+            }
+        }
+        let calibration = arguments.calibration.as_deref().map(|path| {
+            let text = Text::read(path)?;
+            CalibrationRecord::from_toml(&text.text, machine).map_err(|error| text.bad(error))
+        });
+        let zero_at = arguments.zero_at.as_deref();
+        Ok(Self {
+            identification: (arguments.identification.as_deref())
+                .map(|path| read_json(path, "what `trueaxis identify --json` prints"))
+                .transpose()?,
+            validation: (validated.as_deref())
+                .map(|path| read_json(path, "a validation.json of `trueaxis linuxcnc calibrate`"))
+                .transpose()?,
+            old: arguments.compare.as_deref().map(read_old).transpose()?,
+            bytes: arguments
+                .blob
+                .as_deref()
+                .map(files::read_blob)
+                .transpose()?,
+            calibration: calibration.transpose()?.unwrap_or_default(),
+            zero_at: zero_at
+                .map(|text| position_argument::zero_position(text, machine))
+                .transpose()?,
+            document,
+        })
+    }
 }
 
 /// Writes the page of a report.
@@ -307,6 +260,99 @@ fn read_old(path: &Path) -> Result<ReportFigures, BadInput> {
 }
 
 impl Arguments {
+    /// Refuses an output that cannot be written, or that is an input.
+    fn prepare(&self) -> Result<(), BadInput> {
+        let validated = self.validated();
+        let others = [
+            &self.blob,
+            &self.identification,
+            &self.compare,
+            &self.calibration,
+            &validated,
+        ];
+        let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
+        inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
+        match &self.output {
+            Some(output) => files::prepare(output, &inputs),
+            None => Ok(()),
+        }
+    }
+
+    /// All figures, with the remarks about what was left out.
+    fn figures(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        compensation: Option<ReportedCompensation<'_>>,
+        given: &mut Given,
+        policy: trueaxis::Policy,
+        mismatch: &Option<compile::Mismatch>,
+    ) -> Result<ReportFigures, BadInput> {
+        let document = Document {
+            policy: policy.to_string(),
+            tolerance_urad: tolerance_urad(of_blob(policy), self.tolerance),
+            ..given.document.clone()
+        };
+        let identification = given.identification.take();
+        let mut report = report::report(machine, errors, compensation, identification, document)
+            .map_err(|error| bad(&error))?;
+        report.validation = given.validation.take();
+        let identification = (&self.identification, &report.identification);
+        if let (true, (Some(path), None)) = (self.certificate, identification) {
+            return Err(BadInput::new(
+                format!(
+                    "{}: this identification is of another machine",
+                    path.display()
+                ),
+                "give the output of `trueaxis identify --json` for this machine, or no identification",
+            ));
+        }
+        if let Some(mismatch) = mismatch {
+            let remark = format!(
+                "The compensation is left out: {mismatch}. The report shows the machine without it."
+            );
+            eprintln!("warning: {remark}");
+            report.remarks.insert(0, remark);
+        }
+        match &given.old {
+            Some(old) if old.document.machine == machine.name => {
+                report.changes = Some(report::changes(old, &report));
+            }
+            Some(old) => report.remarks.push(format!(
+                "The older report is of the machine `{}`: it is not compared.",
+                old.document.machine
+            )),
+            None => {}
+        }
+        Ok(report)
+    }
+
+    /// Writes and prints the calibration report.
+    fn certify(&self, report: &ReportFigures, certificate: &Certificate) -> Result<(), BadInput> {
+        if let Some(output) = &self.output {
+            let page = report::certificate_page(report, certificate);
+            files::write(output, made(page)?.as_bytes())?;
+        }
+        match self.json {
+            true => files::print_json(certificate),
+            false => files::print(&certified(report, certificate, self.output.as_deref())),
+        }
+    }
+
+    /// Writes the page and the pictures, and prints the verdict.
+    fn write(&self, report: &ReportFigures, model: &PageModel) -> Result<(), BadInput> {
+        if let Some(output) = &self.output {
+            write_page(output, report, model)?;
+        }
+        if let Some(folder) = &self.pictures {
+            files::write_pictures(folder, report::pictures(report))?;
+        }
+        match self.json {
+            true => files::print_json(report),
+            false => files::print(&said(report, self.output.as_deref())),
+        }
+    }
+
     /// The validation that was given, or that is beside both files of a calibration.
     fn validated(&self) -> Option<PathBuf> {
         let beside = |path: &Path| path.with_file_name("validation.json");

@@ -77,11 +77,7 @@ struct SkewAnswer<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        machine: machine_path,
-        errors: errors_path,
-        ..
-    } = arguments;
+    let (machine_path, errors_path) = (&arguments.machine, &arguments.errors);
     let given = [&arguments.xy, &arguments.xz, &arguments.yz];
     if given.iter().all(|lengths| lengths.is_empty()) {
         return Err(BadInput::new(
@@ -90,106 +86,109 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ));
     }
     files::prepare(errors_path, &[machine_path])?;
-    let new = !machine_path.exists();
-    let text = match (new, arguments.travel) {
-        (false, None) => None,
-        (false, Some(_)) => {
-            return Err(BadInput::new(
-                format!("--travel: {} is there already", machine_path.display()),
-                "leave --travel out, or give --machine another name",
-            ));
-        }
-        (true, None) => {
-            return Err(BadInput::new(
-                format!("{}: there is no such file", machine_path.display()),
-                "give --travel X,Y,Z in mm, and it is written, or --machine the file of the machine",
-            ));
-        }
-        (true, Some(travels)) => Some(printer(travels)),
-    };
-    let machine = match &text {
+    let new = arguments.new_machine()?;
+    let machine = match &new {
         None => files::read_machine(machine_path)?,
-        Some(text) => Machine::from_toml(text).map_err(|error| {
-            let text = Text {
-                name: machine_path.display().to_string(),
-                text: text.clone(),
-            };
-            text.bad(error)
-        })?,
+        Some(text) => Machine::from_toml(&text.text).map_err(|error| text.bad(error))?,
     };
-    let mut planes = Vec::new();
-    for (number, lengths) in given.into_iter().enumerate() {
-        if lengths.is_empty() {
-            continue;
-        }
-        let name = PLANES[number].0;
-        let wrong =
-            |cause: String, remedy: &str| BadInput::new(format!("--{name}: {cause}"), remedy);
-        let lengths = <[f64; 3]>::try_from(lengths.as_slice()).map_err(|_| {
-            wrong(
-                "takes three lengths".to_owned(),
-                "give both diagonals and a side in mm, like 141.32,141.51,100",
-            )
-        })?;
-        let lean = lean(lengths).map_err(|error| {
-            wrong(
-                error.to_string(),
-                "give AC, BD and AD in this order: the diagonal from corner A, the other one, the side from A",
-            )
-        })?;
-        let parameters = parameters(&machine, number, lean).map_err(|error| {
-            wrong(
-                error.to_string(),
-                "give the machine file of a printer or router with the axes X, Y and Z",
-            )
-        })?;
-        planes.push(SkewPlane {
-            plane: name,
-            lean,
-            parameters: parameters
-                .map(|(name, value)| (name, rounded(value)))
-                .to_vec(),
-        });
-    }
+    let measured = (0..given.len()).filter(|number| !given[*number].is_empty());
+    let planes: Vec<SkewPlane> = measured
+        .map(|number| plane(&machine, number, given[number]))
+        .collect::<Result<_, _>>()?;
     let merged = merged(errors_path, &machine, &planes)?;
-    if let Some(text) = &text {
+    if let Some(text) = &new {
         files::prepare(machine_path, &[])?;
-        files::write(machine_path, text.as_bytes())?;
+        files::write(machine_path, text.text.as_bytes())?;
     }
     files::write(errors_path, merged.as_bytes())?;
-    if arguments.json {
-        files::print_json(&SkewAnswer {
+    match arguments.json {
+        true => files::print_json(&SkewAnswer {
             machine: machine_path,
-            machine_written: new,
+            machine_written: new.is_some(),
             errors: errors_path,
             planes: &planes,
-        })?;
-        return Ok(Outcome::Done);
+        })?,
+        false => files::print(&screen(arguments, new.is_some(), &planes))?,
     }
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// The description of a printer, if there is none yet.
+    fn new_machine(&self) -> Result<Option<Text>, BadInput> {
+        let name = self.machine.display().to_string();
+        match (self.machine.exists(), self.travel) {
+            (true, None) => Ok(None),
+            (true, Some(_)) => Err(BadInput::new(
+                format!("--travel: {name} is there already"),
+                "leave --travel out, or give --machine another name",
+            )),
+            (false, None) => Err(BadInput::new(
+                format!("{name}: there is no such file"),
+                "give --travel X,Y,Z in mm, and it is written, or --machine the file of the machine",
+            )),
+            (false, Some(travels)) => Ok(Some(Text {
+                name,
+                text: printer(travels),
+            })),
+        }
+    }
+}
+
+/// What the lengths in a plane say.
+fn plane(machine: &Machine, number: usize, lengths: &[f64]) -> Result<SkewPlane, BadInput> {
+    let name = PLANES[number].0;
+    let wrong = |cause: String, remedy: &str| BadInput::new(format!("--{name}: {cause}"), remedy);
+    let lengths = <[f64; 3]>::try_from(lengths).map_err(|_| {
+        wrong(
+            "takes three lengths".to_owned(),
+            "give both diagonals and a side in mm, like 141.32,141.51,100",
+        )
+    })?;
+    let lean = lean(lengths).map_err(|error| {
+        wrong(
+            error.to_string(),
+            "give AC, BD and AD in this order: the diagonal from corner A, the other one, the side from A",
+        )
+    })?;
+    let parameters = parameters(machine, number, lean).map_err(|error| {
+        wrong(
+            error.to_string(),
+            "give the machine file of a printer or router with the axes X, Y and Z",
+        )
+    })?;
+    Ok(SkewPlane {
+        plane: name,
+        lean,
+        parameters: parameters
+            .map(|(name, value)| (name, rounded(value)))
+            .to_vec(),
+    })
+}
+
+/// The text output.
+fn screen(arguments: &Arguments, is_new: bool, planes: &[SkewPlane]) -> String {
     let mut screen = String::new();
-    for plane in &planes {
+    for plane in planes {
         let [first, second] = [0, 1].map(|k| plane.plane[k..=k].to_uppercase());
+        let way = match plane.lean < 0.0 {
+            true => "away from",
+            false => "towards",
+        };
         screen += &format!(
-            "{second} leans by {:.3} mm per 100 mm {} {first}\n",
-            plane.lean.abs() * 100.0,
-            if plane.lean < 0.0 {
-                "away from"
-            } else {
-                "towards"
-            }
+            "{second} leans by {:.3} mm per 100 mm {way} {first}\n",
+            plane.lean.abs() * 100.0
         );
     }
-    if new {
-        screen += &format!("{}: a new machine\n", machine_path.display());
+    if is_new {
+        screen += &format!("{}: a new machine\n", arguments.machine.display());
     }
     let values = planes.iter().flat_map(|plane| &plane.parameters);
     let values = values.filter(|(_, value)| *value != 0.0);
     let values: Vec<String> = values
         .map(|(name, value)| format!("{name} {:.1} µrad", value * 1e6))
         .collect();
-    screen += &format!("{}: {}\n", errors_path.display(), values.join(", "));
-    files::print(&screen)?;
-    Ok(Outcome::Done)
+    screen + &format!("{}: {}\n", arguments.errors.display(), values.join(", "))
 }
 
 /// The error file with the parameters that were measured; everything else in it stays as it is.

@@ -11,6 +11,7 @@ use super::{Outcome, screen, verdict};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile::{self, Proof, Refusal, Size, Warning};
@@ -69,7 +70,7 @@ struct VerifyAnswer<'a> {
     #[serde(flatten)]
     proof: &'a Proof,
     /// 95 % interval of the error that uncertain parameters leave.
-    uncertainty: Option<OverTravel>,
+    uncertainty: Option<&'a OverTravel>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -83,16 +84,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
-    let zero_at = arguments
-        .zero_at
-        .as_deref()
+    let zero_at = arguments.zero_at.as_deref();
+    let zero_at = zero_at
         .map(|text| position_argument::zero_position(text, &machine))
         .transpose()?;
-    let rotary = arguments.rotary.as_deref();
-    let rotary = rotary
-        .map(|text| position_argument::within_travel("--rotary", text, &machine))
-        .transpose()?;
-    let held = rotary.map_or(Vec::new(), |rotary| held(&machine, rotary));
+    let held = arguments.held(&machine)?;
     let policy = runtime.compensation().policy();
     let subtracted = schemes::Options {
         policy: of_blob(policy),
@@ -126,6 +122,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
+    let compensation = ReportedCompensation {
+        runtime: &runtime,
+        proof: &proof,
+        uncertainty: uncertainty.as_ref(),
+        zero_at: subtracted.zero_at.as_deref(),
+        tolerance_um: *tolerance,
+    };
     if arguments.json {
         files::print_json(&VerifyAnswer {
             file: path,
@@ -139,29 +142,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             warnings: &warnings,
             size,
             proof: &proof,
-            uncertainty,
+            uncertainty: uncertainty.as_ref(),
         })?;
     } else {
-        let compensation = ReportedCompensation {
-            runtime: &runtime,
-            proof: &proof,
-            uncertainty: uncertainty.as_ref(),
-            zero_at: subtracted.zero_at.as_deref(),
-            tolerance_um: *tolerance,
-        };
-        let told = report::verdict(&machine, &errors, Some(compensation), seed)
-            .map_err(|error| super::report::bad(&error))?;
-        let title = format!("{}: {}\n", path.display(), machine.name);
-        let text = title
-            + &screen::size(&size)
-            + &screen::zero(arguments.zero_at.as_deref())
-            + &screen::policy(policy)
-            + "\n"
-            + &screen::quality(&proof, *tolerance)
-            + &screen::uncertainty(uncertainty.as_ref())
-            + &screen::tool_length(&proof)
-            + &verdict::lines(&told);
-        files::print(&text)?;
+        files::print(&arguments.screen(&machine, &errors, compensation, &size)?)?;
     }
     for warning in &warnings {
         eprintln!("warning: {warning}");
@@ -174,6 +158,40 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } else {
         Outcome::CheckFailed
     })
+}
+
+impl Arguments {
+    /// The positions of the rotary axes for which alone the tables are made.
+    fn held(&self, machine: &Machine) -> Result<Vec<(usize, f64)>, BadInput> {
+        let rotary = self.rotary.as_deref();
+        let rotary = rotary
+            .map(|text| position_argument::within_travel("--rotary", text, machine))
+            .transpose()?;
+        Ok(rotary.map_or(Vec::new(), |rotary| held(machine, rotary)))
+    }
+
+    /// The text output.
+    fn screen(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        compensation: ReportedCompensation<'_>,
+        size: &Size,
+    ) -> Result<String, BadInput> {
+        let told = report::verdict(machine, errors, Some(compensation), self.random.seed)
+            .map_err(|error| super::report::bad(&error))?;
+        let proof = compensation.proof;
+        let title = format!("{}: {}\n", self.blob.display(), machine.name);
+        Ok(title
+            + &screen::size(size)
+            + &screen::zero(self.zero_at.as_deref())
+            + &screen::policy(compensation.runtime.compensation().policy())
+            + "\n"
+            + &screen::quality(proof, self.tolerance)
+            + &screen::uncertainty(compensation.uncertainty)
+            + &screen::tool_length(proof)
+            + &verdict::lines(&told))
+    }
 }
 
 /// The indices of the rotary axes and their positions (deg).

@@ -139,15 +139,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let bar = ProgressBarOnScreen::new();
     bar.stage("reading it again", 0);
     let RandomOptions { random, seed } = arguments.random;
-    let proof = prove(
-        &text,
-        &runtime,
-        &axes,
-        &made,
-        factor_tables,
-        random as usize,
-        seed,
-    );
+    let random = random as usize;
+    let proof = prove(&text, &runtime, &axes, &made, factor_tables, random, seed);
     drop(bar);
     let proof = proof.map_err(|e| {
         BadInput::new(
@@ -174,24 +167,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         notes: &made.notes,
         proof: &proof,
     };
-    if arguments.json {
-        files::print_json(&answer)?;
-    } else {
-        files::print(&screen(&answer, &made, &axes))?;
+    match arguments.json {
+        true => files::print_json(&answer)?,
+        false => files::print(&screen(&answer, &made, &axes))?,
     }
+    Ok(warned(&made, tolerance, meets))
+}
+
+/// Prints what the tables do not follow, and why nothing was written.
+fn warned(made: &CecPlan, tolerance: CecTolerance, meets: bool) -> Outcome {
     for sensor in &made.sensors {
         eprintln!(
             "warning: the temperature of `{sensor}` is taken to be its reference: the tables do not follow it"
         );
     }
-    if !meets {
-        eprintln!(
-            "nothing is written: the tables differ from the compensation by more than {} µm or {} µrad",
-            tolerance.um, tolerance.urad
-        );
-        return Ok(Outcome::CheckFailed);
+    if meets {
+        return Outcome::Done;
     }
-    Ok(Outcome::Done)
+    eprintln!(
+        "nothing is written: the tables differ from the compensation by more than {} µm or {} µrad",
+        tolerance.um, tolerance.urad
+    );
+    Outcome::CheckFailed
 }
 
 /// Writes the two tables that show which interpretation applies.

@@ -6,7 +6,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::klipper::twist::{self, Lookup, NozzleProbe};
+use trueaxis_controllers::klipper::twist::{self, Lookup, NozzleProbe, TwistTable};
 
 /// Write what a probe beside the nozzle reads wrong because axes twist (Klipper's axis_twist_compensation)
 ///
@@ -76,17 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .tables(arguments.points.into(), arguments.lookup)
         .map_err(bad)?;
     let text = twist::print(&tables, arguments.lookup);
-    let fault = |message: String| {
-        BadInput::new(
-            message,
-            "this is a fault of trueaxis: please report it with the files",
-        )
-    };
-    let again = twist::read(&text).map_err(|error| fault(error.message))?;
-    let [Some(x), Some(y)] = again else {
-        return Err(fault("a table is not read again".to_owned()));
-    };
-    let [largest_um, left_um] = probe.left(&[x, y], arguments.lookup).map_err(bad)?;
+    let again = read_again(&text)?;
+    let [largest_um, left_um] = probe.left(&again, arguments.lookup).map_err(bad)?;
     let meets = left_um <= *tolerance;
     let written = meets || arguments.best_effort;
     if written {
@@ -122,4 +113,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     );
     Ok(Outcome::CheckFailed)
+}
+
+/// The tables over X and Y, as the firmware reads them.
+fn read_again(text: &str) -> Result<[TwistTable; 2], BadInput> {
+    let fault = |message: String| {
+        BadInput::new(
+            message,
+            "this is a fault of trueaxis: please report it with the files",
+        )
+    };
+    match twist::read(text).map_err(|error| fault(error.message))? {
+        [Some(x), Some(y)] => Ok([x, y]),
+        _ => Err(fault("a table is not read again".to_owned())),
+    }
 }

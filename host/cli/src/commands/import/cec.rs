@@ -107,33 +107,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let size = Size::of(&runtime);
     let bounds = bounds_of(&machine, &runtime, SEED, &bar)?;
     drop(bar);
+    let large = |bound: &&AxisBounds| bound.value_bound > bound.most();
+    if let (Some(bound), false) = (bounds.iter().find(large), arguments.allow_large) {
+        return Err(too_large(&text, bound));
+    }
     for (axis, bound) in draft.axes.iter_mut().zip(&bounds) {
-        if bound.value_bound > bound.most() && !arguments.allow_large {
-            return Err(BadInput::new(
-                format!(
-                    "{}: the correction of {} reaches {:.3} {}",
-                    text.name, bound.axis, bound.largest, bound.unit
-                ),
-                "look at the unit and the values, and whether --factor-tables is right; if it is meant, give \
-                 --allow-large",
-            ));
-        }
         bound.set(axis);
     }
     files::write(output, &encoded(&draft)?)?;
     let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
-    let doubts: Vec<FileError> = found.doubts.iter().cloned().chain(beyond).collect();
-    let warnings: Vec<String> = doubts
-        .iter()
-        .map(|doubt| {
-            format!(
-                "{}: {}\n  {}",
-                text.place(doubt),
-                doubt.message,
-                doubt.remedy
-            )
-        })
-        .collect();
+    let doubts = found.doubts.iter().cloned().chain(beyond);
+    let warnings: Vec<String> = doubts.map(|doubt| warned(&text, &doubt)).collect();
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
@@ -151,6 +135,27 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&(title + &screen::size(&size) + "\n" + &screen::bounds(&bounds, &largest)))?;
     }
     Ok(Outcome::Done)
+}
+
+/// A correction that is hardly meant.
+fn too_large(text: &Text, bound: &AxisBounds) -> BadInput {
+    BadInput::new(
+        format!(
+            "{}: the correction of {} reaches {:.3} {}",
+            text.name, bound.axis, bound.largest, bound.unit
+        ),
+        "look at the unit and the values, and whether --factor-tables is right; if it is meant, give --allow-large",
+    )
+}
+
+/// A doubt with its place and what to do about it.
+fn warned(text: &Text, doubt: &FileError) -> String {
+    format!(
+        "{}: {}\n  {}",
+        text.place(doubt),
+        doubt.message,
+        doubt.remedy
+    )
 }
 
 /// A correction that the controller limits to less, in size or in speed, than its tables contain.

@@ -128,22 +128,27 @@ fn run(
     };
     match arguments.json {
         true => files::print_json(&answer)?,
-        false => files::print(&format!(
-            "{}: {} displacements, heights from {:.3} to {:.3} mm\n\
-             {}the surface counts as flat: what is left of it after its tilt becomes an error of the machine\n",
-            output.display(),
-            answer.points,
-            answer.lowest_mm,
-            answer.highest_mm,
-            match probe {
-                Some([x, y]) if [x, y] != [0.0; 2] => format!(
-                    "the probe is {x} and {y} mm beside the nozzle: the axes stood at the places of the map minus that\n"
-                ),
-                _ => String::new(),
-            }
-        ))?,
+        false => files::print(&said(&answer))?,
     }
     Ok(Outcome::Done)
+}
+
+/// The text output.
+fn said(answer: &HeightMapAnswer<'_>) -> String {
+    let beside = match answer.probe_mm {
+        Some([x, y]) if [x, y] != [0.0; 2] => format!(
+            "the probe is {x} and {y} mm beside the nozzle: the axes stood at the places of the map minus that\n"
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "{}: {} displacements, heights from {:.3} to {:.3} mm\n\
+         {beside}the surface counts as flat: what is left of it after its tilt becomes an error of the machine\n",
+        answer.file.display(),
+        answer.points,
+        answer.lowest_mm,
+        answer.highest_mm
+    )
 }
 
 /// Where the machine file has the zero of the firmware.

@@ -84,16 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     files::prepare(output, &inputs)?;
     let machine = files::read_machine(&arguments.machine)?;
-    let [x, y, z] = ['X', 'Y', 'Z'].map(|letter| machine.index(letter));
-    let (Some(x), Some(y), Some(z)) = (x, y, z) else {
-        return Err(BadInput::new(
-            format!(
-                "{}: a map of Z over X and Y needs these three axes",
-                machine.name
-            ),
-            "give the machine file of the machine that was probed with",
-        ));
-    };
+    let [x, y, z] = axes(&machine)?;
     let text = Text::read(points)?;
     let (map, format) = surface::read(&text.text).map_err(|error| text.bad(error))?;
     let grid = arguments.in_machine(&map.grid, &machine, [x, y])?;
@@ -141,6 +132,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         false => files::print(&said(&answer))?,
     }
     Ok(Outcome::Done)
+}
+
+/// The axes X, Y and Z.
+fn axes(machine: &Machine) -> Result<[usize; 3], BadInput> {
+    match ['X', 'Y', 'Z'].map(|letter| machine.index(letter)) {
+        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
+        _ => Err(BadInput::new(
+            format!(
+                "{}: a map of Z over X and Y needs these three axes",
+                machine.name
+            ),
+            "give the machine file of the machine that was probed with",
+        )),
+    }
 }
 
 fn said(answer: &PointsAnswer<'_>) -> String {

@@ -70,25 +70,7 @@ struct SetupAnswer {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { ini, output, .. } = arguments;
-    let configuration = configuration::read_running(ini, arguments.running)?;
-    if arguments.file.is_empty() || arguments.file.contains(char::is_whitespace) {
-        return Err(BadInput::new(
-            format!(
-                "--file: `{}` has spaces, which HAL takes for separate words",
-                arguments.file
-            ),
-            "give it a path without spaces",
-        ));
-    }
-    if configuration.hal.load("trueaxis").is_some() {
-        return Err(BadInput::new(
-            format!(
-                "{}: its HAL files load the component trueaxis already",
-                ini.display()
-            ),
-            "remove HALFILE = trueaxis.hal from the INI file first: this command connects to the configuration as it is without it",
-        ));
-    }
+    let configuration = arguments.configuration()?;
     let name = name(&configuration, arguments.name.as_deref());
     let findings = beforehand(&configuration);
     if findings.iter().any(|f| f.severity == Severity::Refused) {
@@ -122,26 +104,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .into_iter()
         .filter_map(|(name, text)| Some((output.join(name), text?)));
     let written: Vec<(PathBuf, String)> = written.collect();
-    make(output)?;
-    for (file, _) in &written {
-        files::prepare(file, &[ini])?;
-        if !arguments.overwrite && file.symlink_metadata().is_ok() {
-            return Err(BadInput::new(
-                format!("{} already exists: nothing was written", file.display()),
-                "give -o another folder, or --overwrite",
-            ));
-        }
-    }
+    arguments.prepare(&written)?;
     let changed = match arguments.install {
         true => Some(with_lines(ini, &written[0].0)?),
         false => None,
     };
-    // Ignores the explanation of the mark in the head and any name that contains it.
-    let marks = |text: &str| {
-        text.lines()
-            .filter(|l| l.contains("CHECK") && l.contains('#'))
-            .count()
-    };
+    // Without the explanation of the mark in the head.
     let to_check = written.iter().map(|(_, text)| marks(text)).sum::<usize>() - 1;
     for (file, text) in &written {
         files::write(file, text.as_bytes())?;
@@ -175,6 +143,53 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     }
     files::print(&shown)?;
     Ok(Outcome::Done)
+}
+
+/// Number of lines that the user must complete; a name that contains the mark is none.
+fn marks(text: &str) -> usize {
+    let is_marked = |line: &&str| line.contains("CHECK") && line.contains('#');
+    text.lines().filter(is_marked).count()
+}
+
+impl Arguments {
+    /// The configuration, if the component can be added to it.
+    fn configuration(&self) -> Result<Configuration, BadInput> {
+        let configuration = configuration::read_running(&self.ini, self.running)?;
+        if self.file.is_empty() || self.file.contains(char::is_whitespace) {
+            return Err(BadInput::new(
+                format!(
+                    "--file: `{}` has spaces, which HAL takes for separate words",
+                    self.file
+                ),
+                "give it a path without spaces",
+            ));
+        }
+        if configuration.hal.load("trueaxis").is_some() {
+            return Err(BadInput::new(
+                format!(
+                    "{}: its HAL files load the component trueaxis already",
+                    self.ini.display()
+                ),
+                "remove HALFILE = trueaxis.hal from the INI file first: this command connects to the configuration as it is without it",
+            ));
+        }
+        Ok(configuration)
+    }
+
+    /// Makes the folder; refuses files that are there already, unless they may be replaced.
+    fn prepare(&self, written: &[(PathBuf, String)]) -> Result<(), BadInput> {
+        make(&self.output)?;
+        for (file, _) in written {
+            files::prepare(file, &[&self.ini])?;
+            if !self.overwrite && file.symlink_metadata().is_ok() {
+                return Err(BadInput::new(
+                    format!("{} already exists: nothing was written", file.display()),
+                    "give -o another folder, or --overwrite",
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Arguments {
