@@ -4,7 +4,6 @@ use super::prune::Spare;
 use super::structure::{Function, Merged, Structure, Term};
 use super::variables::Variable;
 use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
-use std::collections::HashMap;
 
 /// Terms that others replace.
 pub struct Edit {
@@ -24,20 +23,28 @@ impl Edit {
     }
 }
 
-/// How often a structure uses each table.
-pub struct Uses(HashMap<(usize, Function), i32>);
+/// How often a structure uses each table, in the order of the tables.
+pub struct Uses(Vec<((usize, Function), i32)>);
 
 impl Uses {
     pub fn new(structure: &Structure) -> Self {
-        let mut uses = HashMap::new();
-        for factor in structure.terms.iter().flat_map(|t| &t.factors) {
-            *uses.entry(*factor).or_default() += 1;
-        }
-        Self(uses)
+        let factors = structure.terms.iter().flat_map(|t| t.factors.iter());
+        let mut factors: Vec<(usize, Function)> = factors.copied().collect();
+        factors.sort_unstable();
+        let same = factors.chunk_by(|a, b| a == b);
+        Self(same.map(|uses| (uses[0], uses.len() as i32)).collect())
     }
 
     fn of(&self, table: &(usize, Function)) -> i32 {
-        self.0.get(table).copied().unwrap_or_default()
+        let place = self.0.binary_search_by(|(known, _)| known.cmp(table));
+        place.map_or(0, |place| self.0[place].1)
+    }
+
+    /// True if some table is used no more once `one` has lost its tables of a variable, and `other` all of its own.
+    pub fn ends_with(&self, one: &Term, variable: usize, other: &Term) -> bool {
+        let own = one.factors.iter().filter(|(v, _)| *v == variable);
+        let gone = || own.clone().chain(&other.factors);
+        gone().any(|table| self.of(table) == gone().filter(|g| *g == table).count() as i32)
     }
 }
 

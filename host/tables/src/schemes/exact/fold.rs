@@ -10,45 +10,92 @@ use super::prune::{Spare, peak_with};
 use super::structure::{Function, Merged, Structure};
 use super::variables::Variable;
 
-/// Tables of one variable, and the values of their product at the nodes.
-struct Product {
-    factors: Vec<(usize, Function)>,
+/// A function of one variable, by its values at the nodes.
+pub(super) struct Curve {
     values: Vec<f64>,
+    square: f64,
+    /// The largest magnitude.
+    pub(super) peak: f64,
 }
 
-/// Merged tables: values at nodes, peaks, and the places and peaks of the terms that use them.
-struct Known {
-    values: Vec<Vec<f64>>,
-    peaks: Vec<f64>,
-    users: Vec<Vec<(usize, f64)>>,
+impl Curve {
+    pub(super) fn new(values: Vec<f64>) -> Self {
+        Self {
+            square: values.iter().map(|a| a * a).sum(),
+            peak: values.iter().fold(0.0, |most, value| most.max(value.abs())),
+            values,
+        }
+    }
+
+    /// The factor by which this best approximates `other`, and the residual.
+    pub(super) fn nearest(&self, other: &Self) -> (f64, f64) {
+        let both = self.values.iter().zip(&other.values);
+        let along: f64 = both.map(|(a, b)| a * b).sum();
+        let weight = match self.square > 0.0 {
+            true => along / self.square,
+            false => 0.0,
+        };
+        // In four parts, which the processor compares at the same time.
+        let mut rest = [0.0_f64; 4];
+        for (a, b) in self.values.chunks(4).zip(other.values.chunks(4)) {
+            for (rest, (a, b)) in rest.iter_mut().zip(a.iter().zip(b)) {
+                *rest = rest.max((b - weight * a).abs());
+            }
+        }
+        (weight, rest.into_iter().fold(0.0, f64::max))
+    }
 }
+
+/// The product of tables of one variable, and how well it replaces another table: the factor, and the residual.
+struct Product<'a> {
+    factors: &'a [(usize, Function)],
+    weight: f64,
+    rest: f64,
+}
+
+/// The places of the terms that use each merged table, with their peaks.
+type Users = Vec<Vec<(usize, f64)>>;
 
 impl Structure {
     /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples or products
     /// of others, as long as that is cheaper and fits into the spare tolerance.
     pub fn fold(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         self.add_up(variables, bases, spare);
-        while self.share_once(variables, bases, spare) {}
-        while self.split_once(variables, bases, spare) {}
+        // The terms change from now on, the merged tables do not.
+        let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
+        let curves: Vec<Curve> = self.merged.iter().map(at_nodes).map(Curve::new).collect();
+        let mut multiples = vec![None; curves.len() * curves.len()];
+        while self.share_once(variables, bases, (&curves, &mut multiples), spare) {}
+        while self.split_once(variables, bases, &curves, spare) {}
     }
 
-    /// Replaces a merged table by a multiple of another one, choosing the smallest change.
-    fn share_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
-        let tables = self.tables();
-        let known = self.known(bases);
-        let merged = |&(v, f): &(usize, Function)| match f {
+    /// Replaces a merged table by a multiple of another one, choosing the smallest change. `multiples` keeps how well
+    /// each replaces each other one.
+    fn share_once(
+        &mut self,
+        variables: &[Variable],
+        bases: &[Basis],
+        (curves, multiples): (&[Curve], &mut [Option<(f64, f64)>]),
+        spare: &mut Spare,
+    ) -> bool {
+        let merged = |(v, f): (usize, Function)| match f {
             Function::Merged(id) => Some((v, id)),
             _ => None,
         };
-        let used: Vec<(usize, usize)> = tables.iter().filter_map(merged).collect();
+        let used: Vec<(usize, usize)> = self.tables().into_iter().filter_map(merged).collect();
+        let users = self.users(bases, curves);
         let (uses, mut best) = (Uses::new(self), None);
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
+                let known = &mut multiples[kept * curves.len() + gone];
+                let (weight, rest) =
+                    *known.get_or_insert_with(|| curves[kept].nearest(&curves[gone]));
                 let product = Product {
-                    factors: vec![(v, Function::Merged(kept))],
-                    values: known.values[kept].clone(),
+                    factors: &[(v, Function::Merged(kept))],
+                    weight,
+                    rest,
                 };
-                let tables = (variables, &known, &uses);
+                let tables = (variables, curves, &users[gone][..], &uses);
                 self.consider(&mut best, (v, gone), &product, tables, spare);
             }
         }
@@ -56,38 +103,63 @@ impl Structure {
     }
 
     /// Replaces a merged table by the product of a generator and another table, choosing the smallest change.
-    fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
+    fn split_once(
+        &mut self,
+        variables: &[Variable],
+        bases: &[Basis],
+        curves: &[Curve],
+        spare: &mut Spare,
+    ) -> bool {
         let tables = self.tables();
-        let known = self.known(bases);
+        let users = self.users(bases, curves);
         let (uses, mut best) = (Uses::new(self), None);
-        for &(v, whole) in &tables {
-            let Function::Merged(gone) = whole else {
-                continue;
-            };
-            for (k, product) in bases[v].products.iter().enumerate() {
-                let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
+        for of_one in tables.chunk_by(|a, b| a.0 == b.0) {
+            let products = self.products_with(of_one, bases);
+            for &(v, whole) in of_one {
+                let Function::Merged(gone) = whole else {
                     continue;
                 };
-                let generator = (v, Function::Generator(product[0]));
-                if !tables.contains(&generator) {
-                    continue;
-                }
-                let by = bases[v].at_nodes(&unit(k, bases[v].len()));
-                for &(w, kept) in tables.iter().filter(|t| t.0 == v && **t != (v, whole)) {
-                    let Some(coefficients) = self.coefficients(v, kept, bases) else {
-                        continue;
-                    };
-                    let other = bases[v].at_nodes(&coefficients);
+                for (factors, curve) in products.iter().filter(|(f, _)| f[1] != (v, whole)) {
+                    let (weight, rest) = curve.nearest(&curves[gone]);
                     let product = Product {
-                        factors: vec![generator, (w, kept)],
-                        values: other.iter().zip(&by).map(|(a, by)| a * by).collect(),
+                        factors,
+                        weight,
+                        rest,
                     };
-                    let tables = (variables, &known, &uses);
+                    let tables = (variables, curves, &users[gone][..], &uses);
                     self.consider(&mut best, (v, gone), &product, tables, spare);
                 }
             }
         }
         self.settle(best, spare)
+    }
+
+    /// The products of a sine or cosine and another table, both among these of one variable.
+    fn products_with(
+        &self,
+        tables: &[(usize, Function)],
+        bases: &[Basis],
+    ) -> Vec<([(usize, Function); 2], Curve)> {
+        let mut products = Vec::new();
+        for (k, product) in bases[tables[0].0].products.iter().enumerate() {
+            let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
+                continue;
+            };
+            let generator = (tables[0].0, Function::Generator(product[0]));
+            if !tables.contains(&generator) {
+                continue;
+            }
+            let basis = &bases[generator.0];
+            let by = basis.at_nodes(&unit(k, basis.len()));
+            for &(v, kept) in tables {
+                if let Some(coefficients) = self.coefficients(v, kept, bases) {
+                    let other = basis.at_nodes(&coefficients);
+                    let values = other.iter().zip(&by).map(|(a, by)| a * by).collect();
+                    products.push(([generator, (v, kept)], Curve::new(values)));
+                }
+            }
+        }
+        products
     }
 
     /// Replaces a merged table by the nearest multiple of a product. Keeps the edit if it is cheaper, fits into the
@@ -96,13 +168,11 @@ impl Structure {
         &self,
         best: &mut Option<Edit>,
         (v, gone): (usize, usize),
-        product: &Product,
-        (variables, known, uses): (&[Variable], &Known, &Uses),
+        product: &Product<'_>,
+        (variables, curves, users, uses): (&[Variable], &[Curve], &[(usize, f64)], &Uses),
         spare: &Spare,
     ) {
-        let (weight, rest) = nearest(&product.values, &known.values[gone]);
-        let part = rest / known.peaks[gone];
-        let users = &known.users[gone];
+        let part = product.rest / curves[gone].peak;
         let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * part);
         let errors: Vec<(usize, f64)> = users.iter().map(error).collect();
         if !Edit::is_wanted(best.as_ref(), &errors, spare) {
@@ -114,8 +184,8 @@ impl Structure {
             let mut term = self.terms[place].clone();
             for factor in std::mem::take(&mut term.factors) {
                 if factor == table {
-                    term.weight *= weight;
-                    term.factors.extend(&product.factors);
+                    term.weight *= product.weight;
+                    term.factors.extend(product.factors);
                 } else {
                     term.factors.push(factor);
                 }
@@ -144,13 +214,10 @@ impl Structure {
         found
     }
 
-    fn known(&self, bases: &[Basis]) -> Known {
-        let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
-        let values: Vec<Vec<f64>> = self.merged.iter().map(at_nodes).collect();
-        let peaks: Vec<f64> = values.iter().map(|v| largest(v.iter().copied())).collect();
-        let mut users = vec![Vec::new(); self.merged.len()];
+    fn users(&self, bases: &[Basis], curves: &[Curve]) -> Users {
+        let mut users = vec![Vec::new(); curves.len()];
         for (place, term) in self.terms.iter().enumerate() {
-            let peak = peak_with(term, bases, |id| peaks[id]);
+            let peak = peak_with(term, bases, |id| curves[id].peak);
             for (i, (_, function)) in term.factors.iter().enumerate() {
                 let again = term.factors[..i].iter().any(|(_, f)| f == function);
                 if let (Function::Merged(id), false) = (function, again) {
@@ -158,11 +225,7 @@ impl Structure {
                 }
             }
         }
-        Known {
-            values,
-            peaks,
-            users,
-        }
+        users
     }
 
     /// A function as coefficients over its variable's basis.
@@ -178,19 +241,6 @@ impl Structure {
             Function::Generator(_) | Function::Sign => None,
         }
     }
-}
-
-/// The factor by which `a` best approximates `b`, and the residual.
-pub(super) fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
-    let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    let square: f64 = a.iter().map(|a| a * a).sum();
-    let weight = if square > 0.0 { along / square } else { 0.0 };
-    let rest = largest(a.iter().zip(b).map(|(a, b)| b - weight * a));
-    (weight, rest)
-}
-
-pub(super) fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// The coefficients of function `k` alone.

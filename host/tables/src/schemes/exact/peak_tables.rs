@@ -7,7 +7,7 @@ use super::limits::{
 };
 use super::spline;
 use super::structure::Function;
-use super::tables::{Decomposition, Sampled};
+use super::tables::{Decomposition, Sampled, errors_at};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
@@ -116,11 +116,10 @@ impl Decomposition<'_> {
     /// of cubics on the same intervals, in units of the tolerance. Measured table by table at the points and between
     /// them, with the other factors at their peaks.
     fn errors_on(&self, v: usize, truth: &Sampled, grid: &Grid) -> [f64; 2] {
-        let coefficients = Sampled {
-            functions: truth.functions.clone(),
-            values: spline::coefficients(&truth.values, self.sampler.variables[v].wraps),
-        };
-        let (count, rows) = (coefficients.values.nrows(), truth.values.nrows());
+        let terms = self.contributions(v, &truth.functions);
+        let truth = &truth.values;
+        let coefficients = spline::coefficients(truth, self.sampler.variables[v].wraps);
+        let (count, rows) = (coefficients.nrows(), truth.nrows());
         let mut worst = [0.0; 2];
         for row in 0..rows {
             let (first, t) = match row / 2 {
@@ -133,8 +132,8 @@ impl Decomposition<'_> {
                 0 => &[(row, 1.0)],
                 _ => &[(row - 1, 0.5), ((row + 1) % rows, 0.5)],
             };
-            let of_lines = self.errors_at(v, (truth, line), (truth, row));
-            let of_cubics = self.errors_at(v, (&coefficients, &weights), (truth, row));
+            let of_lines = errors_at(&terms, (truth, line), (truth, row));
+            let of_cubics = errors_at(&terms, (&coefficients, &weights), (truth, row));
             worst = [most(worst[0], &of_lines), most(worst[1], &of_cubics)];
         }
         worst
@@ -142,12 +141,14 @@ impl Decomposition<'_> {
 
     /// Error of polynomials through every other sample, measured at the samples in between.
     fn error_of_half(&self, v: usize, truth: &Sampled, wraps: bool) -> f64 {
-        let rows = truth.values.nrows();
+        let terms = self.contributions(v, &truth.functions);
+        let truth = &truth.values;
+        let rows = truth.nrows();
         let odd = (1..rows).step_by(2);
         odd.fold(0.0, |worst, row| {
             let around = around(0.5 * row as f64, rows.div_ceil(2), wraps);
             let weights: Vec<_> = around.into_iter().map(|(k, w)| (2 * k, w)).collect();
-            most(worst, &self.errors_at(v, (truth, &weights), (truth, row)))
+            most(worst, &errors_at(&terms, (truth, &weights), (truth, row)))
         })
     }
 }

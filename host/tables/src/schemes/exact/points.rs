@@ -4,7 +4,7 @@ use super::grid::{self, Grid};
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
 use super::peak_tables::PeakTables;
 use super::structure::Function;
-use super::tables::Decomposition;
+use super::tables::{Decomposition, errors_at};
 use crate::schemes::Options;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
@@ -161,6 +161,7 @@ impl Decomposition<'_> {
             let around = |e: &f64| *e > points[k] + slack && *e < points[k + 1] - slack;
             variable.ends.iter().any(around) || (from || to) && !variable.ends.is_empty()
         };
+        let terms = self.contributions(v, functions);
         let mut worst = 0.0_f64;
         for (row, (k, x)) in looks.iter().enumerate() {
             if steps(*k) {
@@ -168,7 +169,7 @@ impl Decomposition<'_> {
             }
             let share = (x - points[*k]) / (points[*k + 1] - points[*k]);
             let line = [(*k, 1.0 - share), (*k + 1, share)];
-            let errors = self.errors_at(v, (&sampled, &line), (&truth, row));
+            let errors = errors_at(&terms, (&sampled.values, &line), (&truth.values, row));
             worst = errors.iter().fold(worst, |w, e| w.max(*e));
         }
         Ok(worst)

@@ -3,7 +3,7 @@
 use super::basis::Basis;
 use super::core::merges;
 use super::edit::{Edit, Uses};
-use super::fold::{largest, nearest, unit};
+use super::fold::{Curve, unit};
 use super::generators::Generator;
 use super::prune::Spare;
 use super::structure::{Function, Merged, Structure, Term};
@@ -15,18 +15,22 @@ use trueaxis_model::parallel;
 struct Part {
     /// Coefficients over the variable's basis.
     coefficients: Vec<f64>,
-    /// Its values at nodes, and the largest magnitude among them.
-    values: Vec<f64>,
-    peak: f64,
+    curve: Curve,
 }
 
 impl Part {
     fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
-        let values = basis.at_nodes(&coefficients);
         Self {
-            peak: largest(values.iter().copied()),
+            curve: Curve::new(basis.at_nodes(&coefficients)),
             coefficients,
-            values,
+        }
+    }
+
+    /// [`Curve::nearest`]: often the functions are the same.
+    fn nearest(&self, other: &Self) -> (f64, f64) {
+        match self.coefficients == other.coefficients && self.curve.peak > 0.0 {
+            true => (1.0, 0.0),
+            false => self.curve.nearest(&other.curve),
         }
     }
 
@@ -167,13 +171,13 @@ impl<'a> Sums<'a> {
             let used = each.filter(|(_, ((a, b), _))| a.is_some() || b.is_some());
             used.map(|(v, ((a, b), c))| (v, a.as_ref().unwrap_or(c), b.as_ref().unwrap_or(c)))
         };
-        let whole: f64 = both().map(|(_, _, b)| b.peak).product::<f64>() * added.weight.abs();
+        let whole: f64 = both().map(|(_, _, b)| b.curve.peak).product::<f64>() * added.weight.abs();
         // For each variable: the ratio of `other`'s function to `one`'s, and the change if they count as proportional.
         let mut compared: Vec<(usize, f64, f64)> = Vec::with_capacity(sum.parts.len());
         let mut different = 0;
         for (v, a, b) in both() {
-            let (weight, rest) = nearest(&a.values, &b.values);
-            let error = whole * rest / b.peak;
+            let (weight, rest) = a.nearest(b);
+            let error = whole * rest / b.curve.peak;
             different += usize::from(!spare.has(sum.output, error));
             if different > 1 {
                 return;
@@ -201,13 +205,24 @@ impl<'a> Sums<'a> {
     /// The sum with the smallest change that is cheaper, and the numbers of its terms.
     fn best(&mut self, structure: &Structure, spare: &Spare) -> Option<(Edit, usize, usize)> {
         let uses = Uses::new(structure);
+        // What does not fit into the spare tolerance never will.
+        let products = &self.products;
+        let output = |number: usize| products[number].as_ref().map(|product| product.output);
+        self.pairs
+            .retain(|pair| output(pair.one).is_some_and(|output| spare.has(output, pair.error)));
         for i in 0..self.pairs.len() {
             let pair = &self.pairs[i];
             let places = [pair.one, pair.other].map(|number| self.place(number));
-            let errors = vec![(structure.terms[places[0]].output, pair.error)];
-            if !spare.has_all(&errors) {
+            let [one, other] = places.map(|place| &structure.terms[place]);
+            // A sum that is known to need a table of its own adds one, unless another one ends.
+            let mut since = structure.merged[pair.compared..].iter();
+            if pair.compared > 0
+                && !since.any(|table| table.variable == pair.variable)
+                && !uses.ends_with(one, pair.variable, other)
+            {
                 continue;
             }
+            let errors = vec![(one.output, pair.error)];
             let (sum, merged) = self.sum(structure, pair)?;
             // A table may become a product of several.
             if sum.factors.len() > trueaxis::FACTORS {
@@ -250,7 +265,7 @@ impl<'a> Sums<'a> {
             sum[k]
         } else {
             let elsewhere = one.parts.iter().enumerate().filter(|(w, _)| *w != v);
-            let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.peak));
+            let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.curve.peak));
             let first = pair.compared;
             let known = structure.multiple(first, v, &sum, self.bases, others.product());
             let (id, weight) = match known {

@@ -3,7 +3,7 @@
 use super::basis::Basis;
 use super::generators::Generator;
 use super::sampling::{Component, Sampler};
-use super::structure::{Function, Structure};
+use super::structure::{Function, Structure, Term};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
@@ -25,6 +25,35 @@ pub struct Sampled {
     pub functions: Vec<Function>,
     /// Positions × tables.
     pub values: DMatrix<f64>,
+}
+
+/// What a term makes of the tables of one variable.
+pub struct Contribution {
+    output: usize,
+    /// Its weight times the peaks of its other tables.
+    weight: f64,
+    /// Its own tables of the variable, by their columns.
+    own: Vec<usize>,
+}
+
+/// The error in each output if tables are interpolated with these weights of rows, compared with the true values in a
+/// row of `truth`. Both have a column for each table.
+pub fn errors_at(
+    contributions: &[Contribution],
+    (sampled, weights): (&DMatrix<f64>, &[(usize, f64)]),
+    (truth, row): (&DMatrix<f64>, usize),
+) -> PerAxis {
+    let mut errors = PerAxis::default();
+    for term in contributions {
+        let exact: f64 = term.own.iter().map(|c| truth[(row, *c)]).product();
+        let between = |c: &usize| {
+            let parts = weights.iter().map(|(k, w)| w * sampled[(*k, *c)]);
+            parts.sum::<f64>()
+        };
+        let interpolated: f64 = term.own.iter().map(between).product();
+        errors[term.output] += (term.weight * (interpolated - exact)).abs();
+    }
+    errors
 }
 
 impl Decomposition<'_> {
@@ -98,40 +127,21 @@ impl Decomposition<'_> {
         tables
     }
 
-    /// The error in each output if tables are interpolated with these weights of rows, compared with the true values
-    /// in a row of `truth`.
-    pub fn errors_at(
-        &self,
-        v: usize,
-        (sampled, weights): (&Sampled, &[(usize, f64)]),
-        (truth, row): (&Sampled, usize),
-    ) -> PerAxis {
-        let mut errors = PerAxis::default();
-        for term in &self.structure.terms {
-            let own: Vec<usize> = term
-                .factors
-                .iter()
-                .filter(|(w, _)| *w == v)
-                .filter_map(|(_, f)| sampled.functions.iter().position(|g| g == f))
-                .collect();
-            if own.is_empty() {
-                continue;
+    /// The terms that contain some of the tables of one variable, with all others at their peaks.
+    pub fn contributions(&self, v: usize, functions: &[Function]) -> Vec<Contribution> {
+        let of_term = |term: &Term| {
+            let own = term.factors.iter().filter(|(w, _)| *w == v);
+            let own = own.filter_map(|(_, f)| functions.iter().position(|g| g == f));
+            let others = term.factors.iter().filter(|(w, _)| *w != v);
+            let others: f64 = others.map(|(w, f)| self.peak(*w, f)).product();
+            Contribution {
+                output: term.output,
+                weight: term.weight * others,
+                own: own.collect(),
             }
-            let others: f64 = term
-                .factors
-                .iter()
-                .filter(|(w, _)| *w != v)
-                .map(|(w, f)| self.peak(*w, f))
-                .product();
-            let exact: f64 = own.iter().map(|c| truth.values[(row, *c)]).product();
-            let between = |c: &usize| {
-                let parts = weights.iter().map(|(k, w)| w * sampled.values[(*k, *c)]);
-                parts.sum::<f64>()
-            };
-            let interpolated: f64 = own.iter().map(between).product();
-            errors[term.output] += (term.weight * others * (interpolated - exact)).abs();
-        }
-        errors
+        };
+        let all = self.structure.terms.iter().map(of_term);
+        all.filter(|term| !term.own.is_empty()).collect()
     }
 
     /// Largest magnitude of a table in the calibrated range, or an upper bound.
