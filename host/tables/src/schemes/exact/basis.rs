@@ -1,10 +1,9 @@
 //! Finds, for each variable, the functions that the correction consists of.
 
 use super::along::{Along, Column, Shows};
-use super::generators::{Generator, products};
 use super::limits::{APART, GOOD_PIVOT, MUCH_LESS, ROUNDING};
 use super::sampling::{Component, Sampler};
-use super::variables::{Kind, Variable};
+use super::variables::{Generator, Kind, Variable, products};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;

@@ -1,25 +1,26 @@
-//! Merges terms, and tables, that are equal to within the tolerance.
+//! From a structure to a cheaper one: adds up terms of an output that differ along only one variable, and merges tables
+//! that are equal to within the tolerance.
 //!
 //! Sums of basis functions are chosen one fibre after the other. Only afterwards does it show that two of the
 //! resulting tables are multiples of each other, or that one is a product of others.
 
 use super::basis::Basis;
-use super::edit::{Edit, Uses};
-use super::generators::Generator;
-use super::prune::{Spare, peak_with};
-use super::structure::{Function, Merged, Structure};
-use super::variables::Variable;
+use super::edit::{Edit, Spare, Uses, peak_with};
+use super::structure::{Function, Merged, Structure, Term};
+use super::variables::{Generator, Variable};
+use std::collections::BTreeMap;
+use trueaxis_model::parallel;
 
 /// A function of one variable, by its values at the nodes.
-pub(super) struct Curve {
+struct Curve {
     values: Vec<f64>,
     square: f64,
     /// The largest magnitude.
-    pub(super) peak: f64,
+    peak: f64,
 }
 
 impl Curve {
-    pub(super) fn new(values: Vec<f64>) -> Self {
+    fn new(values: Vec<f64>) -> Self {
         Self {
             square: values.iter().map(|a| a * a).sum(),
             peak: values.iter().fold(0.0, |most, value| most.max(value.abs())),
@@ -28,7 +29,7 @@ impl Curve {
     }
 
     /// The factor by which this best approximates `other`, and the residual.
-    pub(super) fn nearest(&self, other: &Self) -> (f64, f64) {
+    fn nearest(&self, other: &Self) -> (f64, f64) {
         let both = self.values.iter().zip(&other.values);
         let along: f64 = both.map(|(a, b)| a * b).sum();
         let weight = match self.square > 0.0 {
@@ -46,12 +47,20 @@ impl Curve {
     }
 }
 
-/// The product of tables of one variable, and how well it replaces another table: the factor, and the residual.
-struct Product<'a> {
+/// A multiple of a product of tables of one variable, in place of a merged table.
+struct Replacement<'a> {
+    variable: usize,
+    /// The merged table, and the places and peaks of the terms that use it.
+    gone: usize,
+    users: &'a [(usize, f64)],
     factors: &'a [(usize, Function)],
     weight: f64,
-    rest: f64,
+    /// The residual, as a part of the merged table's peak.
+    part: f64,
 }
+
+/// How well one merged table replaces another, if known: the factor, and the residual.
+type Multiple = Option<(f64, f64)>;
 
 /// The places of the terms that use each merged table, with their peaks.
 type Users = Vec<Vec<(usize, f64)>>;
@@ -75,7 +84,7 @@ impl Structure {
         &mut self,
         variables: &[Variable],
         bases: &[Basis],
-        (curves, multiples): (&[Curve], &mut [Option<(f64, f64)>]),
+        (curves, multiples): (&[Curve], &mut [Multiple]),
         spare: &mut Spare,
     ) -> bool {
         let merged = |(v, f): (usize, Function)| match f {
@@ -90,13 +99,15 @@ impl Structure {
                 let known = &mut multiples[kept * curves.len() + gone];
                 let (weight, rest) =
                     *known.get_or_insert_with(|| curves[kept].nearest(&curves[gone]));
-                let product = Product {
+                let replacement = Replacement {
+                    variable: v,
+                    gone,
+                    users: &users[gone],
                     factors: &[(v, Function::Merged(kept))],
                     weight,
-                    rest,
+                    part: rest / curves[gone].peak,
                 };
-                let tables = (variables, curves, &users[gone][..], &uses);
-                self.consider(&mut best, (v, gone), &product, tables, spare);
+                self.consider(&mut best, &replacement, variables, &uses, spare);
             }
         }
         self.settle(best, spare)
@@ -121,13 +132,15 @@ impl Structure {
                 };
                 for (factors, curve) in products.iter().filter(|(f, _)| f[1] != (v, whole)) {
                     let (weight, rest) = curve.nearest(&curves[gone]);
-                    let product = Product {
+                    let replacement = Replacement {
+                        variable: v,
+                        gone,
+                        users: &users[gone],
                         factors,
                         weight,
-                        rest,
+                        part: rest / curves[gone].peak,
                     };
-                    let tables = (variables, curves, &users[gone][..], &uses);
-                    self.consider(&mut best, (v, gone), &product, tables, spare);
+                    self.consider(&mut best, &replacement, variables, &uses, spare);
                 }
             }
         }
@@ -162,30 +175,29 @@ impl Structure {
         products
     }
 
-    /// Replaces a merged table by the nearest multiple of a product. Keeps the edit if it is cheaper, fits into the
-    /// spare tolerance and changes less than the best so far.
+    /// Replaces a merged table. Keeps the edit if it is cheaper, fits into the spare tolerance and changes less than the
+    /// best so far.
     fn consider(
         &self,
         best: &mut Option<Edit>,
-        (v, gone): (usize, usize),
-        product: &Product<'_>,
-        (variables, curves, users, uses): (&[Variable], &[Curve], &[(usize, f64)], &Uses),
+        with: &Replacement<'_>,
+        variables: &[Variable],
+        uses: &Uses,
         spare: &Spare,
     ) {
-        let part = product.rest / curves[gone].peak;
-        let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * part);
-        let errors: Vec<(usize, f64)> = users.iter().map(error).collect();
+        let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * with.part);
+        let errors: Vec<(usize, f64)> = with.users.iter().map(error).collect();
         if !Edit::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
-        let table = (v, Function::Merged(gone));
+        let table = (with.variable, Function::Merged(with.gone));
         let mut terms = Vec::new();
-        for &(place, _) in users {
+        for &(place, _) in with.users {
             let mut term = self.terms[place].clone();
             for factor in std::mem::take(&mut term.factors) {
                 if factor == table {
-                    term.weight *= product.weight;
-                    term.factors.extend(product.factors);
+                    term.weight *= with.weight;
+                    term.factors.extend(with.factors);
                 } else {
                     term.factors.push(factor);
                 }
@@ -229,12 +241,7 @@ impl Structure {
     }
 
     /// A function as coefficients over its variable's basis.
-    pub(super) fn coefficients(
-        &self,
-        v: usize,
-        function: Function,
-        bases: &[Basis],
-    ) -> Option<Vec<f64>> {
+    fn coefficients(&self, v: usize, function: Function, bases: &[Basis]) -> Option<Vec<f64>> {
         match function {
             Function::Merged(id) => Some(self.merged[id].coefficients.clone()),
             Function::Numeric(k) => Some(unit(k, bases[v].len())),
@@ -244,10 +251,307 @@ impl Structure {
 }
 
 /// The coefficients of function `k` alone.
-pub(super) fn unit(k: usize, count: usize) -> Vec<f64> {
+fn unit(k: usize, count: usize) -> Vec<f64> {
     let mut coefficients = vec![0.0; count];
     coefficients[k] = 1.0;
     coefficients
+}
+
+/// A function of one variable.
+struct Part {
+    /// Coefficients over the variable's basis.
+    coefficients: Vec<f64>,
+    curve: Curve,
+}
+
+impl Part {
+    fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
+        Self {
+            curve: Curve::new(basis.at_nodes(&coefficients)),
+            coefficients,
+        }
+    }
+
+    /// [`Curve::nearest`]: often the functions are the same.
+    fn nearest(&self, other: &Self) -> (f64, f64) {
+        match self.coefficients == other.coefficients && self.curve.peak > 0.0 {
+            true => (1.0, 0.0),
+            false => self.curve.nearest(&other.curve),
+        }
+    }
+
+    fn constant(basis: &Basis) -> Self {
+        Self::new(unit(0, basis.len()), basis)
+    }
+}
+
+/// A term as the product of one function of each variable. Variables without one are constant.
+struct Separated {
+    output: usize,
+    weight: f64,
+    parts: Vec<Option<Part>>,
+}
+
+/// Two terms, by their numbers, that can become one along a variable: the weight of the second one's function, and
+/// the change. The sum is no multiple of the first merged tables, as many as were compared.
+struct Pair {
+    error: f64,
+    one: usize,
+    other: usize,
+    variable: usize,
+    weight: f64,
+    compared: usize,
+}
+
+/// Pairs of terms, kept while terms are added up: a sum changes only the pairs of its own term. A term keeps its number
+/// when others are removed.
+struct Sums<'a> {
+    variables: &'a [Variable],
+    bases: &'a [Basis],
+    constants: Vec<Part>,
+    /// Terms by number; `None` if the bases do not contain all functions of one.
+    products: Vec<Option<Separated>>,
+    /// The numbers of the remaining terms, in their order.
+    numbers: Vec<usize>,
+    /// Those that fit into the spare tolerance, the smallest change first.
+    pairs: Vec<Pair>,
+}
+
+impl Structure {
+    /// Adds up pairs of terms as long as that is cheaper and fits into the spare tolerance, the smallest change first.
+    pub fn add_up(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
+        let mut sums = Sums::new(self, variables, bases, spare);
+        while let Some((edit, one, other)) = sums.best(self, spare) {
+            self.make(edit, spare);
+            sums.follow(self, one, other, spare);
+        }
+    }
+
+    /// `None` if the bases do not contain all functions of the term.
+    fn product(&self, term: &Term, bases: &[Basis]) -> Option<Separated> {
+        let mut parts: Vec<Option<Part>> = bases.iter().map(|_| None).collect();
+        let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
+        let mut put = |v: usize, coefficients: Vec<f64>| {
+            let part = Part::new(coefficients, &bases[v]);
+            parts[v].replace(part).is_none().then_some(())
+        };
+        for &(v, function) in &term.factors {
+            match function {
+                Function::Generator(g) => generators.entry(v).or_default().push(g),
+                Function::Sign => put(v, unit(1, bases[v].len()))?,
+                _ => put(v, self.coefficients(v, function, bases)?)?,
+            }
+        }
+        for (v, mut product) in generators {
+            product.sort_unstable();
+            let is_it = |known: &Vec<Generator>| {
+                let mut known = known.clone();
+                known.sort_unstable();
+                known == product
+            };
+            let k = bases[v].products.iter().position(is_it)?;
+            put(v, unit(k, bases[v].len()))?;
+        }
+        Some(Separated {
+            output: term.output,
+            weight: term.weight,
+            parts,
+        })
+    }
+}
+
+impl<'a> Sums<'a> {
+    fn new(
+        structure: &Structure,
+        variables: &'a [Variable],
+        bases: &'a [Basis],
+        spare: &Spare,
+    ) -> Self {
+        let of_term = |term| structure.product(term, bases);
+        let products = parallel::map(&structure.terms, of_term);
+        let mut sums = Self {
+            variables,
+            bases,
+            constants: bases.iter().map(Part::constant).collect(),
+            numbers: (0..products.len()).collect(),
+            products,
+            pairs: Vec::new(),
+        };
+        let of_one = |&one: &usize| {
+            let mut pairs = Vec::new();
+            for &other in &sums.numbers {
+                sums.compare(one, other, spare, &mut pairs);
+            }
+            pairs
+        };
+        let pairs = parallel::map(&sums.numbers, of_one);
+        sums.pairs = pairs.into_iter().flatten().collect();
+        sums.sort();
+        sums
+    }
+
+    fn sort(&mut self) {
+        let place = |p: &Pair| (p.one, p.other, p.variable);
+        let order = |a: &Pair, b: &Pair| a.error.total_cmp(&b.error).then(place(a).cmp(&place(b)));
+        self.pairs.sort_by(order);
+    }
+
+    /// The place of a term.
+    fn place(&self, number: usize) -> usize {
+        let place = self.numbers.binary_search(&number);
+        place.expect("pairs of removed terms are gone")
+    }
+
+    /// Finds the variables along which `other` can be added to `one`, because the two are nearly proportional in all
+    /// other variables.
+    fn compare(&self, one: usize, other: usize, spare: &Spare, pairs: &mut Vec<Pair>) {
+        let (Some(sum), Some(added)) = (&self.products[one], &self.products[other]) else {
+            return;
+        };
+        if one == other || sum.output != added.output {
+            return;
+        }
+        let both = || {
+            let functions = sum.parts.iter().zip(&added.parts);
+            let each = functions.zip(&self.constants).enumerate();
+            let used = each.filter(|(_, ((a, b), _))| a.is_some() || b.is_some());
+            used.map(|(v, ((a, b), c))| (v, a.as_ref().unwrap_or(c), b.as_ref().unwrap_or(c)))
+        };
+        let whole: f64 = both().map(|(_, _, b)| b.curve.peak).product::<f64>() * added.weight.abs();
+        // For each variable: the ratio of `other`'s function to `one`'s, and the change if they count as proportional.
+        let mut compared: Vec<(usize, f64, f64)> = Vec::with_capacity(sum.parts.len());
+        let mut different = 0;
+        for (v, a, b) in both() {
+            let (weight, rest) = a.nearest(b);
+            let error = whole * rest / b.curve.peak;
+            different += usize::from(!spare.has(sum.output, error));
+            if different > 1 {
+                return;
+            }
+            compared.push((v, weight, error));
+        }
+        for &(variable, ..) in &compared {
+            let elsewhere = || compared.iter().filter(move |c| c.0 != variable);
+            // Without a sign, which an empty sum has: zeros are equal.
+            let error = elsewhere().map(|c| c.2).sum::<f64>().abs();
+            if self.variables[variable].merges() && spare.has(sum.output, error) {
+                let weight = added.weight * elsewhere().map(|c| c.1).product::<f64>();
+                pairs.push(Pair {
+                    error,
+                    one,
+                    other,
+                    variable,
+                    weight,
+                    compared: 0,
+                });
+            }
+        }
+    }
+
+    /// The sum with the smallest change that is cheaper, and the numbers of its terms.
+    fn best(&mut self, structure: &Structure, spare: &Spare) -> Option<(Edit, usize, usize)> {
+        let uses = Uses::new(structure);
+        // What does not fit into the spare tolerance never will.
+        let products = &self.products;
+        let output = |number: usize| products[number].as_ref().map(|product| product.output);
+        self.pairs
+            .retain(|pair| output(pair.one).is_some_and(|output| spare.has(output, pair.error)));
+        for i in 0..self.pairs.len() {
+            let pair = &self.pairs[i];
+            let places = [pair.one, pair.other].map(|number| self.place(number));
+            let [one, other] = places.map(|place| &structure.terms[place]);
+            // A sum that is known to need a table of its own adds one, unless another one ends.
+            let mut since = structure.merged[pair.compared..].iter();
+            if pair.compared > 0
+                && !since.any(|table| table.variable == pair.variable)
+                && !uses.ends_with(one, pair.variable, other)
+            {
+                continue;
+            }
+            let errors = vec![(one.output, pair.error)];
+            let (sum, merged) = self.sum(structure, pair)?;
+            // A table may become a product of several.
+            if sum.factors.len() > trueaxis::FACTORS {
+                continue;
+            }
+            let edit = Edit {
+                errors,
+                terms: vec![(places[0], Some(sum)), (places[1], None)],
+                merged,
+            };
+            if structure.is_cheaper_with(&edit, &uses, self.variables) {
+                return Some((edit, pair.one, pair.other));
+            }
+            if edit.merged.is_some() {
+                self.pairs[i].compared = structure.merged.len();
+            }
+        }
+        None
+    }
+
+    /// The sum of two terms, and its table if it does not exist yet.
+    fn sum(&self, structure: &Structure, pair: &Pair) -> Option<(Term, Option<Merged>)> {
+        let v = pair.variable;
+        let term = &structure.terms[self.place(pair.one)];
+        let one = self.products[pair.one].as_ref()?;
+        let other = self.products[pair.other].as_ref()?;
+        let constant = &self.constants[v];
+        let [a, b] = [one, other].map(|p| &p.parts[v].as_ref().unwrap_or(constant).coefficients);
+        let both = a.iter().zip(b);
+        let sum: Vec<f64> = both
+            .map(|(a, b)| term.weight * a + pair.weight * b)
+            .collect();
+        let mut factors = term.factors.clone();
+        factors.retain(|(w, _)| *w != v);
+        let products = &self.bases[v].products;
+        let only = |k: usize| sum.iter().enumerate().all(|(i, c)| i == k || *c == 0.0);
+        let mut merged = None;
+        let weight = if let Some(k) = (0..products.len()).find(|k| only(*k)) {
+            factors.extend(products[k].iter().map(|g| (v, Function::Generator(*g))));
+            sum[k]
+        } else {
+            let elsewhere = one.parts.iter().enumerate().filter(|(w, _)| *w != v);
+            let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.curve.peak));
+            let first = pair.compared;
+            let known = structure.multiple(first, v, &sum, self.bases, others.product());
+            let (id, weight) = match known {
+                Some(known) => known,
+                None => {
+                    merged = Some(Merged {
+                        variable: v,
+                        coefficients: sum,
+                    });
+                    (structure.merged.len(), 1.0)
+                }
+            };
+            factors.push((v, Function::Merged(id)));
+            weight
+        };
+        let term = Term {
+            output: term.output,
+            weight,
+            factors,
+        };
+        Some((term, merged))
+    }
+
+    /// Follows a sum that was made: `other` was added to `one`.
+    fn follow(&mut self, structure: &Structure, one: usize, other: usize, spare: &Spare) {
+        self.numbers.retain(|number| *number != other);
+        self.products[other] = None;
+        let sum = &structure.terms[self.place(one)];
+        self.products[one] = structure.product(sum, self.bases);
+        let is_changed = |number: usize| [one, other].contains(&number);
+        self.pairs
+            .retain(|pair| !is_changed(pair.one) && !is_changed(pair.other));
+        let mut pairs = Vec::new();
+        for &number in &self.numbers {
+            self.compare(one, number, spare, &mut pairs);
+            self.compare(number, one, spare, &mut pairs);
+        }
+        self.pairs.append(&mut pairs);
+        self.sort();
+    }
 }
 
 #[cfg(test)]

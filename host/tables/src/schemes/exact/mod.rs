@@ -8,49 +8,38 @@
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
 //! them.
 
+// In the order in which they use each other.
 mod along;
-mod attempt;
 mod basis;
-mod budget;
-mod chebyshev;
 mod components;
-mod core;
 mod cover;
 mod draft;
 mod edit;
 mod fit;
 mod fold;
-mod generators;
 mod grid;
 mod judge;
 mod limits;
-mod peak_tables;
-mod peaks;
+mod nodes;
 mod points;
-mod prune;
 mod sampling;
 mod search;
 #[cfg(test)]
 mod specimen;
 mod spline;
 mod structure;
-mod sums;
-mod tables;
-mod tolerance;
 mod trials;
-mod turning;
 mod variables;
 
 use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
 use crate::target::Target;
 pub use cover::Minimize;
-use judge::{Judge, Positions};
+use judge::{Judge, Positions, Tolerance};
 use limits::FAR_OUT_OF_REACH;
 use sampling::Sampler;
 pub use search::Effort;
 use search::{Sampled, Search};
-use tolerance::Tolerance;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;

@@ -1,19 +1,17 @@
 //! Search for the best draft: structures first, then points, each measured.
 
-use super::attempt::{self, Attempt, attempt};
 use super::basis::Basis;
-use super::budget::Budget;
 use super::components::Joint;
-use super::cover::Minimize;
+use super::cover::{self, Attempt, Minimize, attempt};
 use super::judge::{Judge, Verdict};
 use super::limits::{
     CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
     HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
     MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
 };
-use super::peak_tables::PeakTables;
+use super::points::{Budget, PeakTables};
 use super::sampling::{Component, Sampler};
-use super::tables::Decomposition;
+use super::structure::Decomposition;
 use super::trials::Trials;
 use super::{components, draft, grid, points};
 use crate::schemes::{Options, SchemeError};
@@ -161,10 +159,10 @@ impl<'a> Search<'a> {
             return Ok(true);
         }
         let Sampled { sampler, first, .. } = self.sampled;
-        let bases = attempt::bases(sampler, first, tolerance, self.minimize, share)?;
+        let bases = cover::bases(sampler, first, tolerance, self.minimize, share)?;
         let target = (self.minimize, &self.options.target);
         if self.effort == Effort::IfItFits {
-            return Ok(attempt::fits(
+            return Ok(cover::fits(
                 sampler, first, &bases, tolerance, target, share,
             )?);
         }
@@ -459,7 +457,7 @@ impl<'a> Search<'a> {
     /// pairs.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
-        let bases = attempt::bases(
+        let bases = cover::bases(
             &self.sampled.sampler,
             components,
             tolerance,
