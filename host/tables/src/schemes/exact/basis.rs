@@ -248,15 +248,17 @@ fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f6
 /// True if a fit of functions (nodes × functions) leaves less than `leave` in every sample (nodes × columns). Ends at
 /// the first column of which it leaves more.
 fn explain(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> bool {
-    values
-        .clone()
-        .pseudo_inverse(ROUNDING)
-        .is_ok_and(|inverse| {
-            let rest = DMatrix::identity(values.nrows(), values.nrows()) - values * inverse;
-            samples
-                .column_iter()
-                .all(|column| (&rest * column).amax() < leave)
-        })
+    let Ok(inverse) = values.clone().pseudo_inverse(ROUNDING) else {
+        return false;
+    };
+    let mut weights = DVector::zeros(values.ncols());
+    let mut rest = DVector::zeros(values.nrows());
+    samples.column_iter().all(|column| {
+        weights.gemv(1.0, &inverse, &column, 0.0);
+        rest.copy_from(&column);
+        rest.gemv(-1.0, values, &weights, 1.0);
+        rest.amax() < leave
+    })
 }
 
 /// The functions (`values`, nodes × functions) in terms of which samples (nodes × columns) are expressed: all, if
@@ -325,13 +327,15 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     let used = values.ncols();
     let mut all = values.insert_columns(used, count, 0.0);
     all.columns_mut(used, count).copy_from(&functions);
-    let weights = all.pseudo_inverse(ROUNDING).ok()? * &group.samples; // functions × columns
-    let chosen = columns(&weights.rows(used, count).into_owned(), &group.columns);
-    let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(used + k, chosen[c])]);
+    let inverse = all.pseudo_inverse(ROUNDING).ok()?;
+    let weights = inverse.rows(used, count) * &group.samples; // functions × columns
+    let chosen = columns(&weights, &group.columns);
+    let part = weights.select_columns(&chosen);
+    let weights = inverse.rows(0, used) * group.samples.select_columns(&chosen);
     let mut known = DMatrix::zeros(chosen.len(), before);
     for (k, function) in from.iter().enumerate() {
-        for (c, column) in chosen.iter().enumerate() {
-            known[(c, *function)] = weights[(k, *column)];
+        for c in 0..chosen.len() {
+            known[(c, *function)] = weights[(k, c)];
         }
     }
     Some(Numeric {
@@ -427,15 +431,37 @@ fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
     let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
     order.sort_by(|a, b| svd.singular_values[*b].total_cmp(&svd.singular_values[*a]));
     let mut rest = residual.clone();
+    let mut most = rest.amax();
     let mut count = 0;
-    while count < order.len() && rest.amax() >= leave {
-        let u = v_t.row(order[count]).transpose();
-        let along = u.transpose() * &rest;
-        rest -= &u * along;
+    while count < order.len() && most >= leave {
+        let u: Vec<f64> = v_t.row(order[count]).iter().copied().collect();
+        most = without(rest.as_mut_slice(), &u);
         count += 1;
     }
     let functions = DMatrix::from_fn(n, count, |i, k| v_t[(order[k], i)]);
     (functions, count)
+}
+
+/// Removes a unit vector from columns as long as it; returns the largest magnitude left. Four columns at a time, in one
+/// pass through memory.
+fn without(columns: &mut [f64], u: &[f64]) -> f64 {
+    let n = u.len();
+    let mut most = [0.0_f64; 4];
+    for some in columns.chunks_mut(4 * n) {
+        let mut along = [0.0; 4];
+        for (i, u) in u.iter().enumerate() {
+            for (along, x) in along.iter_mut().zip(some[i..].iter().step_by(n)) {
+                *along += u * x;
+            }
+        }
+        for (column, along) in some.chunks_mut(n).zip(along) {
+            for (k, (x, u)) in column.iter_mut().zip(u).enumerate() {
+                *x -= u * along;
+                most[k % 4] = most[k % 4].max(x.abs());
+            }
+        }
+    }
+    most.into_iter().fold(0.0, f64::max)
 }
 
 #[cfg(test)]
