@@ -1,13 +1,23 @@
 //! Finds, for each variable, the functions that the correction consists of.
 
 use super::along::{Along, Column, Shows};
-use super::limits::{APART, GOOD_PIVOT, MUCH_LESS, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Generator, Kind, Variable, products};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+
+/// Singular values below this fraction of the largest are rounding; samples are accurate to 1e-10 of their values.
+pub const ROUNDING: f64 = 1e-12;
+/// The fraction of a function that must be independent of the others used with it; coefficients grow by its inverse.
+const APART: f64 = 1e-4;
+/// A column is a good pivot if its square is at least this fraction of the largest. Functions are resolved half as
+/// well by it, in exchange for exact corrections that are shared between columns.
+const GOOD_PIVOT: f64 = 0.25;
+/// Functions that leave less than this fraction of the squares that others leave are the right ones: the residual is
+/// a tenth of the size.
+const MUCH_LESS: f64 = 0.01;
 
 /// The functions of one variable. Number 0 is the constant 1, followed by products of generators, then by functions
 /// found numerically: those present with the axis' own motions off, those of its motions, and those of its motions

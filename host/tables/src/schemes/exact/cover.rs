@@ -1,9 +1,8 @@
 //! From samples and basis functions to terms: the coefficients of products, and which sums of them become one table.
 
 use super::along::Shows;
-use super::basis::{Basis, Choice};
+use super::basis::{Basis, Choice, ROUNDING};
 use super::edit::Spare;
-use super::limits::{BASIS_SHARE, BEFORE_FOLDING, MOST_ENTRIES, NOISE, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::structure::{Decomposition, Entry, Function, Key, Structure, Term};
 use super::variables::{MAX_VARIABLES, Variable};
@@ -13,6 +12,18 @@ use std::collections::{BTreeMap, BinaryHeap, HashMap};
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel::{self, Sort};
+
+/// Share that a basis may leave out, as a fraction of that: every function is combined with many others.
+const BASIS_SHARE: f64 = 0.1;
+/// Products that contribute less than this (in units of the tolerance) are dropped; a thousand of them would not add
+/// up to a tenth.
+const NOISE: f64 = 1e-4;
+/// Number of products considered, the largest first. A target can hold a fiftieth of them; sums of products along
+/// each variable come on top.
+const MOST_ENTRIES: usize = 200_000;
+/// Adding up and pruning about halve the number of terms, so this many times what the target holds may be chosen
+/// first.
+const BEFORE_FOLDING: usize = 2;
 
 /// The functions that make up samples of a kind, and the matrix that converts samples to their coefficients.
 type Inverse = (Vec<usize>, DMatrix<f64>);

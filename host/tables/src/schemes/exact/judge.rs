@@ -1,9 +1,6 @@
 //! From a draft to its largest error, in units of the tolerance: measures tables as the runtime evaluates them.
 
 use super::fit::{Sample, fitted};
-use super::limits::{
-    CLIMB_PARTS, CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED,
-};
 use crate::policy;
 use crate::schemes::SchemeError;
 use crate::size::Size;
@@ -18,6 +15,20 @@ use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
 use trueaxis_model::parallel;
+
+/// Number of random positions at which tables are measured.
+const JUDGED: usize = 3000;
+/// Number of random positions at which a good draft is confirmed, and number of the worst failing ones that are
+/// measured from then on.
+const CONFIRMED: usize = 8000;
+const MOST_MISSED: usize = 1000;
+/// Number of the worst of these positions from which worse corners are searched, number of rounds over the inputs,
+/// and positions of rotary axes in the range that are tried, because sines may be largest anywhere.
+const CLIMBS: usize = 24;
+const CLIMB_ROUNDS: usize = 4;
+const CLIMB_PARTS: [f64; 7] = [0.0, 1.0, 0.5, 0.25, 0.75, 0.125, 0.875];
+/// Number of positions of a fit per weight of an output, enough for it to hold elsewhere.
+const FIT_SAMPLES: usize = 12;
 
 /// Seed of the positions; a proof uses others.
 const SEED: u64 = 0x6a75_6467;

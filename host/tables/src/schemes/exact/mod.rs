@@ -6,7 +6,7 @@
 //! of sine and cosine, and the remainder by singular value decomposition. Sums of functions of one variable become
 //! one table. The values of the tables are sampled from the exact correction, so they include second order wherever
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
-//! them.
+//! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 
 // In the order in which they use each other.
 mod along;
@@ -19,7 +19,6 @@ mod fit;
 mod fold;
 mod grid;
 mod judge;
-mod limits;
 mod nodes;
 mod points;
 mod sampling;
@@ -36,10 +35,9 @@ use crate::schemes::{self, Options, SchemeError};
 use crate::target::Target;
 pub use cover::Minimize;
 use judge::{Judge, Positions, Tolerance};
-use limits::FAR_OUT_OF_REACH;
 use sampling::Sampler;
 pub use search::Effort;
-use search::{Sampled, Search};
+use search::{FAR_OUT_OF_REACH, Sampled, Search};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;

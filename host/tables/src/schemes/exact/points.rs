@@ -1,12 +1,7 @@
 //! From tables to the number and positions of their points: for the share of the tolerance that interpolation may use,
 //! which is adapted from draft to draft.
 
-use super::grid::{self, Grid};
-use super::limits::{
-    BLAMELESS, COARSENINGS, GOOD, GRID_SLACK, JUST_GOOD, LEAST_COARSER, LEAST_INTERVALS,
-    LEAST_SEEN, LITTLE_LESS, MOST_INTERVALS, MOST_OF_HALF, MOST_SEEN, REFINEMENTS, ROOM_STEPS,
-    SEEN_PER_PEAK, STUCK, TOO_GOOD, TOOL_SHARE,
-};
+use super::grid::{self, GRID_SLACK, Grid, LEAST_INTERVALS, MOST_INTERVALS};
 use super::spline;
 use super::structure::{Decomposition, Function, Sampled, errors_at};
 use super::variables::{Kind, Variable};
@@ -15,6 +10,37 @@ use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
+
+/// A result is good if the tables, measured at some thousand positions, stay within this share of the tolerance; other
+/// positions may be a little worse.
+pub const GOOD: f64 = 0.95;
+/// Number of refinements of the points.
+const REFINEMENTS: usize = 4;
+/// Interpolation is not the cause if its share is less than this fraction of the error.
+const BLAMELESS: f64 = 0.4;
+/// If the tip and the direction are measured: smallest factor by which the share grows when fewer points are tried;
+/// initial factor of the share of each table; fraction of the tolerance below which fewer points are tried; fraction
+/// they aim for; and number of such trials.
+const LEAST_COARSER: f64 = 2.0;
+pub const TOOL_SHARE: f64 = 8.0;
+const TOO_GOOD: f64 = 0.85;
+const JUST_GOOD: f64 = 0.9;
+const COARSENINGS: usize = 5;
+/// A draft that passes where it is measured and fails when confirmed fails by little: the share of interpolation
+/// is multiplied by this.
+pub const LITTLE_LESS: f64 = 0.7;
+/// How often points are halved if the target cannot hold them.
+const ROOM_STEPS: usize = 6;
+/// For sampling peaks: intervals per damping (rad), and the smallest and largest number of intervals over a range.
+const SEEN_PER_PEAK: f64 = 5.0;
+const LEAST_SEEN: usize = 64;
+const MOST_SEEN: usize = 2048;
+/// If polynomials through every other sample err by less than this many tolerances, polynomials through all samples,
+/// with an error about 4000 times smaller, replace the exact correction. Eight times that would be 2 % of the
+/// tolerance.
+const MOST_OF_HALF: f64 = 10.0;
+/// A finer grid that leaves more than this fraction of the error is not worth its points.
+pub const STUCK: f64 = 0.8;
 
 /// Grids of the bent tables of each variable, such that interpolation of all of them together errs by no more than
 /// `share` of the tolerance, or with the number of points given in `options`. Points lie between measured positions

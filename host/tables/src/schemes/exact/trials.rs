@@ -1,6 +1,5 @@
 //! Tests a structure before its tables get points.
 
-use super::limits::TRIALS;
 use super::points;
 use super::sampling::Sampler;
 use super::structure::{self, Decomposition, Function, Sampled};
@@ -10,6 +9,9 @@ use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+
+/// Number of positions at which a structure is tried, half of them in corners; a single one decides little.
+const TRIALS: usize = 160;
 
 /// A random place in the calibrated ranges, with a random direction of travel where it matters.
 pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> VariableValues {
