@@ -1,5 +1,6 @@
 //! The scheme `exact` on randomly generated machines: `cargo xtask random-machines`.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,14 +9,15 @@ use trueaxis_tests::best_effort::is_finer_missed;
 use trueaxis_tests::random_machines::{ALL, Case, Counts, Effort, Judged, case, cases, unmeasured};
 
 const USAGE: &str = "\
-usage: random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
+usage: random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N] [--files FOLDER]
 
   COUNT          how many drawings (300)
   --tolerance T  µm and µrad (1); a finer and a coarser one are tried, too
   --quick        without the finer tolerance and without the stm32f405
   --unmeasured   only drawings without measured motions
   --best-effort  with a small target only: a finer tolerance leaves no more than a coarser one
-  --seed N       only this drawing, with its files";
+  --seed N       only this drawing, with its files
+  --files FOLDER write their files to FOLDER, as machine-N.toml and errors-N.toml, and do nothing else";
 
 struct Arguments {
     count: usize,
@@ -24,6 +26,7 @@ struct Arguments {
     unmeasured: bool,
     best_effort: bool,
     seed: Option<u64>,
+    files: Option<String>,
 }
 
 fn arguments() -> Option<Arguments> {
@@ -34,6 +37,7 @@ fn arguments() -> Option<Arguments> {
         unmeasured: false,
         best_effort: false,
         seed: None,
+        files: None,
     };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -43,6 +47,7 @@ fn arguments() -> Option<Arguments> {
             "--unmeasured" => arguments.unmeasured = true,
             "--best-effort" => arguments.best_effort = true,
             "--seed" => arguments.seed = Some(words.next()?.parse().ok()?),
+            "--files" => arguments.files = Some(words.next()?),
             count => arguments.count = count.parse().ok()?,
         }
     }
@@ -66,6 +71,16 @@ fn best_effort(cases: &[Case]) -> ExitCode {
     ExitCode::SUCCESS
 }
 
+/// Writes the files of the drawings to an existing folder.
+fn write(cases: &[Case], folder: &Path) -> std::io::Result<()> {
+    for Case { seed, files, .. } in cases {
+        for (name, text) in ["machine", "errors"].iter().zip(files) {
+            std::fs::write(folder.join(format!("{name}-{seed}.toml")), text)?;
+        }
+    }
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let Some(arguments) = arguments() else {
         eprintln!("{USAGE}");
@@ -76,6 +91,15 @@ fn main() -> ExitCode {
         None => cases(arguments.count),
         Some(seed) => case(seed).into_iter().collect(),
     };
+    if let Some(folder) = arguments.files {
+        return match write(&cases, Path::new(&folder)) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("{folder}: {error}");
+                ExitCode::FAILURE
+            }
+        };
+    }
     if arguments.seed.is_some() {
         for [machine, errors] in cases.iter().map(|c| &c.files) {
             println!("{machine}\n{errors}");

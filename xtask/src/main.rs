@@ -53,7 +53,8 @@ usage: cargo xtask COMMAND
   install --prefix DIR [--axes N] [--banks N] [--tables N] [--terms N] [--grids N]
                                  the C library: static, shared, header, pkg-config; what it holds
   bench [policies]               run times beside their rivals; instruction counts with valgrind
-  bench compile [PROGRAM]        time of `compile` on all examples and 13 to 120 parameters, beside another program
+  bench compile [PROGRAM]        time of `compile` on all examples, 13 to 120 parameters and 20 random machines,
+                                 beside another program
   bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -62,7 +63,7 @@ usage: cargo xtask COMMAND
                                  compared with the desktop's
   linuxcnc-deb                   the Debian package of the component, in the target folder
   linuxcnc [PART…]               the component in LinuxCNC: in halrun, under its motion controller, as a package
-  random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
+  random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N] [--files FOLDER]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
   arena [COUNT] [--seed N] [--page FOLDER|--check FOLDER|--export FOLDER|--score FOLDER]

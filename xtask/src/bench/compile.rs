@@ -1,7 +1,7 @@
-//! Time of `compile` on every example, and on one machine with more and more error parameters, beside another program
-//! such as that of the last release.
+//! Time of `compile` on every example, on one machine with more and more error parameters, and on random machines,
+//! beside another program such as that of the last release.
 
-use crate::process::{root, shipped_trueaxis, target};
+use crate::process::{example, root, run as start, shipped_trueaxis, target, trueaxis};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -32,6 +32,8 @@ const AXES: [(char, f64); 5] = [
     ('A', 2.1),
     ('C', 6.3),
 ];
+/// Number of random machines.
+const RANDOM: &str = "20";
 /// What each error motion amounts to at an end of the travel: mm for x, y and z, rad for the others.
 const SIZES: [f64; 2] = [5e-3, 2e-5];
 
@@ -56,7 +58,34 @@ pub fn run(other: Option<&str>) -> Result<(), String> {
         let machine = examples.join("huron-k2x8/machine.toml");
         line(&programs, &machine, &errors)?;
     }
+    for [machine, errors] in random_machines()? {
+        line(&programs, &machine, &errors)?;
+    }
     Ok(())
+}
+
+/// The files of [`RANDOM`] machines with their errors, in the order of their numbers.
+fn random_machines() -> Result<Vec<[PathBuf; 2]>, String> {
+    trueaxis()?;
+    let folder = target("random-machines");
+    let fresh = std::fs::remove_dir_all(&folder).or_else(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => Ok(()),
+        _ => Err(e),
+    });
+    let made = fresh.and_then(|()| std::fs::create_dir_all(&folder));
+    made.map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut write = example("random-machines");
+    start(write.args([RANDOM, "--files"]).arg(&folder))?;
+    let entries = std::fs::read_dir(&folder).map_err(|e| e.to_string())?;
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let number = |name: String| {
+        let name = name.strip_prefix("machine-")?.strip_suffix(".toml")?;
+        name.parse::<u64>().ok()
+    };
+    let mut numbers: Vec<u64> = names.filter_map(number).collect();
+    numbers.sort_unstable();
+    let files = |n| ["machine", "errors"].map(|kind| folder.join(format!("{kind}-{n}.toml")));
+    Ok(numbers.into_iter().map(files).collect())
 }
 
 /// The first `count` error motions of the Huron: all of degree 1, then of degree 2, and so on.

@@ -1,6 +1,5 @@
 //! Chooses the components that a correction is split into, and how finely each is sampled.
 
-use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
 use super::trials::{random_place, to_corner};
 use super::variables::{Kind, VariableValues};
@@ -12,6 +11,17 @@ use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+
+/// Joint effects of two motions are left out while their total stays below this (in units of the tolerance; twice
+/// the root of the sum of squares, because peaks rarely coincide).
+const PAIRS_SHOW: f64 = 0.3;
+/// Number of random positions at which joint effects are searched.
+const PAIR_PLACES: usize = 24;
+/// Nodes of each axis whose motions are on together with another's; joint effects of several motions are small.
+const JOINT_NODES: usize = 13;
+/// Most nodes of a component before variables get fewer, and the fewest per variable: a second on one core.
+const MOST_NODES: usize = 30_000;
+const LEAST_NODES: usize = 7;
 
 /// Joint effects of pairs of first-order sets, as far as they have been sampled.
 #[derive(Default)]

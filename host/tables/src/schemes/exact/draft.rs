@@ -2,10 +2,9 @@
 
 use super::Options;
 use super::grid::Grid;
-use super::peak_tables::PeakTables;
+use super::points::PeakTables;
 use super::spline;
-use super::structure::{self, Function};
-use super::tables::{Decomposition, input};
+use super::structure::{self, Decomposition, Function, input};
 use super::variables::Kind;
 use crate::schemes::blank::blank;
 use std::collections::{BTreeMap, HashMap};

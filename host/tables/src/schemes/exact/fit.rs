@@ -4,12 +4,17 @@
 //! fitted by repeated weighted least squares, in which positions with larger residuals count more (Lawson). This
 //! reduces the largest deviation, not only the mean.
 
-use super::limits::{FIT_RIDGE, FIT_ROUNDS, FIT_STEPS};
 use crate::validate::{Command, Runtime};
 use nalgebra::{DMatrix, DVector};
 use trueaxis::{Draft, DraftBank, Term};
 use trueaxis_model::machine::PerAxis;
 use trueaxis_model::parallel;
+
+/// Rounds of reweighting, steps of the first solution, and the ridge added to the squares of the products, which are
+/// 1; it is large enough to fix weights that the samples do not determine.
+const FIT_ROUNDS: usize = 8;
+const FIT_STEPS: usize = 30;
+const FIT_RIDGE: f64 = 1e-3;
 
 /// A position at which a draft is fitted.
 pub struct Sample {

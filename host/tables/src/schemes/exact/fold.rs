@@ -1,121 +1,203 @@
-//! Merges terms, and tables, that are equal to within the tolerance.
+//! From a structure to a cheaper one: adds up terms of an output that differ along only one variable, and merges tables
+//! that are equal to within the tolerance.
 //!
 //! Sums of basis functions are chosen one fibre after the other. Only afterwards does it show that two of the
 //! resulting tables are multiples of each other, or that one is a product of others.
 
 use super::basis::Basis;
-use super::edit::{Edit, Uses};
-use super::generators::Generator;
-use super::prune::{Spare, peak_with};
-use super::structure::{Function, Merged, Structure};
-use super::variables::Variable;
+use super::edit::{Edit, Spare, Uses, peak_with};
+use super::structure::{Function, Merged, Structure, Term};
+use super::variables::{Generator, Variable};
+use std::collections::BTreeMap;
+use trueaxis_model::parallel;
 
-/// Tables of one variable, and the values of their product at the nodes.
-struct Product {
-    factors: Vec<(usize, Function)>,
+/// A function of one variable, by its values at the nodes.
+struct Curve {
     values: Vec<f64>,
+    square: f64,
+    /// The largest magnitude.
+    peak: f64,
 }
 
-/// Merged tables: values at nodes, peaks, and the places and peaks of the terms that use them.
-struct Known {
-    values: Vec<Vec<f64>>,
-    peaks: Vec<f64>,
-    users: Vec<Vec<(usize, f64)>>,
+impl Curve {
+    fn new(values: Vec<f64>) -> Self {
+        Self {
+            square: values.iter().map(|a| a * a).sum(),
+            peak: values.iter().fold(0.0, |most, value| most.max(value.abs())),
+            values,
+        }
+    }
+
+    /// The factor by which this best approximates `other`, and the residual.
+    fn nearest(&self, other: &Self) -> (f64, f64) {
+        let both = self.values.iter().zip(&other.values);
+        let along: f64 = both.map(|(a, b)| a * b).sum();
+        let weight = match self.square > 0.0 {
+            true => along / self.square,
+            false => 0.0,
+        };
+        // In four parts, which the processor compares at the same time.
+        let mut rest = [0.0_f64; 4];
+        for (a, b) in self.values.chunks(4).zip(other.values.chunks(4)) {
+            for (rest, (a, b)) in rest.iter_mut().zip(a.iter().zip(b)) {
+                *rest = rest.max((b - weight * a).abs());
+            }
+        }
+        (weight, rest.into_iter().fold(0.0, f64::max))
+    }
 }
+
+/// A multiple of a product of tables of one variable, in place of a merged table.
+struct Replacement<'a> {
+    variable: usize,
+    /// The merged table, and the places and peaks of the terms that use it.
+    gone: usize,
+    users: &'a [(usize, f64)],
+    factors: &'a [(usize, Function)],
+    weight: f64,
+    /// The residual, as a part of the merged table's peak.
+    part: f64,
+}
+
+/// How well one merged table replaces another, if known: the factor, and the residual.
+type Multiple = Option<(f64, f64)>;
+
+/// The places of the terms that use each merged table, with their peaks.
+type Users = Vec<Vec<(usize, f64)>>;
 
 impl Structure {
     /// Adds up terms of an output that differ along only one variable, and replaces tables by multiples or products
     /// of others, as long as that is cheaper and fits into the spare tolerance.
     pub fn fold(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
         self.add_up(variables, bases, spare);
-        while self.share_once(variables, bases, spare) {}
-        while self.split_once(variables, bases, spare) {}
+        // The terms change from now on, the merged tables do not.
+        let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
+        let curves: Vec<Curve> = self.merged.iter().map(at_nodes).map(Curve::new).collect();
+        let mut multiples = vec![None; curves.len() * curves.len()];
+        while self.share_once(variables, bases, (&curves, &mut multiples), spare) {}
+        while self.split_once(variables, bases, &curves, spare) {}
     }
 
-    /// Replaces a merged table by a multiple of another one, choosing the smallest change.
-    fn share_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
-        let tables = self.tables();
-        let known = self.known(bases);
-        let merged = |&(v, f): &(usize, Function)| match f {
+    /// Replaces a merged table by a multiple of another one, choosing the smallest change. `multiples` keeps how well
+    /// each replaces each other one.
+    fn share_once(
+        &mut self,
+        variables: &[Variable],
+        bases: &[Basis],
+        (curves, multiples): (&[Curve], &mut [Multiple]),
+        spare: &mut Spare,
+    ) -> bool {
+        let merged = |(v, f): (usize, Function)| match f {
             Function::Merged(id) => Some((v, id)),
             _ => None,
         };
-        let used: Vec<(usize, usize)> = tables.iter().filter_map(merged).collect();
+        let used: Vec<(usize, usize)> = self.tables().into_iter().filter_map(merged).collect();
+        let users = self.users(bases, curves);
         let (uses, mut best) = (Uses::new(self), None);
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
-                let product = Product {
-                    factors: vec![(v, Function::Merged(kept))],
-                    values: known.values[kept].clone(),
+                let known = &mut multiples[kept * curves.len() + gone];
+                let (weight, rest) =
+                    *known.get_or_insert_with(|| curves[kept].nearest(&curves[gone]));
+                let replacement = Replacement {
+                    variable: v,
+                    gone,
+                    users: &users[gone],
+                    factors: &[(v, Function::Merged(kept))],
+                    weight,
+                    part: rest / curves[gone].peak,
                 };
-                let tables = (variables, &known, &uses);
-                self.consider(&mut best, (v, gone), &product, tables, spare);
+                self.consider(&mut best, &replacement, variables, &uses, spare);
             }
         }
         self.settle(best, spare)
     }
 
     /// Replaces a merged table by the product of a generator and another table, choosing the smallest change.
-    fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
+    fn split_once(
+        &mut self,
+        variables: &[Variable],
+        bases: &[Basis],
+        curves: &[Curve],
+        spare: &mut Spare,
+    ) -> bool {
         let tables = self.tables();
-        let known = self.known(bases);
+        let users = self.users(bases, curves);
         let (uses, mut best) = (Uses::new(self), None);
-        for &(v, whole) in &tables {
-            let Function::Merged(gone) = whole else {
-                continue;
-            };
-            for (k, product) in bases[v].products.iter().enumerate() {
-                let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
+        for of_one in tables.chunk_by(|a, b| a.0 == b.0) {
+            let products = self.products_with(of_one, bases);
+            for &(v, whole) in of_one {
+                let Function::Merged(gone) = whole else {
                     continue;
                 };
-                let generator = (v, Function::Generator(product[0]));
-                if !tables.contains(&generator) {
-                    continue;
-                }
-                let by = bases[v].at_nodes(&unit(k, bases[v].len()));
-                for &(w, kept) in tables.iter().filter(|t| t.0 == v && **t != (v, whole)) {
-                    let Some(coefficients) = self.coefficients(v, kept, bases) else {
-                        continue;
+                for (factors, curve) in products.iter().filter(|(f, _)| f[1] != (v, whole)) {
+                    let (weight, rest) = curve.nearest(&curves[gone]);
+                    let replacement = Replacement {
+                        variable: v,
+                        gone,
+                        users: &users[gone],
+                        factors,
+                        weight,
+                        part: rest / curves[gone].peak,
                     };
-                    let other = bases[v].at_nodes(&coefficients);
-                    let product = Product {
-                        factors: vec![generator, (w, kept)],
-                        values: other.iter().zip(&by).map(|(a, by)| a * by).collect(),
-                    };
-                    let tables = (variables, &known, &uses);
-                    self.consider(&mut best, (v, gone), &product, tables, spare);
+                    self.consider(&mut best, &replacement, variables, &uses, spare);
                 }
             }
         }
         self.settle(best, spare)
     }
 
-    /// Replaces a merged table by the nearest multiple of a product. Keeps the edit if it is cheaper, fits into the
-    /// spare tolerance and changes less than the best so far.
+    /// The products of a sine or cosine and another table, both among these of one variable.
+    fn products_with(
+        &self,
+        tables: &[(usize, Function)],
+        bases: &[Basis],
+    ) -> Vec<([(usize, Function); 2], Curve)> {
+        let mut products = Vec::new();
+        for (k, product) in bases[tables[0].0].products.iter().enumerate() {
+            let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
+                continue;
+            };
+            let generator = (tables[0].0, Function::Generator(product[0]));
+            if !tables.contains(&generator) {
+                continue;
+            }
+            let basis = &bases[generator.0];
+            let by = basis.at_nodes(&unit(k, basis.len()));
+            for &(v, kept) in tables {
+                if let Some(coefficients) = self.coefficients(v, kept, bases) {
+                    let other = basis.at_nodes(&coefficients);
+                    let values = other.iter().zip(&by).map(|(a, by)| a * by).collect();
+                    products.push(([generator, (v, kept)], Curve::new(values)));
+                }
+            }
+        }
+        products
+    }
+
+    /// Replaces a merged table. Keeps the edit if it is cheaper, fits into the spare tolerance and changes less than the
+    /// best so far.
     fn consider(
         &self,
         best: &mut Option<Edit>,
-        (v, gone): (usize, usize),
-        product: &Product,
-        (variables, known, uses): (&[Variable], &Known, &Uses),
+        with: &Replacement<'_>,
+        variables: &[Variable],
+        uses: &Uses,
         spare: &Spare,
     ) {
-        let (weight, rest) = nearest(&product.values, &known.values[gone]);
-        let part = rest / known.peaks[gone];
-        let users = &known.users[gone];
-        let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * part);
-        let errors: Vec<(usize, f64)> = users.iter().map(error).collect();
+        let error = |&(place, peak): &(usize, f64)| (self.terms[place].output, peak * with.part);
+        let errors: Vec<(usize, f64)> = with.users.iter().map(error).collect();
         if !Edit::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
-        let table = (v, Function::Merged(gone));
+        let table = (with.variable, Function::Merged(with.gone));
         let mut terms = Vec::new();
-        for &(place, _) in users {
+        for &(place, _) in with.users {
             let mut term = self.terms[place].clone();
             for factor in std::mem::take(&mut term.factors) {
                 if factor == table {
-                    term.weight *= weight;
-                    term.factors.extend(&product.factors);
+                    term.weight *= with.weight;
+                    term.factors.extend(with.factors);
                 } else {
                     term.factors.push(factor);
                 }
@@ -144,13 +226,10 @@ impl Structure {
         found
     }
 
-    fn known(&self, bases: &[Basis]) -> Known {
-        let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
-        let values: Vec<Vec<f64>> = self.merged.iter().map(at_nodes).collect();
-        let peaks: Vec<f64> = values.iter().map(|v| largest(v.iter().copied())).collect();
-        let mut users = vec![Vec::new(); self.merged.len()];
+    fn users(&self, bases: &[Basis], curves: &[Curve]) -> Users {
+        let mut users = vec![Vec::new(); curves.len()];
         for (place, term) in self.terms.iter().enumerate() {
-            let peak = peak_with(term, bases, |id| peaks[id]);
+            let peak = peak_with(term, bases, |id| curves[id].peak);
             for (i, (_, function)) in term.factors.iter().enumerate() {
                 let again = term.factors[..i].iter().any(|(_, f)| f == function);
                 if let (Function::Merged(id), false) = (function, again) {
@@ -158,20 +237,11 @@ impl Structure {
                 }
             }
         }
-        Known {
-            values,
-            peaks,
-            users,
-        }
+        users
     }
 
     /// A function as coefficients over its variable's basis.
-    pub(super) fn coefficients(
-        &self,
-        v: usize,
-        function: Function,
-        bases: &[Basis],
-    ) -> Option<Vec<f64>> {
+    fn coefficients(&self, v: usize, function: Function, bases: &[Basis]) -> Option<Vec<f64>> {
         match function {
             Function::Merged(id) => Some(self.merged[id].coefficients.clone()),
             Function::Numeric(k) => Some(unit(k, bases[v].len())),
@@ -180,24 +250,308 @@ impl Structure {
     }
 }
 
-/// The factor by which `a` best approximates `b`, and the residual.
-pub(super) fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
-    let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-    let square: f64 = a.iter().map(|a| a * a).sum();
-    let weight = if square > 0.0 { along / square } else { 0.0 };
-    let rest = largest(a.iter().zip(b).map(|(a, b)| b - weight * a));
-    (weight, rest)
-}
-
-pub(super) fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most, value| most.max(value.abs()))
-}
-
 /// The coefficients of function `k` alone.
-pub(super) fn unit(k: usize, count: usize) -> Vec<f64> {
+fn unit(k: usize, count: usize) -> Vec<f64> {
     let mut coefficients = vec![0.0; count];
     coefficients[k] = 1.0;
     coefficients
+}
+
+/// A function of one variable.
+struct Part {
+    /// Coefficients over the variable's basis.
+    coefficients: Vec<f64>,
+    curve: Curve,
+}
+
+impl Part {
+    fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
+        Self {
+            curve: Curve::new(basis.at_nodes(&coefficients)),
+            coefficients,
+        }
+    }
+
+    /// [`Curve::nearest`]: often the functions are the same.
+    fn nearest(&self, other: &Self) -> (f64, f64) {
+        match self.coefficients == other.coefficients && self.curve.peak > 0.0 {
+            true => (1.0, 0.0),
+            false => self.curve.nearest(&other.curve),
+        }
+    }
+
+    fn constant(basis: &Basis) -> Self {
+        Self::new(unit(0, basis.len()), basis)
+    }
+}
+
+/// A term as the product of one function of each variable. Variables without one are constant.
+struct Separated {
+    output: usize,
+    weight: f64,
+    parts: Vec<Option<Part>>,
+}
+
+/// Two terms, by their numbers, that can become one along a variable: the weight of the second one's function, and
+/// the change. The sum is no multiple of the first merged tables, as many as were compared.
+struct Pair {
+    error: f64,
+    one: usize,
+    other: usize,
+    variable: usize,
+    weight: f64,
+    compared: usize,
+}
+
+/// Pairs of terms, kept while terms are added up: a sum changes only the pairs of its own term. A term keeps its number
+/// when others are removed.
+struct Sums<'a> {
+    variables: &'a [Variable],
+    bases: &'a [Basis],
+    constants: Vec<Part>,
+    /// Terms by number; `None` if the bases do not contain all functions of one.
+    products: Vec<Option<Separated>>,
+    /// The numbers of the remaining terms, in their order.
+    numbers: Vec<usize>,
+    /// Those that fit into the spare tolerance, the smallest change first.
+    pairs: Vec<Pair>,
+}
+
+impl Structure {
+    /// Adds up pairs of terms as long as that is cheaper and fits into the spare tolerance, the smallest change first.
+    pub fn add_up(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) {
+        let mut sums = Sums::new(self, variables, bases, spare);
+        while let Some((edit, one, other)) = sums.best(self, spare) {
+            self.make(edit, spare);
+            sums.follow(self, one, other, spare);
+        }
+    }
+
+    /// `None` if the bases do not contain all functions of the term.
+    fn product(&self, term: &Term, bases: &[Basis]) -> Option<Separated> {
+        let mut parts: Vec<Option<Part>> = bases.iter().map(|_| None).collect();
+        let mut generators: BTreeMap<usize, Vec<Generator>> = BTreeMap::new();
+        let mut put = |v: usize, coefficients: Vec<f64>| {
+            let part = Part::new(coefficients, &bases[v]);
+            parts[v].replace(part).is_none().then_some(())
+        };
+        for &(v, function) in &term.factors {
+            match function {
+                Function::Generator(g) => generators.entry(v).or_default().push(g),
+                Function::Sign => put(v, unit(1, bases[v].len()))?,
+                _ => put(v, self.coefficients(v, function, bases)?)?,
+            }
+        }
+        for (v, mut product) in generators {
+            product.sort_unstable();
+            let is_it = |known: &Vec<Generator>| {
+                let mut known = known.clone();
+                known.sort_unstable();
+                known == product
+            };
+            let k = bases[v].products.iter().position(is_it)?;
+            put(v, unit(k, bases[v].len()))?;
+        }
+        Some(Separated {
+            output: term.output,
+            weight: term.weight,
+            parts,
+        })
+    }
+}
+
+impl<'a> Sums<'a> {
+    fn new(
+        structure: &Structure,
+        variables: &'a [Variable],
+        bases: &'a [Basis],
+        spare: &Spare,
+    ) -> Self {
+        let of_term = |term| structure.product(term, bases);
+        let products = parallel::map(&structure.terms, of_term);
+        let mut sums = Self {
+            variables,
+            bases,
+            constants: bases.iter().map(Part::constant).collect(),
+            numbers: (0..products.len()).collect(),
+            products,
+            pairs: Vec::new(),
+        };
+        let of_one = |&one: &usize| {
+            let mut pairs = Vec::new();
+            for &other in &sums.numbers {
+                sums.compare(one, other, spare, &mut pairs);
+            }
+            pairs
+        };
+        let pairs = parallel::map(&sums.numbers, of_one);
+        sums.pairs = pairs.into_iter().flatten().collect();
+        sums.sort();
+        sums
+    }
+
+    fn sort(&mut self) {
+        let place = |p: &Pair| (p.one, p.other, p.variable);
+        let order = |a: &Pair, b: &Pair| a.error.total_cmp(&b.error).then(place(a).cmp(&place(b)));
+        self.pairs.sort_by(order);
+    }
+
+    /// The place of a term.
+    fn place(&self, number: usize) -> usize {
+        let place = self.numbers.binary_search(&number);
+        place.expect("pairs of removed terms are gone")
+    }
+
+    /// Finds the variables along which `other` can be added to `one`, because the two are nearly proportional in all
+    /// other variables.
+    fn compare(&self, one: usize, other: usize, spare: &Spare, pairs: &mut Vec<Pair>) {
+        let (Some(sum), Some(added)) = (&self.products[one], &self.products[other]) else {
+            return;
+        };
+        if one == other || sum.output != added.output {
+            return;
+        }
+        let both = || {
+            let functions = sum.parts.iter().zip(&added.parts);
+            let each = functions.zip(&self.constants).enumerate();
+            let used = each.filter(|(_, ((a, b), _))| a.is_some() || b.is_some());
+            used.map(|(v, ((a, b), c))| (v, a.as_ref().unwrap_or(c), b.as_ref().unwrap_or(c)))
+        };
+        let whole: f64 = both().map(|(_, _, b)| b.curve.peak).product::<f64>() * added.weight.abs();
+        // For each variable: the ratio of `other`'s function to `one`'s, and the change if they count as proportional.
+        let mut compared: Vec<(usize, f64, f64)> = Vec::with_capacity(sum.parts.len());
+        let mut different = 0;
+        for (v, a, b) in both() {
+            let (weight, rest) = a.nearest(b);
+            let error = whole * rest / b.curve.peak;
+            different += usize::from(!spare.has(sum.output, error));
+            if different > 1 {
+                return;
+            }
+            compared.push((v, weight, error));
+        }
+        for &(variable, ..) in &compared {
+            let elsewhere = || compared.iter().filter(move |c| c.0 != variable);
+            // Without a sign, which an empty sum has: zeros are equal.
+            let error = elsewhere().map(|c| c.2).sum::<f64>().abs();
+            if self.variables[variable].merges() && spare.has(sum.output, error) {
+                let weight = added.weight * elsewhere().map(|c| c.1).product::<f64>();
+                pairs.push(Pair {
+                    error,
+                    one,
+                    other,
+                    variable,
+                    weight,
+                    compared: 0,
+                });
+            }
+        }
+    }
+
+    /// The sum with the smallest change that is cheaper, and the numbers of its terms.
+    fn best(&mut self, structure: &Structure, spare: &Spare) -> Option<(Edit, usize, usize)> {
+        let uses = Uses::new(structure);
+        // What does not fit into the spare tolerance never will.
+        let products = &self.products;
+        let output = |number: usize| products[number].as_ref().map(|product| product.output);
+        self.pairs
+            .retain(|pair| output(pair.one).is_some_and(|output| spare.has(output, pair.error)));
+        for i in 0..self.pairs.len() {
+            let pair = &self.pairs[i];
+            let places = [pair.one, pair.other].map(|number| self.place(number));
+            let [one, other] = places.map(|place| &structure.terms[place]);
+            // A sum that is known to need a table of its own adds one, unless another one ends.
+            let mut since = structure.merged[pair.compared..].iter();
+            if pair.compared > 0
+                && !since.any(|table| table.variable == pair.variable)
+                && !uses.ends_with(one, pair.variable, other)
+            {
+                continue;
+            }
+            let errors = vec![(one.output, pair.error)];
+            let (sum, merged) = self.sum(structure, pair)?;
+            // A table may become a product of several.
+            if sum.factors.len() > trueaxis::FACTORS {
+                continue;
+            }
+            let edit = Edit {
+                errors,
+                terms: vec![(places[0], Some(sum)), (places[1], None)],
+                merged,
+            };
+            if structure.is_cheaper_with(&edit, &uses, self.variables) {
+                return Some((edit, pair.one, pair.other));
+            }
+            if edit.merged.is_some() {
+                self.pairs[i].compared = structure.merged.len();
+            }
+        }
+        None
+    }
+
+    /// The sum of two terms, and its table if it does not exist yet.
+    fn sum(&self, structure: &Structure, pair: &Pair) -> Option<(Term, Option<Merged>)> {
+        let v = pair.variable;
+        let term = &structure.terms[self.place(pair.one)];
+        let one = self.products[pair.one].as_ref()?;
+        let other = self.products[pair.other].as_ref()?;
+        let constant = &self.constants[v];
+        let [a, b] = [one, other].map(|p| &p.parts[v].as_ref().unwrap_or(constant).coefficients);
+        let both = a.iter().zip(b);
+        let sum: Vec<f64> = both
+            .map(|(a, b)| term.weight * a + pair.weight * b)
+            .collect();
+        let mut factors = term.factors.clone();
+        factors.retain(|(w, _)| *w != v);
+        let products = &self.bases[v].products;
+        let only = |k: usize| sum.iter().enumerate().all(|(i, c)| i == k || *c == 0.0);
+        let mut merged = None;
+        let weight = if let Some(k) = (0..products.len()).find(|k| only(*k)) {
+            factors.extend(products[k].iter().map(|g| (v, Function::Generator(*g))));
+            sum[k]
+        } else {
+            let elsewhere = one.parts.iter().enumerate().filter(|(w, _)| *w != v);
+            let others = elsewhere.filter_map(|(_, part)| Some(part.as_ref()?.curve.peak));
+            let first = pair.compared;
+            let known = structure.multiple(first, v, &sum, self.bases, others.product());
+            let (id, weight) = match known {
+                Some(known) => known,
+                None => {
+                    merged = Some(Merged {
+                        variable: v,
+                        coefficients: sum,
+                    });
+                    (structure.merged.len(), 1.0)
+                }
+            };
+            factors.push((v, Function::Merged(id)));
+            weight
+        };
+        let term = Term {
+            output: term.output,
+            weight,
+            factors,
+        };
+        Some((term, merged))
+    }
+
+    /// Follows a sum that was made: `other` was added to `one`.
+    fn follow(&mut self, structure: &Structure, one: usize, other: usize, spare: &Spare) {
+        self.numbers.retain(|number| *number != other);
+        self.products[other] = None;
+        let sum = &structure.terms[self.place(one)];
+        self.products[one] = structure.product(sum, self.bases);
+        let is_changed = |number: usize| [one, other].contains(&number);
+        self.pairs
+            .retain(|pair| !is_changed(pair.one) && !is_changed(pair.other));
+        let mut pairs = Vec::new();
+        for &number in &self.numbers {
+            self.compare(one, number, spare, &mut pairs);
+            self.compare(number, one, spare, &mut pairs);
+        }
+        self.pairs.append(&mut pairs);
+        self.sort();
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,19 @@
 //! Evenly spaced points of linear and cubic tables, and their cost.
 
-use super::limits::{BYTES_PER_INSTRUCTION, GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS};
 use super::spline;
 use super::variables::Variable;
 use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
 use trueaxis::SampleFormat;
+
+/// Bytes of samples that cost as much as one instruction: a slot of 256 kB for at most 4000 instructions, which a
+/// controller can spend in a tenth of a 4 kHz period.
+const BYTES_PER_INSTRUCTION: f64 = 64.0;
+/// A kink counts as on a point if it is off by less than this fraction of a step; the resulting error is an equally
+/// small fraction of that permitted for interpolation.
+pub const GRID_SLACK: f64 = 1e-3;
+/// Limits on the number of intervals of a bent table.
+pub const LEAST_INTERVALS: usize = 4;
+pub const MOST_INTERVALS: usize = 8192;
 
 /// Evenly spaced points over a variable's range, in its kinematic unit.
 #[derive(Clone, Copy, Debug, PartialEq)]

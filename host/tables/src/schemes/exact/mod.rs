@@ -6,51 +6,41 @@
 //! of sine and cosine, and the remainder by singular value decomposition. Sums of functions of one variable become
 //! one table. The values of the tables are sampled from the exact correction, so they include second order wherever
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
-//! them.
+//! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
+//!
+//! Its files in the order in which they use each other: `nodes`, `variables`, `sampling`, `along` and `basis` find the
+//! functions; `structure`, `edit`, `fold` and `cover` the terms; `spline`, `grid`, `points` and `draft` the tables;
+//! `trials`, `components`, `fit`, `judge` and `search` try them.
 
 mod along;
-mod attempt;
 mod basis;
-mod budget;
-mod chebyshev;
 mod components;
-mod core;
 mod cover;
 mod draft;
 mod edit;
 mod fit;
 mod fold;
-mod generators;
 mod grid;
 mod judge;
-mod limits;
-mod peak_tables;
-mod peaks;
+mod nodes;
 mod points;
-mod prune;
 mod sampling;
 mod search;
 #[cfg(test)]
 mod specimen;
 mod spline;
 mod structure;
-mod sums;
-mod tables;
-mod tolerance;
 mod trials;
-mod turning;
 mod variables;
 
 use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
 use crate::target::Target;
 pub use cover::Minimize;
-use judge::{Judge, Positions};
-use limits::FAR_OUT_OF_REACH;
+use judge::{Judge, Positions, Tolerance};
 use sampling::Sampler;
 pub use search::Effort;
-use search::{Sampled, Search};
-use tolerance::Tolerance;
+use search::{FAR_OUT_OF_REACH, Sampled, Search};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;

@@ -1,13 +1,46 @@
-//! Chooses the number and positions of the points of each variable's tables.
+//! From tables to the number and positions of their points: for the share of the tolerance that interpolation may use,
+//! which is adapted from draft to draft.
 
-use super::grid::{self, Grid};
-use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
-use super::peak_tables::PeakTables;
-use super::structure::Function;
-use super::tables::Decomposition;
+use super::grid::{self, GRID_SLACK, Grid, LEAST_INTERVALS, MOST_INTERVALS};
+use super::spline;
+use super::structure::{Decomposition, Function, Sampled, errors_at};
+use super::variables::{Kind, Variable};
 use crate::schemes::Options;
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
-use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::kinematics::{NotConverged, Policy};
+use trueaxis_model::machine::PerAxis;
+
+/// A result is good if the tables, measured at some thousand positions, stay within this share of the tolerance; other
+/// positions may be a little worse.
+pub const GOOD: f64 = 0.95;
+/// Number of refinements of the points.
+const REFINEMENTS: usize = 4;
+/// Interpolation is not the cause if its share is less than this fraction of the error.
+const BLAMELESS: f64 = 0.4;
+/// If the tip and the direction are measured: smallest factor by which the share grows when fewer points are tried;
+/// initial factor of the share of each table; fraction of the tolerance below which fewer points are tried; fraction
+/// they aim for; and number of such trials.
+const LEAST_COARSER: f64 = 2.0;
+pub const TOOL_SHARE: f64 = 8.0;
+const TOO_GOOD: f64 = 0.85;
+const JUST_GOOD: f64 = 0.9;
+const COARSENINGS: usize = 5;
+/// A draft that passes where it is measured and fails when confirmed fails by little: the share of interpolation
+/// is multiplied by this.
+pub const LITTLE_LESS: f64 = 0.7;
+/// How often points are halved if the target cannot hold them.
+const ROOM_STEPS: usize = 6;
+/// For sampling peaks: intervals per damping (rad), and the smallest and largest number of intervals over a range.
+const SEEN_PER_PEAK: f64 = 5.0;
+const LEAST_SEEN: usize = 64;
+const MOST_SEEN: usize = 2048;
+/// If polynomials through every other sample err by less than this many tolerances, polynomials through all samples,
+/// with an error about 4000 times smaller, replace the exact correction. Eight times that would be 2 % of the
+/// tolerance.
+const MOST_OF_HALF: f64 = 10.0;
+/// A finer grid that leaves more than this fraction of the error is not worth its points.
+pub const STUCK: f64 = 0.8;
 
 /// Grids of the bent tables of each variable, such that interpolation of all of them together errs by no more than
 /// `share` of the tolerance, or with the number of points given in `options`. Points lie between measured positions
@@ -161,6 +194,7 @@ impl Decomposition<'_> {
             let around = |e: &f64| *e > points[k] + slack && *e < points[k + 1] - slack;
             variable.ends.iter().any(around) || (from || to) && !variable.ends.is_empty()
         };
+        let terms = self.contributions(v, functions);
         let mut worst = 0.0_f64;
         for (row, (k, x)) in looks.iter().enumerate() {
             if steps(*k) {
@@ -168,9 +202,334 @@ impl Decomposition<'_> {
             }
             let share = (x - points[*k]) / (points[*k + 1] - points[*k]);
             let line = [(*k, 1.0 - share), (*k + 1, share)];
-            let errors = self.errors_at(v, (&sampled, &line), (&truth, row));
+            let errors = errors_at(&terms, (&sampled.values, &line), (&truth.values, row));
             worst = errors.iter().fold(worst, |w, e| w.max(*e));
         }
         Ok(worst)
+    }
+}
+
+/// A variable's tables at the starts and midpoints of enough intervals to resolve every peak.
+pub struct PeakTables {
+    grid: Grid,
+    wraps: bool,
+    tables: Sampled,
+    /// Error of linear interpolation between the points, and of cubics on these intervals (in units of the
+    /// tolerance).
+    errors: [f64; 2],
+    /// True if polynomials through the samples give the values in between.
+    is_dense: bool,
+}
+
+/// The grid on which tables of a variable are sampled, if it has no kinks and the policy makes peaks.
+pub fn peak_grid(policy: Policy, variable: &Variable) -> Option<Grid> {
+    let Policy::Direction { damping } = policy else {
+        return None;
+    };
+    if !variable.is_rich() || !variable.kinks.is_empty() {
+        return None;
+    }
+    // A peak is as wide as the damping; a few points on it are enough, because the tables are measured anyway.
+    let [low, high] = variable.range;
+    let intervals = match variable.kind {
+        Kind::Rotary(_) => (SEEN_PER_PEAK * (high - low) / damping) as usize,
+        _ => LEAST_SEEN,
+    };
+    Some(Grid::cubic(
+        variable,
+        intervals.clamp(LEAST_SEEN, MOST_SEEN),
+    ))
+}
+
+impl PeakTables {
+    /// Samples the tables of variables without kinks, if the policy makes peaks.
+    pub fn all(found: &Decomposition<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
+        let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
+        let bent = bent.filter(|(_, bent)| !bent.is_empty());
+        let seen = bent.filter_map(|(v, bent)| {
+            let variable = &found.sampler.variables[v];
+            let grid = peak_grid(found.sampler.kinematics.policy, variable)?;
+            Some(Self::of(found, v, &bent, grid).map(|seen| (v, seen)))
+        });
+        seen.collect()
+    }
+
+    fn of(
+        found: &Decomposition<'_>,
+        v: usize,
+        functions: &[Function],
+        grid: Grid,
+    ) -> Result<Self, NotConverged> {
+        let wraps = found.sampler.variables[v].wraps;
+        let at: Vec<f64> = grid.sampled_at(wraps).collect();
+        let tables = found.sample(v, functions, &at)?;
+        Ok(Self {
+            errors: found.errors_on(v, &tables, &grid),
+            is_dense: found.error_of_half(v, &tables, wraps) < MOST_OF_HALF,
+            grid,
+            wraps,
+            tables,
+        })
+    }
+
+    /// Values of the tables (positions × tables) inside the range, interpolated from the samples; `None` if these
+    /// are not dense enough.
+    pub fn between(&self, at: &[f64]) -> Option<DMatrix<f64>> {
+        if !self.is_dense {
+            return None;
+        }
+        let values = &self.tables.values;
+        let around = |x: &f64| {
+            let steps = (x - self.grid.start) / (0.5 * self.grid.step);
+            around(steps, values.nrows(), self.wraps)
+        };
+        let around: Vec<_> = at.iter().map(around).collect();
+        let mut all = DMatrix::zeros(at.len(), values.ncols());
+        for (mut to, column) in all.column_iter_mut().zip(values.column_iter()) {
+            let column = column.as_slice();
+            for (to, around) in to.as_mut_slice().iter_mut().zip(&around) {
+                *to = around.iter().map(|(k, w)| w * column[*k]).sum();
+            }
+        }
+        Some(all)
+    }
+
+    /// Number of intervals at which linear and cubic tables leave `most`: their errors fall with the square and the
+    /// fourth power of the spacing.
+    pub fn wanted(&self, most: f64) -> [usize; 2] {
+        let wanted = |k: usize, power: f64| {
+            let more = libm::pow(self.errors[k] / (0.85 * most), 1.0 / power);
+            let wanted = (self.grid.intervals as f64 * more).ceil() as usize;
+            wanted.clamp(LEAST_INTERVALS, MOST_INTERVALS)
+        };
+        [wanted(0, 2.0), wanted(1, 4.0)]
+    }
+}
+
+impl Decomposition<'_> {
+    /// Largest error in each output of linear interpolation between the values of a variable's tables on a grid, and
+    /// of cubics on the same intervals, in units of the tolerance. Measured table by table at the points and between
+    /// them, with the other factors at their peaks.
+    fn errors_on(&self, v: usize, truth: &Sampled, grid: &Grid) -> [f64; 2] {
+        let terms = self.contributions(v, &truth.functions);
+        let truth = &truth.values;
+        let coefficients = spline::coefficients(truth, self.sampler.variables[v].wraps);
+        let (count, rows) = (coefficients.nrows(), truth.nrows());
+        let mut worst = [0.0; 2];
+        for row in 0..rows {
+            let (first, t) = match row / 2 {
+                k if k < grid.intervals => (k, 0.5 * (row % 2) as f64),
+                k => (k - 1, 1.0),
+            };
+            let weights = spline::weights(t).into_iter().enumerate();
+            let weights: Vec<_> = weights.map(|(i, w)| ((first + i) % count, w)).collect();
+            let line: &[_] = match row % 2 {
+                0 => &[(row, 1.0)],
+                _ => &[(row - 1, 0.5), ((row + 1) % rows, 0.5)],
+            };
+            let of_lines = errors_at(&terms, (truth, line), (truth, row));
+            let of_cubics = errors_at(&terms, (&coefficients, &weights), (truth, row));
+            worst = [most(worst[0], &of_lines), most(worst[1], &of_cubics)];
+        }
+        worst
+    }
+
+    /// Error of polynomials through every other sample, measured at the samples in between.
+    fn error_of_half(&self, v: usize, truth: &Sampled, wraps: bool) -> f64 {
+        let terms = self.contributions(v, &truth.functions);
+        let truth = &truth.values;
+        let rows = truth.nrows();
+        let odd = (1..rows).step_by(2);
+        odd.fold(0.0, |worst, row| {
+            let around = around(0.5 * row as f64, rows.div_ceil(2), wraps);
+            let weights: Vec<_> = around.into_iter().map(|(k, w)| (2 * k, w)).collect();
+            most(worst, &errors_at(&terms, (truth, &weights), (truth, row)))
+        })
+    }
+}
+
+fn most(worst: f64, errors: &PerAxis) -> f64 {
+    errors.iter().fold(worst, |w, e| w.max(*e))
+}
+
+/// Number of samples that a polynomial passes through. At half the spacing, its error is 2¹² times smaller.
+const POINTS: usize = 12;
+
+/// The samples, of `count`, from which the value at `x` is computed, with their weights: Lagrange's polynomial
+/// through the surrounding samples. `x` is in units of their spacing, from the first sample.
+fn around(x: f64, count: usize, wraps: bool) -> Vec<(usize, f64)> {
+    assert!(count >= POINTS);
+    let mut first = x.floor() as i64 + 1 - POINTS as i64 / 2;
+    if !wraps {
+        first = first.clamp(0, (count - POINTS) as i64);
+    }
+    let x = x - first as f64;
+    (0..POINTS)
+        .map(|i| {
+            let others = (0..POINTS).filter(|k| *k != i).map(|k| k as f64);
+            let weight = others.map(|k| (x - k) / (i as f64 - k)).product();
+            let row = (first + i as i64).rem_euclid(count as i64);
+            (row as usize, weight)
+        })
+        .collect()
+}
+
+/// The share, and what earlier drafts showed about it. A smaller share takes more points. Errors are in units of the
+/// requested tolerance.
+pub struct Budget {
+    /// The share for the next draft.
+    pub share: f64,
+    /// A draft may leave an error of this many requested tolerances.
+    factor: f64,
+    /// True if larger shares are tried after one that left a small error.
+    adapts: bool,
+    /// How often the share was halved, and how often it may still be doubled because the target is full.
+    refinements: usize,
+    room: usize,
+    /// The error after the last halving.
+    last: f64,
+    /// How often a larger share was tried.
+    coarsenings: usize,
+    /// The largest share that was small enough, and the smallest that was not.
+    enough: Option<f64>,
+    too_few: f64,
+    /// True if no larger shares are tried any more.
+    is_settled: bool,
+}
+
+impl Budget {
+    /// Starts with `share`, for drafts that may leave `factor` times the requested tolerance.
+    pub fn new(share: f64, factor: f64, adapts: bool) -> Self {
+        Self {
+            share,
+            factor,
+            adapts,
+            refinements: 0,
+            room: ROOM_STEPS,
+            last: f64::INFINITY,
+            coarsenings: 0,
+            enough: None,
+            too_few: f64::INFINITY,
+            is_settled: false,
+        }
+    }
+
+    /// True if another draft may be made.
+    pub fn goes_on(&self) -> bool {
+        self.refinements <= REFINEMENTS
+    }
+
+    /// The largest error at which a draft with fewer points than the last good one is still useful. Infinite if the
+    /// positions of confirmation can wait; `None` if they cannot.
+    pub fn most_error(&self) -> Option<f64> {
+        match self.enough_so_far() {
+            Some(_) => Some(GOOD * self.factor),
+            None if self.adapts => Some(f64::INFINITY),
+            None => None,
+        }
+    }
+
+    /// Called after a draft whose error exceeds [`Self::most_error`] or that does not fit into the target. True if
+    /// another share is worth trying.
+    pub fn after_unusable(&mut self) -> bool {
+        if let Some(enough) = self.enough_so_far() {
+            self.take_less(enough);
+            return true;
+        }
+        // Use fewer points, unless they were too few before.
+        if self.last.is_finite() || self.room == 0 {
+            return false;
+        }
+        self.room -= 1;
+        self.share *= 2.0;
+        true
+    }
+
+    /// Called after a harmless draft that leaves `error`. True if fewer points may be enough and should be tried.
+    pub fn takes_more(&mut self, error: f64) -> bool {
+        let is_last = self.is_settled || self.coarsenings >= COARSENINGS;
+        if !self.adapts || is_last || error >= TOO_GOOD * self.factor {
+            return false;
+        }
+        self.coarsenings += 1;
+        self.enough = Some(self.share);
+        // Part of the error is due to the structure and does not grow with fewer points.
+        let more = (JUST_GOOD * self.factor / error).clamp(LEAST_COARSER, TOOL_SHARE);
+        self.share = (self.share * more).min((self.share * self.too_few).sqrt());
+        true
+    }
+
+    /// Called after a draft that is not good. True if more points may help. `part` is the tolerance for which the
+    /// draft was made, as a fraction of the requested one. `is_fixed` points do not depend on the share.
+    pub fn after_bad(&mut self, error: f64, part: f64, is_fixed: bool) -> bool {
+        if let Some(enough) = self.enough_so_far() {
+            // It failed at the positions of confirmation, where a slightly finer share would fail too.
+            self.take_less(enough.min(LITTLE_LESS * self.share));
+            return true;
+        }
+        let is_blameless = self.share * part < BLAMELESS * error;
+        // The last halving brought almost nothing.
+        let is_stuck = error > 0.9 * self.last && !self.is_settled;
+        if is_fixed || is_stuck || is_blameless {
+            return false;
+        }
+        self.last = error;
+        self.share *= if self.is_settled { LITTLE_LESS } else { 0.5 };
+        self.refinements += 1;
+        true
+    }
+
+    /// True while larger shares are tried after one that was enough.
+    pub fn is_coarsening(&self) -> bool {
+        self.enough_so_far().is_some()
+    }
+
+    /// The share that was small enough, while larger ones are being tried.
+    fn enough_so_far(&self) -> Option<f64> {
+        self.enough.filter(|_| !self.is_settled)
+    }
+
+    /// The share was too large: try one between it and the one that was enough, or finally `enough`.
+    fn take_less(&mut self, enough: f64) {
+        self.coarsenings += 1;
+        self.too_few = self.share;
+        self.is_settled = self.coarsenings > COARSENINGS;
+        self.share = match self.is_settled {
+            true => enough,
+            false => (enough * self.share).sqrt(),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_polynomial_is_followed_to_the_ends_and_at_samples_these_count_alone() {
+        let f = |x: f64| (0..11).map(|k| (x / 10.0 - 1.0).powi(k)).sum::<f64>();
+        for place in 0..=190 {
+            let x = f64::from(place) / 10.0;
+            let parts = around(x, 20, false).into_iter();
+            let found: f64 = parts.map(|(i, w)| w * f(i as f64)).sum();
+            // At the ends, the weights of values up to 11 add up to 200.
+            assert!((found - f(x)).abs() < 1e-11, "{x}");
+            let alone = around(x.floor(), 20, false);
+            let other = |(i, w): &(usize, f64)| *w != f64::from(u8::from(*i as f64 == x.floor()));
+            assert!(!alone.iter().any(other));
+        }
+    }
+
+    #[test]
+    fn what_wraps_has_no_ends() {
+        // Sine at 24 samples of a turn: each step is 0.26, whose 12th power is 1e-7, over 4 000.
+        for place in -30..300 {
+            let x = f64::from(place) / 10.0;
+            let parts = around(x, 24, true).into_iter();
+            let sine = |i: usize| libm::sin(TAU * i as f64 / 24.0);
+            let found: f64 = parts.map(|(i, w)| w * sine(i)).sum();
+            assert!((found - libm::sin(TAU * x / 24.0)).abs() < 1e-10, "{x}");
+        }
     }
 }

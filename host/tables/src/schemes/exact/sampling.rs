@@ -1,6 +1,6 @@
 //! Samples exact corrections on small grids, split into the contribution of every source of error.
 
-use super::chebyshev;
+use super::nodes;
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -370,7 +370,7 @@ impl Sampler<'_> {
             let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
             if bends && !has(*v) {
                 let count = if subset == 0 { 2 } else { 3 };
-                *positions = chebyshev::points(self.variables[*v].range, count);
+                *positions = nodes::chebyshev(self.variables[*v].range, count);
             }
         }
         let nodes = Vec::from_iter(0..few.nodes());

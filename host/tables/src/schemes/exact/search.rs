@@ -1,19 +1,12 @@
 //! Search for the best draft: structures first, then points, each measured.
 
-use super::attempt::{self, Attempt, attempt};
 use super::basis::Basis;
-use super::budget::Budget;
 use super::components::Joint;
-use super::cover::Minimize;
+use super::cover::{self, Attempt, Minimize, attempt};
 use super::judge::{Judge, Verdict};
-use super::limits::{
-    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
-    HARMLESS, HOPELESS, LEAST_POINT_SHARE, LITTLE_LESS, MOST_FITTED, MOST_WORK,
-    MOST_WORK_IF_HOPELESS, NEARLY_MET, OUT_OF_REACH, SHARES, STARVING, STUCK, TOOL_SHARE,
-};
-use super::peak_tables::PeakTables;
+use super::points::{Budget, GOOD, LITTLE_LESS, PeakTables, STUCK, TOOL_SHARE};
 use super::sampling::{Component, Sampler};
-use super::tables::Decomposition;
+use super::structure::Decomposition;
 use super::trials::Trials;
 use super::{components, draft, grid, points};
 use crate::schemes::{Options, SchemeError};
@@ -22,6 +15,56 @@ use std::collections::BTreeMap;
 use trueaxis::Draft;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+
+/// Share of the tolerance that a structure may leave out at first, in each output (twice the root of the sum of
+/// squares, because peaks rarely coincide).
+const FIRST_SHARE: f64 = 0.25;
+/// The same if the tip and the direction are measured, where deviations of related axes partly cancel.
+const FIRST_TOOL_SHARE: f64 = 1.1;
+/// A structure that leaves more than this fraction of the tolerance leaves little for interpolation. One made for
+/// this fraction of its share may then be cheaper.
+const STARVING: f64 = 0.5;
+const CLOSER: f64 = 0.9;
+/// Maximum number of attempts, if more is needed than the target holds. Each next attempt leaves out as much as the
+/// last one had to, so that the capacity goes to what matters: the 84 coefficients of the HU40 then keep three quarters of
+/// the error.
+const FULL_ATTEMPTS: usize = 3;
+/// An error of more than this many times what was left out has another cause: joint effects.
+const CUT: f64 = 2.0;
+/// A structure with an error of more than this many tolerances is not worth points if joint effects can improve it.
+const HOPELESS: f64 = 3.0;
+/// Shares tried then, with joint effects of motions included. These cost many tables, so no more of them than
+/// needed.
+const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
+/// Interpolation may use at least this share of the tolerance, and this fraction of what the structure leaves.
+const LEAST_POINT_SHARE: f64 = 0.4;
+/// Tables do no harm if no axis deviates by more than this fraction of the limit; other positions may be a little
+/// worse.
+const HARMLESS: f64 = 0.9;
+/// If the tolerance is missed, drafts for these fractions of it are tried: more tables and less left out, although
+/// the trials did not require it.
+const FINER: [f64; 2] = [0.3, 0.1];
+/// If it is still missed, drafts for these multiples of it are tried too.
+const COARSER: [f64; 16] = [
+    2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5,
+];
+/// Most nodes of joint effects, each counted once for every subset of its switches: half a minute on one core, and
+/// two minutes if nothing would come close without them. Weaker effects are left out.
+const MOST_WORK: usize = 600_000;
+const MOST_WORK_IF_HOPELESS: usize = 4 * MOST_WORK;
+/// How often weights are fitted, each time including the positions that failed before.
+const FITS: usize = 8;
+/// A draft that leaves more tolerances than this after a fit is not fitted again; eight rounds halve the error.
+const OUT_OF_REACH: f64 = 30.0;
+/// If the structure that fits into a full target leaves more tolerances than this, the tolerance is out of reach: no
+/// fit has more than halved an error.
+const MOST_FITTED: f64 = 2.0;
+/// The same before the structure for a tolerance is known, from the error that a finer one leaves. Functions chosen for
+/// a coarser tolerance may halve it.
+pub const FAR_OUT_OF_REACH: f64 = 2.0 * MOST_FITTED;
+/// A draft that leaves more tolerances than this at the worst positions found also misses the tolerance at random
+/// ones: there the largest error is 0.82 to 0.88 of it.
+const NEARLY_MET: f64 = 1.25;
 
 /// Samples at the nodes that resolve a machine's functions, which hardly depend on the tolerance.
 pub struct Sampled<'a> {
@@ -161,10 +204,10 @@ impl<'a> Search<'a> {
             return Ok(true);
         }
         let Sampled { sampler, first, .. } = self.sampled;
-        let bases = attempt::bases(sampler, first, tolerance, self.minimize, share)?;
+        let bases = cover::bases(sampler, first, tolerance, self.minimize, share)?;
         let target = (self.minimize, &self.options.target);
         if self.effort == Effort::IfItFits {
-            return Ok(attempt::fits(
+            return Ok(cover::fits(
                 sampler, first, &bases, tolerance, target, share,
             )?);
         }
@@ -459,7 +502,7 @@ impl<'a> Search<'a> {
     /// pairs.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
-        let bases = attempt::bases(
+        let bases = cover::bases(
             &self.sampled.sampler,
             components,
             tolerance,

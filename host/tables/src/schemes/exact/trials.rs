@@ -1,16 +1,17 @@
 //! Tests a structure before its tables get points.
 
-use super::limits::TRIALS;
-use super::peak_tables;
+use super::points;
 use super::sampling::Sampler;
-use super::structure::Function;
-use super::tables::{self, Decomposition, Sampled};
+use super::structure::{self, Decomposition, Function, Sampled};
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+
+/// Number of positions at which a structure is tried, half of them in corners; a single one decides little.
+const TRIALS: usize = 160;
 
 /// A random place in the calibrated ranges, with a random direction of travel where it matters.
 pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> VariableValues {
@@ -69,7 +70,7 @@ impl Trials {
         // Where tables are sampled anyway, twice the number of samples costs nothing extra.
         let policy = sampler.kinematics.policy;
         let looks = |variable: &Variable| {
-            let grid = peak_tables::grid(policy, variable);
+            let grid = points::peak_grid(policy, variable);
             grid.map_or_else(Vec::new, |grid| grid.sampled_at(variable.wraps).collect())
         };
         let seen: Vec<Vec<f64>> = sampler.variables.iter().map(looks).collect();
@@ -104,7 +105,7 @@ impl Trials {
         }
         let mut worst = 0.0_f64;
         for (row, exact) in self.corrections.iter().enumerate() {
-            let values = tables::values_at(&sampled, row);
+            let values = structure::values_at(&sampled, row);
             let outputs = found.sampler.kinematics.machine.axes.len();
             let sums = found.structure.evaluate(&values, outputs);
             for ((s, e), t) in sums.iter().zip(exact).zip(found.tolerance) {

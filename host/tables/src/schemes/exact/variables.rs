@@ -1,7 +1,7 @@
-//! What a correction depends on: axis positions, directions, tool length, temperatures.
+//! From a machine and its errors: the variables that the correction is a function of, and the tables of each whose
+//! products give most of its functions.
 
-use super::turning::{self, Turning};
-use super::{chebyshev, peaks};
+use super::nodes::{self, Turning};
 use trueaxis_model::errors::{MAX_SENSORS, Motion};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
@@ -67,7 +67,7 @@ impl Variable {
     pub fn many(&self) -> Vec<f64> {
         let [low, high] = self.calibrated;
         let count = self.nodes.max(self.turning.base);
-        let mut all = self.with_peaks(chebyshev::points(self.calibrated, count));
+        let mut all = self.with_peaks(nodes::chebyshev(self.calibrated, count));
         all.retain(|x| (low..=high).contains(x));
         all
     }
@@ -76,6 +76,11 @@ impl Variable {
     /// contributions of each and of each pair.
     pub(crate) fn is_switch(&self) -> bool {
         self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
+    }
+
+    /// True if its functions may be merged into one table.
+    pub(crate) fn merges(&self) -> bool {
+        !matches!(self.kind, Kind::Sign(_))
     }
 
     /// Middle and half width of the range.
@@ -157,7 +162,7 @@ impl Variable {
     /// The node positions with its motions on: Chebyshev points with both ends, which separate polynomials and
     /// trigonometric functions well, and those at peaks.
     pub fn positions(&self, count: usize) -> Vec<f64> {
-        self.with_peaks(chebyshev::points(self.range, count))
+        self.with_peaks(nodes::chebyshev(self.range, count))
     }
 
     /// Adds the nodes at peaks, in ascending order.
@@ -170,7 +175,7 @@ impl Variable {
     /// The node positions of a rotary axis with its motions off, where everything repeats after one turn: evenly
     /// spaced over one turn, unless the range is smaller.
     pub(crate) fn turning_positions(&self, count: usize) -> Vec<f64> {
-        self.with_peaks(turning::positions(self.range, count))
+        self.with_peaks(nodes::over_a_turn(self.range, count))
     }
 }
 
@@ -268,7 +273,7 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
                 Turning::NONE
             },
             peaks: if axis.letter.is_rotary() {
-                peaks::nodes(kinematics, index)
+                nodes::at_peaks(kinematics, index)
             } else {
                 Vec::new()
             },
@@ -300,9 +305,49 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     variables
 }
 
+/// A table from which functions are made as products.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Generator {
+    /// [`Variable::coordinate`].
+    Coordinate,
+    /// [`Variable::sine`].
+    Sine,
+    /// [`Variable::cosine`].
+    Cosine,
+}
+
+impl Generator {
+    /// Its value at a position of a variable.
+    pub fn value(self, variable: &Variable, x: f64) -> f64 {
+        match self {
+            Self::Coordinate => variable.coordinate(x),
+            Self::Sine => variable.sine(x),
+            Self::Cosine => variable.cosine(x),
+        }
+    }
+}
+
+/// The products of generators up to a degree, with sine at most once because sin² = 1 − cos².
+pub fn products(kind: &Kind, degree: usize) -> Vec<Vec<Generator>> {
+    match kind {
+        Kind::Rotary(_) => {
+            let mut all = vec![vec![]];
+            for d in 1..=degree {
+                all.push(vec![Generator::Cosine; d]);
+                let mut with_sine = vec![Generator::Sine];
+                with_sine.extend(vec![Generator::Cosine; d - 1]);
+                all.push(with_sine);
+            }
+            all
+        }
+        _ => (0..=degree)
+            .map(|d| vec![Generator::Coordinate; d])
+            .collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::generators::products;
     use super::super::specimen::{errors, machine, with_rotary};
     use super::*;
     use nalgebra::DMatrix;

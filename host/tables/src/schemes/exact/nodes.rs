@@ -1,14 +1,27 @@
-//! The functions by which rotary positions turn small errors into corrections: sines and cosines, and quotients of
-//! them.
+//! From a range and the errors of a machine: the positions at which the correction is sampled along an axis.
+//!
+//! Chebyshev points separate polynomials and trigonometric functions well. Along a rotary axis, small errors are turned
+//! into corrections by sines and cosines, and by quotients of them; where the tool is nearly parallel to another rotary
+//! axis, the damped solution has a peak as wide as its damping.
 
-use super::chebyshev;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 use trueaxis_model::errors::{Parameter, ParameterKind, Situation, Switches};
-use trueaxis_model::kinematics::{Kinematics, Linearised};
+use trueaxis_model::kinematics::{Kinematics, Linearised, Policy};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+
+/// Chebyshev points of a range, including both ends.
+pub fn chebyshev([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
+    (0..count)
+        .map(|k| {
+            let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
+            mid - half * libm::cos(angle)
+        })
+        .collect()
+}
 
 /// Number of nodes that resolve the functions of a rotary axis with its motions off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,9 +48,9 @@ const LEVER: f64 = 300.0;
 
 /// Positions along a rotary axis with its motions off, where everything repeats after one turn: evenly spaced over
 /// one turn, unless the range is smaller.
-pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+pub fn over_a_turn([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     if high - low < TAU {
-        return chebyshev::points([low, high], count);
+        return chebyshev([low, high], count);
     }
     (0..count)
         .map(|k| low + TAU * (k as f64 + 0.5) / count as f64)
@@ -64,7 +77,7 @@ impl Turning {
         }
         let machine = kinematics.machine;
         let range = machine.axes[index].travel.map(f64::to_radians);
-        let at = positions(range, SEEN);
+        let at = over_a_turn(range, SEEN);
         let mut random = Pcg64Mcg::seed_from_u64(3);
         let mut columns = Vec::new();
         for _ in 0..PLACES {
@@ -189,11 +202,69 @@ pub(crate) fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     all
 }
 
+/// Number of random positions of the other axes at which peaks are searched.
+const PEAK_PLACES: usize = 2;
+/// Samples per damping along the axis, and their largest number.
+const LOOKS: f64 = 2.0;
+const MOST_LOOKS: usize = 1500;
+/// Number of nodes at the peaks: as many as the functions of a peak, its slopes, their squares and products.
+const PEAK_NODES: usize = 16;
+/// A sine or cosine alone makes no step longer than this many times the mean.
+const STEEP: f64 = 2.5;
+
+/// Nodes where the responses to small errors change quickly, evenly spaced along the path of the responses; none if
+/// they change at about the same rate everywhere.
+pub fn at_peaks(kinematics: &Kinematics<'_>, index: usize) -> Vec<f64> {
+    let Policy::Direction { damping } = kinematics.policy else {
+        return Vec::new();
+    };
+    let machine = kinematics.machine;
+    let [low, high] = machine.axes[index].travel.map(f64::to_radians);
+    // Everything repeats after one turn.
+    let high = high.min(low + TAU);
+    let steps = ((high - low) * LOOKS / damping).ceil() as usize;
+    let steps = steps.clamp(60, MOST_LOOKS);
+    let at = |k: usize| low + (high - low) * k as f64 / steps as f64;
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    // Change of the responses in each step, relative to their size.
+    let mut ways = vec![0.0; steps];
+    for _ in 0..PEAK_PLACES {
+        let start = within_travel(machine, &mut random);
+        let rows: Vec<Vec<f64>> = (0..=steps)
+            .map(|k| {
+                let mut q = start;
+                q[index] = at(k);
+                responses(kinematics, &q)
+            })
+            .collect();
+        let size = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let largest = rows.iter().map(|row| size(row)).fold(0.0, f64::max);
+        for (way, pair) in ways.iter_mut().zip(rows.windows(2)) {
+            let step: Vec<f64> = pair[0].iter().zip(&pair[1]).map(|(a, b)| b - a).collect();
+            *way += size(&step) / largest.max(f64::MIN_POSITIVE);
+        }
+    }
+    let whole: f64 = ways.iter().sum();
+    let steepest = ways.iter().copied().fold(0.0, f64::max);
+    if steepest * steps as f64 <= STEEP * whole {
+        return Vec::new();
+    }
+    let mut nodes = Vec::with_capacity(PEAK_NODES);
+    let mut gone = 0.0;
+    for (k, way) in ways.iter().enumerate() {
+        let next = whole * (nodes.len() as f64 + 0.5) / PEAK_NODES as f64;
+        if nodes.len() < PEAK_NODES && gone + way > next {
+            nodes.push(at(k) + (at(k + 1) - at(k)) * (next - gone) / way);
+        }
+        gone += way;
+    }
+    nodes
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::specimen::{errors, with_rotary};
     use super::*;
-    use trueaxis_model::kinematics::Policy;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
         // One motion for each, so that none turns everything alike.
@@ -261,7 +332,7 @@ mod tests {
 
     #[test]
     fn positions_over_more_than_a_turn_are_even_over_one() {
-        let at = positions([-TAU, TAU], 4);
+        let at = over_a_turn([-TAU, TAU], 4);
         for pair in at.windows(2) {
             assert!((pair[1] - pair[0] - TAU / 4.0).abs() < 1e-15);
         }
