@@ -13,7 +13,7 @@ import linuxcnc
 ini = linuxcnc.ini(sys.argv[2])  # -ini FILE
 folder = os.path.dirname(sys.argv[2])
 JOINTS = int(ini.find("KINS", "JOINTS"))
-LETTERS = ini.find("TRAJ", "COORDINATES")
+LETTERS = "".join(dict.fromkeys(ini.find("TRAJ", "COORDINATES")))  # of the axes
 PLACES = {"X": (12.0, 11.3), "Y": (7.0, 9.1), "Z": (-140.0, 8.7), "A": (-75.0, 9.7)}
 command, stat, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 component = hal.component("operator")  # pins are read as long as it is there

@@ -28,7 +28,7 @@ const JOINTS: [Described; 4] = [
 const SIDES: [[f64; 3]; 4] = [
     [0.0, 0.004, -0.009],
     [50.0, -0.012, 0.011],
-    [100.0, 0.021, -0.030],
+    [100.0, 0.021, -0.034],
     [150.0, 0.016, 0.007],
 ];
 
@@ -40,7 +40,7 @@ const FOLDER: &str = "gantry";
 /// # Errors
 /// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    prepare(bench, FOLDER, "XYZ", &JOINTS)?;
+    prepare(bench, FOLDER, &JOINTS)?;
     for (side, name) in [(1, "left"), (2, "right")] {
         let rows = SIDES
             .iter()

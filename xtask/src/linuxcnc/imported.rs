@@ -55,7 +55,7 @@ const FOLDER: &str = "imported";
 /// The violated condition.
 pub fn check(bench: &Bench) -> Result<(), String> {
     let ini = "imported/machine.ini";
-    prepare(bench, FOLDER, "XYZA", &JOINTS)?;
+    prepare(bench, FOLDER, &JOINTS)?;
     for (name, text) in [("x.comp", X), ("y.comp", Y), ("a.comp", A)] {
         bench.write(&format!("{FOLDER}/{name}"), text)?;
     }
@@ -77,7 +77,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         "compile", &machine, &errors, "-o", &trax, "--random", "1000", "--policy", POLICY,
     ])?;
     // Takes out what the command says.
-    let text = configuration(FOLDER, "XYZA", &JOINTS);
+    let text = configuration(FOLDER, &JOINTS);
     let mut lines: Vec<&str> = text.lines().collect();
     let findings = findings(&answer);
     for (line, write) in &findings {
@@ -103,12 +103,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 }
 
 /// Writes a configuration whose drives follow their commands: `FOLDER/machine.ini` and its HAL file.
-pub(super) fn prepare(
-    bench: &Bench,
-    folder: &str,
-    coordinates: &str,
-    joints: &[Described],
-) -> Result<(), String> {
+pub(super) fn prepare(bench: &Bench, folder: &str, joints: &[Described]) -> Result<(), String> {
     files::folder(bench.file(folder))?;
     bench.copy("firmware/linuxcnc/tests/imported.py", "imported.py")?;
     bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
@@ -124,11 +119,11 @@ pub(super) fn prepare(
         );
     }
     bench.write(&format!("{folder}/machine.hal"), hal)?;
-    let ini = configuration(folder, coordinates, joints);
+    let ini = configuration(folder, joints);
     bench.write(&format!("{folder}/machine.ini"), ini)
 }
 
-fn configuration(name: &str, coordinates: &str, joints: &[Described]) -> String {
+fn configuration(name: &str, joints: &[Described]) -> String {
     let axes: String = joints.iter().map(|(letter, ..)| *letter).collect();
     let count = joints.len();
     let mut text = format!(
@@ -136,7 +131,7 @@ fn configuration(name: &str, coordinates: &str, joints: &[Described]) -> String 
          [TASK]\nTASK = milltask\nCYCLE_TIME = 0.010\n[RS274NGC]\nPARAMETER_FILE = imported.var\n\
          [EMCMOT]\nEMCMOT = motmod\nCOMM_TIMEOUT = 1.0\nSERVO_PERIOD = 1000000\n\
          [HAL]\nHALFILE = machine.hal\n\
-         [TRAJ]\nCOORDINATES = {coordinates}\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
+         [TRAJ]\nCOORDINATES = {axes}\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
          DEFAULT_LINEAR_VELOCITY = 50\nMAX_LINEAR_VELOCITY = 100\n\
          [EMCIO]\nEMCIO = io\nCYCLE_TIME = 0.100\nTOOL_TABLE = /tmp/tool.tbl\n\
          [KINS]\nKINEMATICS = trivkins coordinates={axes}\nJOINTS = {count}\n",
@@ -145,9 +140,15 @@ fn configuration(name: &str, coordinates: &str, joints: &[Described]) -> String 
         let limits = format!(
             "MIN_LIMIT = {low}\nMAX_LIMIT = {high}\nMAX_VELOCITY = 100\nMAX_ACCELERATION = 1000\n"
         );
+        // LinuxCNC takes no value of an axis twice.
+        let is_first = axes.find(axis) == Some(joint);
+        let of_axis = match is_first {
+            true => format!("[AXIS_{axis}]\n{limits}"),
+            false => String::new(),
+        };
         let home = low.midpoint(*high);
         text += &format!(
-            "[AXIS_{axis}]\n{limits}[JOINT_{joint}]\nTYPE = {kind}\n{limits}{compensated}\
+            "{of_axis}[JOINT_{joint}]\nTYPE = {kind}\n{limits}{compensated}\
              FERROR = 1\nMIN_FERROR = 1\nHOME = {home}\nHOME_OFFSET = 3.25\nHOME_SEARCH_VEL = 0\nHOME_SEQUENCE = 0\n"
         );
     }
