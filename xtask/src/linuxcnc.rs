@@ -6,6 +6,7 @@ mod calibrate;
 mod contour;
 mod events;
 mod faults;
+mod gantry;
 mod halrun;
 mod imported;
 mod motion;
@@ -36,6 +37,7 @@ const PARTS: &[(&str, ConditionCheck)] = &[
     ("events", events::check),
     ("simulated", simulated::check),
     ("imported", imported::check),
+    ("gantry", gantry::check),
     ("contour", contour::check),
     ("surface", surface::check),
     ("samples-few", samples::few),

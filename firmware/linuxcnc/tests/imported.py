@@ -3,17 +3,22 @@
 """For tests only: takes the place of the user interface, approaches positions from both sides, and writes what each
 drive is commanded beyond the position and the homing offset to record.csv: 0 without any compensation.
 """
+import os
 import sys
 import time
 
 import hal
 import linuxcnc
 
-JOINTS = 4
+ini = linuxcnc.ini(sys.argv[2])  # -ini FILE
+folder = os.path.dirname(sys.argv[2])
+JOINTS = int(ini.find("KINS", "JOINTS"))
+LETTERS = "".join(dict.fromkeys(ini.find("TRAJ", "COORDINATES")))  # of the axes
+PLACES = {"X": (12.0, 11.3), "Y": (7.0, 9.1), "Z": (-140.0, 8.7), "A": (-75.0, 9.7)}
 command, stat, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 component = hal.component("operator")  # pins are read as long as it is there
 component.ready()
-trueaxis = "trueaxis" in open("/tmp/imported/machine.ini").read()
+trueaxis = any(name.endswith("trueaxis.hal") for name in ini.findall("HAL", "HALFILE"))
 drive = "trueaxis.joint.%d.motor-cmd-out" if trueaxis else "joint.%d.motor-pos-cmd"
 
 
@@ -35,7 +40,7 @@ def homed():
 
 
 def move(position):
-    command.mdi("G53 G0 X%r Y%r Z%r A%r" % tuple(position))
+    command.mdi("G53 G0 " + " ".join("%s%r" % word for word in zip(LETTERS, position)))
     if command.wait_complete(60) != linuxcnc.RCS_DONE:
         sys.exit("refused: %r" % position)
 
@@ -64,7 +69,7 @@ if trueaxis:
     wait("compensation", lambda: hal.get_value("trueaxis.factor") == 1)
 rows = []
 for k in range(16):
-    at = [12.0 + 11.3 * k, 7.0 + 9.1 * k, -140.0 + 8.7 * k, -75.0 + 9.7 * k]
+    at = [PLACES[letter][0] + PLACES[letter][1] * k for letter in LETTERS]
     for side in (-3.0, 3.0):
         move([q + side for q in at])
         move(at)
@@ -73,7 +78,7 @@ for k in range(16):
             value = lambda pin: hal.get_value("joint.%d.%s" % (joint, pin))
             commanded = hal.get_value(drive % joint) - value("motor-offset")
             rows.append((joint, value("pos-cmd"), side, commanded - value("pos-cmd")))
-with open("/tmp/imported/record.csv", "w") as out:
+with open(folder + "/record.csv", "w") as out:
     out.write("joint,position,side,correction\n")
     for row in rows:
         out.write(",".join(repr(value) for value in row) + "\n")

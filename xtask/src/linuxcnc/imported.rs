@@ -7,8 +7,10 @@ use crate::files;
 use crate::process::run;
 use std::process::Command;
 
-/// The lines of each joint: its axis, travel, type, and what LinuxCNC compensates.
-const JOINTS: [(&str, &str, [f64; 2], &str); 4] = [
+/// A joint: its axis, type, travel, and the lines of what LinuxCNC compensates.
+pub(super) type Described = (&'static str, &'static str, [f64; 2], &'static str);
+
+const JOINTS: [Described; 4] = [
     (
         "X",
         "LINEAR",
@@ -53,30 +55,11 @@ const FOLDER: &str = "imported";
 /// The violated condition.
 pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
     let ini = "imported/machine.ini";
-    files::folder(bench.file(FOLDER))?;
-    bench.copy("firmware/linuxcnc/tests/imported.py", "imported.py")?;
-    bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
-    let mut hal = String::from(
-        "loadrt [KINS]KINEMATICS\n\
-         loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS\n\
-         addf motion-command-handler servo-thread\naddf motion-controller servo-thread\n\
-         net enabled iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in\n",
-    );
-    for joint in 0..JOINTS.len() {
-        hal += &format!(
-            "net drive-{joint} joint.{joint}.motor-pos-cmd => joint.{joint}.motor-pos-fb\n"
-        );
-    }
-    for (name, text) in [
-        ("machine.hal", hal.as_str()),
-        ("x.comp", X),
-        ("y.comp", Y),
-        ("a.comp", A),
-    ] {
+    prepare(bench, FOLDER, &JOINTS)?;
+    for (name, text) in [("x.comp", X), ("y.comp", Y), ("a.comp", A)] {
         bench.write(&format!("{FOLDER}/{name}"), text)?;
     }
-    bench.write(ini, configuration())?;
-    let before = recorded(bench)?;
+    let before = recorded(bench, FOLDER)?;
 
     let trax = "new/machine.trax";
     let answer = bench.trueaxis(&[
@@ -94,7 +77,7 @@ pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
         "compile", &machine, &errors, "-o", &trax, "--random", "1000", "--policy", POLICY,
     ])?;
     // Takes out what the command says.
-    let text = configuration();
+    let text = configuration(FOLDER, &JOINTS);
     let mut lines: Vec<&str> = text.lines().collect();
     let findings = findings(&answer);
     for (line, write) in &findings {
@@ -115,28 +98,61 @@ pub fn check(bench: &LinuxCncBench) -> Result<(), String> {
         ),
     )?;
     bench.trueaxis(&["linuxcnc", "check", ini, &trax, "--machine", &machine])?;
-    let after = recorded(bench)?;
+    let after = recorded(bench, FOLDER)?;
     compare(&before, &after)
 }
 
-fn configuration() -> String {
-    let mut text = String::from(
-        "[EMC]\nVERSION = 1.1\nMACHINE = imported\n[DISPLAY]\nDISPLAY = /tmp/imported.py\n\
+/// Writes a configuration whose drives follow their commands: `FOLDER/machine.ini` and its HAL file.
+pub(super) fn prepare(
+    bench: &LinuxCncBench,
+    folder: &str,
+    joints: &[Described],
+) -> Result<(), String> {
+    files::folder(bench.file(folder))?;
+    bench.copy("firmware/linuxcnc/tests/imported.py", "imported.py")?;
+    bench.copy("firmware/linuxcnc/tests/tool.tbl", "tool.tbl")?;
+    let mut hal = String::from(
+        "loadrt [KINS]KINEMATICS\n\
+         loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS\n\
+         addf motion-command-handler servo-thread\naddf motion-controller servo-thread\n\
+         net enabled iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in\n",
+    );
+    for joint in 0..joints.len() {
+        hal += &format!(
+            "net drive-{joint} joint.{joint}.motor-pos-cmd => joint.{joint}.motor-pos-fb\n"
+        );
+    }
+    bench.write(&format!("{folder}/machine.hal"), hal)?;
+    let ini = configuration(folder, joints);
+    bench.write(&format!("{folder}/machine.ini"), ini)
+}
+
+fn configuration(name: &str, joints: &[Described]) -> String {
+    let axes: String = joints.iter().map(|(letter, ..)| *letter).collect();
+    let count = joints.len();
+    let mut text = format!(
+        "[EMC]\nVERSION = 1.1\nMACHINE = {name}\n[DISPLAY]\nDISPLAY = /tmp/imported.py\n\
          [TASK]\nTASK = milltask\nCYCLE_TIME = 0.010\n[RS274NGC]\nPARAMETER_FILE = imported.var\n\
          [EMCMOT]\nEMCMOT = motmod\nCOMM_TIMEOUT = 1.0\nSERVO_PERIOD = 1000000\n\
          [HAL]\nHALFILE = machine.hal\n\
-         [TRAJ]\nCOORDINATES = XYZA\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
+         [TRAJ]\nCOORDINATES = {axes}\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n\
          DEFAULT_LINEAR_VELOCITY = 50\nMAX_LINEAR_VELOCITY = 100\n\
          [EMCIO]\nEMCIO = io\nCYCLE_TIME = 0.100\nTOOL_TABLE = /tmp/tool.tbl\n\
-         [KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n",
+         [KINS]\nKINEMATICS = trivkins coordinates={axes}\nJOINTS = {count}\n",
     );
-    for (joint, (axis, kind, [low, high], compensated)) in JOINTS.iter().enumerate() {
+    for (joint, (axis, kind, [low, high], compensated)) in joints.iter().enumerate() {
         let limits = format!(
             "MIN_LIMIT = {low}\nMAX_LIMIT = {high}\nMAX_VELOCITY = 100\nMAX_ACCELERATION = 1000\n"
         );
+        // LinuxCNC takes no value of an axis twice.
+        let is_first = axes.find(axis) == Some(joint);
+        let of_axis = match is_first {
+            true => format!("[AXIS_{axis}]\n{limits}"),
+            false => String::new(),
+        };
         let home = low.midpoint(*high);
         text += &format!(
-            "[AXIS_{axis}]\n{limits}[JOINT_{joint}]\nTYPE = {kind}\n{limits}{compensated}\
+            "{of_axis}[JOINT_{joint}]\nTYPE = {kind}\n{limits}{compensated}\
              FERROR = 1\nMIN_FERROR = 1\nHOME = {home}\nHOME_OFFSET = 3.25\nHOME_SEARCH_VEL = 0\nHOME_SEQUENCE = 0\n"
         );
     }
@@ -155,15 +171,16 @@ fn findings(answer: &str) -> Vec<(usize, &str)> {
     pairs.collect()
 }
 
-/// Joint, position, side, correction.
-fn recorded(bench: &LinuxCncBench) -> Result<Vec<Vec<f64>>, String> {
-    let record = bench.file("imported/record.csv");
+/// Joint, position, side, correction; of the configuration `FOLDER/machine.ini`.
+pub(super) fn recorded(bench: &LinuxCncBench, folder: &str) -> Result<Vec<Vec<f64>>, String> {
+    let record = bench.file(&format!("{folder}/record.csv"));
     // The results of an earlier run must not be used instead.
     let _ = std::fs::remove_file(&record);
     run(Command::new("chmod")
         .args(["-R", "a+rwX"])
-        .arg(bench.file(FOLDER)))?;
-    let start = || bench.inside(&["linuxcnc", "/tmp/imported/machine.ini"]);
+        .arg(bench.file(folder)))?;
+    let ini = format!("/tmp/{folder}/machine.ini");
+    let start = || bench.inside(&["linuxcnc", &ini]);
     let mut said = start()?;
     // Seen once beside other work, without a message: LinuxCNC ended before it recorded anything. Once more, and said.
     if !record.exists() {

@@ -6,7 +6,7 @@ use crate::program::{Folder, answer, blob, plain, refused, trueaxis};
 fn ini(folder: &Folder, more: &str) -> String {
     folder.file("loops.hal", crate::linuxcnc::loops(3));
     let text = format!(
-        "[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n[TRAJ]\nLINEAR_UNITS = mm\n[HAL]\nHALFILE = loops.hal\n{more}"
+        "[EMC]\nVERSION = 1.1\n[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n[TRAJ]\nLINEAR_UNITS = mm\n[HAL]\nHALFILE = loops.hal\n{more}"
     );
     folder.file("mill.ini", text)
 }

@@ -841,12 +841,6 @@ fn what_cannot_be_read_is_named_with_its_line() {
         (
             "machine.ini",
             "[KINS]",
-            "#INCLUDE other.inc\n[KINS]",
-            ["machine.ini, line", "`other.inc` cannot be read"],
-        ),
-        (
-            "machine.ini",
-            "[KINS]",
             "#INCLUDE machine.ini\n[KINS]",
             ["machine.ini, line", "include each other"],
         ),
@@ -985,7 +979,7 @@ fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
     let machine = simulated("mill-21");
     let ini = |kinematics: &str, joints: usize| {
         let mut text = format!(
-            "[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = inch\n[KINS]\nKINEMATICS = {kinematics}\nJOINTS = {joints}\n"
+            "[EMC]\nVERSION = 1.1\n[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = inch\n[KINS]\nKINEMATICS = {kinematics}\nJOINTS = {joints}\n"
         );
         for n in 0..joints {
             text += &format!("[JOINT_{n}]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2\n");
@@ -1079,6 +1073,8 @@ fn set_up(folder: &Folder, more: &[&str]) -> (Option<i32>, String) {
 
 #[test]
 fn machines_whose_joints_are_not_axes_are_refused_by_name() {
+    let golden = format!("{}/../../tests/golden/v1", env!("CARGO_MANIFEST_DIR"));
+    let trax = format!("{golden}/table-head-13.trax");
     for (change, name) in [
         (["trivkins coordinates=XYZ", "corexykins"], "corexykins"),
         (
@@ -1122,6 +1118,10 @@ fn machines_whose_joints_are_not_axes_are_refused_by_name() {
         ]);
         assert_eq!(done.status.code(), Some(1), "{}", plain(&done.stdout));
         assert_eq!(folder.names(), ["mill.hal", "mill.ini"]);
+        // Neither is anything to be set up.
+        let said = answer(1, &["linuxcnc", "check", &ini, &trax]);
+        let (_, next) = said.split_once("\nnext: ").unwrap();
+        assert!(next.starts_with("nothing"), "{said}");
     }
 }
 
@@ -1141,6 +1141,10 @@ fn what_linuxcnc_reads_is_read_and_its_versions_are_named() {
         (["LINEAR_UNITS = mm", "LINEAR_UNITS = 1.0"], ""),
         (["ANGULAR_UNITS = degree", "ANGULAR_UNITS = 1.0"], ""),
         (["[TRAJ]", "#INCLUDE a.inc\n[TRAJ]"], "2.9 ignores the line"),
+        (
+            ["[TRAJ]", "#INCLUDE none.inc\n[TRAJ]"],
+            "LinuxCNC 2.9 reads past the line",
+        ),
     ] {
         let folder = plain_mill("XYZ", &[change]);
         folder.file("a.inc", "[FILTER]\n#INCLUDE b.inc\n");
@@ -1197,18 +1201,26 @@ fn joints_of_one_axis_are_as_fast_as_the_slowest() {
 }
 
 #[test]
-fn a_file_from_before_2_8_is_converted_by_linuxcnc_itself() {
-    let folder = plain_mill(
-        "XYZ",
-        &[["JOINTS = 3\n", ""], ["[TRAJ]", "[TRAJ]\nAXES = 3"]],
-    );
+fn a_file_that_linuxcnc_would_convert_is_converted_by_linuxcnc_itself() {
+    for version in [
+        "",
+        "VERSION = 1.0",
+        "VERSION = $Revision$",
+        "VERSION = 1.1 # text",
+    ] {
+        let folder = plain_mill("XYZ", &[["VERSION = 1.1", version]]);
+        let (code, said) = set_up(&folder, &[]);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(
+            said.contains("before LinuxCNC 2.8") && said.contains("start LinuxCNC once"),
+            "{said}"
+        );
+    }
+    // LinuxCNC does not convert this one, and does not start with it.
+    let folder = plain_mill("XYZ", &[["JOINTS = 3\n", ""]]);
     let (code, said) = set_up(&folder, &[]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(
-        said.contains("before LinuxCNC 2.8") && said.contains("start LinuxCNC once"),
-        "{said}"
-    );
-    assert!(!said.contains("write JOINTS"), "{said}");
+    assert!(said.contains("no [KINS]JOINTS"), "{said}");
 }
 
 #[test]
@@ -1308,27 +1320,106 @@ fn a_pivot_that_is_not_visible_is_asked_for() {
     assert!(machine.contains("tip_mm = [0.0, 0.0, -212.5]"), "{machine}");
 }
 
+/// An axis with two joints has one correction in a compensation, so LinuxCNC keeps what differs.
 #[test]
-fn joints_of_one_axis_with_different_backlash_are_refused() {
-    for lines in ["", "BACKLASH = 0.02\n"] {
-        let second = format!("[JOINT_3]\n{lines}");
+fn joints_of_one_axis_that_differ_keep_what_linuxcnc_compensates() {
+    for (second, stay) in [
+        ("", &["BACKLASH of joint 1"][..]),
+        (
+            "BACKLASH = 0.02\n",
+            &["BACKLASH of joint 1", "BACKLASH of joint 3"],
+        ),
+        (
+            "BACKLASH = 0.03\nCOMP_FILE = y.comp\n",
+            &["BACKLASH of joint 1", "COMP_FILE of joint 3"],
+        ),
+        ("BACKLASH = 0.030\n", &[]),
+    ] {
+        let second = format!("[JOINT_3]\n{second}");
         let folder = plain_mill(
             "XYZY",
             &[
+                ["[JOINT_0]\n", "[JOINT_0]\nBACKLASH = 0.01\n"],
                 ["[JOINT_1]\n", "[JOINT_1]\nBACKLASH = 0.03\n"],
                 ["[JOINT_3]\n", &second],
             ],
         );
+        folder.file("y.comp", "-100 -100.01 -100.01\n100 100.02 100.02\n");
         let (code, said) = set_up(&folder, &[]);
-        assert_eq!(code, Some(2), "{said}");
-        assert!(said.contains("both move Y"), "{said}");
+        assert_eq!(code, Some(0), "{said}");
+        for line in stay {
+            let line = format!("{line} stays with LinuxCNC: the joints of Y differ");
+            assert!(said.contains(&line), "{line} is not in\n{said}");
+        }
+        assert_eq!(said.matches("stays with LinuxCNC").count(), stay.len());
+        let errors = std::fs::read_to_string(folder.at("to/errors.toml")).unwrap();
+        assert!(errors.contains("EXXb"), "{errors}");
+        assert_eq!(errors.contains("EYY"), stay.is_empty(), "{errors}");
+    }
+}
+
+#[test]
+fn a_compensation_beside_joints_that_differ_corrects_nothing_twice() {
+    let folder = plain_mill(
+        "XYZY",
+        &[
+            ["[JOINT_0]\n", "[JOINT_0]\nBACKLASH = 0.01\n"],
+            ["[JOINT_1]\n", "[JOINT_1]\nCOMP_FILE = y.comp\n"],
+            ["[JOINT_3]\n", "[JOINT_3]\nBACKLASH = 0.02\n"],
+        ],
+    );
+    folder.file("y.comp", "-100 -100.01 -100.01\n100 100.02 100.02\n");
+    let threads = "addf motion-command-handler servo-thread\naddf motion-controller servo-thread\n";
+    folder.file("mill.hal", threads.to_owned() + &loops(4));
+    let ini = folder.at("mill.ini");
+    let words = ["linuxcnc", "start", &ini, "--table=X", "--install", "--yes"];
+    for reading in ["--scale=Y=2/100", "--dial=Y=20"] {
+        let expected = [
+            "a reading along Y",
+            "COMP_FILE of joint 1 stays with LinuxCNC",
+        ];
+        refused(&[&words[..], &[reading]].concat(), &expected);
+    }
+    let said = answer(0, &words);
+    for line in [
+        "COMP_FILE = y.comp of joint 1 stays in the INI file: the joints of Y differ",
+        "BACKLASH = 0.02 of joint 3 stays in the INI file: the joints of Y differ",
+    ] {
+        assert!(said.contains(line), "{line} is not in\n{said}");
+    }
+    let now = std::fs::read_to_string(&ini).unwrap();
+    let has = |line: &str| now.lines().any(|l| l == line);
+    assert!(has("COMP_FILE = y.comp") && has("BACKLASH = 0.02"), "{now}");
+    assert!(!has("BACKLASH = 0.01"), "{now}");
+
+    // What depends on X comes on top of it; with tables for each direction of travel of Y, each reversal would be made
+    // up twice.
+    let (machine, trax) = (folder.at("machine.toml"), folder.at("machine.trax"));
+    for (parameter, code, expected) in [
+        (
+            "EYX2 = 2e-7",
+            0,
+            "stays with LinuxCNC, because the joints of Y differ",
+        ),
+        (
+            "EYYb = 0.01",
+            1,
+            "which stays because the joints of Y differ",
+        ),
+    ] {
+        let text = format!("machine = \"machine\"\n[parameters]\n{parameter}\n");
+        let errors = folder.file("more.toml", text);
+        let words = ["compile", &machine, &errors, "-o", &trax, "--random", "100"];
+        answer(0, &words);
+        let said = answer(code, &["linuxcnc", "check", &ini, &trax]);
+        assert_eq!(said.matches(expected).count(), 2, "{said}");
     }
 }
 
 /// A machine with X on the table, Z, A and Y: what LinuxCNC compensates on its joints.
 fn compensated(folder: &Folder, units: &str, joints: [&str; 3]) -> String {
     let mut text = format!(
-        "[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = {units}\n[KINS]\nKINEMATICS = trivkins coordinates=XZAY\nJOINTS = 4\n"
+        "[EMC]\nVERSION = 1.1\n[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = {units}\n[KINS]\nKINEMATICS = trivkins coordinates=XZAY\nJOINTS = 4\n"
     );
     for (n, lines) in joints.iter().chain([&""]).enumerate() {
         text += &format!("[JOINT_{n}]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\n{lines}");
@@ -1368,9 +1459,9 @@ fn setup_imports_what_linuxcnc_compensates_with_its_sign_and_unit() {
     // What is wrong is reported at once, with file and line; the HAL file says it, too.
     let hal = read("to/here/trueaxis.hal");
     for (line, write) in [
-        (11, "# COMP_FILE = x.comp"),
-        (15, "BACKLASH = 0"),
-        (19, "# COMP_FILE = a.comp"),
+        (13, "# COMP_FILE = x.comp"),
+        (17, "BACKLASH = 0"),
+        (21, "# COMP_FILE = a.comp"),
     ] {
         assert!(said.contains(&format!("mill.ini, line {line}: ")), "{said}");
         assert!(said.contains(&format!("  write: {write}\n")), "{said}");
@@ -1644,7 +1735,7 @@ fn with_backlash(joint: &str) -> (Folder, String) {
     let folder = Folder::new();
     folder.file("machine.hal", loops(3));
     let mut ini = String::from(
-        "[HAL]\nHALFILE = machine.hal\n[TRAJ]\nLINEAR_UNITS = mm\n[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n",
+        "[EMC]\nVERSION = 1.1\n[HAL]\nHALFILE = machine.hal\n[TRAJ]\nLINEAR_UNITS = mm\n[KINS]\nKINEMATICS = trivkins coordinates=XYZ\nJOINTS = 3\n",
     );
     for (number, more) in [joint, "", ""].iter().enumerate() {
         ini += &format!(

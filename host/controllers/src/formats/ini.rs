@@ -93,6 +93,12 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
     })
 }
 
+/// The file that a line includes; a comment if another letter follows.
+fn included(line: &str) -> Option<&str> {
+    let name = line.strip_prefix("#INCLUDE")?;
+    (name.is_empty() || name.starts_with(char::is_whitespace)).then_some(name.trim())
+}
+
 /// Lines, joined where a backslash at the end continues them; the place is that of the first line.
 pub(crate) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
     let mut found: Vec<(String, Range<usize>)> = Vec::new();
@@ -115,8 +121,7 @@ impl Ini {
     /// Reads a file. `read` opens the files that it includes, whose names are relative to it.
     ///
     /// # Errors
-    /// [`FileError`]: a section without its closing bracket, an included file that cannot be read, files that include each
-    /// other.
+    /// [`FileError`]: a section without its closing bracket, files that include each other.
     pub fn read(source: Named, read: &FileReader<'_>) -> Result<Self, FileError> {
         let mut ini = Self {
             entries: Vec::new(),
@@ -141,8 +146,7 @@ impl Ini {
                 span,
             };
             let line = line.trim_start_matches('\u{feff}').trim();
-            if let Some(name) = line.strip_prefix("#INCLUDE") {
-                let name = name.trim();
+            if let Some(name) = included(line) {
                 if depth == DEEPEST {
                     return Err(place.error(
                         format!("`{name}` is included by files that include each other"),
@@ -156,14 +160,15 @@ impl Ini {
                     );
                     self.remarks.push((place.clone(), remark));
                 }
-                let included = read(name).map_err(|cause| {
-                    place.error(
-                        format!("the included file `{name}` cannot be read: {cause}"),
-                        "named here",
-                        "#INCLUDE takes a path relative to the INI file",
-                    )
-                })?;
-                self.take(&Rc::new(included), section, read, depth + 1)?;
+                match read(name) {
+                    Ok(included) => self.take(&Rc::new(included), section, read, depth + 1)?,
+                    Err(cause) => {
+                        let remark = format!(
+                            "the included file `{name}` cannot be read: {cause}; LinuxCNC 2.9 reads past the line"
+                        );
+                        self.remarks.push((place, remark));
+                    }
+                }
             } else if line.is_empty() || line.starts_with(['#', ';']) {
             } else if let Some(rest) = line.strip_prefix('[') {
                 let Some((name, _)) = rest.split_once(']') else {
@@ -265,14 +270,14 @@ mod tests {
 
     #[test]
     fn what_is_cut_off_or_not_there_is_named_with_its_line() {
-        for (text, line, message) in [
-            ("[A]\n[JOINT_", 2, "closing bracket"),
-            ("#INCLUDE x.inc", 1, "`x.inc` cannot be read: there is none"),
-        ] {
-            let error = Ini::read(source(text), &none).unwrap_err();
-            assert!(error.message.contains(message), "{}", error.message);
-            assert_eq!(error.line(text), Some(line));
-        }
+        let text = "[A]\n[JOINT_";
+        let error = Ini::read(source(text), &none).unwrap_err();
+        assert!(
+            error.message.contains("closing bracket"),
+            "{}",
+            error.message
+        );
+        assert_eq!(error.line(text), Some(2));
         let again = |_: &str| Ok(source("#INCLUDE m.ini"));
         let error = Ini::read(source("#INCLUDE m.ini"), &again).unwrap_err();
         assert!(error.message.contains("include each other"));
@@ -288,6 +293,17 @@ mod tests {
             Ok(source(text))
         };
         let ini = Ini::read(source("[S]\n#INCLUDE a.inc\nno value here\nC = 3\n"), &read).unwrap();
+        let missing = Ini::read(source("[S]\n#INCLUDE x.inc\n#INCLUDED = 1\nC = 3\n"), &none);
+        let missing = missing.unwrap();
+        assert_eq!(missing.get("S", "C").unwrap().value, "3");
+        let [(place, remark)] = &missing.remarks[..] else {
+            panic!("{:?}", missing.remarks);
+        };
+        assert_eq!(place.line(), 2);
+        assert!(
+            remark.contains("`x.inc` cannot be read: there is none"),
+            "{remark}"
+        );
         for (key, value) in [("A", "1"), ("B", "2"), ("C", "3")] {
             assert_eq!(ini.get("S", key).unwrap().value, value);
         }

@@ -6,7 +6,7 @@ mod functions;
 mod joints;
 mod topology;
 
-pub use beforehand::beforehand;
+pub use beforehand::{beforehand, unfit, unsuited};
 
 use super::configuration::{Configuration, JointAxis, word};
 use crate::formats::hal::HalCommand;
@@ -110,7 +110,7 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
         reversals: reversals(against.runtime),
         findings: Vec::new(),
     };
-    checked.findings = beforehand::unsuited(configuration);
+    checked.findings = unsuited(configuration);
     if !checked.findings.is_empty() {
         return checked.findings;
     }

@@ -60,7 +60,7 @@ impl Configuration {
             span: 0..0,
         };
         let ini = Ini::read(source, open)?;
-        current(&ini)?;
+        current(&ini, &start)?;
         let joints = need(&ini, &start, "KINS", "JOINTS", "3")?;
         let whole = |(value, _): (f64, _)| (value.fract() == 0.0).then_some(value as usize);
         let count = joints.number().and_then(whole);
@@ -122,6 +122,45 @@ impl Configuration {
         let is_zero = |entry: &IniEntry| entry.number().is_some_and(|(value, _)| value == 0.0);
         let none = entry.value.is_empty() || (key == "BACKLASH" && is_zero(entry));
         (!none).then_some(entry)
+    }
+
+    /// What LinuxCNC compensates on a joint: `COMP_FILE`, which takes the place of `BACKLASH`, or that.
+    #[must_use]
+    pub(crate) fn compensates(&self, number: usize) -> Option<&IniEntry> {
+        let keys = ["COMP_FILE", "BACKLASH"];
+        keys.into_iter()
+            .find_map(|key| self.compensated(number, key))
+    }
+
+    /// `COMP_FILE` and `BACKLASH` that LinuxCNC must keep, because the joints of the axis differ in them and a
+    /// compensation has one correction for all; none if they are the same.
+    #[must_use]
+    pub fn kept(&self, letter: char) -> Vec<(JointAxis, &IniEntry)> {
+        let joints = self.axes().into_iter().filter(|j| j.letter == letter);
+        let joints = joints.map(|joint| (joint, self.compensates(joint.number)));
+        let joints: Vec<(JointAxis, Option<&IniEntry>)> = joints.collect();
+        let kind = |joint: JointAxis| {
+            let kind = self.of_joint(joint.number, "COMP_FILE_TYPE");
+            kind.map_or("0", |entry| entry.value.as_str())
+        };
+        let is_same = |pair: &[(JointAxis, Option<&IniEntry>)]| match (pair[0], pair[1]) {
+            ((_, None), (_, None)) => true,
+            ((a, Some(of_a)), (b, Some(of_b))) => {
+                let same = of_a.value == of_b.value;
+                of_a.key == of_b.key
+                    && match of_a.key.as_str() {
+                        "COMP_FILE" => same && kind(a) == kind(b),
+                        _ => same || of_a.number().is_some() && of_a.number() == of_b.number(),
+                    }
+            }
+            _ => false,
+        };
+        match joints.windows(2).all(is_same) {
+            true => Vec::new(),
+            false => { joints.into_iter() }
+                .filter_map(|(joint, entry)| Some((joint, entry?)))
+                .collect(),
+        }
     }
 
     /// A numeric value of a joint, if there is one.
@@ -226,20 +265,26 @@ pub(crate) fn is_true(value: &str) -> bool {
     is_number || ["true", "yes", "on"].contains(&word.to_ascii_lowercase().as_str())
 }
 
-/// Refuses a file from before LinuxCNC 2.8, in which axes were joints.
-fn current(ini: &Ini) -> Result<(), FileError> {
-    if ini.get("KINS", "JOINTS").is_some() {
-        return Ok(());
-    }
-    let axes = ini.get("TRAJ", "AXES").map(|entry| &entry.place);
-    match axes.or(ini.section("AXIS_0")) {
-        None => Ok(()),
-        Some(place) => Err(place.error(
-            "this INI file is from before LinuxCNC 2.8: it numbers axes, and has no [KINS]JOINTS",
-            "here",
-            "start LinuxCNC once with this file: it converts the file, and asks before; then try again",
-        )),
-    }
+/// `[EMC]VERSION` of the files that LinuxCNC reads as they are, since 2.8; its script compares the text.
+const CURRENT: &str = "1.1";
+
+/// Refuses a file that LinuxCNC would convert before it reads it: one from before 2.8, in which axes were joints.
+fn current(ini: &Ini, start: &FileLocation) -> Result<(), FileError> {
+    let version = ini.get("EMC", "VERSION");
+    let (place, is) = match version {
+        Some(entry) if entry.value == CURRENT => return Ok(()),
+        Some(entry) => (&entry.place, format!("is `{}`", entry.value)),
+        None => (ini.section("EMC").unwrap_or(start), "is missing".to_owned()),
+    };
+    Err(place.error(
+        format!(
+            "[EMC]VERSION {is}, not {CURRENT}: LinuxCNC takes this file for one from before LinuxCNC 2.8, and converts it"
+        ),
+        "here",
+        format!(
+            "start LinuxCNC once with this file: it converts the file, and asks before; then try again. If the file is newer, write VERSION = {CURRENT} below [EMC]"
+        ),
+    ))
 }
 
 /// The state of HAL after the HAL files that the INI file names.

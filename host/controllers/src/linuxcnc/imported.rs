@@ -92,47 +92,24 @@ pub fn has_imported(errors: &str, letter: char) -> bool {
         })
 }
 
-/// Reads what the configuration compensates; `open` opens the files that it names.
+/// Reads what the configuration compensates, but for what [`Configuration::kept`] has; `open` opens the files that it
+/// names.
 ///
 /// # Errors
-/// [`FileError`]: a file that cannot be read, or that LinuxCNC does not read to its end; joints of one axis with different
-/// corrections.
+/// [`FileError`]: a file that cannot be read, or that LinuxCNC does not read to its end.
 pub fn imported(configuration: &Configuration, open: &Open<'_>) -> Result<Vec<Import>, FileError> {
     let mut found: Vec<Import> = Vec::new();
-    let joints = configuration.axes();
-    for joint in &joints {
-        let joint = *joint;
-        let of = |key| configuration.compensated(joint.number, key);
-        let (entry, corrections) = match (of("COMP_FILE"), of("BACKLASH")) {
-            (Some(file), _) => (
-                file,
-                JointCorrections::Table(table(configuration, joint, file, open)?),
-            ),
-            (None, Some(backlash)) => (backlash, JointCorrections::Backlash(value(backlash)?)),
-            (None, None) => continue,
+    for joint in configuration.axes() {
+        let Some(entry) = configuration.compensates(joint.number) else {
+            continue;
         };
-        let mut others = joints.iter().filter(|other| other.letter == joint.letter);
-        let differs = |other: &&JointAxis| {
-            let other = (other.number, found.iter().find(|i| i.joint == **other));
-            let is_later = other.0 > joint.number;
-            let none = ["COMP_FILE", "BACKLASH"]
-                .iter()
-                .all(|key| configuration.compensated(other.0, key).is_none());
-            match other.1 {
-                Some(import) => import.corrections != corrections,
-                None => other.0 != joint.number && (none || !is_later),
-            }
-        };
-        if let Some(other) = others.find(differs) {
-            return Err(entry.place.error(
-                format!(
-                    "{} of joint {} is not what joint {} has, and both move {}: an error of {} is one for both",
-                    entry.key, joint.number, other.number, joint.letter, joint.letter
-                ),
-                "here",
-                "the compensation cannot replace this: measure without COMP_FILE and BACKLASH on these joints, or keep LinuxCNC's own on both",
-            ));
+        if !configuration.kept(joint.letter).is_empty() {
+            continue;
         }
+        let corrections = match entry.key.as_str() {
+            "COMP_FILE" => JointCorrections::Table(table(configuration, joint, entry, open)?),
+            _ => JointCorrections::Backlash(value(entry)?),
+        };
         let IniEntry {
             key, value, place, ..
         } = entry;
@@ -214,7 +191,7 @@ pub(super) fn errors(
         return None;
     }
     let (mut parameters, mut tables) = (String::new(), String::new());
-    let mut done: Vec<&Import> = Vec::new();
+    let mut done: Vec<char> = Vec::new();
     for import in imports {
         let Import {
             joint: JointAxis { number, letter },
@@ -222,16 +199,11 @@ pub(super) fn errors(
             ..
         } = import;
         let head = format!("\n# Joint {number}: {}.", import.source());
-        if let Some(first) = done.iter().find(|first| first.joint.letter == *letter) {
-            if first.corrections != *corrections {
-                tables += &format!(
-                    "{head}\n# CHECK: not imported: {letter} has the errors of joint {}.\n",
-                    first.joint.number
-                );
-            }
+        // Joints of one axis have the same.
+        if done.contains(letter) {
             continue;
         }
-        done.push(import);
+        done.push(*letter);
         let axis = axes.iter().find(|axis| axis.letter == *letter);
         let axis = axis.filter(|_| "XYZABC".contains(*letter));
         let is_table = matches!(corrections, JointCorrections::Table(_));

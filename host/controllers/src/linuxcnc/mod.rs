@@ -9,7 +9,7 @@ mod kinematics;
 mod session;
 mod setup;
 
-pub use check::{Against, Finding, Severity, beforehand, check};
+pub use check::{Against, Finding, Severity, beforehand, check, unfit, unsuited};
 pub use configuration::{Configuration, JointAxis, Open};
 pub use imported::{Import, has_imported, imported, is_imported};
 pub use install::{PANEL, install, remove};

@@ -7,7 +7,9 @@ use crate::commands::files;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::linuxcnc::{Against, Configuration, Finding, Severity, check};
+use trueaxis_controllers::linuxcnc::{
+    Against, Configuration, Finding, Severity, check, unfit, unsuited,
+};
 use trueaxis_tables::validate::Runtime;
 
 /// Check whether a compensation fits the configuration of LinuxCNC
@@ -127,6 +129,12 @@ fn next(arguments: &Arguments, configuration: &Configuration, refused: usize) ->
         )
     };
     let given = arguments.machine.as_deref();
+    if let Some(unfit) = unfit(configuration).first() {
+        return unfit.write.clone();
+    }
+    if !unsuited(configuration).is_empty() {
+        return format!("correct the errors above, then {}", again(given));
+    }
     if configuration.hal.load("trueaxis").is_none() {
         let folder = configuration::folder(ini);
         return match ini.with_file_name("trueaxis.hal").exists() {

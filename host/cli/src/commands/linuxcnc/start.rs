@@ -111,15 +111,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => Vec::new(),
         false => configuration::imported(&ini, &configuration)?,
     };
-    for single in &given {
-        free(&imports, &letters, single)?;
-    }
     let found = FoundConfiguration {
         ini: &ini,
         configuration: &configuration,
         imports: &imports,
         findings: &findings,
     };
+    for single in &given {
+        free(&found, &letters, single)?;
+    }
     arguments.steps(&found)
 }
 
@@ -214,6 +214,23 @@ fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
     Ok(Outcome::CheckFailed)
 }
 
+/// What LinuxCNC keeps, a line each.
+fn staying(configuration: &Configuration) -> String {
+    let mut letters: Vec<char> = configuration.axes().iter().map(|j| j.letter).collect();
+    letters.sort_unstable();
+    letters.dedup();
+    let kept = letters
+        .iter()
+        .flat_map(|letter| configuration.kept(*letter));
+    let lines = kept.map(|(joint, entry)| {
+        format!(
+            "{} = {} of joint {} stays in the INI file: the joints of {} differ\n",
+            entry.key, entry.value, joint.number, joint.letter
+        )
+    });
+    lines.collect()
+}
+
 /// The axis along which a reading is taken.
 fn along(single: &Single) -> Option<usize> {
     match *single {
@@ -223,13 +240,26 @@ fn along(single: &Single) -> Option<usize> {
 }
 
 /// Refuses a reading along an axis that LinuxCNC compensates itself: what it shows depends on that.
-fn free(imports: &[Import], letters: &[char], single: &Single) -> Result<(), BadInput> {
+fn free(found: &FoundConfiguration<'_>, letters: &[char], single: &Single) -> Result<(), BadInput> {
     let Some(axis) = along(single) else {
         return Ok(());
     };
-    match imports
+    let letter = letters[axis];
+    if let Some((joint, entry)) = found.configuration.kept(letter).first() {
+        return Err(BadInput::new(
+            format!(
+                "a reading along {letter}: {} of joint {} stays with LinuxCNC, because the joints of {letter} differ",
+                entry.key, joint.number
+            ),
+            format!(
+                "correct COMP_FILE or BACKLASH of each joint of {letter} by what the reading shows"
+            ),
+        ));
+    }
+    match found
+        .imports
         .iter()
-        .find(|import| import.letter() == letters[axis])
+        .find(|import| import.letter() == letter)
     {
         None => Ok(()),
         Some(import) => Err(BadInput::new(
@@ -337,7 +367,7 @@ impl Arguments {
             ))?,
         };
         let installs_now = installs.as_ref().filter(|_| writes);
-        let singles = self.singles(&described, imports, base.as_deref())?;
+        let singles = self.singles(&described, found, base.as_deref())?;
         let has_errors = !(singles.is_empty() && growths.is_empty() && imports.is_empty());
         let (mut balls, mut text) = (self.balls.clone(), None);
         if has_errors {
@@ -382,16 +412,12 @@ impl Arguments {
             beside.extend([ini, &changed.copy]);
         }
         let made_beside = KeptFiles::read(beside)?;
-        let stays = match &copies[..] {
-            [] => String::new(),
-            copies => {
-                let names = copies.iter().map(|(copy, _)| copy.display().to_string());
-                format!(
-                    "the old files are in {}\n",
-                    names.collect::<Vec<_>>().join(", ")
-                )
-            }
-        };
+        let mut stays = staying(found.configuration);
+        if !copies.is_empty() {
+            let names = copies.iter().map(|(copy, _)| copy.display().to_string());
+            let names: Vec<String> = names.collect();
+            let _ = writeln!(stays, "the old files are in {}", names.join(", "));
+        }
         let write = || {
             for (copy, bytes) in &copies {
                 files::write(copy, bytes)?;
@@ -657,18 +683,18 @@ impl Arguments {
     fn singles(
         &self,
         machine: &Machine,
-        imports: &[Import],
+        found: &FoundConfiguration<'_>,
         base: Option<&str>,
     ) -> Result<Vec<Single>, BadInput> {
         let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
         let free = |single: &Single| {
-            free(imports, &letters, single)?;
+            free(found, &letters, single)?;
             free_beside(base, &letters, single)
         };
-        let mut found = self.given(&letters)?;
-        found.iter().try_for_each(free)?;
-        if self.yes || !found.is_empty() {
-            return Ok(found);
+        let mut singles = self.given(&letters)?;
+        singles.iter().try_for_each(free)?;
+        if self.yes || !singles.is_empty() {
+            return Ok(singles);
         }
         files::print(
             "\nWhat has been measured? Positive is where the tool is farther in the direction of a positive command.\n\
@@ -693,7 +719,7 @@ impl Arguments {
                 };
                 match read(&answer) {
                     Ok(single) => {
-                        found.push(single);
+                        singles.push(single);
                         return Ok(());
                     }
                     Err(bad) => files::print(&format!("{bad}\n"))?,
@@ -722,7 +748,7 @@ impl Arguments {
                 dial(&letters, &format!("{letter}={answer}"))
             })?;
         }
-        Ok(found)
+        Ok(singles)
     }
 }
 

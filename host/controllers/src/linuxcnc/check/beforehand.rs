@@ -25,10 +25,9 @@ pub fn beforehand(configuration: &Configuration) -> Vec<Finding> {
     found.0
 }
 
-/// Why no compensation can correct this machine as it is configured, or none can be judged. Changing the machine is not
-/// the remedy, so nothing else need be reported.
+/// Why no compensation can correct this kind of machine. Changing it is not the remedy, so nothing else need be reported.
 #[must_use]
-pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
+pub fn unfit(configuration: &Configuration) -> Vec<Finding> {
     let mut found = Beforehand(Vec::new());
     let module = &configuration.module;
     let lathe = configuration.ini.get("DISPLAY", "LATHE");
@@ -63,6 +62,13 @@ pub(super) fn unsuited(configuration: &Configuration) -> Vec<Finding> {
             );
         }
     }
+    found.0
+}
+
+/// Why no compensation can correct this machine as it is configured, or none can be judged.
+#[must_use]
+pub fn unsuited(configuration: &Configuration) -> Vec<Finding> {
+    let mut found = Beforehand(unfit(configuration));
     if !found.0.is_empty() {
         return found.0;
     }
@@ -210,6 +216,17 @@ impl Beforehand {
     /// Both are applied beside any compensation.
     fn twice(&mut self, configuration: &Configuration, joint: JointAxis) {
         let JointAxis { number, letter } = joint;
+        let kept = configuration.kept(letter);
+        if !kept.is_empty() {
+            for (_, entry) in kept.iter().filter(|(of, _)| *of == joint) {
+                self.warn(
+                    &entry.place,
+                    format!("{} of joint {number} stays with LinuxCNC: the joints of {letter} differ, and a compensation has one correction for all", entry.key),
+                    format!("nothing: measure {letter} with it"),
+                );
+            }
+            return;
+        }
         if let Some(file) = configuration.compensated(number, "COMP_FILE") {
             self.warn(
                 &file.place,

@@ -58,6 +58,26 @@ impl CheckState<'_> {
         };
         let (corrected, reverses) = self.corrects(index);
         let JointAxis { number, letter } = joint;
+        let kept = self.configuration.kept(letter);
+        if !kept.is_empty() {
+            for (_, entry) in kept.iter().filter(|(of, _)| of.number == number) {
+                let (key, place) = (&entry.key, entry.place.clone());
+                if reverses {
+                    self.refuse(
+                        &place,
+                        format!("joint {number} is compensated twice: by {key}, which stays because the joints of {letter} differ, and by tables of {letter} for each direction of travel"),
+                        format!("nothing here: take E{letter}{letter}b out of the error file, and compile again"),
+                    );
+                } else if corrected {
+                    self.warn(
+                        &place,
+                        format!("{key} of joint {number} stays with LinuxCNC, because the joints of {letter} differ: it is right only if the errors were measured with it"),
+                        format!("nothing, if {letter} was measured with it"),
+                    );
+                }
+            }
+            return;
+        }
         if let Some(file) = self.configuration.of_joint(number, "COMP_FILE")
             && !file.value.is_empty()
             && corrected

@@ -38,7 +38,7 @@ fn configuration(unit: &str) -> Configuration {
     let open = |name: &str| {
         let text = match name {
             "m.ini" => format!(
-                "[KINS]\nKINEMATICS = trivkins coordinates=XYYZ\nJOINTS = 4\n[TRAJ]\nLINEAR_UNITS = {unit}\n[HAL]\nHALFILE = m.hal\n"
+                "[EMC]\nVERSION = 1.1\n[KINS]\nKINEMATICS = trivkins coordinates=XYYZ\nJOINTS = 4\n[TRAJ]\nLINEAR_UNITS = {unit}\n[HAL]\nHALFILE = m.hal\n"
             ),
             _ => String::new(),
         };
