@@ -18,7 +18,7 @@ use trueaxis_model::machine::Machine;
 use trueaxis_tables::validate::Runtime;
 
 /// Choices of a mode byte: dialects, and their switches.
-const DIALECTS: [Dialect; 6] = [
+const DIALECTS: [Dialect; 7] = [
     Dialect::LinuxCnc,
     Dialect::Grbl,
     Dialect::GrblHal,

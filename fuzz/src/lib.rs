@@ -4,8 +4,8 @@
 
 use trueaxis::{
     AUXILIARIES, AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft,
-    DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Holds, Interpolation, LoadError, MAGIC,
-    Notes, Policy, SampleFormat, Sensor, Term, VERSION,
+    DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Holds, Interpolation, LoadError, MAGIC, Notes,
+    Policy, SampleFormat, Sensor, Term, VERSION,
 };
 
 /// Large enough for every seed and for the fuzzer's mutations of them.

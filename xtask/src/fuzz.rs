@@ -158,7 +158,7 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
     for (number, program) in programs.iter().enumerate() {
         // All dialects, plus those of LinuxCNC with other reversal methods.
         let name = format!("program-{number}");
-        let modes = [0, 4, 8, 12, 16, 20, 24, 48];
+        let modes = [0, 4, 8, 12, 16, 20, 24, 28, 56];
         put(corpus, &name, &modes, program.as_bytes())?;
     }
     Ok(())

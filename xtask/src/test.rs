@@ -100,6 +100,18 @@ fn rest() -> Vec<TestStep> {
             "lints of the runtime with all its features",
             "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
         ),
+        with(
+            step(
+                "lints of the fuzz targets",
+                "clippy -q --manifest-path fuzz/Cargo.toml --locked -- -D warnings",
+            ),
+            "CARGO_TARGET_DIR",
+            &target("fuzz").to_string_lossy(),
+        ),
+        step(
+            "formatting of the fuzz targets",
+            "fmt --manifest-path fuzz/Cargo.toml --check",
+        ),
         step("runtime without features", "test -q -p trueaxis"),
         step(
             "kinematics without features",

@@ -3,8 +3,8 @@
 //! Between the eight points around a position, the control interpolates in each of the three axes (Fanuc A-79351E); a
 //! value is a whole number times the magnification of its axis times the detection unit. A control holds 25 points along
 //! an axis, 15 625 in all (the source document, section 4.3). Values from −128 to 127 and the order of the points, the first
-//! axis fastest, are from practice; how a control reads them from a file is not public. So the values are written as a list,
-//! with the parameters in words above it. No control has run it.
+//! axis fastest, are from practice; how a control reads them from a file is not public. So the values are written as plain CSV
+//! with the parameters in its header, which says so. No control has run it.
 
 use crate::difference::{Difference, differences};
 use crate::positions::{random_of, travel};
@@ -196,7 +196,9 @@ const HEAD: [&str; 4] = [
 
 fn print(table: &FanucTable) -> String {
     let mut text = format!(
-        "(trueaxis: three-dimensional error compensation, corrections)\n(detection unit (mm), {})\n",
+        "# trueaxis: three-dimensional error compensation of a Fanuc 30i, corrections\n\
+         # plain CSV: how the control reads such values from a file is not public, so enter or convert them\n\
+         # detection unit (mm), {}\n",
         table.unit
     );
     let nodes = table.nodes;
@@ -207,7 +209,7 @@ fn print(table: &FanucTable) -> String {
         table.magnification.map(|m| m.to_string()),
     ];
     for (words, row) in HEAD.iter().zip(rows) {
-        let _ = writeln!(text, "({words}, {})", row.join(", "));
+        let _ = writeln!(text, "# {words}, {}", row.join(", "));
     }
     text += "point,X,Y,Z\n";
     for (number, [x, y, z]) in table.values.iter().enumerate() {
@@ -222,8 +224,7 @@ fn read(text: &str) -> Result<FanucTable, FileError> {
     let short = || FileError::whole("the file ends too early", "give it whole");
     let line = |number: usize| all.get(number).ok_or_else(short);
     let numbers = |line: &TextLine<'_>, words: &str| {
-        let rest = line.text.strip_prefix(&format!("({words},"));
-        let rest = rest.and_then(|rest| rest.strip_suffix(')'));
+        let rest = line.text.strip_prefix(&format!("# {words},"));
         let rest =
             rest.ok_or_else(|| line.bad(format!("no {words}"), "give the file as it was written"))?;
         rest.split(',')
@@ -231,12 +232,12 @@ fn read(text: &str) -> Result<FanucTable, FileError> {
             .collect::<Result<Vec<f64>, _>>()
     };
     let three = |number: usize| {
-        let line = line(2 + number)?;
+        let line = line(3 + number)?;
         let found = numbers(line, HEAD[number])?;
         <[f64; 3]>::try_from(found)
             .map_err(|_| line.bad("not three numbers", "give the file as it was written"))
     };
-    let unit = numbers(line(1)?, "detection unit (mm)")?[0];
+    let unit = numbers(line(2)?, "detection unit (mm)")?[0];
     let (count, start, step, magnification) = (three(0)?, three(1)?, three(2)?, three(3)?);
     let nodes: [Nodes; 3] = std::array::from_fn(|k| Nodes {
         start: start[k],
@@ -244,7 +245,7 @@ fn read(text: &str) -> Result<FanucTable, FileError> {
         count: count[k] as usize,
     });
     let mut values = Vec::new();
-    for (number, line) in all.iter().skip(HEAD.len() + 3).enumerate() {
+    for (number, line) in all.iter().skip(HEAD.len() + 4).enumerate() {
         let row = line.numbers()?;
         let is_next = row.len() == 4 && row[0] == (number + 1) as f64;
         let fits = row

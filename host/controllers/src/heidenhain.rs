@@ -1,10 +1,10 @@
-//! KinematicsComp of a Heidenhain iTNC 530 HSCI: a table of the error motions of each axis (`.COM`).
+//! KinematicsComp of a Heidenhain iTNC 530 HSCI: the error motions of each axis, to enter in its `.COM` table.
 //!
 //! A line has a position of the axis (`AXISPOS`) and the errors there: by the recommendation of the technical manual, EXX to
 //! EZX in the columns C1 to C3 and EAX to ECX in C4 to C6, which entries of the kinematics description take in before the
 //! axis. Sources: technical manuals iTNC 530 HSCI (KinematicsComp) and MANUALplus 620 (`.COM` tables). They do not say in
 //! which unit an angle is entered, so that must be chosen, nor how a control combines the errors: a rigid body that moves
-//! back its tip is assumed. No control has run it.
+//! back its tip is assumed. So the values are plain CSV with a header that says so. No control has run it.
 
 use crate::rigid_body::{AxisErrors, Chain, RemainingErrors, left};
 use crate::text_lines::lines;
@@ -46,8 +46,6 @@ pub struct HeidenhainTable {
 
 /// The names of the columns.
 const COLUMNS: [&str; 8] = ["NR", "AXISPOS", "C1", "C2", "C3", "C4", "C5", "C6"];
-/// Width of a column.
-const WIDTH: usize = 14;
 
 /// Writes a table for each axis with `points` over its travel, reads them again, and drives the machine with what they
 /// correct, at `positions` random commands in both directions of travel.
@@ -94,47 +92,40 @@ pub fn export(
 }
 
 fn print(axis: char, motions: &AxisErrors, angles: Angles) -> String {
-    let mut text = format!("BEGIN {axis}.COM MM\n");
-    let _ = writeln!(
-        text,
-        "{}",
-        COLUMNS
-            .map(|name| format!("{name:<WIDTH$}"))
-            .concat()
-            .trim_end()
+    let unit = match angles {
+        Angles::Deg => "deg",
+        Angles::Rad => "rad",
+    };
+    let mut text = format!(
+        "# trueaxis: errors of axis {axis} for KinematicsComp of a Heidenhain iTNC 530: C1 to C3 in mm, C4 to C6 in {unit}\n\
+         # plain CSV: the unit of angles in the control's tables is not public, so check it and enter the values\n\
+         {}\n",
+        COLUMNS.join(",")
     );
     for (number, (at, error)) in motions.at.iter().zip(&motions.errors).enumerate() {
-        let _ = write!(text, "{number:<WIDTH$}{:<WIDTH$}", format!("{at:+.6}"));
-        let mut row = String::new();
+        let _ = write!(text, "{number},{at:.6}");
         for (k, value) in error.iter().enumerate() {
             let value = if k < 3 { *value } else { value / angles.size() };
             // Nanometres; 1e-9 of a unit.
             let value = (value * 1e9).round() / 1e9 + 0.0;
-            let _ = write!(row, "{:<WIDTH$}", format!("{value:+.9}"));
+            let _ = write!(text, ",{value:.9}");
         }
-        let _ = writeln!(text, "{}", row.trim_end());
+        text.push('\n');
     }
-    text + "[END]\n"
+    text
 }
 
 /// Reads a table with the columns that are written here, in any order.
 ///
 /// # Errors
 /// [`FileError`]
-fn read(text: &str, angles: Angles) -> Result<AxisErrors, FileError> {
-    let all = lines(text);
+fn read(text: &str, angles: Angles) -> Result<Motions, FileError> {
     let remedy = "give the table as it was written";
     let short = || FileError::whole("the table ends too early", remedy);
-    let [first, head, rows @ .., end] = &all[..] else {
-        return Err(short());
-    };
-    if !first.text.starts_with("BEGIN ") || !first.text.ends_with(" MM") {
-        return Err(first.bad("the table does not begin with BEGIN NAME MM", remedy));
-    }
-    if end.text.trim() != "[END]" {
-        return Err(end.bad("the table does not end with [END]", remedy));
-    }
-    let names: Vec<&str> = head.text.split_whitespace().collect();
+    let all = lines(text);
+    let mut rows = all.iter().filter(|line| !line.text.starts_with('#'));
+    let head = rows.next().ok_or_else(short)?;
+    let names: Vec<&str> = head.text.split(',').collect();
     let column = |name: &str| {
         let found = names.iter().position(|n| *n == name);
         found.ok_or_else(|| head.bad(format!("there is no column {name}"), remedy))
@@ -146,7 +137,7 @@ fn read(text: &str, angles: Angles) -> Result<AxisErrors, FileError> {
         .collect::<Result<_, _>>()?;
     let mut motions = AxisErrors::default();
     for line in rows {
-        let words: Vec<&str> = line.text.split_whitespace().collect();
+        let words: Vec<&str> = line.text.split(',').collect();
         if words.len() != names.len() {
             return Err(line.bad(
                 format!("{} values below {} names", words.len(), names.len()),

@@ -70,7 +70,7 @@ fn backlash_is_left_and_said() {
     );
     assert!(folder.names().is_empty());
     trueaxis(&[&words[..], &["--best-effort"]].concat());
-    assert_eq!(folder.names(), ["X.COM", "Y.COM", "Z.COM"]);
+    assert_eq!(folder.names(), ["X.csv", "Y.csv", "Z.csv"]);
     // The unit is not guessed.
     let done = trueaxis(&["export", "heidenhain", &machine, &errors, "-o", to]);
     assert_eq!(done.status.code(), Some(2));
@@ -80,7 +80,7 @@ fn backlash_is_left_and_said() {
 #[test]
 fn a_grid_says_what_rotary_axes_leave() {
     let folder = Folder::new();
-    let (blob, to) = (blob("huron"), folder.at("grid.txt"));
+    let (blob, to) = (blob("huron"), folder.at("grid.csv"));
     let words = [
         "export", "fanuc", &blob, "-o", &to, "--points", "5,5,5", "--random", "500",
     ];

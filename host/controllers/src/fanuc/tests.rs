@@ -31,12 +31,9 @@ fn by_control(text: &str, position: [f64; 3]) -> [f64; 3] {
     let head = |words: &str| -> Vec<f64> {
         let line = text
             .lines()
-            .find(|line| line.starts_with(&format!("({words}")))
+            .find(|line| line.starts_with(&format!("# {words}")))
             .unwrap();
-        let numbers = line
-            .trim_end_matches(')')
-            .rsplit(", ")
-            .map(|w| w.parse::<f64>());
+        let numbers = line.rsplit(", ").map(|w| w.parse::<f64>());
         let mut numbers: Vec<f64> = numbers.map_while(Result::ok).collect();
         numbers.reverse();
         numbers

@@ -15,13 +15,8 @@ fn the_tables_move_the_tip_of_a_portal_back() {
         assert!(left.tip_before_um > 100.0 && left.tip_um < 25.0, "{left:?}");
         let error = |letter: char, at: f64| -> [f64; 6] {
             let file = files.iter().find(|file| file.axis == letter).unwrap();
-            let rows: Vec<Vec<f64>> = (file.text.lines().skip(2))
-                .take_while(|line| *line != "[END]")
-                .map(|line| {
-                    line.split_whitespace()
-                        .map(|w| w.parse().unwrap())
-                        .collect()
-                })
+            let rows: Vec<Vec<f64>> = (file.text.lines().skip(3))
+                .map(|line| line.split(',').map(|w| w.parse().unwrap()).collect())
                 .collect();
             let k = rows
                 .iter()
@@ -84,22 +79,20 @@ fn a_table_that_is_not_whole_is_refused_with_its_line() {
     assert_eq!(text.lines().count(), 6);
     for (text, line, message) in [
         (String::new(), None, "ends too early"),
-        (text.replace("BEGIN", "START"), Some(1), "BEGIN NAME MM"),
-        (text.replace("C5", "C7"), Some(2), "no column C5"),
-        (text.replace("[END]\n", ""), Some(5), "does not end"),
+        (text.replace(",C5", ",C7"), Some(3), "no column C5"),
         (
-            text.replace("+600.000000", "-600.000000"),
-            Some(4),
+            text.replace(",600.000000", ",-600.000000"),
+            Some(5),
             "must increase",
         ),
         (
-            text.replace("+600.000000", "much"),
-            Some(4),
+            text.replace(",600.000000", ",much"),
+            Some(5),
             "`much` is not a number",
         ),
         (
-            text.replace("+600.000000", ""),
-            Some(4),
+            text.replace(",600.000000", ""),
+            Some(5),
             "7 values below 8 names",
         ),
     ] {

@@ -9,6 +9,7 @@ use crate::cut;
 use crate::fault::Fault;
 use crate::limits::Limits;
 use crate::trace::{Lost, Node, Path};
+use std::f64::consts::{PI, SQRT_2};
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
@@ -16,6 +17,8 @@ const LARGEST: f64 = 0.1;
 const ROTARY: u16 = 0b111 << 3;
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
+/// What rounding its two words moves a centre at most, in last digits.
+const CENTRE: f64 = 0.5 * SQRT_2;
 /// An arc is fitted to so many places within it, at least.
 const PLACES: usize = 8;
 
@@ -27,6 +30,8 @@ struct Dividing<'d> {
     /// The nodes of the stretch.
     nodes: &'d [Node],
     limits: &'d Limits,
+    /// How far rounding its words moves a centre at most (mm).
+    centre: f64,
     /// How many chords it would become.
     chords: usize,
     /// Their sagitta (mm).
@@ -42,10 +47,8 @@ impl Corrector<'_> {
         let [r0, r1] = arc.radii();
         // Where words have fewer decimals an arc begins so far beside its place.
         let begins = 0.4 * self.options.rounding(self.units());
-        // What fewer decimals cost is added below.
-        let usual = self.options.decimals.is_none();
         let limits = match self.tables.axes & ROTARY {
-            0 if usual => self.limits().of_arcs(self.options.tolerance),
+            0 => self.limits().of_arcs(self.options.tolerance),
             _ => self.limits(),
         };
         let limits = limits.plus(begins).within(LARGEST * r0.min(r1));
@@ -97,11 +100,19 @@ impl Corrector<'_> {
         let sagitta = self.options.chord.min(LARGEST * r0.min(r1));
         let chord = 2.0 * libm::acos(1.0 - sagitta / r0.max(r1));
         let part = nodes[nodes.len() - 1].t - nodes[0].t;
+        // An arc uses all of the tolerance, so that its deviation must be known between the nodes too.
+        let mut close = Vec::with_capacity(2 * nodes.len());
+        for pair in nodes.windows(2) {
+            close.push(pair[0]);
+            close.push(place(0.5 * (pair[0].t + pair[1].t))?);
+        }
+        close.push(nodes[nodes.len() - 1]);
         let dividing = Dividing {
             arc,
             place,
-            nodes,
+            nodes: &close,
             limits,
+            centre: CENTRE * self.options.resolution(0, self.units()),
             chords: (part * arc.sweep.abs() / chord).ceil().max(1.0) as usize,
             sagitta,
         };
@@ -156,7 +167,13 @@ impl Dividing<'_> {
     fn fit(&self, [a, b]: [usize; 2], from: &PerLetter) -> Result<Option<Piece>, Lost> {
         let nodes = self.nodes([a, b])?;
         let fitted = cut::fitted(self.arc, from, &nodes);
-        let fitted = fitted.filter(|fitted| cut::off_arc(fitted, &nodes, self.limits) <= 1.0);
+        let fitted = fitted.filter(|fitted| {
+            // The ends stay, so the arc bulges by what its centre moves: nothing at its ends, twice as much opposite.
+            let half = (0.5 * fitted.sweep.abs()).min(PI);
+            let bulge = self.centre * (1.0 - libm::cos(half));
+            let limits = self.limits.within(self.limits.linear - bulge);
+            cut::off_arc(fitted, &nodes, &limits) <= 1.0
+        });
         let (first, last) = (&nodes[0], &nodes[nodes.len() - 1]);
         Ok(fitted.map(|fitted| Piece {
             shape: Shape::Arc(fitted),

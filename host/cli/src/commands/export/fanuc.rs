@@ -14,7 +14,7 @@ use trueaxis_tables::validate::Runtime;
 /// Corrections of X, Y and Z as whole numbers on a grid over X, Y and Z. Further axes are not corrected; what is left is
 /// printed, and more than the tolerance is refused.
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis export fanuc machine.trax --unit 0.0001 -o grid.txt")]
+#[command(after_help = "Example:\n  trueaxis export fanuc machine.trax --unit 0.0001 -o grid.csv")]
 pub struct Arguments {
     /// The compensation
     #[arg(value_name = "FILE.trax")]

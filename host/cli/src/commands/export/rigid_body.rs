@@ -51,7 +51,7 @@ pub struct Isg {
     configuration: Option<PathBuf>,
 }
 
-/// Write the errors of a machine for KinematicsComp of a Heidenhain iTNC 530 (X.COM …)
+/// Write the errors of a machine for KinematicsComp of a Heidenhain iTNC 530 (X.csv …)
 ///
 /// A table of the error motions of each axis in the columns C1 to C6, with locations taken in, for the position of the tip.
 /// No control has read them: check columns and units on yours.
@@ -65,7 +65,7 @@ pub struct Heidenhain {
     /// Unit of C4 to C6, which the public manuals do not name: enter one angle on the control and measure
     #[arg(long, value_enum)]
     angles: Angles,
-    /// Folder for X.COM, Y.COM …
+    /// Folder for X.csv, Y.csv …
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
@@ -189,7 +189,7 @@ pub fn heidenhain(arguments: &Heidenhain) -> Result<Outcome, BadInput> {
     let texts: Vec<(PathBuf, String)> = named
         .map(|file| {
             (
-                arguments.output.join(format!("{}.COM", file.axis)),
+                arguments.output.join(format!("{}.csv", file.axis)),
                 file.text,
             )
         })
