@@ -155,12 +155,12 @@
 #define TRUEAXIS_HELD (1 << 3)
 
 /*
- Condition: after a fault or the loss of a reference, until the common factor has reached 0.
+ Condition: after a fault or the loss of a reference, until the fade factor has reached 0.
  */
 #define TRUEAXIS_FROZEN (1 << 4)
 
 /*
- Condition: the common factor is moving to 0 or 1.
+ Condition: the fade factor is moving to 0 or 1.
  */
 #define TRUEAXIS_RAMPING (1 << 5)
 
@@ -297,7 +297,7 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_WEIGHT_LIMITS = 19,
     /*
-     The common factor is ramping or a fade is in progress: there is no single correction to remove.
+     The fade factor is ramping or a fade is in progress: there is no single correction to remove.
      */
     TRUEAXIS_RESULT_MOVING = 20,
     /*
@@ -408,7 +408,7 @@ typedef struct trueaxis_status {
      */
     uint16_t travel_limited;
     /*
-     The common factor, 0…1.
+     The fade factor, 0…1.
      */
     float factor;
 } trueaxis_status;
@@ -545,7 +545,7 @@ typedef struct trueaxis_axis {
     /*
      How far it must come back to count as reversed.
      */
-    float hysteresis;
+    float reversal_threshold;
     /*
      Largest rate of change of its correction while it makes up a reversal, per s.
      */
@@ -791,7 +791,7 @@ trueaxis_result trueaxis_servo_update_f32(struct trueaxis_servo *servo,
                                           float *corrections);
 
 /*
- Ramps the corrections in (`on` not 0) or out, all by one common factor. May be called in every period: a call that
+ Ramps the corrections in (`on` not 0) or out, all by one fade factor. May be called in every period: a call that
  changes nothing costs nothing.
 
  # Safety
@@ -904,7 +904,7 @@ trueaxis_result trueaxis_servo_measured(const struct trueaxis_servo *servo,
 trueaxis_result trueaxis_servo_status(const struct trueaxis_servo *servo, struct trueaxis_status *status);
 
 /*
- The computed corrections of the last period, within the value bounds, before the common factor, travel and rate
+ The computed corrections of the last period, within the value bounds, before the fade factor, travel and rate
  bounds: what a dry run would apply.
 
  # Safety

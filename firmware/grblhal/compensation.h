@@ -46,7 +46,7 @@ bool txa_acting(void);
 /* Number of corrected axes; the tables' data of one; and its index in the controller. */
 size_t txa_axes(void);
 const trueaxis_axis *txa_axis(size_t number, size_t *place);
-/* The computed corrections within their bounds, before the common factor, in the order of the tables. */
+/* The computed corrections within their bounds, before the fade factor, in the order of the tables. */
 void txa_computed(double *computed);
 trueaxis_status txa_status(void);
 /* The name of the machine. */

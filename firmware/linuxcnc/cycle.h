@@ -32,7 +32,7 @@ struct cycle {
     int shown;                       /* the joint to which the two next values belong in this period */
     double would_be;
     double share;
-    float in;                        /* the common factor */
+    float in;                        /* the fade factor */
     bool cut_off;
     bool beyond;                     /* a temperature is outside of what was measured */
     unsigned taken;                  /* number of files */

@@ -107,7 +107,7 @@ pin out unsigned loads "Number of files accepted";
 pin out unsigned reloads "Number of rising edges of reload that have been answered: fault\\-code says how";
 pin out unsigned checksum "Checksum of the file in use, which identifies it; 0 without a file";
 pin out bit   active "Corrections are applied, at least partly";
-pin out float factor "The common factor of all corrections, 0 to 1";
+pin out float factor "The fade factor of all corrections, 0 to 1";
 pin out unsigned state = 7 "Why the corrections are not in, or 0: see NOTES";
 pin out signed waiting_for = -1 "The joint that must be homed before the corrections come in, or \\-1";
 pin out bit   saturated "A correction is limited to the largest of its axis";

@@ -108,7 +108,7 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
                 assert!(computed.abs() <= most, "computed {computed} over {bound}");
             }
             let s = servo.factor();
-            assert!((0.0..=1.0).contains(&s), "common factor {s}");
+            assert!((0.0..=1.0).contains(&s), "fade factor {s}");
         }
     }
 }

@@ -23,7 +23,7 @@ static BLOBS: LazyLock<[AlignedBlob; 2]> = LazyLock::new(|| {
             period: 0.0,
             value_bound: 1.0,
             rate_bound: 1.0,
-            hysteresis: 0.1,
+            reversal_threshold: 0.1,
             ramp_rate: 1.0,
             reversal_rate: 1.0,
             reversal_acceleration: 20.0,

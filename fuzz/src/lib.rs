@@ -118,7 +118,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
                 period: if kind == 0 { 360.0 } else { 0.0 },
                 value_bound: 0.001 + b.small().abs(),
                 rate_bound: 0.001 + b.small().abs(),
-                hysteresis: b.small().abs(),
+                reversal_threshold: b.small().abs(),
                 ramp_rate: 0.001 + b.small().abs(),
                 reversal_rate: 0.001 + b.small().abs(),
                 reversal_acceleration: 20.0 * (0.001 + b.small().abs()),

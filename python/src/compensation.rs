@@ -18,7 +18,7 @@ use trueaxis::{
 };
 use trueaxis_model::positions::ColumnInput;
 use trueaxis_tables::compile::Options;
-use trueaxis_tables::made::{self, Proven};
+use trueaxis_tables::made::{self, VerifiedFigures};
 use trueaxis_tables::schemes::Scheme;
 use trueaxis_tables::target::Target;
 
@@ -52,7 +52,7 @@ struct Made {
     errors: Errors,
     warnings: Vec<String>,
     /// As JSON.
-    proof: String,
+    verification: String,
 }
 
 #[pymethods]
@@ -116,11 +116,11 @@ impl Compensation {
         made.flat_map(|made| made.warnings.clone()).collect()
     }
 
-    /// Figures of the proof, with the keys of trueaxis compile --json, as a dictionary: the tolerance, the volumetric errors
+    /// Figures of the verification, with the keys of trueaxis compile --json, as a dictionary: the tolerance, the volumetric errors
     /// before and after, sizes, bounds. None for a compensation that was read.
     #[getter]
-    fn proof<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let loads = |made: &Made| py.import("json")?.call_method1("loads", (&made.proof,));
+    fn verification<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let loads = |made: &Made| py.import("json")?.call_method1("loads", (&made.verification,));
         self.made.as_ref().map(loads).transpose()
     }
 
@@ -137,7 +137,7 @@ impl Compensation {
 
     fn _state<'py>(&self, py: Python<'py>) -> (Bound<'py, PyBytes>, Option<MadeState>) {
         let made = self.made.clone();
-        let made = made.map(|made| (made.machine, made.errors, made.warnings, made.proof));
+        let made = made.map(|made| (made.machine, made.errors, made.warnings, made.verification));
         (self.to_bytes(py), made)
     }
 
@@ -146,11 +146,11 @@ impl Compensation {
         blob: &[u8],
         made: Option<(PyRef<'_, Machine>, PyRef<'_, Errors>, Vec<String>, String)>,
     ) -> PyResult<Self> {
-        let made = made.map(|(machine, errors, warnings, proof)| Made {
+        let made = made.map(|(machine, errors, warnings, verification)| Made {
             machine: machine.clone(),
             errors: errors.clone(),
             warnings,
-            proof,
+            verification,
         });
         Self::load(blob, made)
     }
@@ -170,7 +170,7 @@ impl Compensation {
         )
     }
 
-    /// Corrections (mm, deg) before the guard rails, one row per position, as the controller computes them.
+    /// Corrections (mm, deg) before the limits, one row per position, as the controller computes them.
     ///
     /// Positions are an array, a list, or a table with the inputs as named columns. With motion, the order of the rows is the
     /// motion, which gives the direction of travel; without, directions are unknown. An array of floats is read in place, and
@@ -315,7 +315,7 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
         }
         if motion {
             for (i, axis) in axes.iter().enumerate() {
-                travelling.0[i] = reversals[i].update(inputs.axes[i], axis.hysteresis, axis.period);
+                travelling.0[i] = reversals[i].update(inputs.axes[i], axis.reversal_threshold, axis.period);
             }
         }
         tables.evaluate_into(&inputs, &travelling, &weights, &mut found);
@@ -381,7 +381,7 @@ pub fn compile(
     let made = made.map_err(|error| raise(error.to_string(), error.remedy()))?;
     let may_be_written = made.may_be_written(best_effort);
     let whole = match made {
-        made::Made::Proven(whole) => whole,
+        made::Made::Verified(whole) => whole,
         made::Made::NoRoom(shortages) => {
             let name = &options.tables.target.name;
             return Err(raise(
@@ -406,29 +406,29 @@ pub fn compile(
     for warning in &warnings {
         warn(py, warning)?;
     }
-    let proof = ProofFigures {
+    let verification = ProofFigures {
         tolerance_um: whole.best.tolerance,
-        meets_tolerance: whole.best.proof.meets(whole.best.tolerance),
-        proven: Proven::new(&whole),
+        meets_tolerance: whole.best.verification.meets(whole.best.tolerance),
+        verified: VerifiedFigures::new(&whole),
     };
-    let proof = serde_json::to_string(&proof)
+    let verification = serde_json::to_string(&verification)
         .map_err(|error| raise(error.to_string(), "report this with the machine"))?;
     let made = Made {
         machine: machine.clone(),
         errors: errors.clone(),
         warnings,
-        proof,
+        verification,
     };
     Compensation::load_aligned(whole.best.built.blob, Some(made))
 }
 
-/// What is kept of a proof.
+/// What is kept of a verification.
 #[derive(serde::Serialize)]
 struct ProofFigures<'a> {
     tolerance_um: f64,
     meets_tolerance: bool,
     #[serde(flatten)]
-    proven: Proven<'a>,
+    verified: VerifiedFigures<'a>,
 }
 
 /// Several sentences in one.

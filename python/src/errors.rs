@@ -1,4 +1,4 @@
-//! Error parameters and exact corrections.
+//! Error parameters and reference corrections.
 
 use crate::error::{NamedText, raise, warn};
 use crate::interrupt::interruptible;

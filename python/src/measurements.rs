@@ -114,13 +114,13 @@ fn artefact(path: Option<PathBuf>, machine: &Machine) -> PyResult<Artefact> {
 
 /// Probings as a machine with these errors would give them, with noise (µm) of each coordinate.
 #[pyfunction]
-#[pyo3(name = "simulate", signature = (machine, errors, *, artefact, strategy, noise=0.0, seed=1))]
+#[pyo3(name = "simulate", signature = (machine, errors, *, artefact, plan, noise=0.0, seed=1))]
 pub fn simulated(
     py: Python<'_>,
     machine: &Machine,
     errors: &Errors,
     artefact: PathBuf,
-    strategy: PathBuf,
+    plan: PathBuf,
     noise: f64,
     seed: u64,
 ) -> PyResult<Probings> {
@@ -132,8 +132,8 @@ pub fn simulated(
         ));
     }
     let artefact = self::artefact(Some(artefact), machine)?;
-    let text = NamedText::read(&strategy)?;
-    let strategy = probings::read(&text.text, &machine.0, false).map_err(|e| text.bad(e))?;
+    let text = NamedText::read(&plan)?;
+    let plan = probings::read(&text.text, &machine.0, false).map_err(|e| text.bad(e))?;
     let disturbances = Disturbances {
         noise: noise * 1e-3,
         seed,
@@ -142,12 +142,12 @@ pub fn simulated(
     let described = Arc::clone(&machine.0);
     let found = interruptible(py, move |_| {
         let kinematics = Kinematics::new(&described, &model);
-        simulate::probings(&kinematics, &artefact, &strategy, &disturbances)
+        simulate::probings(&kinematics, &artefact, &plan, &disturbances)
     })?;
     let found = found.map_err(|error| {
         raise(
             error.to_string(),
-            "correct the strategy, or where the balls are in the artefact",
+            "correct the plan, or where the balls are in the artefact",
         )
     })?;
     Ok(Probings {
@@ -210,11 +210,11 @@ impl Found {
         unseen.map(|one| one.unknown.clone()).collect()
     }
 
-    /// Lines of the file of probings that do not fit the others. to_dict()["suspected"] gives causes and remedies.
+    /// Lines of the file of probings that do not fit the others. to_dict()["outliers"] gives causes and remedies.
     #[getter]
     fn outliers(&self) -> Vec<usize> {
-        let suspected = self.outcome.found.suspected.iter();
-        let lines: BTreeSet<usize> = suspected.flat_map(|one| one.lines.clone()).collect();
+        let outliers = self.outcome.found.outliers.iter();
+        let lines: BTreeSet<usize> = outliers.flat_map(|one| one.lines.clone()).collect();
         lines.into_iter().collect()
     }
 

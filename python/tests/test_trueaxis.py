@@ -105,10 +105,10 @@ class Beside(unittest.TestCase):
 
     def test_probings_and_parameters_are_those_of_the_command(self):
         folder, machine, model = files("kolibri", "errors-10.toml")
-        artefact, strategy = folder / "artefact.toml", folder / "strategy.csv"
-        found = trueaxis.simulate(machine, model, artefact=artefact, strategy=strategy, noise=1)
+        artefact, plan = folder / "artefact.toml", folder / "plan.csv"
+        found = trueaxis.simulate(machine, model, artefact=artefact, plan=plan, noise=1)
         words = [folder / "machine.toml", folder / "errors-10.toml", "--artefact", artefact]
-        theirs = command("simulate", "probings", *words, "--strategy", strategy, "--noise", 1)
+        theirs = command("simulate", "probings", *words, "--plan", plan, "--noise", 1)
         self.assertEqual(found.to_csv(), theirs)
         self.assertEqual(found.positions.shape, (len(found), 5))
         file = self.path / "probings.csv"
@@ -133,9 +133,9 @@ class Beside(unittest.TestCase):
     def test_the_example_makes_its_picture(self):
         folder, machine, model = files("kolibri", "errors-10.toml")
         artefact = folder / "artefact.toml"
-        strategy = folder / "strategy.csv"
+        plan = folder / "plan.csv"
         probings = self.path / "probings.csv"
-        trueaxis.simulate(machine, model, artefact=artefact, strategy=strategy, noise=1).save(probings)
+        trueaxis.simulate(machine, model, artefact=artefact, plan=plan, noise=1).save(probings)
         script = ROOT / "python" / "examples" / "probings_to_plot.py"
         picture = self.path / "picture.svg"
         words = [sys.executable, script, folder / "machine.toml", artefact, probings, picture]
@@ -152,8 +152,8 @@ class Beside(unittest.TestCase):
         made = trueaxis.compile(machine, model, random=200)
         words = ["compile", folder / "machine.toml", folder / "errors-13.toml", "-o", self.path / "own.trax"]
         theirs = json.loads(command(*words, "--random", 200, "--json"))
-        self.alike(made.proof, {key: theirs[key] for key in made.proof}, "proof")
-        self.assertIsNone(trueaxis.Compensation.from_bytes(made.to_bytes()).proof)
+        self.alike(made.verification, {key: theirs[key] for key in made.verification}, "verification")
+        self.assertIsNone(trueaxis.Compensation.from_bytes(made.to_bytes()).verification)
 
     def test_circles_are_those_of_the_report(self):
         from trueaxis import _paths
@@ -178,7 +178,7 @@ class Beside(unittest.TestCase):
                     self.assertEqual(radius, circle["radius_mm"])
                     # Corrections are f32, of positions that the two round differently.
                     off = np.abs(own - found["readings_um"]) > 1e-2
-                    # In the report an axis has reversed at once; along rows, after its hysteresis: the first of the 1.5°
+                    # In the report an axis has reversed at once; along rows, after its reversal_threshold: the first of the 1.5°
                     # steps may fall short of it, once for each of two axes, twice a turn, in two turns.
                     self.assertLessEqual(off.sum(), 8 if name == "router" else 0, f"{name} {circle['plane']}")
 
@@ -244,10 +244,10 @@ class Beside(unittest.TestCase):
         folder, machine, model = files("kolibri", "errors-10.toml")
         artefact = folder / "artefact.toml"
         good = trueaxis.simulate(
-            machine, model, artefact=artefact, strategy=folder / "strategy.csv", noise=1
+            machine, model, artefact=artefact, plan=folder / "plan.csv", noise=1
         ).to_csv()
         observed = self.path / "mixed.csv"
-        words = [folder / "machine.toml", folder / "errors-10.toml", "--strategy", folder / "observations.csv"]
+        words = [folder / "machine.toml", folder / "errors-10.toml", "--plan", folder / "observations.csv"]
         command("simulate", "observations", *words, "-o", observed)
 
         def changed(change):
@@ -417,7 +417,7 @@ class Alone(unittest.TestCase):
         folder, machine, model = files("kolibri", "errors-10.toml")
         measured = trueaxis.Errors.from_file(folder / "errors-81.toml", machine)
         places = {"artefact": folder / "artefact.toml"}
-        probings = trueaxis.simulate(machine, model, strategy=folder / "strategy.csv", noise=1, **places)
+        probings = trueaxis.simulate(machine, model, plan=folder / "plan.csv", noise=1, **places)
         found = trueaxis.identify(machine, probings, model="10", **places)
         made = trueaxis.compile(machine, found.errors, random=200)
         others = [files("huron-k2x8", "errors-13.toml")[1], trueaxis.Errors.perfect(machine)]
@@ -429,7 +429,7 @@ class Alone(unittest.TestCase):
             for other in [*objects, *others, None]:
                 self.assertTrue(one is other or one != other)
         again = pickle.loads(pickle.dumps(made))
-        self.assertEqual((again.proof, again.warnings), (made.proof, made.warnings))
+        self.assertEqual((again.verification, again.warnings), (made.verification, made.warnings))
 
     def test_errors_of_a_dictionary_are_those_of_a_file(self):
         _, machine, model = files("huron-k2x8", "errors-13.toml")

@@ -28,16 +28,16 @@ def errors(model):
 
 
 def compensation(made):
-    proof, picture = made.proof, ""
+    verification, picture = made.verification, ""
     rows = [("policy", made.policy), ("axes", ", ".join(made.axes)), ("size", f"{len(made.to_bytes())} bytes")]
-    if proof is not None:
+    if verification is not None:
         um = lambda found: f"{found['translation_um']['max']:.3g} µm"
-        met = "" if proof["meets_tolerance"] else " (missed)"
+        met = "" if verification["meets_tolerance"] else " (missed)"
         rows += [
-            ("largest error of the tip", um(proof["before"])),
-            ("with the tables", um(proof["after"])),
-            ("tolerance", f"{proof['tolerance_um']:g} µm{met}"),
-            ("tables", str(proof["tables"])),
+            ("largest error of the tip", um(verification["before"])),
+            ("with the tables", um(verification["after"])),
+            ("tolerance", f"{verification['tolerance_um']:g} µm{met}"),
+            ("tables", str(verification["tables"])),
         ]
         picture = circle(made._source[1], made)
     return page(f"Compensation of {made.machine}", table((), rows), picture, made.warnings)

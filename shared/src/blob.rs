@@ -151,7 +151,7 @@ impl<'a, C: Room> Contents<'a, C> {
                 period: r.take(part)?,
                 value_bound: r.take(part)?,
                 rate_bound: r.take(part)?,
-                hysteresis: r.take(part)?,
+                reversal_threshold: r.take(part)?,
                 ramp_rate: r.take(part)?,
                 reversal_rate: r.take(part)?,
                 reversal_acceleration: r.take(part)?,
@@ -180,8 +180,8 @@ impl<'a, C: Room> Contents<'a, C> {
             if !bounded(found.rate_bound, LEAST_BOUND) {
                 return r.refuse(LoadError::RateBound { axis });
             }
-            if !bounded(found.hysteresis, 0.0) {
-                return r.refuse(LoadError::Hysteresis { axis });
+            if !bounded(found.reversal_threshold, 0.0) {
+                return r.refuse(LoadError::ReversalThreshold { axis });
             }
             if !bounded(found.ramp_rate, LEAST_BOUND) {
                 return r.refuse(LoadError::RampRate { axis });

@@ -316,7 +316,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         used
     }
 
-    /// Corrections Δq, mm or degrees, to be *added* to the commands, before any guard rail.
+    /// Corrections Δq, mm or degrees, to be *added* to the commands, before any limit.
     ///
     /// `travel` selects the directional tables, `weights` sets the adjustable terms (of this compensation, from
     /// [`weights`](Self::weights)). Corrections are finite for any input: beyond the ends of a table its end value

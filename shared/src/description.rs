@@ -69,7 +69,7 @@ pub struct Axis {
     /// Largest rate of change of the correction, mm/s or degrees/s.
     pub rate_bound: f32,
     /// Retreat from the extreme after which the axis counts as reversed, mm or degrees.
-    pub hysteresis: f32,
+    pub reversal_threshold: f32,
     /// Rate of change of the correction in transitions (enable, cross-fade …), mm/s or degrees/s.
     pub ramp_rate: f32,
     /// Rate at which the step of a reversal (backlash) is made up, mm/s or degrees/s. Where it is larger than the rate

@@ -1,13 +1,13 @@
-//! Direction of travel with hysteresis.
+//! Direction of travel with reversal threshold.
 
 use crate::guard::{larger, smaller};
 use crate::inputs::Travel;
 
 /// Follows the command of one axis and reports the direction in which it last moved.
 ///
-/// An axis has reversed when it has come back by more than its hysteresis from the extreme reached since the last
-/// reversal. Before the first move by more than the hysteresis the direction is unknown. Jitter of less than the
-/// hysteresis (peak to peak) never changes the direction.
+/// An axis has reversed when it has come back by more than its reversal threshold from the extreme reached since the last
+/// reversal. Before the first move by more than the reversal threshold the direction is unknown. Jitter of less than the
+/// reversal threshold (peak to peak) never changes the direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Reversal {
     travel: Travel,
@@ -39,14 +39,14 @@ impl Reversal {
 
     /// While an axis keeps moving in its direction, only its extreme changes. Returns the direction as ±1, that
     /// extreme, and how far the axis may move on before more has to be checked. `None` while the direction is unknown.
-    pub(crate) fn extreme(&self, hysteresis: f32, period: f32) -> Option<(f32, f32, f32)> {
-        // Even starting one hysteresis short of the extreme, this is less than half a turn, so it is not a jump.
+    pub(crate) fn extreme(&self, reversal_threshold: f32, period: f32) -> Option<(f32, f32, f32)> {
+        // Even starting one reversal threshold short of the extreme, this is less than half a turn, so it is not a jump.
         let far = if period > 0.0 {
             0.25 * period
         } else {
             f32::MAX
         };
-        if far <= hysteresis {
+        if far <= reversal_threshold {
             return None;
         }
         match self.travel {
@@ -71,11 +71,11 @@ impl Reversal {
         self.low = smaller(q, self.low);
     }
 
-    /// Processes the commanded position `q` (finite); `hysteresis` belongs to the axis. Both are in mm or degrees.
+    /// Processes the commanded position `q` (finite); `reversal_threshold` belongs to the axis. Both are in mm or degrees.
     ///
     /// `period`, if positive, is the period of an endless axis, whose position may be reduced to one turn between
     /// calls: a jump of more than half a period counts as whole turns plus the rest, not as a move.
-    pub fn update(&mut self, q: f32, hysteresis: f32, period: f32) -> Travel {
+    pub fn update(&mut self, q: f32, reversal_threshold: f32, period: f32) -> Travel {
         if !self.started {
             (self.high, self.low, self.last, self.started) = (q, q, q, true);
             return self.travel;
@@ -91,10 +91,10 @@ impl Reversal {
             }
         }
         self.pass(q);
-        let retreated = self.high - q > hysteresis;
-        let advanced = q - self.low > hysteresis;
+        let retreated = self.high - q > reversal_threshold;
+        let advanced = q - self.low > reversal_threshold;
         match self.travel {
-            // Both at once: the hysteresis has been reduced, and it is unknown which extreme came last.
+            // Both at once: the reversal threshold has been reduced, and it is unknown which extreme came last.
             Travel::Unknown if retreated && advanced => self.turn(Travel::Unknown, q),
             Travel::Positive | Travel::Unknown if retreated => self.turn(Travel::Negative, q),
             Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn the_direction_is_unknown_until_the_axis_has_moved_by_more_than_the_hysteresis() {
+    fn the_direction_is_unknown_until_the_axis_has_moved_by_more_than_the_reversal_threshold() {
         assert_eq!(follow(&mut Reversal::new(), &[7.0]), Travel::Unknown);
         assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.5]), Travel::Unknown);
         assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.75]), Travel::Positive);
@@ -203,11 +203,14 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_a_smaller_hysteresis_leaves_open_is_unknown_until_the_next_move() {
+    fn a_direction_that_a_smaller_reversal_threshold_leaves_open_is_unknown_until_the_next_move() {
         for sense in [1.0, -1.0] {
             let mut r = Reversal::new();
-            for (q, hysteresis) in [(0.0, 10.0), (8.0, 10.0), (5.0, 1.0)] {
-                assert_eq!(r.update(sense * q, hysteresis, 0.0), Travel::Unknown);
+            for (q, reversal_threshold) in [(0.0, 10.0), (8.0, 10.0), (5.0, 1.0)] {
+                assert_eq!(
+                    r.update(sense * q, reversal_threshold, 0.0),
+                    Travel::Unknown
+                );
             }
             assert_eq!(r.update(sense * 5.75, 1.0, 0.0), Travel::Unknown);
             let travel = r.update(sense * 6.5, 1.0, 0.0);
@@ -250,7 +253,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn jitter_below_the_hysteresis_never_changes_the_direction(
+        fn jitter_below_the_reversal_threshold_never_changes_the_direction(
             start in -1000.0_f32..1000.0,
             up in any::<bool>(),
             noise in prop::collection::vec(0.0_f32..0.999, 200),
@@ -273,7 +276,7 @@ mod tests {
         }
 
         #[test]
-        fn every_retreat_of_more_than_the_hysteresis_changes_it(
+        fn every_retreat_of_more_than_the_reversal_threshold_changes_it(
             moves in prop::collection::vec(0.109_375_f32..50.0, 1..50),
         ) {
             let mut r = Reversal::new();

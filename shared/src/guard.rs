@@ -1,4 +1,4 @@
-//! The guard rails: value bound and travel of each axis.
+//! The limits: value bound and travel of each axis.
 //!
 //! Compare-and-select instead of `f32::clamp`, which is a slow call on the Cortex-M4F.
 

@@ -157,8 +157,8 @@ pub enum LoadError {
         /// Index of the axis.
         axis: u16,
     },
-    /// The hysteresis of an axis is not a number from 0 to 1e9.
-    Hysteresis {
+    /// The reversal threshold of an axis is not a number from 0 to 1e9.
+    ReversalThreshold {
         /// Index of the axis.
         axis: u16,
     },
@@ -434,8 +434,11 @@ impl fmt::Display for LoadError {
             Self::RateBound { axis } => {
                 write!(f, "axis {axis}: the rate bound must be from 1e-9 to 1e9")
             }
-            Self::Hysteresis { axis } => {
-                write!(f, "axis {axis}: the hysteresis must be from 0 to 1e9")
+            Self::ReversalThreshold { axis } => {
+                write!(
+                    f,
+                    "axis {axis}: the reversal threshold must be from 0 to 1e9"
+                )
             }
             Self::RampRate { axis } => {
                 write!(f, "axis {axis}: the ramp rate must be from 1e-9 to 1e9")

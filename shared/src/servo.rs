@@ -1,13 +1,13 @@
-//! The servo-side state: one compensation in a control loop, with its guard rails and transitions.
+//! The servo-side state: one compensation in a control loop, with its limits and transitions.
 //!
 //! It uses the commanded positions, a mask of referenced axes and the period of each call, and produces the correction
 //! to add to the command. Three layers, from the inside out:
 //!
 //! 1. *Computed.* The evaluation, each axis limited to its value bound. While other weights or another compensation are
 //!    being faded in: a + (b − a)·f of both. While inputs are unusable, the last usable inputs apply.
-//! 2. *Common factor.* All axes are multiplied by one s(t) between 0 and 1, so that corrections that belong together
+//! 2. *Fade factor.* All axes are multiplied by one s(t) between 0 and 1, so that corrections that belong together
 //!    stay together. It goes to 0 when disabled, in a dry run, without reference and in a lasting fault.
-//! 3. *Guard rails.* Travel, then rate bound, each axis by itself.
+//! 3. *Limits.* Travel, then rate bound, each axis by itself.
 //!
 //! Where the computed correction steps (a reversal with directional tables, the start and end of a hold) or moves
 //! faster than the rate bound, each axis catches up by itself, with the acceleration of the ramp and no faster than the
@@ -146,7 +146,7 @@ impl<H: Handle> Servo<H> {
         self.waiting == Waiting::Compensation || self.fading == Fading::Compensation
     }
 
-    /// The common factor s, 0…1.
+    /// The fade factor s, 0…1.
     #[must_use]
     pub fn factor(&self) -> f32 {
         self.factor.value()
@@ -213,7 +213,7 @@ impl<H: Handle> Servo<H> {
 
     /// Like [`update`](Self::update), but the correction stays in place until the next call, which saves a copy.
     ///
-    /// Each period takes the same steps: follow the commands, evaluate, apply the guard rails. Any other activity (a
+    /// Each period takes the same steps: follow the commands, evaluate, apply the limits. Any other activity (a
     /// hold, a ramp, a fade) is handled only if something other than positions changed in this period or was not at
     /// rest in the last one.
     #[inline(never)]

@@ -19,9 +19,9 @@ impl Conditions {
     pub const UNREFERENCED: Self = Self(1 << 2);
     /// The computed correction is from an earlier period.
     pub const HELD: Self = Self(1 << 3);
-    /// After a fault or the loss of a reference: held until the common factor has reached 0.
+    /// After a fault or the loss of a reference: held until the fade factor has reached 0.
     pub const FROZEN: Self = Self(1 << 4);
-    /// The common factor is moving to 0 or 1.
+    /// The fade factor is moving to 0 or 1.
     pub const RAMPING: Self = Self(1 << 5);
     /// Another compensation or other weights are being faded in, or are waiting for that.
     pub const FADING: Self = Self(1 << 6);
@@ -33,7 +33,7 @@ impl Conditions {
     /// special case of [`BAD_INPUT`](Self::BAD_INPUT), which is set as well.
     pub const BAD_AUXILIARY: Self = Self(1 << 9);
 
-    /// The compensation is empty: loading failed, or was forgotten. The common factor stays 0.
+    /// The compensation is empty: loading failed, or was forgotten. The fade factor stays 0.
     pub const NOTHING_LOADED: Self = Self(1 << 10);
     /// A temperature that matters is beyond its tables, so its effect stays what it is at the border.
     pub const BEYOND_RANGE: Self = Self(1 << 11);
@@ -107,7 +107,7 @@ impl BitOrAssign for Conditions {
     }
 }
 
-/// Conditions, and the axes on which a guard rail acts (bit 0 is the first axis).
+/// Conditions, and the axes on which a limit acts (bit 0 is the first axis).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
@@ -135,9 +135,9 @@ impl Status {
 pub struct Correction<A> {
     /// Correction to add to the commands, mm or degrees.
     pub dq: A,
-    /// Computed correction within the value bounds, before the common factor, travel and rate bounds.
+    /// Computed correction within the value bounds, before the fade factor, travel and rate bounds.
     pub computed: A,
-    /// Conditions and active guard rails.
+    /// Conditions and active limits.
     pub status: Status,
 }
 

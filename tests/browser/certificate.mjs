@@ -1,4 +1,4 @@
-// Certificates: they are read without scripts, and print on four pages at most.
+// Calibration reports: they are read without scripts, and print on four pages at most.
 
 import { join } from "node:path";
 import * as checks from "./checks.mjs";

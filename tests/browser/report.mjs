@@ -1,6 +1,6 @@
 // The reports of all examples in a real browser. Started by `cargo xtask report`:
 //   node report.mjs FOLDER BROWSER TRUEAXIS
-// FOLDER has reports.json and certificates.json, and gets pictures and printed pages; BROWSER has playwright-core.
+// FOLDER has reports.json and calibration reports.json, and gets pictures and printed pages; BROWSER has playwright-core.
 
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";

@@ -438,9 +438,9 @@ async function others(browser, kind) {
     "machine.toml": machine,
     "errors-10.toml": errors,
     "artefact.toml": example("kolibri/artefact.toml"),
-    "strategy.csv": example("kolibri/strategy.csv"),
+    "plan.csv": example("kolibri/plan.csv"),
   });
-  const simulate = "simulate probings machine.toml errors-10.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o p.csv";
+  const simulate = "simulate probings machine.toml errors-10.toml --artefact artefact.toml --plan plan.csv --noise 1 -o p.csv";
   execFileSync(trueaxis, simulate.split(" "), { cwd: where });
   // One row that a probe did not touch well.
   const rows = readFileSync(join(where, "p.csv"), "utf8").split("\n");
@@ -453,7 +453,7 @@ async function others(browser, kind) {
   await same(tab, fault, "identify", "errors.toml", said.file("errors.toml"));
   const shown = await text(tab, "#said");
   if (!shown.includes(said.stdout.trim())) fault(`identify says\n${shown}\nnot\n${said.stdout}`);
-  if (!shown.includes("line 21")) fault("identify does not name the suspect");
+  if (!shown.includes("line 21")) fault("identify does not name the outlier");
   await press(tab, "#compile");
   const args = ["compile", "machine.toml", "errors.toml", "-o", "machine.trax"];
   const made = native(where, args);

@@ -75,7 +75,7 @@ impl Parts {
     fn of(folder: &str, errors: &str, model: &str) -> Self {
         let mut case = Case::new(folder, errors);
         // The approach directions of the axes are not published: they alternate, so that backlash is visible.
-        for (k, row) in case.strategy.rows.iter_mut().enumerate() {
+        for (k, row) in case.plan.rows.iter_mut().enumerate() {
             for direction in &mut row.direction {
                 *direction = if k % 2 == 0 { 1.0 } else { -1.0 };
             }

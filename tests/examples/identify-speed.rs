@@ -136,17 +136,17 @@ impl<'a> Task<'a> {
     /// Lengths and points at random positions.
     fn observed(&self, rows: usize) -> Observations {
         let mut random = Fixed::new(7);
-        let mut strategy = Strategy::new(self.machine, "");
+        let mut plan = Strategy::new(self.machine, "");
         for row in 0..rows {
-            let position = strategy.anywhere(0.9, &mut random);
+            let position = plan.anywhere(0.9, &mut random);
             let (kind, setup) = [
                 ("length", "bar"),
                 ("length", "station"),
                 ("point", "tracker"),
             ][row % 3];
-            strategy.add(kind, setup, &position, "", 1.0);
+            plan.add(kind, setup, &position, "", 1.0);
         }
-        observed(self.machine, &self.errors, &strategy, SETUPS, 1.0, 1)
+        observed(self.machine, &self.errors, &plan, SETUPS, 1.0, 1)
     }
 
     fn identified(&self) -> Identified {

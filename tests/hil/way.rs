@@ -23,7 +23,7 @@ use trueaxis_tables::uncertainty;
 use trueaxis_tables::validate::Command;
 use trueaxis_tests::{Fixed, errors, machine, read};
 
-/// A machine, its true errors, the plan, and the strategy that validates the compensation.
+/// A machine, its true errors, the plan, and the plan that validates the compensation.
 struct Way {
     folder: &'static str,
     errors: &'static str,
@@ -34,8 +34,8 @@ struct Way {
     validation: &'static str,
 }
 
-/// The Kolibri with the strategy that validated its compensation (one ball, 60 pairs of A and C), and the HU40 with its
-/// strategy of four balls, a bar and an indexed spindle.
+/// The Kolibri with the plan that validated its compensation (one ball, 60 pairs of A and C), and the HU40 with its
+/// plan of four balls, a bar and an indexed spindle.
 const WAYS: [Way; 2] = [
     Way {
         folder: "kolibri",
@@ -63,7 +63,7 @@ const WAYS: [Way; 2] = [
             "--cone",
             "90",
         ],
-        validation: "strategy.csv",
+        validation: "plan.csv",
     },
 ];
 
@@ -151,20 +151,20 @@ impl<'s> Walk<'s> {
     }
 
     fn go(&mut self) -> Result<String, Failure> {
-        let (artefact, strategy) = (self.example("artefact.toml"), self.file("strategy.csv")?);
-        let plan = [
+        let (artefact, plan) = (self.example("artefact.toml"), self.file("plan.csv")?);
+        let words = [
             "--artefact",
             &artefact,
             "--model",
             self.way.model,
             "-o",
-            &strategy,
+            &plan,
         ];
-        self.trueaxis(&["plan"], &[&plan, self.way.plan].concat())?;
+        self.trueaxis(&["plan"], &[&words, self.way.plan].concat())?;
         let mut remaining = Remaining::default();
         let mut told = String::new();
         for seed in 1..=CALIBRATIONS {
-            let known = self.calibrated(seed, &strategy)?;
+            let known = self.calibrated(seed, &plan)?;
             if seed == 1 {
                 told = self.validated(&known)?;
             }
@@ -187,11 +187,11 @@ impl<'s> Walk<'s> {
     }
 
     /// Simulates a calibration, identifies, compiles, flashes; returns the errors found.
-    fn calibrated(&self, seed: usize, strategy: &str) -> Result<ErrorModel, Failure> {
+    fn calibrated(&self, seed: usize, plan: &str) -> Result<ErrorModel, Failure> {
         let [probings, errors, blob] =
             ["probings.csv", "errors.toml", "machine.trax"].map(|name| self.file(name));
         let (probings, errors, blob) = (probings?, errors?, blob?);
-        self.probed(strategy, seed, &probings, &[])?;
+        self.probed(plan, seed, &probings, &[])?;
         self.identified(&probings, &["-o", &errors])?;
         self.trueaxis(&["compile"], &[&errors, "-o", &blob, "--random", "1000"])?;
         self.board.flash(Path::new(&blob), &["--activate"])?;
@@ -204,15 +204,15 @@ impl<'s> Walk<'s> {
     }
 
     /// `simulate probings`.
-    fn probed(&self, strategy: &str, seed: usize, to: &str, more: &[&str]) -> Result<(), Failure> {
+    fn probed(&self, plan: &str, seed: usize, to: &str, more: &[&str]) -> Result<(), Failure> {
         let (truth, artefact) = (self.example(self.way.errors), self.example("artefact.toml"));
         let seed = seed.to_string();
         let words = [
             &truth,
             "--artefact",
             &artefact,
-            "--strategy",
-            strategy,
+            "--plan",
+            plan,
             "--noise",
             NOISE,
         ];
@@ -240,9 +240,9 @@ impl<'s> Walk<'s> {
         Ok(found.into_iter().map(of).collect())
     }
 
-    /// Probes with another strategy, without and with the board's corrections: the eliminated part of each parameter.
+    /// Probes with another plan, without and with the board's corrections: the eliminated part of each parameter.
     fn validated(&self, known: &ErrorModel) -> Result<String, Failure> {
-        let strategy = self.example(self.way.validation);
+        let plan = self.example(self.way.validation);
         let [before, old, after, twin, blob] = [
             "before.csv",
             "before.toml",
@@ -252,13 +252,13 @@ impl<'s> Walk<'s> {
         ]
         .map(|name| self.file(name));
         let (before, old, after, twin, blob) = (before?, old?, after?, twin?, blob?);
-        self.probed(&strategy, 1001, &before, &[])?;
+        self.probed(&plan, 1001, &before, &[])?;
         self.identified(&before, &["-o", &old])?;
         let (mut client, _) = self.board.connect()?;
         let measured = compensated(
             &Kinematics::new(&self.machine, &self.truth),
             &self.artefact,
-            &probings::read(&fs::read_to_string(&strategy)?, &self.machine, false)
+            &probings::read(&fs::read_to_string(&plan)?, &self.machine, false)
                 .map_err(|e| format!("{e:?}"))?,
             &Disturbances {
                 noise: 1e-3 * NOISE.parse::<f64>()?,
@@ -275,7 +275,7 @@ impl<'s> Walk<'s> {
         drop(client);
         fs::write(&after, probings::write(&measured, &self.machine))?;
         // The command reports the same for the same tables.
-        self.probed(&strategy, 1002, &twin, &["--active", &blob])?;
+        self.probed(&plan, 1002, &twin, &["--active", &blob])?;
         if fs::read(&after)? != fs::read(&twin)? {
             return Err(format!("{after} is not {twin}").into());
         }

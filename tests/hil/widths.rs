@@ -52,7 +52,7 @@ pub fn case(setup: &Setup<'_>) -> Result<Case, Failure> {
                 period: 0.0,
                 value_bound: 5.0,
                 rate_bound: 50.0,
-                hysteresis: 0.001,
+                reversal_threshold: 0.001,
                 ramp_rate: 20.0,
                 reversal_rate: 50.0,
                 reversal_acceleration: 400.0,

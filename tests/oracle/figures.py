@@ -142,7 +142,7 @@ def chapters_5_and_6(found):
 
     known = parameters(KOLIBRI / "errors-12.toml")
     balls = [(70, 20, 37.5), (-20, 75, 37.5), (-75, -15, 47.5), (15, -70, 47.5)]
-    ca, cc = np.array(rows(KOLIBRI / "strategy.csv", "A", "C")).T
+    ca, cc = np.array(rows(KOLIBRI / "plan.csv", "A", "C")).T
     count = len(ca) // len(balls)
     probed = [machine.onto(b, A=ca[:count], C=cc[:count]) for b in balls]
     zone = {n: (min(p[n].min() for p in probed), max(p[n].max() for p in probed)) for n in machine.names}

@@ -14,8 +14,9 @@ fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64)
     };
     options.tables.target = target.clone();
     let found = best(machine, errors, &options, Some(tolerance), &());
-    let Best { proof, .. } = found.unwrap_or_else(|error| panic!("{}: {error}", machine.name));
-    (proof.finest(), proof.meets(tolerance))
+    let Best { verification, .. } =
+        found.unwrap_or_else(|error| panic!("{}: {error}", machine.name));
+    (verification.finest(), verification.meets(tolerance))
 }
 
 /// Takes finer tolerances first. If a finer and a coarser one are both missed, the finer one leaves at most the error

@@ -13,7 +13,7 @@ fn axis(name: u8, travel: f32) -> Axis {
         period: 0.0,
         value_bound: 0.75,
         rate_bound: 20.0,
-        hysteresis: 0.0078125,
+        reversal_threshold: 0.0078125,
         ramp_rate: 2.5,
         reversal_rate: 20.0,
         reversal_acceleration: 50.0,

@@ -93,7 +93,7 @@ impl<'a> Strategy<'a> {
 /// `parts` says which.
 #[must_use]
 pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> Strategy<'a> {
-    let mut strategy = Strategy::new(machine, "");
+    let mut plan = Strategy::new(machine, "");
     let has = |name: &str| parts.contains(&name);
     let tracker = if has("point") { 40 } else { 0 };
     let bar = if has("length") { 60 } else { 0 };
@@ -102,18 +102,18 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
         ("point", "tracker", tracker, 2.0),
     ] {
         for _ in 0..count {
-            let position = strategy.anywhere(0.9, random);
-            strategy.add(kind, setup, &position, "", sigma);
+            let position = plan.anywhere(0.9, random);
+            plan.add(kind, setup, &position, "", sigma);
         }
     }
     let index = |letter: char| machine.index(letter).expect("such an axis");
-    let home = strategy.anywhere(0.0, random);
+    let home = plan.anywhere(0.0, random);
     let mut line = |kind: &str, setup: &str, moved: char, reads: &str, sigma: f64| {
         let [low, high] = machine.axes[index(moved)].travel;
         for k in 0..21 {
             let mut position = home.clone();
             position[index(moved)] = low + (high - low) * f64::from(k) / 20.0;
-            strategy.add(kind, setup, &position, reads, sigma);
+            plan.add(kind, setup, &position, reads, sigma);
         }
     };
     if has("displacement") {
@@ -129,8 +129,8 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
     if has("surface") {
         let normals = ["1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0.6 0 0.8"];
         for k in 0..60 {
-            let position = strategy.anywhere(0.9, random);
-            strategy.add(
+            let position = plan.anywhere(0.9, random);
+            plan.add(
                 "surface",
                 "part",
                 &position,
@@ -139,7 +139,7 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
             );
         }
     }
-    strategy
+    plan
 }
 
 /// The readings on a machine with errors, and noise as stated, of instruments that are where the lines with `#` of
@@ -148,19 +148,19 @@ pub fn mixed<'a>(machine: &'a Machine, parts: &[&str], random: &mut Fixed) -> St
 pub fn observed(
     machine: &Machine,
     errors: &ErrorModel,
-    strategy: &Strategy<'_>,
+    plan: &Strategy<'_>,
     setups: &str,
     noise: f64,
     seed: u64,
 ) -> Observations {
     let own = setups.split("# [setup.").skip(1).filter(|entry| {
         let name = entry.split(']').next().unwrap_or_default();
-        let mut rows = strategy.rows.iter();
+        let mut rows = plan.rows.iter();
         rows.any(|row| row.split(',').nth(1) == Some(name))
     });
     let true_ones = Strategy {
         heading: own.map(|entry| format!("# [setup.{entry}")).collect(),
-        ..strategy.clone()
+        ..plan.clone()
     };
     let disturbances = OfObservations {
         noise,
@@ -170,7 +170,7 @@ pub fn observed(
     let kinematics = Kinematics::new(machine, errors);
     let mut all = simulate::observations(&kinematics, &true_ones.read(), &disturbances);
     // Nothing is known about the set-ups.
-    let read = strategy.read();
+    let read = plan.read();
     (all.setups, all.tools) = (read.setups, read.tools);
     all
 }

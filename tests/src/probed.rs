@@ -1,4 +1,4 @@
-//! Machines with known errors, and their probing strategies.
+//! Machines with known errors, and their probing plans.
 
 use crate::{Fixed, read};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Table, covari
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// A machine, its errors, and its probing strategy.
+/// A machine, its errors, and its probing plan.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The machine.
@@ -25,7 +25,7 @@ pub struct Case {
     /// Positions of the balls.
     pub artefact: Artefact,
     /// The balls and the rotary positions at which they are probed.
-    pub strategy: Probings,
+    pub plan: Probings,
 }
 
 /// Machines for which model 12 has all that it needs.
@@ -38,7 +38,7 @@ const OF_MODEL_12: [&str; 5] = [
 ];
 /// Points of a wave.
 const POINTS: usize = 97;
-/// Number of balls in a random strategy.
+/// Number of balls in a random plan.
 const BALLS: usize = 4;
 /// Number of rotary positions tried for each requested row.
 const TRIES: usize = 10;
@@ -47,7 +47,7 @@ const ANGLE: f64 = 1e-4;
 const LENGTH: f64 = 0.02;
 
 impl Case {
-    /// One of the examples that have a strategy.
+    /// One of the examples that have a plan.
     ///
     /// # Panics
     /// If there is no such example.
@@ -59,7 +59,7 @@ impl Case {
         Self {
             artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis)
                 .expect("an artefact"),
-            strategy: probings::read(&file("strategy.csv"), &machine, false).expect("a strategy"),
+            plan: probings::read(&file("plan.csv"), &machine, false).expect("a plan"),
             machine,
             errors,
         }
@@ -72,10 +72,10 @@ impl Case {
             (0..self.machine.axes.len()).filter(|i| self.machine.axes[*i].letter.is_rotary());
         for i in rotary {
             let mut came = 0.0;
-            for k in 1..self.strategy.rows.len() {
-                let way = self.strategy.rows[k].position[i] - self.strategy.rows[k - 1].position[i];
+            for k in 1..self.plan.rows.len() {
+                let way = self.plan.rows[k].position[i] - self.plan.rows[k - 1].position[i];
                 came = if way == 0.0 { came } else { way.signum() };
-                self.strategy.rows[k].direction[i] = came;
+                self.plan.rows[k].direction[i] = came;
             }
         }
         self
@@ -110,13 +110,13 @@ impl Case {
         let mut case = Self {
             machine: machine.clone(),
             artefact: Artefact::default(),
-            strategy: Probings {
+            plan: Probings {
                 balls: (1..=balls).map(|b| b.to_string()).collect(),
                 rows: Vec::new(),
             },
             errors,
         };
-        for name in &case.strategy.balls {
+        for name in &case.plan.balls {
             // The tip at a random place in the middle half of the travel.
             let q: Vec<f64> = (machine.axes.iter())
                 .map(|axis| {
@@ -136,15 +136,15 @@ impl Case {
         for k in 0..rows * TRIES {
             let row = case.row(k, random);
             let one = Probings {
-                balls: case.strategy.balls.clone(),
+                balls: case.plan.balls.clone(),
                 rows: vec![row.clone()],
             };
             let kinematics = Kinematics::new(machine, &case.errors);
             let disturbances = Disturbances::default();
             if simulate::probings(&kinematics, &case.artefact, &one, &disturbances).is_ok() {
-                case.strategy.rows.push(row);
+                case.plan.rows.push(row);
             }
-            if case.strategy.rows.len() == rows {
+            if case.plan.rows.len() == rows {
                 return Some(case);
             }
         }
@@ -242,7 +242,7 @@ impl Case {
 
     fn row(&self, number: usize, random: &mut Fixed) -> Probing {
         let mut row = Probing {
-            ball: number % self.strategy.balls.len(),
+            ball: number % self.plan.balls.len(),
             line: number + 2,
             ..Probing::default()
         };
@@ -264,7 +264,7 @@ impl Case {
     #[must_use]
     pub fn measured(&self, disturbances: &Disturbances) -> Probings {
         let kinematics = Kinematics::new(&self.machine, &self.errors);
-        simulate::probings(&kinematics, &self.artefact, &self.strategy, disturbances)
+        simulate::probings(&kinematics, &self.artefact, &self.plan, disturbances)
             .expect("balls in reach")
     }
 
@@ -285,7 +285,7 @@ impl Case {
     pub fn reached(&self) -> Option<Probings> {
         let kinematics = Kinematics::new(&self.machine, &self.errors);
         let disturbances = Disturbances::default();
-        simulate::probings(&kinematics, &self.artefact, &self.strategy, &disturbances).ok()
+        simulate::probings(&kinematics, &self.artefact, &self.plan, &disturbances).ok()
     }
 
     /// The probings with 1 µm of noise.

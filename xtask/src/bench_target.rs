@@ -95,7 +95,7 @@ const CALLS: [(&str, &str, u64); 29] = [
     ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
     (
         "rival_exact_correction",
-        "instead: exact correction, f64, libm",
+        "instead: reference correction, f64, libm",
         0,
     ),
 ];

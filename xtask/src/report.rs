@@ -244,7 +244,7 @@ pub fn provide_browser(folder: &Path) -> Result<PathBuf, String> {
     Ok(place)
 }
 
-/// Makes certificates: of a usual calibration, of one with as much as there is room for, and without any statement.
+/// Makes calibration reports: of a usual calibration, of one with as much as there is room for, and without any statement.
 /// Returns the data for the browser's test, as JSON.
 fn certificates(trueaxis: &Path, folder: &Path) -> Result<Vec<String>, String> {
     let machines = root().join("tests/browser/machines");
@@ -271,7 +271,7 @@ fn certificates(trueaxis: &Path, folder: &Path) -> Result<Vec<String>, String> {
         simulate.args(["simulate", "probings"]);
         simulate.args([&machine, &of(&format!("errors-{model}.toml"))]);
         simulate.args([Path::new("--artefact"), &artefact]);
-        simulate.args([Path::new("--strategy"), &of("strategy.csv")]);
+        simulate.args([Path::new("--plan"), &of("plan.csv")]);
         simulate.args(["--noise", "1", "--outliers", "6", "-o"]);
         output(simulate.arg(&probings))?;
         let mut identify = Command::new(trueaxis);
@@ -295,10 +295,10 @@ fn certificates(trueaxis: &Path, folder: &Path) -> Result<Vec<String>, String> {
     Ok(made)
 }
 
-/// The command that writes a certificate.
+/// The command that writes a calibration report.
 fn certificate(trueaxis: &Path, files: &[&Path; 2], page: &Path) -> Command {
     let mut report = Command::new(trueaxis);
-    report.arg("report").args(files).arg("--certificate");
+    report.arg("report").args(files).arg("--calibration-report");
     report.arg("-o").arg(page);
     report
 }

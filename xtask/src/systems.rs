@@ -325,7 +325,7 @@ fn jobs(folder: &Path) -> Result<Vec<Vec<String>>, String> {
             "{folder}/errors-1{}.toml",
             if example == "hu40" { 3 } else { 2 }
         );
-        jobs.push(words(&format!("simulate probings {folder}/machine.toml {errors} --artefact {folder}/artefact.toml --strategy {folder}/strategy.csv --noise 1 -o {folder}/probings.csv")));
+        jobs.push(words(&format!("simulate probings {folder}/machine.toml {errors} --artefact {folder}/artefact.toml --plan {folder}/plan.csv --noise 1 -o {folder}/probings.csv")));
         jobs.push(words(&format!("identify {folder}/machine.toml {folder}/probings.csv --artefact {folder}/artefact.toml -o {folder}/found.toml")));
     }
     Ok(jobs)

@@ -47,7 +47,7 @@ pub enum Code {
     WeightFixed = 18,
     /// The weight is NAN or outside the limits of the term.
     WeightLimits = 19,
-    /// The common factor is ramping or a fade is in progress: there is no single correction to remove.
+    /// The fade factor is ramping or a fade is in progress: there is no single correction to remove.
     Moving = 20,
     /// A bug in this library: please report it. The object must not be used any more.
     Broken = 21,

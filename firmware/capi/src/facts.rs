@@ -54,9 +54,9 @@ pub const TRUEAXIS_BAD_PERIOD: u16 = 1 << 1;
 pub const TRUEAXIS_UNREFERENCED: u16 = 1 << 2;
 /// Condition: the computed correction is from an earlier period.
 pub const TRUEAXIS_HELD: u16 = 1 << 3;
-/// Condition: after a fault or the loss of a reference, until the common factor has reached 0.
+/// Condition: after a fault or the loss of a reference, until the fade factor has reached 0.
 pub const TRUEAXIS_FROZEN: u16 = 1 << 4;
-/// Condition: the common factor is moving to 0 or 1.
+/// Condition: the fade factor is moving to 0 or 1.
 pub const TRUEAXIS_RAMPING: u16 = 1 << 5;
 /// Condition: other tables, weights or auxiliaries are being faded in, or are waiting for that.
 pub const TRUEAXIS_FADING: u16 = 1 << 6;
@@ -203,7 +203,7 @@ pub struct AxisFacts {
     /// Rate of change of its correction in transitions, per s.
     pub ramp_rate: f32,
     /// How far it must come back to count as reversed.
-    pub hysteresis: f32,
+    pub reversal_threshold: f32,
     /// Largest rate of change of its correction while it makes up a reversal, per s.
     pub reversal_rate: f32,
     /// Largest acceleration of its correction meanwhile, per s².
@@ -227,7 +227,7 @@ impl From<&Axis> for AxisFacts {
             value_bound: axis.value_bound,
             rate_bound: axis.rate_bound,
             ramp_rate: axis.ramp_rate,
-            hysteresis: axis.hysteresis,
+            reversal_threshold: axis.reversal_threshold,
             reversal_rate: axis.reversal_rate,
             reversal_acceleration: axis.reversal_acceleration,
         }
@@ -301,7 +301,7 @@ pub struct StatusFacts {
     pub rate_limited: u16,
     /// Axes whose correction would leave the travel.
     pub travel_limited: u16,
-    /// The common factor, 0…1.
+    /// The fade factor, 0…1.
     pub factor: f32,
 }
 

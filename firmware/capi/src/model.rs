@@ -123,10 +123,10 @@ impl Model {
         };
         for (index, (axis, command)) in machine.axes.iter().zip(commands).enumerate() {
             let period = if axis.modulo { 360.0 } else { 0.0 };
-            let (command, hysteresis) = (*command as f32, axis.hysteresis as f32);
+            let (command, reversal_threshold) = (*command as f32, axis.reversal_threshold as f32);
             // On a bad input the runtime does not change the directions either.
             if command.is_finite() {
-                self.reversals[index].update(command, hysteresis, period);
+                self.reversals[index].update(command, reversal_threshold, period);
             }
             situation.sign[index] = match self.reversals[index].travel() {
                 Travel::Positive => 1.0,

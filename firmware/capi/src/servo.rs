@@ -193,7 +193,7 @@ impl Servo {
         StatusFacts::new(self.servo.correction().status, self.servo.factor())
     }
 
-    /// Computed corrections within the value bounds, before common factor, travel and rate bounds.
+    /// Computed corrections within the value bounds, before fade factor, travel and rate bounds.
     pub(crate) fn computed(&self) -> [f32; TRUEAXIS_AXES] {
         self.servo.correction().computed
     }

@@ -32,7 +32,7 @@ notes """
 Each line of the file of \fBballs=\fR is a ball on the workpiece side: x, y and z of its centre in the workpiece frame of
 the machine file, and its diameter, mm, separated by spaces. The centre of the stylus tip is the tip of the tool.
 
-Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the hysteresis of the machine file, as the
+Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the reversal threshold of the machine file, as the
 compensation does it. Temperatures act with the lags of the error file; a pin that is not connected leaves its temperature
 at the reference.
 """;

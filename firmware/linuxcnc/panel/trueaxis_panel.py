@@ -270,7 +270,7 @@ class Panel:
             joint += 1
         row = len(self.bars) + 1
         self.factor, self.factor_text = Bar(False), label(style="number", right=True)
-        grid.attach(label("common factor", "dim"), 1, row, 1, 1)
+        grid.attach(label("fade factor", "dim"), 1, row, 1, 1)
         grid.attach(self.factor, 1, row + 1, 1, 1)
         grid.attach(self.factor_text, 2, row + 1, 1, 1)
         self.box.add(grid)
@@ -379,13 +379,13 @@ class Panel:
         else:
             folder, when, found = last
             unseen = found.get("unseen", [])
-            text = "%s: tip %.1f → %.1f µm rms, %s%.1f predicted, band ± %.1f µm%s%s" % (
+            text = "%s: tip %.1f → %.1f µm rms, %s%.1f predicted, coverage interval ± %.1f µm%s%s" % (
                 time.strftime("%Y-%m-%d %H:%M", when),
                 found["before"]["rms_um"],
                 found["after"]["rms_um"],
                 "" if unseen else "at most ",
                 found["expected_um"],
-                found["band_um"],
+                found["coverage_um"],
                 "; not measured: %s" % ", ".join(unseen) if unseen else "",
                 "" if found["is_kept"] else "; not kept",
             )

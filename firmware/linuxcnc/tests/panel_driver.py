@@ -88,7 +88,7 @@ def compare():
         expected = ("± %.4f °" % bounds[letter]) if is_rotary else ("± %.1f µm" % (bounds[letter] * 1e3))
         require(bound == expected, "bound of %s: %s, the file has %s" % (letter, bound, expected))
         largest = max(largest, abs(value))
-    require(now["factor"] == [pin("factor"), "%.3f" % pin("factor")], "the common factor")
+    require(now["factor"] == [pin("factor"), "%.3f" % pin("factor")], "the fade factor")
     return largest
 
 
@@ -161,7 +161,7 @@ def main():
     answer("OK", "Calibrate the machine?")
     asks = lambda question: lambda now: now["output"] and now["output"].endswith(question + " [y/N] ")
     now = wait(asks("may the machine move?"), "a question", 60)
-    require("strategy.csv" in now["output"], "the output of the command")
+    require("plan.csv" in now["output"], "the output of the command")
     press("Yes")
     # The tool centre point is in force; nothing has moved yet.
     wait(asks("be switched to identity (M68 E3 Q1) until the end?"), "the next question", 60)

@@ -115,7 +115,7 @@ where
             saturated: status.saturated,
             rate_limited: status.rate_limited,
             travel_limited: status.travel_limited,
-            rails: first_of(counters.rails.as_ref(), axes),
+            limits: first_of(counters.limits.as_ref(), axes),
             updates: counters.updates,
             missed: counters.missed,
             cost: counters.cost,

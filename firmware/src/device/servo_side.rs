@@ -1,6 +1,6 @@
 //! The servo interrupt's side: one [`tick`](ServoSide::tick) per servo period.
 
-use trueaxis::link::{CostUnit, MOST_ROWS, Rails};
+use trueaxis::link::{CostUnit, LimitCounts, MOST_ROWS};
 use trueaxis::{
     AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Room, Row,
     Status, WeightError, Weights,
@@ -26,8 +26,8 @@ pub struct Counters<C: Room> {
     pub regularity: Regularity,
     /// Periods for which the previous one left no time.
     pub overruns: u32,
-    /// Number of periods in which each guard rail of each axis acted.
-    pub rails: C::Axes<Rails>,
+    /// Number of periods in which each limit of each axis acted.
+    pub limits: C::Axes<LimitCounts>,
     /// Cost of the last update.
     pub cost: u32,
     /// Cost of the most expensive update.
@@ -57,7 +57,7 @@ pub struct Snapshot<C: Room> {
     pub suspended: bool,
     /// Mask of referenced axes.
     pub referenced: u16,
-    /// Common factor, 0…1.
+    /// Fade factor, 0…1.
     pub factor: f32,
     /// Counts since start.
     pub counters: Counters<C>,
@@ -178,7 +178,7 @@ impl<C: Room> ServoSide<C> {
                 missed: 0,
                 regularity: Regularity::NONE,
                 overruns: 0,
-                rails: C::Axes::<Rails>::all(Rails::default()),
+                limits: C::Axes::<LimitCounts>::all(LimitCounts::default()),
                 cost: 0,
                 worst_cost: 0,
                 cost_unit: CostUnit::None,
@@ -323,11 +323,11 @@ impl<C: Room> ServoSide<C> {
         }
         let status = &correction.status;
         if status.saturated | status.rate_limited | status.travel_limited != 0 {
-            for (k, rails) in counters.rails.as_mut().iter_mut().enumerate() {
+            for (k, limits) in counters.limits.as_mut().iter_mut().enumerate() {
                 let acts = |mask: u16| u32::from((mask >> k) & 1);
-                rails.value = rails.value.saturating_add(acts(status.saturated));
-                rails.rate = rails.rate.saturating_add(acts(status.rate_limited));
-                rails.travel = rails.travel.saturating_add(acts(status.travel_limited));
+                limits.value = limits.value.saturating_add(acts(status.saturated));
+                limits.rate = limits.rate.saturating_add(acts(status.rate_limited));
+                limits.travel = limits.travel.saturating_add(acts(status.travel_limited));
             }
         }
     }
@@ -411,7 +411,7 @@ impl<C: Room> ServoSide<C> {
         self.place_tool_length();
         self.referenced = 0;
         self.last = zero(Conditions::DISABLED);
-        self.counters.rails = C::Axes::<Rails>::all(Rails::default());
+        self.counters.limits = C::Axes::<LimitCounts>::all(LimitCounts::default());
         Ok(())
     }
 
@@ -426,7 +426,7 @@ impl<C: Room> ServoSide<C> {
         self.suspended = on;
     }
 
-    /// All corrections are zero, and the common factor rests at zero, so changes of the compensation have no effect on
+    /// All corrections are zero, and the fade factor rests at zero, so changes of the compensation have no effect on
     /// the output.
     #[must_use]
     pub fn is_at_zero(&self) -> bool {

@@ -38,7 +38,7 @@ pub(crate) fn draft(machine: &str, axes: &[u8], scale: f32) -> Draft {
         period: 0.0,
         value_bound: 0.5,
         rate_bound: 10.0,
-        hysteresis: 0.01,
+        reversal_threshold: 0.01,
         ramp_rate: 2.0,
         reversal_rate: 10.0,
         reversal_acceleration: 40.0,

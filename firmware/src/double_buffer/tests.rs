@@ -27,7 +27,7 @@ fn blob(machine: &str, scale: f32) -> &'static [u8] {
             period: 0.0,
             value_bound: 100.0,
             rate_bound: 1e4,
-            hysteresis: 0.01,
+            reversal_threshold: 0.01,
             ramp_rate: 1e3,
             reversal_rate: 1e4,
             reversal_acceleration: 20000.0,

@@ -27,7 +27,7 @@ fn blob() -> &'static [u8] {
         period: 0.0,
         value_bound: 0.2,
         rate_bound: 2.0,
-        hysteresis: 0.01,
+        reversal_threshold: 0.01,
         ramp_rate: 1.0,
         reversal_rate: 2.0,
         reversal_acceleration: 20.0,

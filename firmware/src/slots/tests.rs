@@ -29,7 +29,7 @@ fn draft(machine: &str) -> Draft {
         period: 0.0,
         value_bound: 1.0,
         rate_bound: 10.0,
-        hysteresis: 0.01,
+        reversal_threshold: 0.01,
         ramp_rate: 0.5,
         reversal_rate: 10.0,
         reversal_acceleration: 10.0,

@@ -119,7 +119,7 @@ fn print(axis: char, motions: &AxisErrors, angles: Angles) -> String {
 ///
 /// # Errors
 /// [`FileError`]
-fn read(text: &str, angles: Angles) -> Result<Motions, FileError> {
+fn read(text: &str, angles: Angles) -> Result<AxisErrors, FileError> {
     let remedy = "give the table as it was written";
     let short = || FileError::whole("the table ends too early", remedy);
     let all = lines(text);

@@ -268,7 +268,7 @@ mod tests {
             period,
             value_bound: 10.0,
             rate_bound: 10.0,
-            hysteresis: 0.001,
+            reversal_threshold: 0.001,
             ramp_rate: 1.0,
             reversal_rate: 10.0,
             reversal_acceleration: 20.0,

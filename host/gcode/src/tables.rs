@@ -30,7 +30,7 @@ pub struct Tables<'a> {
     /// How far corrections can bend along a move.
     pub bend: Bend,
     /// What an axis must come back by before it counts as turned round (mm, degrees).
-    pub hysteresis: PerLetter,
+    pub reversal_threshold: PerLetter,
     farthest: PerLetter,
     /// The limits of each axis with what rounding may be beyond them.
     reach: [[f64; 2]; COUNT],
@@ -52,7 +52,7 @@ impl<'a> Tables<'a> {
             travel: [None; COUNT],
             period: [0.0; COUNT],
             bend: Bend::default(),
-            hysteresis: [0.0; COUNT],
+            reversal_threshold: [0.0; COUNT],
             farthest: [f64::INFINITY; COUNT],
             reach: [[f64::NEG_INFINITY, f64::INFINITY]; COUNT],
         };
@@ -67,7 +67,7 @@ impl<'a> Tables<'a> {
             tables.axes |= 1 << letter;
             tables.period[letter] = f64::from(axis.period);
             tables.travel[letter] = (axis.period == 0.0).then_some(axis.travel.map(f64::from));
-            tables.hysteresis[letter] = f64::from(axis.hysteresis);
+            tables.reversal_threshold[letter] = f64::from(axis.reversal_threshold);
             if let Some(most) = compensation.farthest(number) {
                 tables.farthest[letter] = f64::from(most);
             }
@@ -118,7 +118,7 @@ impl<'a> Tables<'a> {
         }
     }
 
-    /// Corrections (mm, degrees) at positions, before any guard rail; sensors at their references.
+    /// Corrections (mm, degrees) at positions, before any limit; sensors at their references.
     #[must_use]
     pub fn at(&self, q: &PerLetter, travel: &[Travel; COUNT], length: f64) -> PerLetter {
         let mut inputs = Inputs::at([0.0_f32; MOST]);

@@ -56,15 +56,15 @@ impl TravelDirections {
 
     /// An axis has come to a position, less than half a turn from where it was.
     fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let hysteresis = tables.hysteresis[axis] as f32;
+        let reversal_threshold = tables.reversal_threshold[axis] as f32;
         let period = tables.period[axis] as f32;
-        self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
+        self.travel[axis] = self.reversals[axis].update(q as f32, reversal_threshold, period);
     }
 
     /// An axis has come to a position in a direction.
     fn arrives(&mut self, tables: &Tables<'_>, axis: usize, q: f64, way: Travel) {
         self.reversals[axis] = Reversal::new();
-        let far = 2.0 * tables.hysteresis[axis] + 0.01;
+        let far = 2.0 * tables.reversal_threshold[axis] + 0.01;
         if way != Travel::Unknown {
             self.axis_at(tables, axis, q - sign(way) * far);
         }

@@ -1,6 +1,6 @@
 //! Distances between solids, at rest and over whole moves.
 //!
-//! A move is proven clear by bisection: between two positions no point of a solid goes farther than its axes carry it, so
+//! A move is verified clear by bisection: between two positions no point of a solid goes farther than its axes carry it, so
 //! an interval is clear if the distance in its middle exceeds that. Nothing is sampled, so nothing is missed in between.
 
 mod distance;

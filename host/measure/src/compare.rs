@@ -30,7 +30,7 @@ pub struct SchemeFigures {
     pub size: Size,
     /// Estimated instructions of one evaluation on the reference target.
     pub instructions: f64,
-    /// The compensation and its proof.
+    /// The compensation and its verification.
     pub compiled: Compiled,
     /// Effect on each error parameter, or why that cannot be determined.
     pub compensability: Result<Compensated, NotCompared>,
@@ -66,7 +66,7 @@ pub fn compare(
     options: &compile::Options,
     progress: &dyn Progress,
 ) -> Vec<ComparedScheme> {
-    let strategy = Strategy::new(machine, errors, options.seed);
+    let plan = Strategy::new(machine, errors, options.seed);
     let one = |scheme: &Scheme| {
         let options = compile::Options {
             scheme: scheme.clone(),
@@ -75,8 +75,8 @@ pub fn compare(
         };
         let compiled = compile::compile(machine, errors, &options, progress)?;
         let runtime = Runtime::load(&compiled.built.blob)?;
-        let compensability = match &strategy {
-            Ok(strategy) => strategy.compensability(machine, errors, &runtime),
+        let compensability = match &plan {
+            Ok(plan) => plan.compensability(machine, errors, &runtime),
             Err(unknown) => Err(unknown.clone()),
         };
         let instructions = instructions(&runtime);

@@ -78,7 +78,7 @@ pub use score::{Lacking, lacking};
 pub use set_up_priors::{CHANCE, Contradicted, contradicted};
 pub use setup::{FoundDrift, FoundPart, FoundSetup};
 pub(crate) use snooping::deviations;
-pub use snooping::{Misread, Suspect, Suspicion, snoop};
+pub use snooping::{Misread, Outlier, OutlierKind, snoop};
 pub use solve::{IdentifyOptions, identify};
 pub use stated::{PLACES, Stated, misplaced, stated};
 pub use thermal::{LeftOut, MOST_SENSORS, TakenTemperature, ThermalError, Warmed, thermal};

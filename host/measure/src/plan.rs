@@ -1,5 +1,5 @@
-//! Plans which balls to probe at which rotary positions: what a strategy will identify, alone or with what instruments
-//! read, a better strategy, and its touches.
+//! Plans which balls to probe at which rotary positions: what a plan will identify, alone or with what instruments
+//! read, a better plan, and its touches.
 //!
 //! Equations and identifiability are those of [`identify`](crate::identify).
 

@@ -1,4 +1,4 @@
-//! Probes a strategy, move by move, on a machine that answers.
+//! Probes a plan, move by move, on a machine that answers.
 //!
 //! A program in a controller cannot be relied on: LinuxCNC reads lines ahead, and a probing move in a program may end it
 //! early without a message when the computer is busy. Here every touch is confirmed and logged before the next move.
@@ -70,7 +70,7 @@ pub struct Speeds {
 /// A touch that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchRecord<'a> {
-    /// Row of the strategy.
+    /// Row of the plan.
     pub row: &'a Probing,
     /// Number of the touch in its row, from 1.
     pub touch: usize,
@@ -78,16 +78,16 @@ pub struct TouchRecord<'a> {
     pub contact: Contact,
 }
 
-/// Why a strategy was not probed to its end.
+/// Why a plan was not probed to its end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProbeError<E> {
     /// The machine.
     #[error("{0}")]
     Machine(E),
     /// Nothing was touched.
-    #[error("no contact: touch {touch} of ball {ball} (line {line} of the strategy)")]
+    #[error("no contact: touch {touch} of ball {ball} (line {line} of the plan)")]
     NoContact {
-        /// Line of the strategy.
+        /// Line of the plan.
         line: usize,
         /// Name of the ball.
         ball: String,
@@ -99,12 +99,12 @@ pub enum ProbeError<E> {
     Log(String),
 }
 
-/// Probes all `steps` of a strategy and hands over each touch before the next move.
+/// Probes all `steps` of a plan and hands over each touch before the next move.
 ///
 /// # Errors
 /// [`ProbeError`], at the first problem.
 pub fn probe<P: Prober>(
-    strategy: &Probings,
+    plan: &Probings,
     steps: &[ProbingStep],
     speeds: Speeds,
     prober: &mut P,
@@ -119,10 +119,10 @@ pub fn probe<P: Prober>(
             ProbingStep::Rapid(to) => prober.rapid(to).map_err(machine)?,
             ProbingStep::Near(to) => prober.near(to, speeds.near).map_err(machine)?,
             ProbingStep::Touch { number, begin, end } => {
-                let row = &strategy.rows[current];
+                let row = &plan.rows[current];
                 let no_contact = || ProbeError::NoContact {
                     line: row.line,
-                    ball: strategy.balls[row.ball].clone(),
+                    ball: plan.balls[row.ball].clone(),
                     touch: number + 1,
                 };
                 let first = prober.touch(end, speeds.first).map_err(machine)?;
@@ -208,13 +208,13 @@ pub fn header(machine: &Machine, has_temperature: bool) -> String {
 impl TouchRecord<'_> {
     /// A line of the log: a touch with its labels (mm, deg, s, °C).
     #[must_use]
-    pub fn line(&self, machine: &Machine, strategy: &Probings) -> String {
+    pub fn line(&self, machine: &Machine, plan: &Probings) -> String {
         let Self {
             row,
             touch,
             contact,
         } = self;
-        let ball = &strategy.balls[row.ball];
+        let ball = &plan.balls[row.ball];
         let mut text = format!("{},{ball},{touch}", row.line);
         for position in &contact.position[..machine.axes.len()] {
             text += &format!(",{position:.6}");
@@ -227,21 +227,21 @@ impl TouchRecord<'_> {
     }
 }
 
-/// What a log that was stopped early has of a strategy: its lines for rows with all `per_ball` touches, with the header,
+/// What a log that was stopped early has of a plan: its lines for rows with all `per_ball` touches, with the header,
 /// and the rows that are missing. `None` if it is not a log of these rows.
 #[must_use]
 pub fn resume(
     log: &str,
     header: &str,
-    strategy: &Probings,
+    plan: &Probings,
     per_ball: usize,
 ) -> Option<(String, Probings)> {
     let lines = log.strip_prefix(header)?;
     let mut lines = lines.split_inclusive('\n').peekable();
     let mut kept = header.to_owned();
-    let mut rows = strategy.rows.iter().peekable();
+    let mut rows = plan.rows.iter().peekable();
     while let Some(row) = rows.peek() {
-        let own = format!("{},{},", row.line, strategy.balls[row.ball]);
+        let own = format!("{},{},", row.line, plan.balls[row.ball]);
         let mut touches = String::new();
         let mut count = 0;
         while count < per_ball
@@ -259,13 +259,13 @@ pub fn resume(
     // Whatever follows may only be the touches of the row that was interrupted.
     let own = rows
         .peek()
-        .map(|row| format!("{},{},", row.line, strategy.balls[row.ball]));
+        .map(|row| format!("{},{},", row.line, plan.balls[row.ball]));
     let is_cut =
         |line: &str| !line.ends_with('\n') || own.as_ref().is_some_and(|own| line.starts_with(own));
     lines.all(is_cut).then(|| {
         let rest = Probings {
             rows: rows.cloned().collect(),
-            ..strategy.clone()
+            ..plan.clone()
         };
         (kept, rest)
     })
@@ -275,7 +275,7 @@ pub fn resume(
 mod tests {
     use super::*;
 
-    fn strategy() -> Probings {
+    fn plan() -> Probings {
         let row = |line| Probing {
             line,
             ..Probing::default()
@@ -291,25 +291,19 @@ mod tests {
         let touches = |row: usize, count: usize| -> String {
             (1..=count).map(|k| format!("{row},1,{k},0\n")).collect()
         };
-        let (head, strategy) = ("row,ball,touch,X\n", strategy());
+        let (head, plan) = ("row,ball,touch,X\n", plan());
         let log = format!("{head}{}{}3,1,4,0.", touches(2, 5), touches(3, 3));
-        let (kept, rest) = resume(&log, head, &strategy, 5).unwrap();
+        let (kept, rest) = resume(&log, head, &plan, 5).unwrap();
         assert_eq!(kept, format!("{head}{}", touches(2, 5)));
-        assert_eq!(rest.rows, strategy.rows[1..]);
-        let (kept, rest) = resume(&log[..head.len()], head, &strategy, 5).unwrap();
+        assert_eq!(rest.rows, plan.rows[1..]);
+        let (kept, rest) = resume(&log[..head.len()], head, &plan, 5).unwrap();
         assert_eq!((kept.as_str(), rest.rows.len()), (head, 2));
         let whole = format!("{head}{}{}", touches(2, 5), touches(3, 5));
-        assert!(
-            resume(&whole, head, &strategy, 5)
-                .unwrap()
-                .1
-                .rows
-                .is_empty()
-        );
+        assert!(resume(&whole, head, &plan, 5).unwrap().1.rows.is_empty());
         // Logs of others: another header, a row that is not there, and more than all rows.
-        assert!(resume(&whole, "row,ball,touch,Y\n", &strategy, 5).is_none());
-        assert!(resume(&format!("{head}{}", touches(7, 5)), head, &strategy, 5).is_none());
-        assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &strategy, 5).is_none());
+        assert!(resume(&whole, "row,ball,touch,Y\n", &plan, 5).is_none());
+        assert!(resume(&format!("{head}{}", touches(7, 5)), head, &plan, 5).is_none());
+        assert!(resume(&format!("{whole}{}", touches(3, 1)), head, &plan, 5).is_none());
     }
 
     /// Records its commands, and fails or finds no contact at a given one.
@@ -390,7 +384,7 @@ mod tests {
     /// Probes with a machine; returns lines and numbers of the logged touches, and how it ended.
     fn probed(recorder: &mut Recorder) -> (Vec<[usize; 2]>, Result<(), ProbeError<&'static str>>) {
         let mut logged = Vec::new();
-        let done = probe(&strategy(), &steps(), SPEEDS, recorder, &mut |record| {
+        let done = probe(&plan(), &steps(), SPEEDS, recorder, &mut |record| {
             logged.push([record.row.line, record.touch]);
             Ok(())
         });
@@ -437,7 +431,7 @@ mod tests {
     fn a_log_that_cannot_be_written_stops_the_machine() {
         let mut recorder = Recorder::default();
         let full = |_: &TouchRecord<'_>| Err(std::io::Error::other("full"));
-        let done = probe(&strategy(), &steps(), SPEEDS, &mut recorder, &mut { full });
+        let done = probe(&plan(), &steps(), SPEEDS, &mut recorder, &mut { full });
         assert_eq!(done, Err(ProbeError::Log("full".to_owned())));
         assert_eq!(recorder.moves.len(), 5);
     }

@@ -9,14 +9,14 @@
 //! where φ is the direction around the stylus and λ its height above the equator of the tip. Terms in sin λ, cos φ·cos λ and
 //! sin φ·cos λ are those of another place of the tip, and are in it.
 
-mod suspects;
+mod outliers;
 
 use crate::formats::probe::{Lobe, ProbeFile, Spherical};
 use crate::identify::deviations;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+pub use outliers::TouchSuspect;
+use outliers::outliers;
 use std::fmt;
-pub use suspects::TouchSuspect;
-use suspects::suspects;
 use trueaxis_kinematics::Nominal;
 use trueaxis_model::machine::{Machine, PerAxis};
 
@@ -95,7 +95,7 @@ pub struct Qualified {
     /// The touch that fits least, counted from 0, and what it is off (mm).
     pub worst: (usize, f64),
     /// Touches that do not fit the others, and a ball that was moved.
-    pub suspects: Vec<TouchSuspect>,
+    pub outliers: Vec<TouchSuspect>,
     /// The ball is seen elsewhere from one rotary position on, and the others agree.
     pub shift: Option<Shift>,
 }
@@ -462,7 +462,7 @@ impl<'a> DistanceFit<'a> {
                     .collect()
             })
             .collect();
-        let suspects = suspects(&left, &by, &groups);
+        let outliers = outliers(&left, &by, &groups);
         let shift = tip.apart.and_then(|off| self.shift(off, of_centre));
         let offsets = tip.offset.iter().flatten().map(|(offset, _)| offset.abs());
         let off = offsets.chain(tip.apart).fold(0.0, f64::max);
@@ -510,7 +510,7 @@ impl<'a> DistanceFit<'a> {
             noise,
             touches: self.touches,
             worst: (worst, left[worst]),
-            suspects,
+            outliers,
             shift,
             undetermined,
         })
@@ -919,7 +919,7 @@ mod tests {
         for seed in 0..20 {
             let mut touches = touches(&truth, &SEVERAL, &LATITUDES, NOISE, seed);
             let good = qualify(&machine(), &known(), &touches).unwrap();
-            assert_eq!(good.suspects, [], "{seed}");
+            assert_eq!(good.outliers, [], "{seed}");
             // Touch 14 is the second at 45°, at 30° around; 0.030 mm farther out along X and Y.
             let out = 0.030 * libm::cos(45_f64.to_radians());
             touches[14][2] += out * libm::cos(30_f64.to_radians());
@@ -928,9 +928,9 @@ mod tests {
             let found = qualify(&machine(), &known(), &touches).unwrap();
             // 0.5 µm of noise.
             assert!(
-                matches!(found.suspects[..], [TouchSuspect::Touch(14, off)] if (off - 0.030).abs() < 0.003),
+                matches!(found.outliers[..], [TouchSuspect::Touch(14, off)] if (off - 0.030).abs() < 0.003),
                 "{seed}: {:?}",
-                found.suspects
+                found.outliers
             );
         }
     }
@@ -946,8 +946,8 @@ mod tests {
         // Within a rotary position: half of the touches around.
         let within = [&before[..8], &after[8..]].concat();
         let found = qualify(&machine(), &known(), &within).unwrap();
-        let [TouchSuspect::Moved(first, by)] = found.suspects[..] else {
-            panic!("{:?}", found.suspects)
+        let [TouchSuspect::Moved(first, by)] = found.outliers[..] else {
+            panic!("{:?}", found.outliers)
         };
         assert!((7..=9).contains(&first), "{first}");
         assert!((by - Vector3::new(0.03, 0.0, -0.02)).norm() < 0.01, "{by}");

@@ -56,7 +56,7 @@ pub enum SimulateError {
     /// The machine does not have three linear axes that reach every position.
     #[error("line {line}: the linear axes cannot bring the stylus to ball `{ball}` there")]
     NotReached {
-        /// Line of the strategy.
+        /// Line of the plan.
         line: usize,
         /// The ball.
         ball: String,
@@ -64,7 +64,7 @@ pub enum SimulateError {
     /// An axis would leave its travel.
     #[error("line {line}: ball `{ball}` is at {axis} = {position:.3}, outside its travel")]
     Outside {
-        /// Line of the strategy.
+        /// Line of the plan.
         line: usize,
         /// The ball.
         ball: String,
@@ -78,14 +78,14 @@ pub enum SimulateError {
         "line {line}: ball `{ball}` is not found while the compensation is on: its corrections do not settle"
     )]
     Unsettled {
-        /// Line of the strategy.
+        /// Line of the plan.
         line: usize,
         /// The ball.
         ball: String,
     },
 }
 
-/// Axis positions with the stylus at each ball of a strategy: rotary axes and spindle as in the strategy, linear
+/// Axis positions with the stylus at each ball of a plan: rotary axes and spindle as in the plan, linear
 /// axes where the tip of the actual machine meets the ball.
 ///
 /// # Errors
@@ -93,31 +93,31 @@ pub enum SimulateError {
 pub fn probings(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
-    strategy: &Probings,
+    plan: &Probings,
     disturbances: &Disturbances,
 ) -> Result<Probings, SimulateError> {
-    let none = vec![[0.0; MAX_AXES]; strategy.rows.len()];
-    let mut measured = on_balls(kinematics, artefact, strategy, disturbances, &none)?;
+    let none = vec![[0.0; MAX_AXES]; plan.rows.len()];
+    let mut measured = on_balls(kinematics, artefact, plan, disturbances, &none)?;
     disturb_all(kinematics.machine, &mut measured, disturbances);
     in_travel(kinematics.machine, &measured)?;
     Ok(measured)
 }
 
-/// The strategy with the positions that are commanded when the tip of the actual machine is at the balls and each
+/// The plan with the positions that are commanded when the tip of the actual machine is at the balls and each
 /// axis is `off` its command (mm, deg).
 fn on_balls(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
-    strategy: &Probings,
+    plan: &Probings,
     disturbances: &Disturbances,
     off: &[PerAxis],
 ) -> Result<Probings, SimulateError> {
     let machine = kinematics.machine;
     let tip = artefact.stylus.place(machine);
-    let mut commanded = strategy.clone();
-    let last = (strategy.rows.len().max(2) - 1) as f64;
+    let mut commanded = plan.clone();
+    let last = (plan.rows.len().max(2) - 1) as f64;
     for ((number, row), off) in commanded.rows.iter_mut().enumerate().zip(off) {
-        let name = &strategy.balls[row.ball];
+        let name = &plan.balls[row.ball];
         let ball = (artefact.balls.iter())
             .find(|b| b.name == *name)
             .and_then(|b| b.nominal);

@@ -3,8 +3,8 @@
 mod fit;
 mod log;
 mod log_contents;
+mod planned;
 mod resumed;
-mod strategy;
 
 pub(crate) use fit::start;
 pub use fit::{Centre, FitError, FittedBalls, fit};

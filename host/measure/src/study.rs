@@ -11,7 +11,7 @@ pub use identification::{
     BallRecord, BarRecord, ChangeRecord, CheckRecord, Compared, CycleRecord, DriftRecord,
     EstimateRecord, HeldOutRecord, Identification, LevelRecord, NoiseRecord, NotSeen,
     ObservedRecord, PartStated, PlaceRecord, Probed, PublishedRecord, ReadingRecord, RepeatsRecord,
-    RowRecord, SetupPartRecord, SetupRecord, Suspected, TemperaturesRecord, ThermalRecord,
+    RowRecord, SetupPartRecord, SetupRecord, StatedOutlier, TemperaturesRecord, ThermalRecord,
 };
 pub use outcome::StudyOutcome;
 pub use refusal::{RefusedInput, StudyRefusal};
@@ -23,7 +23,7 @@ use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::formats::temperatures;
 use crate::identify::{
-    Chosen, Identified, IdentifyOptions, Model, NotKnown, Problem, Suspicion, Warmed, automatic,
+    Chosen, Identified, IdentifyOptions, Model, NotKnown, Outlier, Problem, Warmed, automatic,
     compensability, drifting, held_out, honesty, identify, lacking, misplaced, published, snoop,
     stated, thermal, unseen_senses, without,
 };
@@ -278,10 +278,10 @@ impl<'r, 'a> CountedRows<'r, 'a> {
         {
             return Err(StudyRefusal::Misplaced(mistake));
         }
-        let suspicions: Vec<(Suspicion, String)> = (snoop(&problem, &identified).into_iter())
-            .map(|suspicion| {
-                let sentence = suspicion.sentence(&problem);
-                (suspicion, sentence)
+        let outliers: Vec<(Outlier, String)> = (snoop(&problem, &identified).into_iter())
+            .map(|outlier| {
+                let sentence = outlier.sentence(&problem);
+                (outlier, sentence)
             })
             .collect();
         let before = self.request.before;
@@ -333,7 +333,7 @@ impl<'r, 'a> CountedRows<'r, 'a> {
             held_out,
             remedies,
             places,
-            suspicions,
+            outliers,
             not_known,
             kept,
         })

@@ -25,10 +25,10 @@ pub struct TooFar {
     pub value: f64,
 }
 
-/// Corrections (mm, deg) of a compensation along a motion, before the guard rails.
+/// Corrections (mm, deg) of a compensation along a motion, before the limits.
 ///
 /// Each row has the axes, then the auxiliaries, in the compensation's order. Directions are tracked as in the
-/// runtime, with the hysteresis of the blob: unknown until an axis has moved.
+/// runtime, with the reversal threshold of the blob: unknown until an axis has moved.
 ///
 /// # Errors
 /// [`TooFar`] if f32 cannot resolve the position within a turn; the runtime reports a fault.
@@ -49,7 +49,7 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
                 });
             }
             inputs.axes[i] = q;
-            travelling.0[i] = reversals[i].update(q, axis.hysteresis, axis.period);
+            travelling.0[i] = reversals[i].update(q, axis.reversal_threshold, axis.period);
         }
         for (auxiliary, value) in inputs.auxiliaries.iter_mut().zip(&values[axes.len()..]) {
             *auxiliary = *value as f32;
@@ -74,7 +74,8 @@ pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situati
         let mut situation = Situation::default();
         for (i, axis) in machine.axes.iter().enumerate() {
             let period = if axis.modulo { 360.0 } else { 0.0 };
-            let travel = reversals[i].update(values[i] as f32, axis.hysteresis as f32, period);
+            let travel =
+                reversals[i].update(values[i] as f32, axis.reversal_threshold as f32, period);
             situation.sign[i] = match travel {
                 Travel::Positive => 1.0,
                 Travel::Negative => -1.0,

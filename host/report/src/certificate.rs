@@ -27,15 +27,15 @@ use trueaxis_model::machine::Machine;
 
 /// Coverage factor of expanded uncertainties.
 const EXPANDED: f64 = 2.0;
-/// Most parameters, places and sentences about suspects on a certificate; the files have all of them.
+/// Most parameters, places and sentences about outliers on a calibration report; the files have all of them.
 const MOST_PARAMETERS: usize = 102;
 const MOST_PLACES: usize = 12;
-const MOST_SUSPECTS: usize = 5;
+const MOST_OUTLIERS: usize = 5;
 
 /// Smallest expanded uncertainty that is printed (µm, µrad, µm/m): no machine is known to a nanometre.
 const LEAST_PRINTED: f64 = 0.1;
 
-/// The contents of a certificate.
+/// The contents of a calibration report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// The circumstances, as stated.
@@ -55,9 +55,9 @@ pub struct Certificate {
     /// Number of places that are not in the list.
     pub unlisted_places: usize,
     /// Rows that do not fit the others, one sentence each.
-    pub suspects: Vec<String>,
+    pub outliers: Vec<String>,
     /// Number of such sentences that are not in the list.
-    pub unlisted_suspects: usize,
+    pub unlisted_outliers: usize,
     /// Where the uncertainty of the tip comes from.
     pub sources: Sources,
     /// Measured without and with the compensation, if it was.
@@ -115,7 +115,7 @@ pub struct FoundPlace {
     pub off_mm: Option<[f64; 3]>,
 }
 
-/// Makes a certificate from the figures of a report and the inputs from which they were computed.
+/// Makes a calibration report from the figures of a report and the inputs from which they were computed.
 ///
 /// # Errors
 /// [`ReportError`] if expected values cannot be computed.
@@ -138,8 +138,8 @@ pub fn certificate(
     )?;
     let shares = &report.budget.shares;
     let listed = shares.len().min(MOST_PARAMETERS);
-    let (found, suspects) = match &report.identification {
-        Some(found) => (places(found), suspects(found)),
+    let (found, outliers) = match &report.identification {
+        Some(found) => (places(found), outliers(found)),
         None => Default::default(),
     };
     Ok(Certificate {
@@ -151,8 +151,8 @@ pub fn certificate(
             .map(|next| (shares.len() - listed, next.alone.translation_um.mean)),
         unlisted_places: found.len().saturating_sub(MOST_PLACES),
         places: found.into_iter().take(MOST_PLACES).collect(),
-        unlisted_suspects: suspects.len().saturating_sub(MOST_SUSPECTS),
-        suspects: suspects.into_iter().take(MOST_SUSPECTS).collect(),
+        unlisted_outliers: outliers.len().saturating_sub(MOST_OUTLIERS),
+        outliers: outliers.into_iter().take(MOST_OUTLIERS).collect(),
         sources: sources::sources(&subject, report, &calibration)?,
         calibration,
         validation,
@@ -161,7 +161,7 @@ pub fn certificate(
 }
 
 impl Certificate {
-    /// True if all limits are kept, and that is proven; also if there are none.
+    /// True if all limits are kept, and that is verified; also if there are none.
     #[must_use]
     pub fn conforms(&self) -> bool {
         let mut all = self.judged.iter();
@@ -205,8 +205,8 @@ fn places(found: &Identification) -> Vec<FoundPlace> {
     .collect()
 }
 
-fn suspects(found: &Identification) -> Vec<String> {
-    let all = found.suspected.iter();
+fn outliers(found: &Identification) -> Vec<String> {
+    let all = found.outliers.iter();
     all.map(|one| one.sentence.clone()).collect()
 }
 
@@ -310,9 +310,9 @@ fn conformity(judged: &[Judged]) -> String {
     };
     match (judged.len(), fail, open) {
         (0, ..) => "No limits are stated: nothing is said about conformity.".to_owned(),
-        (_, 0, 0) => format!("PASS: conformity with {limits} is proven."),
-        (_, 0, _) => format!("NOT DECIDED: of {limits}, {pass} proven, {open} not decided."),
-        _ => format!("FAIL: of {limits}, {fail} exceeded, {pass} proven, {open} not decided."),
+        (_, 0, 0) => format!("PASS: conformity with {limits} is verified."),
+        (_, 0, _) => format!("NOT DECIDED: of {limits}, {pass} verified, {open} not decided."),
+        _ => format!("FAIL: of {limits}, {fail} exceeded, {pass} verified, {open} not decided."),
     }
 }
 
@@ -411,7 +411,7 @@ mod tests {
             before: after,
             after,
             probing_um,
-            band_um: 1.0,
+            coverage_um: 1.0,
             expected_um: 2.0,
             unseen: Vec::new(),
             is_kept: true,
@@ -491,11 +491,11 @@ mod tests {
             (&[Pass], "PASS: conformity with the stated limit is"),
             (
                 &[Pass, NotDecided],
-                "NOT DECIDED: of the 2 stated limits, 1 proven, 1 not decided.",
+                "NOT DECIDED: of the 2 stated limits, 1 verified, 1 not decided.",
             ),
             (
                 &[Pass, Fail, NotDecided],
-                "FAIL: of the 3 stated limits, 1 exceeded, 1 proven, 1 not decided.",
+                "FAIL: of the 3 stated limits, 1 exceeded, 1 verified, 1 not decided.",
             ),
         ] {
             let judged: Vec<Judged> = all.iter().map(|d| one(*d)).collect();

@@ -372,8 +372,8 @@ pub fn residuals(identification: &Identification) -> Option<String> {
             .copied()
             .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
     };
-    let suspected = rows.iter().enumerate().filter(|(_, row)| !row.is_trusted);
-    let suspected: Vec<[f64; 2]> = suspected
+    let outliers = rows.iter().enumerate().filter(|(_, row)| !row.is_trusted);
+    let outliers: Vec<[f64; 2]> = outliers
         .map(|(k, row)| [at(k), farthest(&row.after_um)])
         .collect();
     let all = [("x", Ink::Accent), ("y", Ink::Before), ("z", Ink::After)];
@@ -381,8 +381,7 @@ pub fn residuals(identification: &Identification) -> Option<String> {
     let all: Vec<Series> = all
         .map(|(c, (name, ink))| series(name, *ink, Mark::Points, component(c)))
         .chain(
-            (!suspected.is_empty())
-                .then(|| series("suspected", Ink::Text, Mark::Points, suspected)),
+            (!outliers.is_empty()).then(|| series("outliers", Ink::Text, Mark::Points, outliers)),
         )
         .collect();
     let places = (0..rows.len()).map(at);

@@ -53,13 +53,13 @@ pub use worst::{ErrorAt, Worst};
 /// Version of the JSON format; increased when the meaning of a name changes.
 pub const FORMAT: u32 = 1;
 
-/// A compensation and its proof.
+/// A compensation and its verification.
 #[derive(Clone, Copy)]
 pub struct ReportedCompensation<'a> {
     /// Tables.
     pub runtime: &'a Runtime<'a>,
     /// The comparison with the exact model.
-    pub proof: &'a Proof,
+    pub verification: &'a Proof,
     /// The error that uncertain parameters leave, if an uncertainty is known.
     pub uncertainty: Option<&'a OverTravel>,
     /// The position (mm, deg, one per axis) whose correction the tables subtract.

@@ -106,6 +106,6 @@ fn sentence(warmed: &TemperaturesRecord) -> String {
         "Warm-ups predicted from the others are off by {} µm with these terms and by {} µm without (rms of a coordinate). Another one stays within ± {} µm (95 % of coordinates).",
         figure(warmed.left_out_with_um),
         figure(warmed.left_out_without_um),
-        figure(warmed.band_95_um)
+        figure(warmed.coverage_95_um)
     )
 }

@@ -46,7 +46,7 @@ const SCRIPTS: [&str; 7] = [
     include_str!("page/view.js"),
 ];
 
-/// Unknowns of set-ups that are listed: on the page, and on a certificate of four sheets.
+/// Unknowns of set-ups that are listed: on the page, and on a calibration report of four sheets.
 const MOST_SETUPS: usize = 60;
 const MOST_ON_PAPER: usize = 12;
 
@@ -101,7 +101,7 @@ pub fn page(report: &ReportFigures, model: &PageModel) -> Result<String, Error> 
     })
 }
 
-/// The page of a certificate: one self-contained file without scripts.
+/// The page of a calibration report: one self-contained file without scripts.
 ///
 /// # Errors
 /// A wrong template: a bug in the program.

@@ -71,8 +71,8 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &ErrorBudg
         ));
     }
     if let Some(compensation) = subject.compensation
-        && compensation.proof.partly_calibrated
-        && let Some(outside) = &compensation.proof.outside
+        && compensation.verification.partly_calibrated
+        && let Some(outside) = &compensation.verification.outside
     {
         sentences.push(format!(
             "Outside of the calibrated ranges, where nothing was measured, the errors keep their end values. If these are right, up to {} µm remain there with the tables.",

@@ -124,7 +124,7 @@ pub fn tables(subject: &Subject<'_>, runtime: &Runtime<'_>) -> Result<TablesShow
     let found = bounds_of(machine, runtime, subject.seed, &())?;
     let count = instructions(runtime);
     let cycles = count * CYCLES_PER_INSTRUCTION;
-    let largest = subject.compensation.map(|c| &c.proof.travel.largest);
+    let largest = subject.compensation.map(|c| &c.verification.travel.largest);
     let axes = contents.axes.iter().zip(&found).enumerate();
     let axes = axes.map(|(i, (axis, found))| AxisUse {
         axis: axis.name,

@@ -183,10 +183,10 @@ fn remaining(volumetric: &Volumetric, why: &str) -> String {
     match &volumetric.known {
         Some(known) => format!(
             "{remaining}. The parameters are known to ±{} µm{} (95 %{}).",
-            figure(known.band.translation_um.mean),
+            figure(known.coverage.translation_um.mean),
             // The band of a direction that was not measured lacks the misfit.
             match known.is_direction_measured {
-                true => format!(" and ±{} µrad", figure(known.band.direction_urad.mean)),
+                true => format!(" and ±{} µrad", figure(known.coverage.direction_urad.mean)),
                 false => String::new(),
             },
             match known.is_of_zone {
@@ -294,7 +294,7 @@ mod tests {
             meets_tolerance: None,
             um_per_mm_of_tool_length: None,
             known: after.map(|_| super::super::ErrorKnowledge {
-                band: quality(2.06, 4.0),
+                coverage: quality(2.06, 4.0),
                 at_most: quality(3.0, 6.0),
                 is_of_zone: false,
                 after: None,

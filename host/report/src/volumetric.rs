@@ -9,7 +9,7 @@ use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::{over_travel, probed_zone};
 use trueaxis_tables::validate::{Command, Quality, Region, Statistics, direction, random_commands};
 
-/// Number of random positions, unless a proof of a compensation has its own.
+/// Number of random positions, unless a verification of a compensation has its own.
 pub const POSITIONS: usize = 5000;
 
 /// The volumetric error over the whole travel: mean, root mean square and 95 % at random positions. Maxima in a
@@ -40,7 +40,7 @@ pub struct Volumetric {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorKnowledge {
     /// 95 % interval of the error that uncertain parameters, measured motions and errors that the model lacks leave.
-    pub band: Quality,
+    pub coverage: Quality,
     /// What mean, 95 % and largest error of a machine by the same do not exceed, each with 95 %. A mean of the band is none
     /// of these.
     #[serde(default)]
@@ -113,12 +113,15 @@ pub fn volumetric(
         is_of_zone: found.zone.is_some(),
         after,
         is_direction_measured: subject.errors.is_direction_measured(),
-        band: found.zone.unwrap_or(found.travel),
+        coverage: found.zone.unwrap_or(found.travel),
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,
     });
     if let Some(compensation) = subject.compensation {
-        let (all, inside) = (&compensation.proof.travel, compensation.proof.inside());
+        let (all, inside) = (
+            &compensation.verification.travel,
+            compensation.verification.inside(),
+        );
         return Ok(Volumetric {
             positions: all.positions,
             before: all.before,
@@ -127,7 +130,7 @@ pub fn volumetric(
             difference_um: Some(inside.difference_um),
             difference_urad: Some(inside.difference_urad),
             meets_tolerance: Some(inside.meets(compensation.tolerance_um)),
-            um_per_mm_of_tool_length: compensation.proof.um_per_mm_of_tool_length,
+            um_per_mm_of_tool_length: compensation.verification.um_per_mm_of_tool_length,
             known,
         });
     }

@@ -115,7 +115,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
                 Of::Direction => leaves.direction_band(),
             }
         };
-        search.raise(&mut known.band, few, &left);
+        search.raise(&mut known.coverage, few, &left);
     }
     Ok(worst)
 }

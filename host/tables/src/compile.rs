@@ -1,4 +1,4 @@
-//! From a machine and its errors to a proven compensation: scheme, bounds, blob, verification.
+//! From a machine and its errors to a verified compensation: scheme, bounds, blob, verification.
 //!
 //! There are two steps, so that a program can write the file in between and prove what it reads back: [`build`]
 //! makes the blob, [`prove`] evaluates a blob with the runtime and compares it with the exact model. [`compile`]
@@ -108,13 +108,13 @@ pub struct Built {
     pub notes: Vec<String>,
 }
 
-/// A proven compensation.
+/// A verified compensation.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// The blob and what is known about it.
     pub built: Built,
     /// Effect on the volumetric error.
-    pub proof: Proof,
+    pub verification: Proof,
 }
 
 /// Why there is no compensation.
@@ -157,7 +157,7 @@ pub enum CompileError {
     /// A correction moves faster than its axis' limit allows.
     #[error(transparent)]
     TooFast(#[from] TooFast),
-    /// Almost no position is where no error motion holds its end value, so nothing can be proven there.
+    /// Almost no position is where no error motion holds its end value, so nothing can be verified there.
     #[error("{0}")]
     Draw(DrawError),
 }
@@ -342,7 +342,7 @@ fn compile_with(
     };
     let zero = options.tables.zero(machine, errors)?;
     let runtime = Runtime::load(&built.blob)?;
-    let proof = prove_held(
+    let verification = prove_held(
         machine,
         errors,
         &runtime,
@@ -353,5 +353,8 @@ fn compile_with(
         progress,
     )?;
     drop(runtime);
-    Ok(Some(Compiled { built, proof }))
+    Ok(Some(Compiled {
+        built,
+        verification,
+    }))
 }

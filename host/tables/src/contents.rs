@@ -55,7 +55,7 @@ pub struct AxisEntry {
     /// Acceleration with which a reversal is made up (mm/s², deg/s²).
     pub reversal_acceleration: f32,
     /// Distance of reverse travel (mm, deg) after which the direction counts as reversed.
-    pub hysteresis: f32,
+    pub reversal_threshold: f32,
 }
 
 /// An input that is not an axis.
@@ -204,7 +204,7 @@ pub fn contents<'a>(runtime: &Runtime<'a>) -> Contents<'a> {
             ramp_rate: axis.ramp_rate,
             reversal_rate: axis.reversal_rate,
             reversal_acceleration: axis.reversal_acceleration,
-            hysteresis: axis.hysteresis,
+            reversal_threshold: axis.reversal_threshold,
         });
     let auxiliaries = compensation.auxiliaries().iter().map(|a| AuxiliaryEntry {
         name: a.name.to_string(),

@@ -1,11 +1,11 @@
-//! From error parameters to the fewest compensation tables that cancel them: schemes, the blob, its proof, and the
+//! From error parameters to the fewest compensation tables that cancel them: schemes, the blob, its verification, and the
 //! error that uncertain parameters leave.
 //!
 //! Builds on `trueaxis-model`.
 
 // Modules, each of which uses only those before it: `validate` (the effect of a compensation on the volumetric error)
 // · `policy` (what rotary axes correct) · `cost`, `size`, `target` (instructions, counts, capacities of a controller)
-// · `schemes` (from errors to tables) · `reversal` · `compile` (scheme, bounds, blob, proof) · `contents` (the parts
+// · `schemes` (from errors to tables) · `reversal` · `compile` (scheme, bounds, blob, verification) · `contents` (the parts
 // of a blob) · `uncertainty` · `made` (one compensation with everything that is said of it: what may be written,
 // warnings).
 

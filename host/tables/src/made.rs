@@ -1,4 +1,4 @@
-//! One compensation, made for the tolerance that was asked for or the finest one that fits, proven, and judged: what
+//! One compensation, made for the tolerance that was asked for or the finest one that fits, verified, and judged: what
 //! may be written, and what is to be said of it.
 
 use crate::compile::{
@@ -17,8 +17,8 @@ use trueaxis_model::machine::Machine;
 pub enum Made {
     /// The target lacks the capacity.
     NoRoom(Vec<Shortage>),
-    /// It fits and has been proven.
-    Proven(Box<Whole>),
+    /// It fits and has been verified.
+    Verified(Box<Whole>),
 }
 
 /// A compensation and everything known about it.
@@ -37,9 +37,9 @@ pub struct Whole {
     pub missed: Vec<Refusal>,
 }
 
-/// What a proven compensation is for programs: its part of what `trueaxis compile --json` prints.
+/// What a verified compensation is for programs: its part of what `trueaxis compile --json` prints.
 #[derive(Serialize)]
-pub struct Proven<'a> {
+pub struct VerifiedFigures<'a> {
     /// Counts and sizes.
     #[serde(flatten)]
     pub size: Size,
@@ -47,9 +47,9 @@ pub struct Proven<'a> {
     pub axes: &'a [AxisBounds],
     /// What happens where axes reverse.
     pub reversals: &'a [Reversal],
-    /// The proof.
+    /// The verification.
     #[serde(flatten)]
-    pub proof: &'a Proof,
+    pub verification: &'a Proof,
     /// 95 % interval of the error that uncertain parameters leave.
     pub uncertainty: Option<&'a OverTravel>,
     /// Remarks of the scheme.
@@ -67,7 +67,7 @@ pub struct Message {
     warning: Warning,
 }
 
-impl<'a> Proven<'a> {
+impl<'a> VerifiedFigures<'a> {
     /// The figures of what was made.
     #[must_use]
     pub fn new(made: &'a Whole) -> Self {
@@ -80,7 +80,7 @@ impl<'a> Proven<'a> {
             size: built.size,
             axes: &built.bounds,
             reversals: &made.reversals,
-            proof: &made.best.proof,
+            verification: &made.best.verification,
             uncertainty: made.uncertainty.as_ref(),
             notes: &built.notes,
             warnings: made.warnings.iter().map(told).collect(),
@@ -100,7 +100,7 @@ impl Made {
         asked: Option<f64>,
         bar: &dyn Progress,
     ) -> Result<Self, CompileError> {
-        // The bytes are proven before writing; writing reads them back and compares.
+        // The bytes are verified before writing; writing reads them back and compares.
         let best = match best(machine, errors, options, asked, bar) {
             Ok(best) => best,
             Err(CompileError::NoRoom { shortages, .. }) => return Ok(Self::NoRoom(shortages)),
@@ -110,15 +110,18 @@ impl Made {
         let uncertainty = over_travel(&runtime.kinematics(machine, errors), options.seed)?;
         let reversals = reversals(&runtime);
         drop(runtime);
-        let refusals = best.proof.refusals(best.tolerance);
+        let refusals = best.verification.refusals(best.tolerance);
         let (refusals, missed) = match options.scheme.keeps_tolerance() {
             true => (refusals, Vec::new()),
             false => (Vec::new(), refusals),
         };
         let mut warnings = best.built.warnings.clone();
-        warnings.extend(over_bounds(&best.built.bounds, &best.proof.travel.largest));
-        warnings.extend(worse(&best.proof, best.tolerance));
-        Ok(Self::Proven(Box::new(Whole {
+        warnings.extend(over_bounds(
+            &best.built.bounds,
+            &best.verification.travel.largest,
+        ));
+        warnings.extend(worse(&best.verification, best.tolerance));
+        Ok(Self::Verified(Box::new(Whole {
             warnings,
             best,
             uncertainty,
@@ -133,7 +136,7 @@ impl Made {
     pub fn tolerance(&self) -> Option<f64> {
         match self {
             Self::NoRoom(_) => None,
-            Self::Proven(made) => Some(made.best.tolerance),
+            Self::Verified(made) => Some(made.best.tolerance),
         }
     }
 
@@ -142,7 +145,7 @@ impl Made {
     pub fn is_right(&self) -> bool {
         match self {
             Self::NoRoom(_) => false,
-            Self::Proven(made) => made.refusals.is_empty(),
+            Self::Verified(made) => made.refusals.is_empty(),
         }
     }
 
@@ -151,7 +154,7 @@ impl Made {
     pub fn may_be_written(&self, best_effort: bool) -> bool {
         match self {
             Self::NoRoom(_) => false,
-            Self::Proven(made) => {
+            Self::Verified(made) => {
                 (made.refusals.iter()).all(|refusal| best_effort && refusal.yields_to_best_effort())
             }
         }

@@ -25,7 +25,7 @@ pub struct Reversal {
     /// The largest step of its correction (mm, deg).
     pub step: f64,
     /// How far the command comes back before the axis counts as reversed (mm, deg).
-    pub hysteresis: f64,
+    pub reversal_threshold: f64,
     /// Rate at which the step is made up (mm/s, deg/s).
     pub rate: f64,
     /// Acceleration (mm/s², deg/s²).
@@ -51,7 +51,7 @@ pub fn reversals(runtime: &Runtime<'_>) -> Vec<Reversal> {
                 axis: letter,
                 unit: if "ABC".contains(letter) { "deg" } else { "mm" },
                 step: step(runtime, index),
-                hysteresis: f64::from(axis.hysteresis),
+                reversal_threshold: f64::from(axis.reversal_threshold),
                 rate: f64::from(rate),
                 acceleration: f64::from(axis.reversal_acceleration),
             }
@@ -118,7 +118,7 @@ impl Reversal {
     pub fn beside_circle(&self, radius: f64, speed: f64) -> f64 {
         let curve = speed * speed / radius;
         let command = |t: f64| 0.5 * curve * t * t;
-        let begin = libm::sqrt(2.0 * self.hysteresis / curve);
+        let begin = libm::sqrt(2.0 * self.reversal_threshold / curve);
         let [mut before, mut after] = [0.0, begin + self.time()];
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (before + after);
@@ -178,7 +178,7 @@ mod tests {
         axis: 'X',
         unit: "mm",
         step: 0.03,
-        hysteresis: 0.0,
+        reversal_threshold: 0.0,
         rate: 50.0,
         acceleration: 500.0,
     };
@@ -199,9 +199,9 @@ mod tests {
     fn what_is_left_beside_a_circle_is_where_the_command_has_turned_to() {
         let speed = 30.0;
         let curve = speed * speed / RADIUS;
-        // A correction as fast as a step leaves the hysteresis.
+        // A correction as fast as a step leaves the reversal threshold.
         let step = Reversal {
-            hysteresis: 0.001,
+            reversal_threshold: 0.001,
             rate: 1e6,
             acceleration: 1e9,
             ..PLAIN

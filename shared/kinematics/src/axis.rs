@@ -83,7 +83,7 @@ pub struct Axis {
     /// Maximum speed (mm/s or deg/s).
     pub max_speed: f64,
     /// How far the command must come back before its direction counts as reversed (mm or deg).
-    pub hysteresis: f64,
+    pub reversal_threshold: f64,
 }
 
 impl Axis {
@@ -91,8 +91,8 @@ impl Axis {
     pub const MAX_SPEED_LINEAR: f64 = 500.0;
     /// Default maximum speed of a rotary axis: 30 rpm, in deg/s.
     pub const MAX_SPEED_ROTARY: f64 = 180.0;
-    /// Default direction hysteresis (mm or deg): above the ripple of a command at rest, below any real move.
-    pub const HYSTERESIS: f64 = 0.001;
+    /// Default direction reversal threshold (mm or deg): above the ripple of a command at rest, below any real move.
+    pub const REVERSAL_THRESHOLD: f64 = 0.001;
 
     /// An axis whose frame is the foundation frame, with a travel in mm or degrees. Set the fields for anything else.
     #[must_use]
@@ -109,7 +109,7 @@ impl Axis {
             } else {
                 Self::MAX_SPEED_LINEAR
             },
-            hysteresis: Self::HYSTERESIS,
+            reversal_threshold: Self::REVERSAL_THRESHOLD,
         }
     }
 

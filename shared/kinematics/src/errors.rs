@@ -34,7 +34,7 @@ impl Default for Situation {
 /// Selects the axes whose error motions apply in full.
 ///
 /// A linear axis that is switched off keeps the part that is affine in its position (constants and scales), a rotary
-/// one its constant part. With all axes off, the exact correction is affine in every linear position and depends on
+/// one its constant part. With all axes off, the reference correction is affine in every linear position and depends on
 /// rotary positions through their sines and cosines only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switches {

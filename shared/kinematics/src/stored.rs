@@ -290,7 +290,7 @@ impl AxisEntry {
             true => Branch::Tool,
             false => Branch::Workpiece,
         };
-        let numbers = [self.max_speed, self.hysteresis];
+        let numbers = [self.max_speed, self.reversal_threshold];
         let pairs = [self.travel, self.calibrated];
         let right = numbers.iter().all(|v| is_number(*v))
             && pairs.iter().flatten().all(|v| is_number(*v))
@@ -301,7 +301,7 @@ impl AxisEntry {
             modulo: self.modulo,
             reversed: self.reversed,
             max_speed: self.max_speed,
-            hysteresis: self.hysteresis,
+            reversal_threshold: self.reversal_threshold,
             ..Axis::new(letter, branch, self.travel)
         })
     }

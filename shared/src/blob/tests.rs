@@ -150,7 +150,7 @@ macro_rules! variants {
 variants! {
     NoHeader BadMagic UnknownVersion Notes WrongLength BadChecksum Misaligned Truncated
     Malformed UnknownVariant TooSmall TooManyTables TooManyAuxiliaries TooManyAdjustable NoAxes
-    AxisName DuplicateAxis Travel AxisPeriod EndlessTravel ValueBound RateBound Hysteresis RampRate Reference Input Start
+    AxisName DuplicateAxis Travel AxisPeriod EndlessTravel ValueBound RateBound ReversalThreshold RampRate Reference Input Start
     Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
@@ -500,8 +500,8 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
     }
     for bad in [-1.0, 1e10, f32::NAN, f32::INFINITY] {
         list.push((
-            drafted(|d| d.axes[0].hysteresis = bad),
-            LoadError::Hysteresis { axis: 0 },
+            drafted(|d| d.axes[0].reversal_threshold = bad),
+            LoadError::ReversalThreshold { axis: 0 },
         ));
     }
     list

@@ -44,7 +44,8 @@ pub use progress::{Activation, Upload};
 pub use refusal::Refusal;
 pub use reply::Reply;
 pub use report::{
-    Capacities, CostUnit, Fault, Hello, MOST_AXES, MOST_NAME, Rails, Report, WhileBusy, short_name,
+    Capacities, CostUnit, Fault, Hello, LimitCounts, MOST_AXES, MOST_NAME, Report, WhileBusy,
+    short_name,
 };
 pub use request::{MOST_CHUNK, Request};
 pub use rows::{

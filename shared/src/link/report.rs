@@ -133,10 +133,10 @@ pub enum CostUnit {
     Instructions,
 }
 
-/// Number of servo periods since start in which each guard rail of an axis acted.
+/// Number of servo periods since start in which each limit of an axis acted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Rails {
+pub struct LimitCounts {
     /// Value bound.
     pub value: u32,
     /// Rate bound.
@@ -152,7 +152,7 @@ pub struct Report {
     pub positions: heapless::Vec<f32, MOST_AXES>,
     /// Corrections, mm or degrees.
     pub dq: heapless::Vec<f32, MOST_AXES>,
-    /// Corrections before common factor, travel and rate bounds.
+    /// Corrections before fade factor, travel and rate bounds.
     pub computed: heapless::Vec<f32, MOST_AXES>,
     /// Tool length and temperatures, mm and K.
     pub auxiliaries: heapless::Vec<f32, AUXILIARIES>,
@@ -168,7 +168,7 @@ pub struct Report {
     pub suspended: bool,
     /// Mask of referenced axes.
     pub referenced: u16,
-    /// Common factor, 0…1.
+    /// Fade factor, 0…1.
     pub factor: f32,
     /// [`Conditions`](crate::Conditions) of the last period.
     pub conditions: u16,
@@ -178,8 +178,8 @@ pub struct Report {
     pub rate_limited: u16,
     /// Axes on which the travel acts.
     pub travel_limited: u16,
-    /// Guard rail counts of each axis.
-    pub rails: heapless::Vec<Rails, MOST_AXES>,
+    /// Counts of the limits of each axis.
+    pub limits: heapless::Vec<LimitCounts, MOST_AXES>,
     /// Number of servo updates.
     pub updates: u32,
     /// Number of servo periods without a command.

@@ -194,7 +194,7 @@ fn the_largest_messages_fit_into_a_frame() {
         bytes: &[0xFF; MOST_CHUNK],
     });
     assert!(chunk.len() <= MOST_WIRE);
-    let rails = Rails {
+    let limits = LimitCounts {
         value: u32::MAX,
         rate: u32::MAX,
         travel: u32::MAX,
@@ -222,7 +222,7 @@ fn the_largest_messages_fit_into_a_frame() {
         saturated: u16::MAX,
         rate_limited: u16::MAX,
         travel_limited: u16::MAX,
-        rails: heapless::Vec::from_slice(&[rails; MOST_AXES]).unwrap(),
+        limits: heapless::Vec::from_slice(&[limits; MOST_AXES]).unwrap(),
         updates: u32::MAX,
         missed: u32::MAX,
         cost: u32::MAX,

@@ -158,7 +158,7 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Blends the values being faded in into the computed correction, each within its value bounds; the guard rails know
+    /// Blends the values being faded in into the computed correction, each within its value bounds; the limits know
     /// only the larger ones.
     pub(super) fn fade(&mut self) {
         if self.fading == Fading::Nothing {

@@ -1,4 +1,4 @@
-//! One axis of the servo: its direction of travel and its guard rails.
+//! One axis of the servo: its direction of travel and its limits.
 //!
 //! Almost always an axis moves on in its direction, or stands still, far from the ends of its travel, and its
 //! correction follows the computed one. A few comparisons detect this: [`Lane::moves_on`] and [`Lane::passes`].
@@ -43,7 +43,7 @@ pub(super) struct Lane {
     reversal_acceleration: f32,
     value_bound: f32,
     travel: [f32; 2],
-    hysteresis: f32,
+    reversal_threshold: f32,
     /// Period of an endless axis, otherwise 0.
     period: f32,
     /// Range of plausible commands.
@@ -84,11 +84,11 @@ pub(super) enum Step {
 
 /// Parameters of an update shared by all axes.
 pub(super) struct Common {
-    /// The common factor.
+    /// The fade factor.
     pub s: f32,
     /// Why the computed correction may have stepped.
     pub step: Step,
-    /// The common factor has moved, or a fade is in progress.
+    /// The fade factor has moved, or a fade is in progress.
     pub ramps: bool,
     /// Last usable period, s.
     pub dt: f32,
@@ -132,7 +132,7 @@ impl Lane {
             reversal_acceleration: 0.0,
             value_bound: 0.0,
             travel: [0.0; 2],
-            hysteresis: 0.0,
+            reversal_threshold: 0.0,
             period: 0.0,
             reach: [0.0; 2],
             inside: [0.0; 2],
@@ -151,7 +151,7 @@ impl Lane {
         // Its direction, and whether it is within reach, may depend on the limits.
         self.look_closely();
         self.travel = axis.travel;
-        self.hysteresis = axis.hysteresis;
+        self.reversal_threshold = axis.reversal_threshold;
         self.period = axis.period;
         self.value_bound = larger(axis.value_bound, other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
@@ -278,7 +278,9 @@ impl Lane {
             (q - self.position).abs()
         };
         self.position = q;
-        let travel = self.reversal.update(q, self.hysteresis, self.period);
+        let travel = self
+            .reversal
+            .update(q, self.reversal_threshold, self.period);
         self.prepare();
         Followed::turned(travel != before)
     }
@@ -304,7 +306,7 @@ impl Lane {
     fn prepare(&mut self) {
         self.prepare_correction();
         let q = self.position;
-        let extreme = self.reversal.extreme(self.hysteresis, self.period);
+        let extreme = self.reversal.extreme(self.reversal_threshold, self.period);
         (self.sense, self.front, self.end) = match extreme {
             Some((sense, front, far)) if front == q && self.is_inside() => {
                 let [low, high] = self.inside;
@@ -315,13 +317,13 @@ impl Lane {
         };
     }
 
-    /// Whether the correction follows the computed one: no rail acts, and there is nothing to catch up.
+    /// Whether the correction follows the computed one: no limit acts, and there is nothing to catch up.
     #[inline(always)]
     pub(super) fn passes(&self, computed: f32, goal: f32, last: f32) -> bool {
         (goal - last).abs() <= self.most && computed.abs() <= self.free
     }
 
-    /// The guard rails: value bound, travel, rate bound, travel again. Limits `computed` to the value bound in place;
+    /// The limits: value bound, travel, rate bound, travel again. Limits `computed` to the value bound in place;
     /// `last` and `before` are the last two corrections.
     #[cold]
     #[inline(never)]
@@ -350,7 +352,7 @@ impl Lane {
         self.catch_up(common, goal, [last, before], status)
     }
 
-    /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end of the travel the
+    /// The limits where the correction cannot simply follow: rate bound, then travel. At the end of the travel the
     /// correction follows the command, at most as fast as the command itself, even where the rate bound would prevent
     /// it.
     #[inline(never)]

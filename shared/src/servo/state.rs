@@ -38,7 +38,7 @@ pub(super) enum Following {
     Inputs,
     /// The corrections are those of the last usable inputs.
     Held,
-    /// The corrections are held until the common factor has reached 0.
+    /// The corrections are held until the fade factor has reached 0.
     Frozen,
 }
 

@@ -290,7 +290,7 @@ fn without_a_reference_the_set_goes_to_zero_with_the_vector_it_had() {
 }
 
 #[test]
-fn a_reference_that_comes_back_elsewhere_moves_no_rail_before_zero() {
+fn a_reference_that_comes_back_elsewhere_moves_no_limit_before_zero() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     let before = servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
     servo.update(&at(20.0, 10.0, 45.0), 0b110, DT);
@@ -326,7 +326,7 @@ fn an_axis_that_only_receives_corrections_may_be_homed_with_the_others_in() {
 }
 
 #[test]
-fn an_unusable_position_moves_no_rail() {
+fn an_unusable_position_moves_no_limit() {
     // Modulo tables on a rotary axis with finite travel: beyond 8192 turns there are no valid positions.
     let mut draft = draft(1.0);
     (draft.axes[2].travel, draft.axes[2].period) = ([-400.0, 400.0], 0.0);
@@ -513,7 +513,7 @@ fn updates_stay_at_rest_past_tool_lengths_turns_ends_and_axes_without_a_referenc
         stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p)));
         stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p).rem_euclid(360.0)));
     }
-    // At and near the end of the travel, where the rail cuts off the correction of Y but not of X.
+    // At and near the end of the travel, where the limit cuts off the correction of Y but not of X.
     for (x, y) in [
         (100.0, 50.0),
         (-100.0, -50.0),
@@ -675,7 +675,7 @@ fn backlash(slope: f32) -> &'static C {
 
 #[test]
 fn a_backlash_step_is_worked_off_like_a_ramp_and_never_overshoots() {
-    // The hysteresis is 0.01 mm; these moves exceed it.
+    // The reversal threshold is 0.01 mm; these moves exceed it.
     for (x, dt) in [(-0.02, DT), (-0.02, 0.01), (-0.02, 5e-5)] {
         let mut servo = S::new(backlash(0.0));
         servo.enable();
@@ -922,7 +922,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_happens_the_guard_rails_hold(
+    fn whatever_happens_the_limits_hold(
         base in 1.0 / 8192.0_f32..0.01,
         plan in prop::collection::vec((event(), 1_usize..60, 0.1875_f32..1.0), 20..60),
     ) {

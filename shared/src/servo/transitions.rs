@@ -1,4 +1,4 @@
-//! Changes other than positions: the period, references, usable inputs, switches, the common factor.
+//! Changes other than positions: the period, references, usable inputs, switches, the fade factor.
 
 use super::lane::Step;
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
@@ -88,7 +88,7 @@ impl<H: Handle> Servo<H> {
         reach.same_lengths(&self.inputs.auxiliaries, auxiliaries)
     }
 
-    /// The common factor is at rest at 0, so the output does not change now.
+    /// The fade factor is at rest at 0, so the output does not change now.
     #[inline(never)]
     fn is_silent(&self) -> bool {
         self.factor.at_rest() && self.factor.value() == 0.0
@@ -101,7 +101,7 @@ impl<H: Handle> Servo<H> {
         (self.current).evaluate_into(&self.inputs, &self.travelling, &self.weights, computed);
     }
 
-    /// An update in which anything may change, except for the guard rails.
+    /// An update in which anything may change, except for the limits.
     #[inline(never)]
     pub(super) fn change(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
         self.begin(inputs, usable, dt);
@@ -189,7 +189,7 @@ impl<H: Handle> Servo<H> {
         step
     }
 
-    /// Advances the common factor and reports the conditions that hold.
+    /// Advances the fade factor and reports the conditions that hold.
     #[inline(always)]
     fn move_factor(&mut self) {
         let empty = self.lanes.is_empty();

@@ -19,7 +19,7 @@ use trueaxis_tests::thermal_goal::{MODEL, learnt_from};
 
 /// Tolerance of tables (µm), the noise of the readings.
 const TOLERANCE: f64 = 1.0;
-/// Random positions of the proof of tables.
+/// Random positions of the verification of tables.
 const RANDOM: usize = 2000;
 /// An interval of 95 %, in standard uncertainties.
 const EXPANDED: f64 = 1.96;
@@ -160,7 +160,7 @@ fn tables(task: &Task, found: &Found, scheme: &Scheme, policy: Policy) -> Result
     };
     let (machine, errors) = (&task.machine, &found.identified.errors);
     let best = best(machine, errors, &options, Some(TOLERANCE), &()).map_err(|e| e.to_string())?;
-    let refusals = best.proof.refusals(best.tolerance);
+    let refusals = best.verification.refusals(best.tolerance);
     if scheme.keeps_tolerance()
         && let Some(refusal) = refusals.iter().find(|r| !r.yields_to_best_effort())
     {

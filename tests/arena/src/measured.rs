@@ -116,8 +116,8 @@ impl<'a> Places<'a> {
         of_setups: &mut Fixed,
     ) -> Option<Self> {
         if class != Class::TwoRotary {
-            let strategy = strategy(class, machine, random);
-            return Some(Self::Points(strategy, setups(machine, of_setups)));
+            let plan = plan(class, machine, random);
+            return Some(Self::Points(plan, setups(machine, of_setups)));
         }
         let case = (0..TRIES).find_map(|_| Case::spread(machine, &[], BALLS, PROBINGS, random));
         case.map(|case| Self::Balls(Box::new(case)))
@@ -126,8 +126,8 @@ impl<'a> Places<'a> {
     /// The measurements of the machine with these errors; `None` if an axis would leave its travel.
     pub fn read(&self, machine: &Machine, errors: &ErrorModel, noise: u64) -> Option<Measured> {
         match self {
-            Self::Points(strategy, setups) => {
-                let read = observed(machine, errors, strategy, setups, 1.0, noise);
+            Self::Points(plan, setups) => {
+                let read = observed(machine, errors, plan, setups, 1.0, noise);
                 Some(Measured::Points(observations::write(&read, machine)))
             }
             Self::Balls(case) => {
@@ -137,8 +137,8 @@ impl<'a> Places<'a> {
                     ..Disturbances::default()
                 };
                 let kinematics = Kinematics::new(machine, errors);
-                let (artefact, strategy) = (&case.artefact, &case.strategy);
-                let probed = simulate::probings(&kinematics, artefact, strategy, &disturbances);
+                let (artefact, plan) = (&case.artefact, &case.plan);
+                let probed = simulate::probings(&kinematics, artefact, plan, &disturbances);
                 Some(Measured::Balls {
                     probings: probings::write(&probed.ok()?, machine),
                     artefact: artefact_file(artefact),
@@ -176,9 +176,9 @@ fn long_tool(machine: &Machine) -> [f64; 3] {
 }
 
 /// Where points are measured, with two tools.
-fn strategy<'a>(class: Class, machine: &'a Machine, random: &mut Fixed) -> Strategy<'a> {
+fn plan<'a>(class: Class, machine: &'a Machine, random: &mut Fixed) -> Strategy<'a> {
     let heading = format!("# [setup.long]\n# tool_mm = {:?}\n", long_tool(machine));
-    let mut strategy = Strategy::new(machine, &heading);
+    let mut plan = Strategy::new(machine, &heading);
     let rows = match class {
         Class::ThreeAxis => 80,
         Class::Rich => 250,
@@ -186,11 +186,11 @@ fn strategy<'a>(class: Class, machine: &'a Machine, random: &mut Fixed) -> Strat
     };
     for setup in ["short", "long"] {
         for _ in 0..rows {
-            let position = strategy.anywhere(PART, random);
-            strategy.add("point", setup, &position, "", SIGMA);
+            let position = plan.anywhere(PART, random);
+            plan.add("point", setup, &position, "", SIGMA);
         }
     }
-    strategy
+    plan
 }
 
 /// Where the instrument really is in each set-up.

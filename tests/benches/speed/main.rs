@@ -79,7 +79,7 @@ impl Cube {
             period: 0.0,
             value_bound: 1.0,
             rate_bound: 1.0,
-            hysteresis: 0.0,
+            reversal_threshold: 0.0,
             ramp_rate: 1.0,
             reversal_rate: 1.0,
             reversal_acceleration: 20.0,
@@ -266,7 +266,7 @@ fn grid() {
 }
 
 fn compiling() {
-    println!("compile, all steps from the parsed files to the proof");
+    println!("compile, all steps from the parsed files to the verification");
     for (name, parameters, zero_at) in [
         ("kolibri", "81", Some(vec![0.0, 0.0, 0.0, 0.0, 150.0])),
         ("hu40", "84", None),

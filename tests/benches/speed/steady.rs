@@ -111,7 +111,7 @@ fn draft(case: Case) -> Draft {
         period: 0.0,
         value_bound: 1.0,
         rate_bound: 100.0,
-        hysteresis: 0.001,
+        reversal_threshold: 0.001,
         ramp_rate: 1.0,
         reversal_rate: 100.0,
         reversal_acceleration: 20.0,

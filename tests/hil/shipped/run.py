@@ -137,7 +137,7 @@ def used(board, blobs, folder):
     board.says("flash", blobs[0], "--activate")
     axes = "YACXZ"
     path = folder / "path.csv"
-    # All axes move one way and slowly, so that no rail acts.
+    # All axes move one way and slowly, so that no limit acts.
     steps = (2e-3, 7e-4, 3e-3, -1e-3, 3e-3)
     rows = [struct.unpack("<5f", struct.pack("<5f", *(k * step for step in steps))) for k in range(3000)]
     with open(path, "w", newline="") as file:

@@ -104,12 +104,12 @@ impl Example {
     pub fn strategy(&self, strategy: Strategy) -> Result<Probings, ReproduceError> {
         let text = match strategy {
             Strategy::KolibriCalibration | Strategy::KolibriCalibration63 => {
-                example!("kolibri/strategy.csv")
+                example!("kolibri/plan.csv")
             }
             Strategy::KolibriValidation | Strategy::KolibriValidation63 => {
                 example!("kolibri/validation.csv")
             }
-            Strategy::Hu40 => example!("hu40/strategy.csv"),
+            Strategy::Hu40 => example!("hu40/plan.csv"),
         };
         let mut read = probings::read(text, &self.machine, false)?;
         if matches!(

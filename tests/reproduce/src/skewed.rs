@@ -40,7 +40,7 @@ fn gone(
     let machine = &example.machine;
     let options = options(scheme, policy, points, RANDOM);
     let compiled = compile::compile(machine, errors, &options, &())?;
-    let travel = &compiled.proof.travel;
+    let travel = &compiled.verification.travel;
     let [before, after] = [&travel.before, &travel.after].map(|q| q.translation_um);
     let percent = |before: f64, after: f64| 100.0 * (1.0 - after / before);
     let strategy = Strategy::new(machine, errors, SEED)?;

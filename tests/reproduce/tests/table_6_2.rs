@@ -49,7 +49,7 @@ fn compiled(machine: &Machine, errors: &ErrorModel, scheme: Scheme, points: usiz
 
 /// The translation (µm) before and after.
 fn translation(compiled: &Compiled) -> [Statistics; 2] {
-    let travel = &compiled.proof.travel;
+    let travel = &compiled.verification.travel;
     [&travel.before, &travel.after].map(|quality| quality.translation_um)
 }
 

@@ -27,17 +27,17 @@ enum Way {
     Corner,
 }
 
-/// Positions with their exact corrections.
+/// Positions with their reference corrections.
 pub struct Places<'a> {
     case: &'a Case,
     places: Vec<Place>,
-    /// Largest exact correction of each axis (mm, rad).
+    /// Largest reference correction of each axis (mm, rad).
     largest: PerAxis,
 }
 
 struct Place {
     command: Command,
-    /// Exact correction (mm, rad).
+    /// Reference correction (mm, rad).
     correction: PerAxis,
     /// No motion holds its end value.
     is_inside: bool,
@@ -48,14 +48,14 @@ struct Place {
 /// The measured result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Largest deviation (µm, µrad) from the exact correction where no motion holds, farther than one correction from
+    /// Largest deviation (µm, µrad) from the reference correction where no motion holds, farther than one correction from
     /// measured points.
     pub reached: f64,
     /// Like `reached`, within one correction of a measured point; 0 if there is no such position.
     pub near: f64,
     /// Largest deviation of each axis anywhere in the travel (µm, µrad).
     pub anywhere: PerAxis,
-    /// Largest exact correction of each axis (µm, µrad).
+    /// Largest reference correction of each axis (µm, µrad).
     pub largest: PerAxis,
 }
 
@@ -63,7 +63,7 @@ impl<'a> Places<'a> {
     /// Chooses positions: half of them over the travel, half of them where motions are known.
     ///
     /// # Errors
-    /// If there is no exact correction at some position.
+    /// If there is no reference correction at some position.
     pub fn new(case: &'a Case) -> Result<Self, NotConverged> {
         let kinematics =
             Kinematics::new(&case.machine, &case.errors).with_policy(Policy::Orientation);

@@ -117,7 +117,7 @@ impl Outside {
 /// Makes the linear axes come to each row from a side that the file says.
 fn from_both_sides(case: &mut Case, random: &mut Fixed) {
     let axes = &case.machine.axes;
-    for row in &mut case.strategy.rows {
+    for row in &mut case.plan.rows {
         for (side, axis) in row.direction.iter_mut().zip(axes) {
             if !axis.letter.is_rotary() {
                 *side = either(random);
@@ -305,7 +305,7 @@ fn claims_are_kept_in_the_probed_zone_whatever_the_model_lacks() {
     let (count, least, of_machines) = usual_or_all((20, 0.90, 0.85), (200, 0.93, 0.93));
     let mut random = Fixed::new(49);
     let mut all: Vec<Kept> = Vec::new();
-    // Layouts, kinds and ways have no common factor: each meets each.
+    // Layouts, kinds and ways have no fade factor: each meets each.
     for number in 0.. {
         let outside = Outside::ALL[number % Outside::ALL.len()];
         let way = WAYS[number % WAYS.len()];
@@ -369,13 +369,13 @@ fn the_tip_is_within_its_band_in_another_run_if_each_run_differs() {
             continue;
         };
         let mut measured = Probings {
-            balls: case.strategy.balls.clone(),
+            balls: case.plan.balls.clone(),
             rows: Vec::new(),
         };
         for run in 0..RUNS {
             let mut own = in_another_run(&case, &mut random);
-            let rows = own.strategy.rows.iter().skip(run * ROWS / RUNS);
-            own.strategy.rows = rows.take(ROWS / RUNS).cloned().collect();
+            let rows = own.plan.rows.iter().skip(run * ROWS / RUNS);
+            own.plan.rows = rows.take(ROWS / RUNS).cloned().collect();
             let found = own.measured(&Outside::Nothing.disturbances((RUNS * number + run) as u64));
             measured.rows.extend(found.rows);
             let all = measured.rows.iter_mut().skip(run * ROWS / RUNS);

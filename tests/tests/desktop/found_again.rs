@@ -1,4 +1,4 @@
-//! Every example that has a strategy finds its own errors again.
+//! Every example that has a plan finds its own errors again.
 
 use nalgebra::DVector;
 use std::fs;
@@ -7,7 +7,7 @@ use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
 
-/// The error files of the examples that have a strategy, each with its machine, artefact and strategy.
+/// The error files of the examples that have a plan, each with its machine, artefact and plan.
 fn examples() -> Vec<(String, Case)> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
     let entries = |path: &str| -> Vec<String> {
@@ -21,7 +21,7 @@ fn examples() -> Vec<(String, Case)> {
     let mut all = Vec::new();
     for folder in entries(root) {
         let path = format!("{root}/{folder}");
-        if !fs::exists(format!("{path}/strategy.csv")).unwrap() {
+        if !fs::exists(format!("{path}/plan.csv")).unwrap() {
             continue;
         }
         for errors in entries(&path) {
@@ -33,7 +33,7 @@ fn examples() -> Vec<(String, Case)> {
     all
 }
 
-/// The parameters of an example: all but backlash, because the strategies do not say from which side the axes came.
+/// The parameters of an example: all but backlash, because the plans do not say from which side the axes came.
 fn parameters(case: &Case) -> Vec<Parameter> {
     let all = case.errors.parameters.keys().copied();
     all.filter(|p| p.kind != ParameterKind::Backlash).collect()

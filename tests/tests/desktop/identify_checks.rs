@@ -184,9 +184,9 @@ fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
 
 /// Visits the balls in turn, so that drift does not resemble a displaced ball.
 fn in_turn(case: &mut Case) {
-    let rows = case.strategy.rows.clone();
+    let rows = case.plan.rows.clone();
     let quarter = rows.len() / 4;
-    case.strategy.rows = (0..rows.len())
+    case.plan.rows = (0..rows.len())
         .map(|k| rows[k % 4 * quarter + k / 4].clone())
         .collect();
 }
@@ -231,7 +231,7 @@ fn temperature_runs_and_directions_are_looked_at() {
     let backlash = Parameter::parse("EAAb").unwrap();
     assert!(case.errors.set(&case.machine, backlash, 30e-6));
     let a = case.machine.index('A').unwrap();
-    for (k, row) in case.strategy.rows.iter_mut().enumerate() {
+    for (k, row) in case.plan.rows.iter_mut().enumerate() {
         row.direction[a] = if k % 3 == 0 { -1.0 } else { 1.0 };
         row.run = Some((k % 2) as f64);
         row.temperature = Some(20.0 + (k % 5) as f64);
@@ -266,9 +266,9 @@ fn temperature_runs_and_directions_are_looked_at() {
 #[test]
 fn what_repeats_is_less_than_what_is_left_if_the_model_lacks_something() {
     let mut case = Case::new("kolibri", "errors-12.toml");
-    for (k, row) in case.strategy.rows.clone().into_iter().enumerate() {
+    for (k, row) in case.plan.rows.clone().into_iter().enumerate() {
         if k % 4 == 0 {
-            case.strategy.rows.push(row);
+            case.plan.rows.push(row);
         }
     }
     let bend = Parameter::parse("EZX2").unwrap();
@@ -366,7 +366,7 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
 }
 
 #[test]
-fn good_probings_are_hardly_ever_suspected() {
+fn good_probings_are_hardly_ever_outliers() {
     let perfect = |case: &Case| ErrorModel::perfect(&case.machine);
     let mut alarms = 0;
     let share = usual_or_all(5, 1);

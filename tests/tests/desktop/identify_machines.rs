@@ -221,7 +221,7 @@ fn uncertainties_and_bands_are_what_noise_does() {
             machine: &case.machine,
             errors: &case.errors,
             artefact: &case.artefact,
-            strategy: &case.strategy,
+            plan: &case.plan,
             model: &model,
             noise: 1e-3,
         };
@@ -261,7 +261,7 @@ fn one_factorisation_serves_as_well_as_one_for_each() {
         machine: &case.machine,
         errors: &case.errors,
         artefact: &case.artefact,
-        strategy: &case.strategy,
+        plan: &case.plan,
         model: &Model::Ten,
         noise: 1e-3,
     };

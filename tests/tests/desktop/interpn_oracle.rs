@@ -24,7 +24,7 @@ fn compare<const N: usize>(counts: [usize; N], seed: u64) {
         period: 0.0,
         value_bound: 1.0,
         rate_bound: 1.0,
-        hysteresis: 0.0,
+        reversal_threshold: 0.0,
         ramp_rate: 1.0,
         reversal_rate: 1.0,
         reversal_acceleration: 20.0,

@@ -78,8 +78,12 @@ fn the_measured_examples_meet_their_tolerances_with_few_samples() {
             options.tables.policy = Policy::Orientation;
             options.tables.tolerance = um * 1e-3;
             let compiled = compile::compile(&machine, &errors, &options, &()).unwrap();
-            let (built, proof) = (compiled.built, compiled.proof);
-            assert!(proof.meets(um), "{folder} at {um} µm: {:?}", proof.inside());
+            let (built, verification) = (compiled.built, compiled.verification);
+            assert!(
+                verification.meets(um),
+                "{folder} at {um} µm: {:?}",
+                verification.inside()
+            );
             assert!(
                 built.size.bytes <= bytes,
                 "{folder} at {um} µm: {} bytes",

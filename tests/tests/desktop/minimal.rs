@@ -64,10 +64,10 @@ fn the_minimal_number_of_parameters_is_the_rank_of_ten_layouts() {
         let machine = machine(layout);
         let minimal = MinimalParameters::of(&machine);
         let mut random = Fixed::new(3);
-        let mut strategy = Strategy::new(&machine, "");
+        let mut plan = Strategy::new(&machine, "");
         for _ in 0..80 {
-            let position = strategy.anywhere(0.95, &mut random);
-            strategy.add("point", "tracker", &position, "", 1.0);
+            let position = plan.anywhere(0.95, &mut random);
+            plan.add("point", "tracker", &position, "", 1.0);
         }
         let perfect = ErrorModel::perfect(&machine);
         let parameters = locations(&machine);
@@ -76,7 +76,7 @@ fn the_minimal_number_of_parameters_is_the_rank_of_ten_layouts() {
             let size = if parameter.is_angular() { 1e-5 } else { 1e-2 };
             assert!(errors.set(&machine, *parameter, random.within(-size, size)));
         }
-        let all = observed(&machine, &errors, &strategy, "", 0.0, 1);
+        let all = observed(&machine, &errors, &plan, "", 0.0, 1);
         let problem = Problem::new(&machine, &nothing, &artefact, &parameters, &perfect).with(&all);
         // Points do not show the three angles of the tool.
         let found = problem.foresee(&perfect).unwrap();

@@ -7,7 +7,7 @@ use std::process::Command;
 use trueaxis_measure::formats::observations::{self, Observations};
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::identify::{
-    Identified, IdentifyOptions, NoiseSource, Problem, Suspect, drifting, identify, snoop,
+    Identified, IdentifyOptions, NoiseSource, OutlierKind, Problem, drifting, identify, snoop,
 };
 use trueaxis_measure::instrument::Kind;
 use trueaxis_measure::simulate::{self, Disturbances, OfObservations};
@@ -60,8 +60,8 @@ fn without_noise_the_truth_is_found_from_any_kinds_together() {
         &ALL,
     ];
     for set in sets {
-        let strategy = mixed(&case.machine, set, &mut Fixed::new(5));
-        let all = observed(&case.machine, &case.errors, &strategy, SETUPS, 0.0, 1);
+        let plan = mixed(&case.machine, set, &mut Fixed::new(5));
+        let all = observed(&case.machine, &case.errors, &plan, SETUPS, 0.0, 1);
         let found = found(
             &case,
             &parameters,
@@ -101,15 +101,15 @@ fn instruments_alone_are_enough() {
         );
         let _ = write!(shared, "# [setup.s{k}]\n# tool = \"reflector\"\n");
     }
-    let mut strategy = Strategy::new(&case.machine, &shared);
+    let mut plan = Strategy::new(&case.machine, &shared);
     let mut random = Fixed::new(8);
     for _ in 0..60 {
-        let position = strategy.anywhere(0.9, &mut random);
+        let position = plan.anywhere(0.9, &mut random);
         for k in 0..stations.len() {
-            strategy.add("length", &format!("s{k}"), &position, "", 0.5);
+            plan.add("length", &format!("s{k}"), &position, "", 0.5);
         }
     }
-    let clean = observed(&case.machine, &case.errors, &strategy, &setups, 0.0, 1);
+    let clean = observed(&case.machine, &case.errors, &plan, &setups, 0.0, 1);
     let none = Probings::default();
     let exact = found(
         &case,
@@ -123,7 +123,7 @@ fn instruments_alone_are_enough() {
         let off = (e.value - case.truth(e.parameter)).abs();
         assert!(off < 1e-6, "{}: {off}", e.parameter);
     }
-    let noisy = observed(&case.machine, &case.errors, &strategy, &setups, 1.0, 2);
+    let noisy = observed(&case.machine, &case.errors, &plan, &setups, 1.0, 2);
     let noisy = found(
         &case,
         &parameters,
@@ -147,8 +147,8 @@ fn instruments_alone_are_enough() {
 #[test]
 fn intervals_of_mixed_sets_cover_the_truth_as_often_as_they_say() {
     let (case, parameters) = kolibri();
-    let strategy = mixed(&case.machine, &ALL, &mut Fixed::new(5));
-    let clean = observed(&case.machine, &case.errors, &strategy, SETUPS, 0.0, 1);
+    let plan = mixed(&case.machine, &ALL, &mut Fixed::new(5));
+    let clean = observed(&case.machine, &case.errors, &plan, SETUPS, 0.0, 1);
     let probed = case.measured(&Disturbances::default());
     let seeds = usual_or_all(100, 1000);
     let mut inside = 0;
@@ -160,7 +160,7 @@ fn intervals_of_mixed_sets_cover_the_truth_as_often_as_they_say() {
             ..Disturbances::default()
         };
         let probed = simulate::disturbed(&case.machine, &probed, &disturbances);
-        let mut all = observed(&case.machine, &case.errors, &strategy, SETUPS, 1.0, seed);
+        let mut all = observed(&case.machine, &case.errors, &plan, SETUPS, 1.0, seed);
         // The same set-ups to start with, to save time.
         all.setups.clone_from(&clean.setups);
         let found = found(
@@ -190,8 +190,8 @@ fn intervals_of_mixed_sets_cover_the_truth_as_often_as_they_say() {
 #[test]
 fn a_wrong_stated_uncertainty_is_reported_for_its_kind_alone() {
     let (case, parameters) = kolibri();
-    let strategy = mixed(&case.machine, &ALL, &mut Fixed::new(5));
-    let mut all = observed(&case.machine, &case.errors, &strategy, SETUPS, 1.0, 3);
+    let plan = mixed(&case.machine, &ALL, &mut Fixed::new(5));
+    let mut all = observed(&case.machine, &case.errors, &plan, SETUPS, 1.0, 3);
     for row in &mut all.rows {
         if all.setups[row.setup].kind == Kind::Length {
             row.sigma = row.sigma.map(|sigma| sigma / 2.0);
@@ -220,10 +220,10 @@ fn a_wrong_stated_uncertainty_is_reported_for_its_kind_alone() {
 }
 
 #[test]
-fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
+fn wrong_readings_and_slipped_instruments_are_named_as_outliers() {
     let (case, parameters) = kolibri();
-    let strategy = mixed(&case.machine, &ALL, &mut Fixed::new(5));
-    let clean = observed(&case.machine, &case.errors, &strategy, SETUPS, 1.0, 4);
+    let plan = mixed(&case.machine, &ALL, &mut Fixed::new(5));
+    let clean = observed(&case.machine, &case.errors, &plan, SETUPS, 1.0, 4);
     let perfect = ErrorModel::perfect(&case.machine);
     let probed = case.noisy(4);
     let problem = |all: &Observations| {
@@ -236,7 +236,7 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
         );
         problem.with(all)
     };
-    let suspected = |all: &Observations| {
+    let outliers = |all: &Observations| {
         let problem = problem(all);
         let identified = identify(&problem, IdentifyOptions::default()).unwrap();
         let found = snoop(&problem, &identified);
@@ -245,7 +245,7 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
             .map(|one| (one.sentence(&problem), one))
             .collect::<Vec<_>>()
     };
-    assert_eq!(suspected(&clean), Vec::new());
+    assert_eq!(outliers(&clean), Vec::new());
     let of_kind = |kind: Kind| {
         let rows = clean.rows.iter();
         let own = rows
@@ -258,12 +258,12 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
         let wrong = rows[rows.len() / 3];
         let mut all = clean.clone();
         all.rows[wrong].value.x += 0.05;
-        let found = suspected(&all);
+        let found = outliers(&all);
         assert_eq!(found.len(), 1, "{kind:?}: {found:?}");
         let (sentence, one) = &found[0];
         assert_eq!(
-            (&one.suspect, &one.observations[..]),
-            (&Suspect::Row, &[wrong][..])
+            (&one.kind, &one.observations[..]),
+            (&OutlierKind::Row, &[wrong][..])
         );
         let line = format!("mixed.csv line {}", all.rows[wrong].line);
         assert!(sentence.contains(&line), "{sentence}");
@@ -271,17 +271,17 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
         assert!((one.off.x - 0.05).abs() < 0.012, "{kind:?}: {}", one.off.x);
     }
     // Nor does a wrong reading hide in a source of few rows.
-    let mut strategy = Strategy::new(&case.machine, "");
+    let mut plan = Strategy::new(&case.machine, "");
     let x = case.machine.index('X').unwrap();
-    let mut position = strategy.anywhere(0.0, &mut Fixed::new(1));
+    let mut position = plan.anywhere(0.0, &mut Fixed::new(1));
     for k in 0..15 {
         position[x] = -112.0 + 16.0 * f64::from(k);
-        strategy.add("displacement", "laser", &position, "tool +X", 0.3);
+        plan.add("displacement", "laser", &position, "tool +X", 0.3);
     }
-    let mut few = observed(&case.machine, &case.errors, &strategy, "", 1.0, 4);
-    assert_eq!(suspected(&few), Vec::new());
+    let mut few = observed(&case.machine, &case.errors, &plan, "", 1.0, 4);
+    assert_eq!(outliers(&few), Vec::new());
     few.rows[6].value.x += 0.02;
-    let found = suspected(&few);
+    let found = outliers(&few);
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!(found[0].1.observations, [6]);
     // The bar slips by 20 µm half-way.
@@ -290,9 +290,9 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
     for i in &rows[rows.len() / 2..] {
         all.rows[*i].value.x += 0.02;
     }
-    let found = suspected(&all);
+    let found = outliers(&all);
     let (sentence, one) = &found[0];
-    assert_eq!(one.suspect, Suspect::Setup("bar".to_owned()));
+    assert_eq!(one.kind, OutlierKind::Setup("bar".to_owned()));
     assert_eq!(one.observations, rows[rows.len() / 2..].to_vec());
     assert!((one.off.x - 0.02).abs() < 3e-3, "{one:?}");
     assert!(
@@ -317,7 +317,7 @@ fn wrong_readings_and_slipped_instruments_are_suspected_by_name() {
 
 /// Rows in random order, one every half minute.
 fn shuffled(case: &mut Case, random: &mut Fixed) {
-    let rows = &mut case.strategy.rows;
+    let rows = &mut case.plan.rows;
     for i in (1..rows.len()).rev() {
         rows.swap(i, random.within(0.0, (i + 1) as f64) as usize % (i + 1));
     }
@@ -359,7 +359,7 @@ fn drift_is_found_with_the_parameters_and_costs_little() {
             identify(&problem().with(&all), IdentifyOptions::default()).unwrap(),
         )
     };
-    let positions: Vec<_> = (case.strategy.rows.iter())
+    let positions: Vec<_> = (case.plan.rows.iter())
         .map(|row| {
             (
                 case.machine.to_kinematic(&row.position),
@@ -401,10 +401,10 @@ fn drift_is_found_with_the_parameters_and_costs_little() {
 #[test]
 fn an_instrument_that_drifts_does_not_bend_the_machine() {
     let (case, parameters) = kolibri();
-    let strategy = mixed(&case.machine, &["length", "point"], &mut Fixed::new(5));
+    let plan = mixed(&case.machine, &["length", "point"], &mut Fixed::new(5));
     let drift = Vector3::new(8e-3, 0.0, -6e-3);
     let true_ones = {
-        let setups = SETUPS.to_owned() + &strategy.text();
+        let setups = SETUPS.to_owned() + &plan.text();
         observations::read(&setups, "mixed.csv", &case.machine).unwrap()
     };
     let disturbances = OfObservations {
@@ -415,7 +415,7 @@ fn an_instrument_that_drifts_does_not_bend_the_machine() {
     };
     let kinematics = Kinematics::new(&case.machine, &case.errors);
     let mut all = simulate::observations(&kinematics, &true_ones, &disturbances);
-    let read = strategy.read();
+    let read = plan.read();
     (all.setups, all.tools) = (read.setups, read.tools);
     let perfect = ErrorModel::perfect(&case.machine);
     let probed = case.noisy(1);
@@ -601,8 +601,8 @@ fn anything(machine: &Machine, random: &mut Fixed) -> String {
 #[test]
 fn what_is_written_is_read_again() {
     let (case, _) = kolibri();
-    let strategy = mixed(&case.machine, &ALL, &mut Fixed::new(5));
-    let plan = SETUPS.to_owned() + &strategy.text();
+    let plan = mixed(&case.machine, &ALL, &mut Fixed::new(5));
+    let plan = SETUPS.to_owned() + &plan.text();
     let plan = observations::read(&plan, "mixed.csv", &case.machine).unwrap();
     let kinematics = Kinematics::new(&case.machine, &case.errors);
     let all = simulate::observations(&kinematics, &plan, &OfObservations::default());

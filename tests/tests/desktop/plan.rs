@@ -19,12 +19,12 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::{read, usual_or_all};
 
-/// A machine, its errors, and its probing strategy.
+/// A machine, its errors, and its probing plan.
 struct Case {
     machine: Machine,
     errors: ErrorModel,
     artefact: Artefact,
-    strategy: Probings,
+    plan: Probings,
     parameters: Vec<Parameter>,
 }
 
@@ -53,7 +53,7 @@ impl Case {
         let model: Model = model.parse().unwrap();
         Self {
             artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis).unwrap(),
-            strategy: probings::read(&file("strategy.csv"), &machine, false).unwrap(),
+            plan: probings::read(&file("plan.csv"), &machine, false).unwrap(),
             parameters: model.parameters(&machine, 0, &[]).unwrap(),
             machine,
             errors,
@@ -82,7 +82,7 @@ impl Case {
             noise: SIGMA,
             ..Disturbances::default()
         };
-        simulate::probings(&kinematics, &self.artefact, &self.strategy, &disturbances).unwrap()
+        simulate::probings(&kinematics, &self.artefact, &self.plan, &disturbances).unwrap()
     }
 
     fn identified(&self, measured: &Probings) -> Identified {
@@ -117,12 +117,7 @@ fn what_is_foreseen_is_what_identify_states() {
         ("hu40", "errors-84.toml", "84", exact, 0.01),
     ] {
         let case = Case::new(folder, errors, model);
-        let judged = judge(
-            &case.setup(),
-            &case.parameters,
-            &case.strategy,
-            case.assumed(),
-        );
+        let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed());
         let foreseen = judged.unwrap().foreseen;
         let kinematics = Kinematics::new(&case.machine, &case.errors);
         for (noise, most) in [(0.0, without_noise), (SIGMA, with_noise)] {
@@ -131,7 +126,7 @@ fn what_is_foreseen_is_what_identify_states() {
                 ..Disturbances::default()
             };
             let measured =
-                simulate::probings(&kinematics, &case.artefact, &case.strategy, &disturbances);
+                simulate::probings(&kinematics, &case.artefact, &case.plan, &disturbances);
             let mut measured = measured.unwrap();
             for row in &mut measured.rows {
                 row.sigma = Some(SIGMA);
@@ -163,8 +158,8 @@ fn what_is_foreseen_is_what_identify_states() {
 #[test]
 fn what_is_foreseen_of_instruments_is_what_identify_states() {
     let case = Case::new("kolibri", "errors-10.toml", "10");
-    // A strategy has no readings.
-    let strategy: String = (read("examples/kolibri/observations.csv").lines())
+    // A plan has no readings.
+    let plan: String = (read("examples/kolibri/observations.csv").lines())
         .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
             [kind, setup, x, y, z, a, c, reads, _, _, sigma] => {
                 format!("{kind},{setup},{x},{y},{z},{a},{c},{reads},{sigma}\n")
@@ -172,15 +167,15 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
             _ => format!("{line}\n"),
         })
         .collect();
-    let instruments = observations::read_strategy(&strategy, "mixed.csv", &case.machine).unwrap();
+    let instruments = observations::read_plan(&plan, "mixed.csv", &case.machine).unwrap();
     let few = Model::Named(case.parameters[5..].to_vec());
     let few = few.parameters(&case.machine, 0, &[]).unwrap();
     let perfect = ErrorModel::perfect(&case.machine);
     // On a perfect machine, only rounding is left. Otherwise set-ups are foreseen where they would be seen from a perfect
     // machine, and directions differ by its errors of up to 1.1 mrad.
-    for (strategy, parameters, assumed, most) in [
-        (case.strategy.clone(), &case.parameters, &perfect, 1e-8),
-        (case.strategy.clone(), &case.parameters, &case.errors, 2e-3),
+    for (plan, parameters, assumed, most) in [
+        (case.plan.clone(), &case.parameters, &perfect, 1e-8),
+        (case.plan.clone(), &case.parameters, &case.errors, 2e-3),
         (Probings::default(), &few, &perfect, 1e-8),
         (Probings::default(), &few, &case.errors, 2e-3),
     ] {
@@ -189,10 +184,10 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
             observations: Some(&observed),
             ..case.setup()
         };
-        let judged = judge(&setup, parameters, &strategy, assumed).unwrap();
+        let judged = judge(&setup, parameters, &plan, assumed).unwrap();
         let problem = Problem::new(
             &case.machine,
-            &judged.strategy,
+            &judged.plan,
             &case.artefact,
             parameters,
             &perfect,
@@ -220,12 +215,12 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
             observations,
             ..case.setup()
         };
-        let strategy = design(&setup, &allowed, &case.parameters, case.assumed(), wanted);
+        let plan = design(&setup, &allowed, &case.parameters, case.assumed(), wanted);
         let setup = Setup {
             observations: Some(&observed),
             ..setup
         };
-        judge(&setup, &case.parameters, &strategy.unwrap(), case.assumed()).unwrap()
+        judge(&setup, &case.parameters, &plan.unwrap(), case.assumed()).unwrap()
     };
     let [alone, together] = [None, Some(&observed)].map(proposed);
     let [alone, together] = [alone, together].map(|judged| judged.tip.root_mean_square);
@@ -236,14 +231,8 @@ fn what_is_foreseen_of_instruments_is_what_identify_states() {
 fn an_added_position_shows_what_was_not_seen() {
     let mut case = Case::new("hu40", "errors-13.toml", "13");
     // Without indexing, the spindle's position cannot be distinguished from the stylus.
-    case.strategy.rows.retain(|row| row.spindle == 0.0);
-    let judged = judge(
-        &case.setup(),
-        &case.parameters,
-        &case.strategy,
-        case.assumed(),
-    )
-    .unwrap();
+    case.plan.rows.retain(|row| row.spindle == 0.0);
+    let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed()).unwrap();
     let names: Vec<String> = judged
         .remedies
         .iter()
@@ -252,14 +241,8 @@ fn an_added_position_shows_what_was_not_seen() {
     assert_eq!(names, ["EY0S", "EX0S"]);
     let add = judged.remedies[0].add.clone().unwrap();
     assert_ne!(add.spindle, 0.0);
-    case.strategy.rows.push(add);
-    let judged = judge(
-        &case.setup(),
-        &case.parameters,
-        &case.strategy,
-        case.assumed(),
-    )
-    .unwrap();
+    case.plan.rows.push(add);
+    let judged = judge(&case.setup(), &case.parameters, &case.plan, case.assumed()).unwrap();
     assert!(judged.remedies.is_empty(), "{:?}", judged.remedies);
     assert_eq!(judged.foreseen.parameters.len(), 13);
 }
@@ -277,7 +260,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
     ];
     for (folder, errors, model, is_kept) in cases {
         let mut case = Case::new(folder, errors, model);
-        case.strategy.rows.retain(is_kept);
+        case.plan.rows.retain(is_kept);
         let mut last = usize::MAX;
         loop {
             let measured = case.measured();
@@ -304,7 +287,7 @@ fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
                 assert_eq!(parameters, [], "{folder}: {remedies:?}");
                 break;
             };
-            case.strategy.rows.push(add);
+            case.plan.rows.push(add);
         }
     }
 }
@@ -342,11 +325,11 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             probings: 50,
             criterion: Criterion::Volume,
         };
-        let strategy = design(&case.setup(), &allowed, &case.parameters, assumed, wanted).unwrap();
-        assert_eq!(strategy.rows.len(), 50);
+        let plan = design(&case.setup(), &allowed, &case.parameters, assumed, wanted).unwrap();
+        assert_eq!(plan.rows.len(), 50);
         // As written and read back.
-        let text = probings::write_strategy(&strategy, &case.machine);
-        let strategy = probings::read(&text, &case.machine, false).unwrap();
+        let text = probings::write_plan(&plan, &case.machine);
+        let plan = probings::read(&text, &case.machine, false).unwrap();
         let mut real = case.artefact.clone();
         for ball in &mut real.balls {
             // All by the same offset, because a bar keeps its length.
@@ -362,7 +345,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
                 &kinematics,
                 &case.artefact,
                 &real,
-                &strategy,
+                &plan,
                 &PROBE,
                 &Spherical::default(),
                 &disturbances,
@@ -375,7 +358,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             for _ in 0..3 {
                 let found = to_probings(
                     &case.machine,
-                    &strategy,
+                    &plan,
                     &log,
                     None,
                     &Spherical::default(),
@@ -386,7 +369,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             }
             let found = to_probings(
                 &case.machine,
-                &strategy,
+                &plan,
                 &log,
                 None,
                 &Spherical::default(),
@@ -459,8 +442,8 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
         let mut allowed = Allowed::of(&case.machine, &vec![false; case.machine.axes.len()]);
         allowed.restrict(&case.machine, indexings).unwrap();
         let assumed = case.assumed();
-        let published = judge(&setup, &case.parameters, &case.strategy, assumed).unwrap();
-        assert_eq!(published.strategy.rows.len(), most);
+        let published = judge(&setup, &case.parameters, &case.plan, assumed).unwrap();
+        assert_eq!(published.plan.rows.len(), most);
         for &criterion in usual_or_all(&[usual][..], &both) {
             let found = as_good_as(
                 &setup,
@@ -472,12 +455,12 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
             );
             let found = found.unwrap();
             assert!(found.is_whole, "{folder} {criterion:?}");
-            let found = (found.strategy).unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
+            let found = (found.plan).unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
             let planned = judge(&setup, &case.parameters, &found, assumed);
             let planned = planned.unwrap();
             let ratios = Ratios::of(&planned, &published);
             assert!(ratios.is_no_worse(criterion), "{folder}: {ratios:?}");
-            let count = planned.strategy.rows.len();
+            let count = planned.plan.rows.len();
             assert!(count < most, "{folder} {criterion:?}: {count}");
         }
     }

@@ -1,4 +1,4 @@
-//! What `plan` proposes is accepted by everything that takes a strategy, on random machines with and without solids.
+//! What `plan` proposes is accepted by everything that takes a plan, on random machines with and without solids.
 
 use std::fmt::Write;
 use trueaxis_measure::formats::artefact::Artefact;
@@ -104,8 +104,8 @@ fn a_proposal_is_accepted_by_judge_program_and_check_of_collisions() {
             probings: enough,
             criterion: Default::default(),
         };
-        let strategy = match design(&setup, &allowed, &parameters, &perfect, wanted) {
-            Ok(strategy) => strategy,
+        let plan = match design(&setup, &allowed, &parameters, &perfect, wanted) {
+            Ok(plan) => plan,
             Err(error) => {
                 // Nothing is proposed where nothing can be: with a reason.
                 assert!(!error.to_string().is_empty());
@@ -114,20 +114,20 @@ fn a_proposal_is_accepted_by_judge_program_and_check_of_collisions() {
             }
         };
         // As a file that is read again.
-        let text = probings::write_strategy(&strategy, machine);
+        let text = probings::write_plan(&plan, machine);
         let again = probings::read(&text, machine, false).unwrap();
         let judged = judge(&setup, &parameters, &again, &perfect)
             .unwrap_or_else(|error| panic!("{number} {}: {error}", machine.name));
-        let strategy = &judged.strategy;
+        let plan = &judged.plan;
         assert!(judged.unreachable.is_empty(), "{number}");
         let feeds = Feeds {
             touch: 60.0,
             near: 1000.0,
         };
-        assert!(table(&setup, strategy).is_ok(), "{number}");
-        assert!(linuxcnc(&setup, strategy, feeds, "log").is_ok(), "{number}");
-        let steps = steps(&setup, strategy).unwrap();
-        assert_eq!(collision(&setup, strategy, &steps), None, "{number}");
+        assert!(table(&setup, plan).is_ok(), "{number}");
+        assert!(linuxcnc(&setup, plan, feeds, "log").is_ok(), "{number}");
+        let steps = steps(&setup, plan).unwrap();
+        assert_eq!(collision(&setup, plan, &steps), None, "{number}");
         planned += 1;
     }
     assert!(planned >= count, "{planned} planned, {refused} refused");

@@ -35,7 +35,7 @@ fn two_nodes_along_each_axis_are_enough_for_13_errors() {
     let (sizes, compiled) =
         sized("examples/hu40/errors-13.toml", grid3d::Wanted::default()).unwrap();
     assert_eq!(sizes, [2; 3]);
-    let held = compiled.proof.held.as_ref().unwrap();
+    let held = compiled.verification.held.as_ref().unwrap();
     assert_eq!(held.axes, [('B', 0.0), ('C', 0.0)]);
     assert!(held.found.before.translation_um.max > 20.0);
     assert!(held.found.after.translation_um.max < 0.01);
@@ -125,9 +125,13 @@ fn every_scheme_takes_every_machine_with_two_rotary_axes_under_every_policy() {
                 let compiled = compiled.unwrap_or_else(|e| panic!("{errors_file}, {name}: {e}"));
                 let found = compiled.built.size.tables;
                 assert_eq!(found, tables, "{errors_file}, {name}");
-                assert_eq!(compiled.proof.held.is_some(), name == "grid3d");
+                assert_eq!(compiled.verification.held.is_some(), name == "grid3d");
                 if policy == Policy::Position {
-                    for (axis, largest) in machine.axes.iter().zip(&compiled.proof.travel.largest) {
+                    for (axis, largest) in machine
+                        .axes
+                        .iter()
+                        .zip(&compiled.verification.travel.largest)
+                    {
                         assert!(
                             !axis.letter.is_rotary() || *largest == 0.0,
                             "{errors_file}, {name}"
@@ -156,7 +160,7 @@ fn what_is_subtracted_at_a_position_is_subtracted_from_every_scheme() {
                 ..compile::Options::default()
             };
             let compiled = compile::compile(&machine, &errors, &options, &()).unwrap();
-            let inside = compiled.proof.inside();
+            let inside = compiled.verification.inside();
             [inside.difference_um, inside.difference_urad]
         });
         // The same tables except for a constant: the same differences except for rounding of f32 and, with `exact`, its

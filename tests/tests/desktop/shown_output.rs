@@ -67,12 +67,13 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
             let commands = random_commands(&kinematics, Region::Travel, 2000, 7).unwrap();
             let zero = vec![0.0; machine.axes.len()];
             let zero = std::array::from_fn(|i| zero.get(i).copied().unwrap_or(0.0));
-            let proof = verify(&machine, &errors, &runtime, &zero, &commands, || {}).unwrap();
+            let verification =
+                verify(&machine, &errors, &runtime, &zero, &commands, || {}).unwrap();
             assert!(
-                proof.difference_um <= 0.05 && proof.difference_urad <= 0.05,
+                verification.difference_um <= 0.05 && verification.difference_urad <= 0.05,
                 "{row}: {} µm, {} µrad",
-                proof.difference_um,
-                proof.difference_urad
+                verification.difference_um,
+                verification.difference_urad
             );
             built.size
         });
@@ -153,8 +154,8 @@ fn the_manual_counts_what_the_direction_takes() {
             };
             compile::compile(&machine, &errors, &options, &()).unwrap()
         });
-        assert!(direction.proof.meets(0.05), "{row}");
-        assert_eq!(direction.proof.travel.direction_worse, 0, "{row}");
+        assert!(direction.verification.meets(0.05), "{row}");
+        assert_eq!(direction.verification.travel.direction_worse, 0, "{row}");
         let [size, before] = [direction, orientation].map(|compiled| compiled.built.size);
         assert!(size.bytes <= bytes, "{row}: {} bytes", size.bytes);
         if !more.contains(&row) {
@@ -219,16 +220,16 @@ fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
         let size = &found.built.size;
         let shown = format!("| {row} | {} | {} | |", size.tables, size.terms);
         shows(reproduction, &shown);
-        let left = found.proof.inside();
+        let left = found.verification.inside();
         let (um, urad) = (left.difference_um, left.difference_urad);
         match folder {
             "hu40" => contains(reproduction, format!("{um:.3} µm and {urad:.3} µrad")),
             "kolibri" => contains(reproduction, format!("{um:.1} µm and {urad:.1} µrad")),
-            _ => assert!(found.proof.meets(0.05), "{row}"),
+            _ => assert!(found.verification.meets(0.05), "{row}"),
         }
     }
     let direction = compiled("hu40", "errors-84", Policy::default(), None);
-    let um = direction.proof.inside().difference_um;
+    let um = direction.verification.inside().difference_um;
     contains(exact, format!("{um:.2} µm remain at the tip"));
 }
 

@@ -1,5 +1,5 @@
 //! A path at top speed through the position where the tool is parallel to a rotary axis, on the servo: rotary
-//! corrections are largest there and change fastest, and no guard rail may act.
+//! corrections are largest there and change fastest, and no limit may act.
 
 use trueaxis::{Inputs, Largest, Servo};
 use trueaxis_model::kinematics::Policy;
@@ -49,7 +49,7 @@ fn position(machine: &Machine, time: f64, duration: f64, way: u32) -> Vec<f32> {
     .collect()
 }
 
-/// Number of periods in which a guard rail acts on passes in all directions, and the largest fraction of a rate bound
+/// Number of periods in which a limit acts on passes in all directions, and the largest fraction of a rate bound
 /// used by a rotary correction.
 fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
     let fastest = machine.axes.iter().filter(|a| a.letter.is_rotary());
@@ -83,16 +83,16 @@ fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
                     }
                 }
             }
-            let rails = status.saturated | status.rate_limited | status.travel_limited;
+            let limits = status.saturated | status.rate_limited | status.travel_limited;
             // When axes start to move, the corrections of their backlash come in.
-            acting += usize::from(rails != 0 && period > SET_OUT);
+            acting += usize::from(limits != 0 && period > SET_OUT);
         }
     }
     (acting, taken)
 }
 
 #[test]
-fn no_guard_rail_acts_at_top_speed_through_a_singular_position() {
+fn no_limits_acts_at_top_speed_through_a_singular_position() {
     for (folder, file, damping) in [
         ("huron-k2x8", "errors-13", 0.1),
         ("huron-k2x8", "errors-13", 0.01),

@@ -38,9 +38,9 @@ fn tables_of_zeros_show_the_same_before_and_after() {
     let runtime = Runtime::load(&blob).unwrap();
     let zero = zero(&machine, &errors);
     assert!(zero.iter().any(|z| z.abs() > 1e-3));
-    let proof = prove(&machine, &errors, &runtime, &zero, 500, 1, &()).unwrap();
-    assert_eq!(proof.travel.before, proof.travel.after);
-    assert!(proof.travel.before.translation_um.mean > 10.0);
+    let verification = prove(&machine, &errors, &runtime, &zero, 500, 1, &()).unwrap();
+    assert_eq!(verification.travel.before, verification.travel.after);
+    assert!(verification.travel.before.translation_um.mean > 10.0);
 }
 
 /// Error (µm) at a rotary position of C (deg) of a part set up at another, with its tip at the centre of the table and

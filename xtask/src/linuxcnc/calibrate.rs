@@ -231,7 +231,7 @@ fn drawn(
     }
     let validation = fs::read_to_string(bench.file("m/run/validation.json"))
         .map_err(|e| bad(&format!("validation.json: {e}")))?;
-    let band = number(&validation, "band_um")?;
+    let band = number(&validation, "coverage_um")?;
     let [untreated, treated] = left(&bench, "m")?;
     let measured = (
         number(&validation, "before\": {\n    \"rms_um")?,
@@ -399,7 +399,7 @@ fn switched(bench: &LinuxCncBench) -> Result<String, String> {
             "the log was not continued:\n{interrupted}\n{whole}"
         ));
     }
-    let band = number(&read("run/validation.json")?, "band_um")?;
+    let band = number(&read("run/validation.json")?, "coverage_um")?;
     let [untreated, treated] = left(&bench, SWITCHED)?;
     if treated > OF_BAND * band {
         return Err(format!(

@@ -30,7 +30,7 @@ const OPERATE: &str = "Xvfb :9 -screen 0 1280x800x24 -nolisten tcp 2>/dev/null &
                        cat linuxcnc.log; echo \"code $code\"\n";
 /// The last calibration, as the manual has it.
 const VALIDATION: &str = "{\"probings\": 10, \"before\": {\"rms_um\": 39.18, \"largest_um\": 61.2}, \
-                          \"after\": {\"rms_um\": 1.68, \"largest_um\": 3.1}, \"probing_um\": 2.0, \"band_um\": 4.24, \
+                          \"after\": {\"rms_um\": 1.68, \"largest_um\": 3.1}, \"probing_um\": 2.0, \"coverage_um\": 4.24, \
                           \"expected_um\": 6.1, \"is_kept\": true}";
 
 /// # Errors

@@ -128,7 +128,7 @@ pub unsafe extern "C" fn trueaxis_servo_update_f32(
     })
 }
 
-/// Ramps the corrections in (`on` not 0) or out, all by one common factor. May be called in every period: a call that
+/// Ramps the corrections in (`on` not 0) or out, all by one fade factor. May be called in every period: a call that
 /// changes nothing costs nothing.
 ///
 /// # Safety
@@ -352,7 +352,7 @@ pub unsafe extern "C" fn trueaxis_servo_status(
     guarded(|| unsafe { give(status, servo_to_read(servo)?.status()) })
 }
 
-/// The computed corrections of the last period, within the value bounds, before the common factor, travel and rate
+/// The computed corrections of the last period, within the value bounds, before the fade factor, travel and rate
 /// bounds: what a dry run would apply.
 ///
 /// # Safety

@@ -3,7 +3,7 @@
 use std::boxed::Box;
 use std::cell::Cell;
 
-use trueaxis::link::{CostUnit, Rails};
+use trueaxis::link::{CostUnit, LimitCounts};
 use trueaxis::{Auxiliary, AuxiliaryKind, PATIENCE};
 
 use super::*;
@@ -59,11 +59,11 @@ fn started(scale: f32) -> Desktop {
 }
 
 #[test]
-fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
+fn the_limits_are_counted_per_axis_as_the_servo_reports_them() {
     // Up to 0.9 mm where 0.5 are permitted, then that with jumps, then that at the end of the travel, then jumps there:
-    // each kind of rail, alone and together.
+    // each kind of limit, alone and together.
     let mut desktop = started(0.9);
-    let mut counted = [Rails::default(); 2];
+    let mut counted = [LimitCounts::default(); 2];
     for batch in 0..400 {
         if batch == 300 {
             // Only X from here on.
@@ -81,16 +81,16 @@ fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
         };
         for result in moved(&mut desktop, &[[x, y]; 8]) {
             let status = result.status;
-            for (k, rails) in counted.iter_mut().enumerate() {
+            for (k, limits) in counted.iter_mut().enumerate() {
                 let acts = |mask: u16| u32::from(mask & (1 << k) != 0);
-                rails.value += acts(status.saturated);
-                rails.rate += acts(status.rate_limited);
-                rails.travel += acts(status.travel_limited);
+                limits.value += acts(status.saturated);
+                limits.rate += acts(status.rate_limited);
+                limits.travel += acts(status.travel_limited);
             }
         }
     }
     let report = status(&mut desktop);
-    assert_eq!(report.rails.as_slice(), counted);
+    assert_eq!(report.limits.as_slice(), counted);
     let [x, y] = counted;
     assert!(x.value > 0 && x.rate > 0 && x.travel > 0, "{x:?}");
     assert_ne!(x, y);
@@ -204,7 +204,7 @@ fn with_auxiliaries(machine: &str) -> AlignedBlob {
         period: 0.0,
         value_bound: 0.5,
         rate_bound: 10.0,
-        hysteresis: 0.01,
+        reversal_threshold: 0.01,
         ramp_rate: 2.0,
         reversal_rate: 10.0,
         reversal_acceleration: 40.0,

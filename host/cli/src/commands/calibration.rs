@@ -174,7 +174,7 @@ impl<'a> Calibration<'a> {
         options.touching.stated()?;
         let machine = files::read_machine(&options.machine)?;
         let artefact = files::read_artefact(&options.artefact, &machine)?;
-        if options.from == CalibrationStep::Plan && folder.join("strategy.csv").exists() {
+        if options.from == CalibrationStep::Plan && folder.join("plan.csv").exists() {
             return Err(BadInput::new(
                 format!("{}: there is a calibration already", folder.display()),
                 "give --from probe, identify, compile or load to continue it, or another --folder",
@@ -270,17 +270,17 @@ impl<'a> Calibration<'a> {
         for (name, value) in options.touching.words() {
             add(name, value);
         }
-        add("-o", self.text("strategy.csv"));
+        add("-o", self.text("plan.csv"));
         words.push("--keep-clear".to_owned());
         self.show(&words)?;
-        let strategy = self.planned()?;
+        let plan = self.planned()?;
         if let Some(ball) = &options.qualify {
             files::write(
                 &self.file(POSES_FILE),
-                probings::write_strategy(&self.poses(&strategy, ball)?, &self.machine).as_bytes(),
+                probings::write_plan(&self.poses(&plan, ball)?, &self.machine).as_bytes(),
             )?;
         }
-        let validation = validation(&self.setup()?, &strategy, options.validate.into(), 1);
+        let validation = validation(&self.setup()?, &plan, options.validate.into(), 1);
         if validation.rows.is_empty() {
             return Err(BadInput::new(
                 "no ball can be probed at other positions to validate the result",
@@ -289,11 +289,11 @@ impl<'a> Calibration<'a> {
         }
         files::write(
             &self.file("validation.csv"),
-            probings::write_strategy(&validation, &self.machine).as_bytes(),
+            probings::write_plan(&validation, &self.machine).as_bytes(),
         )
     }
 
-    /// The strategy, proposed and written.
+    /// The plan, proposed and written.
     fn planned(&self) -> Result<Probings, BadInput> {
         let (options, machine) = (self.options, &self.machine);
         let setup = Setup {
@@ -314,15 +314,15 @@ impl<'a> Calibration<'a> {
             },
         };
         let planned = task.plan().map_err(|error| plan::refused(&error))?;
-        let strategy = &planned.judgement.strategy;
-        let csv = probings::write_strategy(strategy, machine);
-        files::write(&self.file("strategy.csv"), csv.as_bytes())?;
-        plan::show(&setup, &planned, minutes(strategy.rows.len()))?;
-        files::read_strategy(&self.file("strategy.csv"), machine)
+        let plan = &planned.judgement.plan;
+        let csv = probings::write_plan(plan, machine);
+        files::write(&self.file("plan.csv"), csv.as_bytes())?;
+        plan::show(&setup, &planned, minutes(plan.rows.len()))?;
+        files::read_plan(&self.file("plan.csv"), machine)
     }
 
     /// Rows of a ball at rotary positions that are far from each other, on which the probe is qualified.
-    fn poses(&self, strategy: &Probings, ball: &str) -> Result<Probings, BadInput> {
+    fn poses(&self, plan: &Probings, ball: &str) -> Result<Probings, BadInput> {
         let is_rotary = |i: &usize| self.machine.axes[*i].letter.is_rotary();
         let apart = |a: &Probing, b: &Probing| {
             let rotary = (0..self.machine.axes.len()).filter(is_rotary);
@@ -330,8 +330,8 @@ impl<'a> Calibration<'a> {
                 .map(|i| (a.position[i] - b.position[i]).abs())
                 .sum::<f64>()
         };
-        let of = |row: &&Probing| strategy.balls[row.ball] == ball && row.spindle == 0.0;
-        let rows: Vec<&Probing> = strategy.rows.iter().filter(of).collect();
+        let of = |row: &&Probing| plan.balls[row.ball] == ball && row.spindle == 0.0;
+        let rows: Vec<&Probing> = plan.rows.iter().filter(of).collect();
         let mut chosen: Vec<&Probing> = rows.first().copied().into_iter().collect();
         while !chosen.is_empty() && chosen.len() < POSES.min(rows.len()) {
             let least = |row: &Probing| {
@@ -346,14 +346,12 @@ impl<'a> Calibration<'a> {
         }
         if chosen.is_empty() {
             return Err(BadInput::new(
-                format!(
-                    "--qualify: the strategy has no row of ball `{ball}` with the spindle at 0"
-                ),
+                format!("--qualify: the plan has no row of ball `{ball}` with the spindle at 0"),
                 "name a ball of the artefact that can be probed",
             ));
         }
         Ok(Probings {
-            balls: strategy.balls.clone(),
+            balls: plan.balls.clone(),
             rows: chosen.into_iter().cloned().collect(),
         })
     }
@@ -383,17 +381,17 @@ impl<'a> Calibration<'a> {
     }
 
     /// What is to be probed, into which log.
-    fn errand(&self, strategy: &str, log: &str) -> Result<Errand<'_>, BadInput> {
+    fn errand(&self, plan: &str, log: &str) -> Result<Errand<'_>, BadInput> {
         let touching = &self.options.touching;
         Ok(Errand {
             machine: &self.machine,
             artefact: &self.artefact,
-            strategy: files::read_strategy(&self.file(strategy), &self.machine)?,
-            touching: match strategy == POSES_FILE {
+            plan: files::read_plan(&self.file(plan), &self.machine)?,
+            touching: match plan == POSES_FILE {
                 true => touching.qualifying(),
                 false => touching.five(),
             },
-            file: self.file(strategy),
+            file: self.file(plan),
             log: self.file(log),
         })
     }
@@ -402,11 +400,11 @@ impl<'a> Calibration<'a> {
     /// false if the operator does not want it.
     fn probe(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
         let before = self.errand("validation.csv", "before.csv")?;
-        let strategy = self.errand("strategy.csv", "touches.csv")?;
+        let plan = self.errand("plan.csv", "touches.csv")?;
         let qualifies = self.options.qualify.is_some();
         let ball = qualifies.then(|| self.errand(POSES_FILE, "ball.csv"));
         let ball = ball.transpose()?;
-        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &strategy]).collect();
+        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &plan]).collect();
         let yes = self.options.yes;
         if !site.is_ready(&all, yes)? {
             return Ok(false);
@@ -416,13 +414,12 @@ impl<'a> Calibration<'a> {
             self.qualify()?;
         }
         site.touch(&before)?;
-        let question =
-            "May the corrections be switched off, and the strategy be probed without them?";
+        let question = "May the corrections be switched off, and the plan be probed without them?";
         if !yes && !asked(question)? {
             return Ok(false);
         }
         site.switch(false)?;
-        site.touch(&strategy)?;
+        site.touch(&plan)?;
         Ok(true)
     }
 
@@ -471,13 +468,13 @@ impl<'a> Calibration<'a> {
             "probings",
             &machine,
             &self.text("touches.csv"),
-            "--strategy",
-            &self.text("strategy.csv"),
+            "--plan",
+            &self.text("plan.csv"),
             "-o",
             &self.text("probings.csv"),
         ];
         self.show(&owned(&words))?;
-        let found = self.touched("strategy.csv", &self.file("touches.csv"))?;
+        let found = self.touched("plan.csv", &self.file("touches.csv"))?;
         let output = self.file("probings.csv");
         let csv = probings::write(&found.probings, &self.machine);
         files::write(&output, csv.as_bytes())?;
@@ -697,9 +694,9 @@ impl<'a> Calibration<'a> {
         Ok(validation.is_kept)
     }
 
-    /// Probings from a log of the touches of a strategy.
-    fn touched(&self, strategy: &str, log: &Path) -> Result<LogContents, BadInput> {
-        let strategy = files::read_strategy(&self.file(strategy), &self.machine)?;
+    /// Probings from a log of the touches of a plan.
+    fn touched(&self, plan: &str, log: &Path) -> Result<LogContents, BadInput> {
+        let plan = files::read_plan(&self.file(plan), &self.machine)?;
         let text = Text::read(log)?;
         let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
         let perfect = ErrorModel::perfect(&self.machine);
@@ -709,7 +706,7 @@ impl<'a> Calibration<'a> {
             .transpose()?
             .map(|probe| probe.shape)
             .unwrap_or_default();
-        let found = to_probings(&self.machine, &strategy, &touched, None, &lobing, &perfect);
+        let found = to_probings(&self.machine, &plan, &touched, None, &lobing, &perfect);
         found.map_err(|e| text.bad(e))
     }
 
@@ -817,7 +814,7 @@ impl<'a> Calibration<'a> {
             before,
             after,
             probing_um: probing,
-            band_um: band,
+            coverage_um: band,
             expected_um: expected,
             unseen: (self.missing(&errors)?.iter())
                 .map(Parameter::to_string)

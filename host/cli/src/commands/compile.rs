@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     answer::print(&answers, &verdicts, arguments.json)?;
     // The report takes longer than the rest of many compensations.
     for (wanted, made) in wanted.iter().zip(&made) {
-        if let (true, Made::Proven(made)) = (written, made) {
+        if let (true, Made::Verified(made)) = (written, made) {
             arguments.report(&machine, &errors, wanted, made)?;
         }
     }

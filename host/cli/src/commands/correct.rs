@@ -13,7 +13,7 @@ use trueaxis_model::positions::ColumnInput;
 
 /// Compute the exact kinematic correction at positions, without tables
 ///
-/// Rows are taken as a motion in their order, which gives the direction of travel, with the hysteresis of the
+/// Rows are taken as a motion in their order, which gives the direction of travel, with the reversal threshold of the
 /// machine file. Corrections are dX,dY,… in the order of the machine's axes. Prints a warning for an axis outside
 /// its travel.
 #[derive(Args)]

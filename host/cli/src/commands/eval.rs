@@ -15,8 +15,8 @@ use trueaxis_tables::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
 ///
-/// Rows are taken as a motion in their order, which gives the direction of travel, with the hysteresis of the blob.
-/// Prints corrections before the guard rails, dX,dY,… in the order of the blob's axes. Tables hold their end values
+/// Rows are taken as a motion in their order, which gives the direction of travel, with the reversal threshold of the blob.
+/// Prints corrections before the limits, dX,dY,… in the order of the blob's axes. Tables hold their end values
 /// outside the travel; a warning names the axis.
 #[derive(Args)]
 #[command(

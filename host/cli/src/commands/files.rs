@@ -173,8 +173,8 @@ pub fn read_probe(path: &Path, machine: &Machine) -> Result<ProbeFile, BadInput>
     ProbeFile::from_toml(&text.text, machine).map_err(|e| text.bad(e))
 }
 
-/// Reads a strategy: which ball is probed at which rotary positions.
-pub fn read_strategy(path: &Path, machine: &Machine) -> Result<Probings, BadInput> {
+/// Reads a plan: which ball is probed at which rotary positions.
+pub fn read_plan(path: &Path, machine: &Machine) -> Result<Probings, BadInput> {
     let text = Text::read(path)?;
     probings::read(&text.text, machine, false).map_err(|e| text.bad(e))
 }
@@ -184,9 +184,9 @@ pub fn read_observations(paths: &[PathBuf], machine: &Machine) -> Result<Observa
     of_instruments(paths, machine, observations::read)
 }
 
-/// Like `read_observations`, of strategies, which may lack readings.
+/// Like `read_observations`, of plans, which may lack readings.
 pub fn read_instruments(paths: &[PathBuf], machine: &Machine) -> Result<Observations, BadInput> {
-    of_instruments(paths, machine, observations::read_strategy)
+    of_instruments(paths, machine, observations::read_plan)
 }
 
 fn of_instruments(

@@ -94,7 +94,7 @@ fn listing(
             a.value_bound,
             a.rate_bound,
             a.ramp_rate,
-            a.hysteresis,
+            a.reversal_threshold,
             u = a.unit
         );
     }

@@ -166,8 +166,8 @@ pub(super) fn conditions(bits: u16) -> Vec<&'static str> {
     Conditions(bits).names().collect()
 }
 
-/// The guard rails that currently limit an axis.
-fn rails(report: &Report, axis: usize) -> String {
+/// The limits that currently limit an axis.
+fn limits(report: &Report, axis: usize) -> String {
     let acts = [
         (report.saturated, "value bound"),
         (report.rate_limited, "rate bound"),
@@ -289,7 +289,7 @@ fn table(
     );
     for (k, letter) in controller.axes.chars().enumerate().take(MOST_AXES) {
         let at = |values: &[f32]| values.get(k).copied().unwrap_or_default();
-        let counted = report.rails.get(k).copied().unwrap_or_default();
+        let counted = report.limits.get(k).copied().unwrap_or_default();
         let homed = match (report.referenced >> k) & 1 {
             0 => "  not referenced",
             _ => "",
@@ -300,7 +300,7 @@ fn table(
             at(&report.dq),
             at(&report.computed),
             format!("{}/{}/{}", counted.value, counted.rate, counted.travel),
-            rails(report, k),
+            limits(report, k),
         );
     }
     text
@@ -388,7 +388,7 @@ fn object(
         "saturated": report.saturated,
         "rate_limited": report.rate_limited,
         "travel_limited": report.travel_limited,
-        "rails": report.rails.iter().map(|r| [r.value, r.rate, r.travel]).collect::<Vec<_>>(),
+        "limits": report.limits.iter().map(|r| [r.value, r.rate, r.travel]).collect::<Vec<_>>(),
         "updates": report.updates,
         "missed": report.missed,
         "cost": report.cost,

@@ -20,7 +20,7 @@ use trueaxis_tables::validate::is_partly_calibrated;
 /// remaining volumetric error is inside its 95 % interval.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --model 10 --seeds 1000"
+    after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --plan plan.csv --model 10 --seeds 1000"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -30,7 +30,7 @@ pub struct Arguments {
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
     #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    plan: PathBuf,
     /// Parameters to identify
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
@@ -75,13 +75,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         );
     }
     let artefact = files::read_artefact(&arguments.artefact, &machine)?;
-    let strategy = files::read_strategy(&arguments.strategy, &machine)?;
+    let plan = files::read_plan(&arguments.plan, &machine)?;
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let trial = Trial {
         machine: &machine,
         errors: &errors,
         artefact: &artefact,
-        strategy: &strategy,
+        plan: &plan,
         model: &model,
         noise: arguments.noise * 1e-3,
     };
@@ -101,13 +101,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 impl Arguments {
     fn failed(&self, error: TrialError) -> BadInput {
-        let message = format!("{}: {error}", self.strategy.display());
+        let message = format!("{}: {error}", self.plan.display());
         match error {
             TrialError::Model(error) => no_model(error),
             TrialError::Identify(error) => BadInput::new(message, error.remedy()),
             TrialError::Simulate(_) => BadInput::new(
                 message,
-                "correct the strategy, or where the balls are in the artefact",
+                "correct the plan, or where the balls are in the artefact",
             ),
             TrialError::Far { .. } => BadInput::new(message, "give less --noise"),
         }

@@ -24,17 +24,17 @@ use trueaxis_model::machine::Machine;
 
 /// Predict what probings and instruments will identify, or propose what to probe
 ///
-/// Solves the equations of `trueaxis identify` at the positions of a strategy: which parameters will be identified,
-/// how well each will be known, and what volumetric error will remain over the travel. Without --strategy it chooses
+/// Solves the equations of `trueaxis identify` at the positions of a plan: which parameters will be identified,
+/// how well each will be known, and what volumetric error will remain over the travel. Without --plan it chooses
 /// the most informative probings, beside what the instruments of --observations read, and writes them together with a
 /// program.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  trueaxis plan machine.toml --model 12 --artefact artefact.toml --strategy strategy.csv\n  \
+    after_help = "Examples:\n  trueaxis plan machine.toml --model 12 --artefact artefact.toml --plan plan.csv\n  \
 trueaxis plan machine.toml --model 12 --artefact artefact.toml --minutes 60 --indexings A=-55:55:5,C=0:330:30 \\\n    \
---ball-diameter 20 --stylus-diameter 6 -o strategy.csv --program probe.ngc\n  \
+--ball-diameter 20 --stylus-diameter 6 -o plan.csv --program probe.ngc\n  \
 trueaxis plan machine.toml --model 12 --observations bar.csv laser.csv\n\n\
-The artefact has balls with nominal_mm, and away_from_table where that is not z of the workpiece. A strategy has a\n\
+The artefact has balls with nominal_mm, and away_from_table where that is not z of the workpiece. A plan has a\n\
 header and a line for each probing, without linear axes; S indexes the spindle, A_dir is the direction from\n\
 which an axis arrives:\n  ball,A,C\n  1,15,60\n  1,30,180\n\n\
 Observations are those of `identify` and need no readings; a length then needs its place_mm:\n  \
@@ -56,43 +56,43 @@ pub struct Arguments {
     /// alone are judged
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     observations: Vec<PathBuf>,
-    /// Evaluate this strategy instead of proposing one (CSV)
+    /// Evaluate this plan instead of proposing one (CSV)
     #[arg(long, value_name = "FILE.csv", requires = "artefact")]
-    strategy: Option<PathBuf>,
+    plan: Option<PathBuf>,
     /// Use a position set of the source document instead of proposing one: one ball at 60 rotary positions
     /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
     /// Unreachable positions are left out. For samba, --cone defaults to 90
-    #[arg(long, value_enum, requires = "artefact", conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
+    #[arg(long, value_enum, requires = "artefact", conflicts_with_all = ["plan", "as_good_as", "minutes", "probings", "indexings"])]
     set: Option<Set>,
     /// Propose the fewest probings after which the volumetric error (with --best-for parameters, also every
-    /// parameter) is known at least as well as after this strategy (CSV)
-    #[arg(long, value_name = "FILE.csv", requires = "artefact", conflicts_with_all = ["strategy", "minutes", "probings"])]
+    /// parameter) is known at least as well as after this plan (CSV)
+    #[arg(long, value_name = "FILE.csv", requires = "artefact", conflicts_with_all = ["plan", "minutes", "probings"])]
     as_good_as: Option<PathBuf>,
     /// Balls that may be used (default: all balls of the artefact)
     #[arg(
         long,
         value_name = "NAMES",
         value_delimiter = ',',
-        conflicts_with = "strategy"
+        conflicts_with = "plan"
     )]
     balls: Vec<String>,
     /// Positions that rotary axes and spindle may take (default: their travel; the spindle only if parameters could
     /// not be separated from the stylus otherwise)
-    #[arg(long, value_name = "A=FROM:TO:STEP,…", conflicts_with = "strategy")]
+    #[arg(long, value_name = "A=FROM:TO:STEP,…", conflicts_with = "plan")]
     indexings: Option<String>,
     /// Longest time for probing
-    #[arg(long, value_name = "MIN", conflicts_with_all = ["strategy", "probings"], value_parser = positive)]
+    #[arg(long, value_name = "MIN", conflicts_with_all = ["plan", "probings"], value_parser = positive)]
     minutes: Option<f64>,
     /// Largest number of probings (default: as many as unknowns)
-    #[arg(long, value_name = "N", conflicts_with = "strategy")]
+    #[arg(long, value_name = "N", conflicts_with = "plan")]
     probings: Option<usize>,
     /// Time of one probing
     #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = positive)]
     seconds: f64,
-    /// What a proposed strategy optimizes
-    #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "strategy")]
+    /// What a proposed plan optimizes
+    #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "plan")]
     best_for: Criterion,
-    /// Standard uncertainty of each coordinate of a probing and of each reading, unless the strategy states one (of angles:
+    /// Standard uncertainty of each coordinate of a probing and of each reading, unless the plan states one (of angles:
     /// µrad)
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
@@ -107,16 +107,16 @@ pub struct Arguments {
     /// Feed rate near the balls
     #[arg(long, value_name = "MM/MIN", default_value_t = 1000.0, value_parser = positive)]
     approach: f64,
-    /// Where to write the proposed strategy (CSV)
+    /// Where to write the proposed plan (CSV)
     #[arg(
         short,
         long,
-        value_name = "STRATEGY.csv",
+        value_name = "PLAN.csv",
         requires = "artefact",
-        conflicts_with = "strategy"
+        conflicts_with = "plan"
     )]
     output: Option<PathBuf>,
-    /// Where to write a program that probes the strategy on LinuxCNC
+    /// Where to write a program that probes the plan on LinuxCNC
     #[arg(
         long,
         value_name = "FILE.ngc",
@@ -172,18 +172,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let set = set.transpose()?;
     let read = |path: &Option<PathBuf>| -> Result<Option<Probings>, BadInput> {
         let path = path.as_deref();
-        path.map(|path| files::read_strategy(path, &machine))
+        path.map(|path| files::read_plan(path, &machine))
             .transpose()
     };
     let given = match &set {
-        Some(positions) => Some(positions.strategy.clone()),
+        Some(positions) => Some(positions.plan.clone()),
         None if arguments.artefact.is_none() => Some(Probings::default()),
-        None => read(&arguments.strategy)?,
+        None => read(&arguments.plan)?,
     };
-    if let (Some(strategy), true) = (&given, arguments.touching.qualifies()) {
+    if let (Some(plan), true) = (&given, arguments.touching.qualifies()) {
         // Many touches of a ball qualify the probe; they need not identify anything.
-        arguments.write(&setup, strategy)?;
-        return arguments.qualifying(&setup, strategy);
+        arguments.write(&setup, plan)?;
+        return arguments.qualifying(&setup, plan);
     }
     let other = read(&arguments.as_good_as)?;
     let task = Task {
@@ -194,8 +194,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         rows: arguments.rows(given.as_ref(), other.as_ref()),
     };
     let planned = task.plan().map_err(|error| arguments.refused(&error))?;
-    arguments.write(&setup, &planned.judgement.strategy)?;
-    let minutes = planned.judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
+    arguments.write(&setup, &planned.judgement.plan)?;
+    let minutes = planned.judgement.plan.rows.len() as f64 * arguments.seconds / 60.0;
     if arguments.json {
         warn(&planned);
         files::print_json(&Summary::new(&setup, &planned, minutes, set.as_ref()))?;
@@ -231,20 +231,20 @@ struct Qualifying<'a> {
 
 impl Arguments {
     /// Says how the probe is qualified.
-    fn qualifying(&self, setup: &Setup<'_>, strategy: &Probings) -> Result<Outcome, BadInput> {
+    fn qualifying(&self, setup: &Setup<'_>, plan: &Probings) -> Result<Outcome, BadInput> {
         let touches = |row: &Probing| {
             let own = Setup {
-                balls: strategy.balls.clone(),
+                balls: plan.balls.clone(),
                 ..setup.clone()
             };
             own.touching(row).map(|touching| touching.touches.len())
         };
         let mut all = 0;
-        for row in &strategy.rows {
-            all += touches(row).map_err(|why| not_reached((row.clone(), why), strategy))?;
+        for row in &plan.rows {
+            all += touches(row).map_err(|why| not_reached((row.clone(), why), plan))?;
         }
         let machine = &setup.machine.name;
-        let rows = strategy.rows.len();
+        let rows = plan.rows.len();
         match self.json {
             true => files::print_json(&Qualifying {
                 machine,
@@ -263,7 +263,7 @@ impl Arguments {
         let inputs = [
             Some(&self.machine),
             self.artefact.as_ref(),
-            self.strategy.as_ref(),
+            self.plan.as_ref(),
             self.as_good_as.as_ref(),
             self.errors.as_ref(),
         ];
@@ -340,8 +340,8 @@ impl Arguments {
         machine: &Machine,
         assumed: &ErrorModel,
     ) -> Result<Observations, BadInput> {
-        let strategy = files::read_instruments(&self.observations, machine)?;
-        expected(machine, &strategy, assumed, self.noise * 1e-3).map_err(|error| {
+        let plan = files::read_instruments(&self.observations, machine)?;
+        expected(machine, &plan, assumed, self.noise * 1e-3).map_err(|error| {
             let names: Vec<String> = (self.observations.iter())
                 .map(|path| path.display().to_string())
                 .collect();
@@ -360,7 +360,7 @@ impl Arguments {
         let found = positions(setup, set);
         let found = found.map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
         if let Some((ball, _, reason)) = found.left_out.first() {
-            let all = found.strategy.rows.len() + found.left_out.len();
+            let all = found.plan.rows.len() + found.left_out.len();
             eprintln!(
                 "note: {} of the {all} probings of {set} are left out, the first of ball {ball}: {reason}",
                 found.left_out.len()
@@ -377,7 +377,7 @@ impl Arguments {
     ) -> PlannedRows<'a> {
         let (indexings, criterion) = (self.indexings.as_deref(), self.best_for);
         match (given, other) {
-            (Some(strategy), _) => PlannedRows::Given(strategy),
+            (Some(plan), _) => PlannedRows::Given(plan),
             (None, Some(other)) => PlannedRows::AsGoodAs {
                 indexings,
                 other,
@@ -398,41 +398,41 @@ impl Arguments {
         let PlanError::Strategy { is_other, .. } = error else {
             return refused(error);
         };
-        let strategy = match is_other {
+        let plan = match is_other {
             true => &self.as_good_as,
-            false => &self.strategy,
+            false => &self.plan,
         };
-        let place = match (strategy, self.set) {
+        let place = match (plan, self.set) {
             (Some(path), _) => path.display().to_string(),
             (None, Some(set)) => set.name().to_owned(),
             (None, None) => match (&self.artefact, self.observations.first(), &self.output) {
                 (None, Some(path), _) | (_, _, Some(path)) => path.display().to_string(),
-                _ => "the proposed strategy".to_owned(),
+                _ => "the proposed plan".to_owned(),
             },
         };
         BadInput::new(format!("{place}: {error}"), error.remedy())
     }
 
-    fn write(&self, setup: &Setup<'_>, strategy: &Probings) -> Result<(), BadInput> {
+    fn write(&self, setup: &Setup<'_>, plan: &Probings) -> Result<(), BadInput> {
         // Do everything that can fail first, so that no file is written without the others.
-        let not_reached = |why: NotTouched| not_reached(*why, strategy);
+        let not_reached = |why: NotTouched| not_reached(*why, plan);
         let feeds = Feeds {
             touch: self.feed,
             near: self.approach,
         };
         let program = (self.program.as_ref())
-            .map(|path| linuxcnc(setup, strategy, feeds, &self.log).map(|text| (path, text)));
+            .map(|path| linuxcnc(setup, plan, feeds, &self.log).map(|text| (path, text)));
         let table = self
             .table
             .as_ref()
-            .map(|path| table(setup, strategy).map(|text| (path, text)));
-        let written = (self.output.as_ref())
-            .map(|path| (path, probings::write_strategy(strategy, setup.machine)));
+            .map(|path| table(setup, plan).map(|text| (path, text)));
+        let written =
+            (self.output.as_ref()).map(|path| (path, probings::write_plan(plan, setup.machine)));
         let program = program.transpose().map_err(not_reached)?;
         let table = table.transpose().map_err(not_reached)?;
         if program.is_some() || table.is_some() {
-            let steps = steps(setup, strategy).map_err(not_reached)?;
-            if let Some(collision) = collision(setup, strategy, &steps) {
+            let steps = steps(setup, plan).map_err(not_reached)?;
+            if let Some(collision) = collision(setup, plan, &steps) {
                 return Err(collides(&collision));
             }
         }
@@ -465,11 +465,11 @@ pub fn collides(collision: &Collision) -> BadInput {
 }
 
 /// A row that cannot be touched.
-pub fn not_reached((row, reason): (Probing, Unreachable), strategy: &Probings) -> BadInput {
+pub fn not_reached((row, reason): (Probing, Unreachable), plan: &Probings) -> BadInput {
     BadInput::new(
         format!(
-            "line {} of the strategy: ball {} cannot be touched: {reason}",
-            row.line, strategy.balls[row.ball]
+            "line {} of the plan: ball {} cannot be touched: {reason}",
+            row.line, plan.balls[row.ball]
         ),
         "leave this row out, or allow it: --cone, --clearance, --keep-apart, the balls' away_from_table, the range of the axis",
     )

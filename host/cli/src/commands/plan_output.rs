@@ -8,12 +8,12 @@ use trueaxis_model::errors::Parameter;
 use trueaxis_model::explain::MinimalParameters;
 
 /// How much is measured, in words.
-fn counted(setup: &Setup<'_>, strategy: &Probings, minutes: f64) -> String {
+fn counted(setup: &Setup<'_>, plan: &Probings, minutes: f64) -> String {
     let [observations, setups] = setup.observed();
     let mut parts = Vec::new();
-    if observations == 0 || !strategy.rows.is_empty() {
-        let balls = count(strategy.balls.len(), "ball");
-        let probings = count(strategy.rows.len(), "probing");
+    if observations == 0 || !plan.rows.is_empty() {
+        let balls = count(plan.balls.len(), "ball");
+        let probings = count(plan.rows.len(), "probing");
         parts.push(format!("{probings} of {balls}, {minutes:.0} min"));
     }
     if observations > 0 {
@@ -29,12 +29,12 @@ const NAMED: usize = 10;
 /// The text output.
 pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
     let (judgement, other) = (&planned.judgement, planned.other.as_ref());
-    let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let (plan, foreseen) = (&judgement.plan, &judgement.foreseen);
     let machine = setup.machine;
     let mut text = format!(
         "{}: {}\nrank {} of {}, condition {:.0}\n{}\n\n",
         machine.name,
-        counted(setup, strategy, minutes),
+        counted(setup, plan, minutes),
         foreseen.rank,
         foreseen.unknowns,
         foreseen.condition,
@@ -68,16 +68,16 @@ pub fn screen(setup: &Setup<'_>, planned: &Planned, minutes: f64) -> String {
     spread(&mut text, "direction (µrad)", directions, 1e6);
     unidentifiable::lines(
         &mut text,
-        "by this strategy",
+        "by this plan",
         machine,
-        &strategy.balls,
+        &plan.balls,
         &foreseen.unseen,
         &judgement.remedies,
     );
     if !judgement.unreachable.is_empty() {
         text += "\nrows that cannot be touched so\n";
         for (row, reason) in judgement.unreachable.iter().take(NAMED) {
-            let ball = &strategy.balls[row.ball];
+            let ball = &plan.balls[row.ball];
             text += &format!("  line {}: ball {ball}: {reason}\n", row.line);
         }
         more(&mut text, judgement.unreachable.len());
@@ -92,7 +92,7 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
     });
     *text += "parameter     standard   expanded (k = 2)";
     if let Some(other) = other {
-        *text += &format!("   standard with the other {}", other.strategy.rows.len());
+        *text += &format!("   standard with the other {}", other.plan.rows.len());
     }
     text.push('\n');
     let foreseen = &judgement.foreseen;

@@ -1,4 +1,4 @@
-//! Probes a strategy in a LinuxCNC that is running, touch by touch.
+//! Probes a plan in a LinuxCNC that is running, touch by touch.
 
 use super::bad_input::BadInput;
 use super::files;
@@ -142,10 +142,10 @@ pub fn bad(error: SessionError) -> BadInput {
     BadInput::new(format!("LinuxCNC: {}", error.error), error.remedy)
 }
 
-/// A strategy on its way into a log.
+/// A plan on its way into a log.
 pub struct Work<'a> {
     machine: &'a Machine,
-    strategy: Probings,
+    plan: Probings,
     /// Rows that are not in the log yet.
     rest: Probings,
     steps: Vec<ProbingStep>,
@@ -154,11 +154,11 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// What is left of a strategy; cuts a log that was stopped early after its last whole row.
+    /// What is left of a plan; cuts a log that was stopped early after its last whole row.
     pub fn new(
         machine: &'a Machine,
         artefact: &Artefact,
-        strategy: Probings,
+        plan: Probings,
         touching: &TouchOptions,
         speeds: &'a SpeedOptions,
         log: &'a Path,
@@ -168,9 +168,9 @@ impl<'a> Work<'a> {
         let rest = if log.exists() {
             let text = files::Text::read(log)?;
             let (kept, rest) =
-                resume(&text.text, &head, &strategy, probe.per_ball()).ok_or_else(|| {
+                resume(&text.text, &head, &plan, probe.per_ball()).ok_or_else(|| {
                     BadInput::new(
-                        format!("{} exists, and is no log of this strategy", log.display()),
+                        format!("{} exists, and is no log of this plan", log.display()),
                         "give -o another name",
                     )
                 })?;
@@ -179,17 +179,17 @@ impl<'a> Work<'a> {
             }
             rest
         } else {
-            strategy.clone()
+            plan.clone()
         };
         let setup = Setup {
             machine,
             artefact,
-            balls: strategy.balls.clone(),
+            balls: plan.balls.clone(),
             probe,
             sigma: 1e-3,
             observations: None,
         };
-        let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &strategy))?;
+        let steps = steps(&setup, &rest).map_err(|why| not_reached(*why, &plan))?;
         if let Some(collision) = collision(&setup, &rest, &steps) {
             return Err(collides(&collision));
         }
@@ -198,7 +198,7 @@ impl<'a> Work<'a> {
         }
         Ok(Self {
             machine,
-            strategy,
+            plan,
             rest,
             steps,
             speeds,
@@ -208,7 +208,7 @@ impl<'a> Work<'a> {
 
     /// What will be done.
     pub fn announced(&self) -> String {
-        let done = self.strategy.rows.len() - self.rest.rows.len();
+        let done = self.plan.rows.len() - self.rest.rows.len();
         let before = match done {
             0 => String::new(),
             rows => format!(", {rows} rows are in the log already"),
@@ -240,8 +240,8 @@ impl<'a> Work<'a> {
     }
 
     /// What can be wrong if a ball is not where it is expected in a row.
-    fn suspects(&self, line: Option<usize>) -> String {
-        let rows = self.strategy.rows.iter();
+    fn outliers(&self, line: Option<usize>) -> String {
+        let rows = self.plan.rows.iter();
         let row = rows.clone().find(|row| Some(row.line) == line);
         let axes = self.machine.axes.iter().enumerate();
         let turned = axes.filter(|(i, axis)| {
@@ -296,13 +296,13 @@ impl<'a> Work<'a> {
             match error {
                 ProbeError::Machine(error) => {
                     let remedy = match error.error.contains(TRIPPED) {
-                        true => self.suspects(None),
+                        true => self.outliers(None),
                         false => error.remedy,
                     };
                     BadInput::new(format!("LinuxCNC: {}; {so_far}", error.error), remedy)
                 }
                 ProbeError::NoContact { line, .. } => {
-                    BadInput::new(format!("{error}; {so_far}"), self.suspects(Some(line)))
+                    BadInput::new(format!("{error}; {so_far}"), self.outliers(Some(line)))
                 }
                 ProbeError::Log(_) => {
                     BadInput::new(format!("{error}; {so_far}"), "make room, then start again")

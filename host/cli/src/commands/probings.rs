@@ -16,27 +16,27 @@ use trueaxis_tables::validate::Runtime;
 
 /// Turn the log of a probing program into probings
 ///
-/// Fits a sphere to the five touches of each row of a strategy, and writes the axis positions at which the stylus
+/// Fits a sphere to the five touches of each row of a plan, and writes the axis positions at which the stylus
 /// centre is at the ball centre: the input of `trueaxis identify`. With `--apply`, reads probings that were recorded
 /// without compensation and writes what they would have been with it.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n  \
+    after_help = "Examples:\n  trueaxis probings machine.toml touches.log --plan plan.csv -o probings.csv\n  \
 trueaxis probings machine.toml before.csv --apply machine.trax -o after.csv\n\n\
 The log comes from the program that `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
 X Y Z A B C U V W. Logs of other controllers have a header and commas; machine positions, mm and degrees, five\n\
-touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
+touches for each row of the plan:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
     /// Log of the touches; with --apply, probings (CSV)
     log: PathBuf,
-    /// The strategy from which the program was written (CSV)
+    /// The plan from which the program was written (CSV)
     #[arg(long, value_name = "FILE.csv", required_unless_present = "apply")]
-    strategy: Option<PathBuf>,
+    plan: Option<PathBuf>,
     /// Convert recorded probings to what they would have been with this compensation on
-    #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["strategy", "ball_diameter", "stylus_diameter", "errors"])]
+    #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["plan", "ball_diameter", "stylus_diameter", "errors"])]
     apply: Option<PathBuf>,
     /// Diameter of the balls, to use it instead of fitting it
     #[arg(long, value_name = "MM", value_parser = positive)]
@@ -59,7 +59,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log];
     let others = [
-        &arguments.strategy,
+        &arguments.plan,
         &arguments.apply,
         &arguments.errors,
         &arguments.probe,
@@ -69,13 +69,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
-    let (csv, said) = match (&arguments.apply, &arguments.strategy) {
+    let (csv, said) = match (&arguments.apply, &arguments.plan) {
         (Some(blob), _) => arguments.applied(&machine, blob)?,
-        (None, Some(strategy)) => arguments.fitted(&machine, strategy)?,
+        (None, Some(plan)) => arguments.fitted(&machine, plan)?,
         (None, None) => {
             return Err(BadInput::new(
-                "neither --strategy nor --apply is given",
-                "give --strategy with a log, or --apply with probings",
+                "neither --plan nor --apply is given",
+                "give --plan with a log, or --apply with probings",
             ));
         }
     };
@@ -94,12 +94,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 impl Arguments {
     /// Probings from touches, as CSV, and a summary.
-    fn fitted(&self, machine: &Machine, strategy: &Path) -> Result<(String, String), BadInput> {
+    fn fitted(&self, machine: &Machine, plan: &Path) -> Result<(String, String), BadInput> {
         let errors = match &self.errors {
             Some(path) => files::read_errors(path, machine)?,
             None => ErrorModel::perfect(machine),
         };
-        let strategy = files::read_strategy(strategy, machine)?;
+        let plan = files::read_plan(plan, machine)?;
         let text = Text::read(&self.log)?;
         let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
         let probe = self.probe.as_deref();
@@ -117,7 +117,7 @@ impl Arguments {
         let diameters = self.ball_diameter.zip(stylus);
         let lobing = probe.map(|probe| probe.shape).unwrap_or_default();
         let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
-        let found = to_probings(machine, &strategy, &log, radius, &lobing, &errors);
+        let found = to_probings(machine, &plan, &log, radius, &lobing, &errors);
         let found = found.map_err(|e| text.bad(e))?;
         let csv = probings::write(&found.probings, machine);
         Ok((csv, said(&found, radius.is_some())))
@@ -187,7 +187,7 @@ pub fn said(found: &LogContents, is_known: bool) -> String {
             .first()
             .map_or(0.0, |touch| fitted.left[*probing][*touch]);
         text += &format!(
-            "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm\n",
+            "touches of ball {} disagree (line {} of the plan): line {} of the log by {:.1} µm\n",
             probings.balls[row.ball],
             row.line,
             lines.join(" or "),

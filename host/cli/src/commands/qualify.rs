@@ -21,10 +21,10 @@ use trueaxis_model::machine::Machine;
 /// positions, or a ball whose place is known, also tell where the tip is. What the touches do not determine is named.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy poses.csv --around 12 \\\n    \
+    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --plan poses.csv --around 12 \\\n    \
 --ball-diameter 20 --stylus-diameter 6 -o ball.csv\n  \
 trueaxis qualify machine.toml ball.csv --ball-diameter 20 --stylus-diameter 6 -o probe.toml\n  \
-trueaxis probings machine.toml touches.csv --strategy strategy.csv --probe probe.toml -o probings.csv\n\n\
+trueaxis probings machine.toml touches.csv --plan plan.csv --probe probe.toml -o probings.csv\n\n\
 All touches are of one ball, with the spindle at 0. poses.csv has a line for each rotary position: ball,A,C"
 )]
 pub struct Arguments {
@@ -91,7 +91,7 @@ struct QualifyAnswer {
     positions: usize,
     ball_apart_um: Option<f64>,
     undetermined: Vec<String>,
-    suspected: Vec<String>,
+    outliers: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -162,22 +162,22 @@ pub fn show(
         said += &format!("{}: written\n", output.display());
     }
     files::print(&said)?;
-    for suspicion in suspicions(found, log) {
-        eprintln!("warning: {suspicion}");
+    for sentence in sentences_about(found, log) {
+        eprintln!("warning: {sentence}");
     }
     Ok(())
 }
 
 fn outcome(found: &Qualified) -> Outcome {
-    match found.suspects.is_empty() {
+    match found.outliers.is_empty() {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     }
 }
 
-/// A sentence about each suspect.
-fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
-    let sentence = |suspect: &TouchSuspect| match suspect {
+/// A sentence about each outlier.
+fn sentences_about(found: &Qualified, log: &[Touched]) -> Vec<String> {
+    let sentence = |outlier: &TouchSuspect| match outlier {
         TouchSuspect::Touch(touch, off) => format!(
             "line {}: this touch is {:+.1} µm from where the others put the ball: look at it, and remove it if it is wrong",
             log[*touch].line,
@@ -204,8 +204,8 @@ fn suspicions(found: &Qualified, log: &[Touched]) -> Vec<String> {
             shift.apart[0] * 1e3
         )
     });
-    let suspects = found.suspects.iter().map(sentence);
-    suspects.chain(shift).collect()
+    let outliers = found.outliers.iter().map(sentence);
+    outliers.chain(shift).collect()
 }
 
 impl Arguments {
@@ -261,7 +261,7 @@ fn answer(found: &Qualified, log: &[Touched]) -> QualifyAnswer {
         positions: found.positions,
         ball_apart_um: found.apart.map(um),
         undetermined: found.undetermined.iter().map(ToString::to_string).collect(),
-        suspected: suspicions(found, log),
+        outliers: sentences_about(found, log),
     }
 }
 

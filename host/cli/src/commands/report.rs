@@ -36,7 +36,7 @@ use trueaxis_tables::validate::Runtime;
 #[command(
     after_help = "Examples:\n  trueaxis report machine.toml errors.toml machine.trax -o report.html --date 2026-11-23\n  \
 trueaxis report machine.toml errors.toml --json > now.json\n  \
-trueaxis report machine.toml errors.toml machine.trax --certificate -o certificate.html \\\n    \
+trueaxis report machine.toml errors.toml machine.trax --calibration-report -o calibration.html \\\n    \
 --calibration calibration.toml --identification found.json --validation validation.json"
 )]
 pub struct Arguments {
@@ -68,9 +68,9 @@ pub struct Arguments {
     compare: Option<PathBuf>,
     /// Write a calibration report to hand over instead of the page: four A4 pages at most
     #[arg(long, conflicts_with_all = ["pictures", "compare"])]
-    certificate: bool,
+    calibration_report: bool,
     /// Operator, instruments, temperatures, limits and stated uncertainties for it (calibration.toml)
-    #[arg(long, value_name = "FILE.toml", requires = "certificate")]
+    #[arg(long, value_name = "FILE.toml", requires = "calibration_report")]
     calibration: Option<PathBuf>,
     /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)
     #[arg(long, value_name = "TEXT")]
@@ -101,18 +101,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_ref()
         .and_then(|runtime| compile::belongs(&machine, &errors, runtime).err());
     let runtime = runtime.filter(|_| mismatch.is_none());
-    let proof = match &runtime {
+    let verification = match &runtime {
         Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
         None => None,
     };
-    let compensation = runtime.as_ref().zip(proof.as_ref());
-    let compensation = compensation.map(|(runtime, (proof, uncertainty))| ReportedCompensation {
-        runtime,
-        proof,
-        uncertainty: uncertainty.as_ref(),
-        zero_at: zero_at.as_deref(),
-        tolerance_um: arguments.tolerance,
-    });
+    let compensation = runtime.as_ref().zip(verification.as_ref());
+    let compensation =
+        compensation.map(
+            |(runtime, (verification, uncertainty))| ReportedCompensation {
+                runtime,
+                verification,
+                uncertainty: uncertainty.as_ref(),
+                zero_at: zero_at.as_deref(),
+                tolerance_um: arguments.tolerance,
+            },
+        );
     let policy = match &runtime {
         Some(runtime) => runtime.compensation().policy(),
         None => stored(Default::default()),
@@ -125,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         policy,
         &mismatch,
     )?;
-    let conforms = if arguments.certificate {
+    let conforms = if arguments.calibration_report {
         let calibration = std::mem::take(&mut given.calibration);
         let certificate =
             certificate::certificate(&machine, &errors, compensation, &report, calibration)
@@ -298,7 +301,7 @@ impl Arguments {
             .map_err(|error| bad(&error))?;
         report.validation = given.validation.take();
         let identification = (&self.identification, &report.identification);
-        if let (true, (Some(path), None)) = (self.certificate, identification) {
+        if let (true, (Some(path), None)) = (self.calibration_report, identification) {
             return Err(BadInput::new(
                 format!(
                     "{}: this identification is of another machine",
@@ -382,10 +385,10 @@ impl Arguments {
         let RandomOptions { random, seed } = self.random;
         let random = random as usize;
         let bar = ProgressBarOnScreen::new();
-        let proof = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
+        let verification = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
         let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
         Ok((
-            proof.map_err(blame)?,
+            verification.map_err(blame)?,
             uncertainty.map_err(|error| blame(error.into()))?,
         ))
     }

@@ -19,7 +19,7 @@ use trueaxis_tables::schemes::{self, Scheme};
 
 /// Compare all schemes on one machine, side by side
 ///
-/// Runs `exact` and the schemes of the source document, and prints the figures of each proof: translation and
+/// Runs `exact` and the schemes of the source document, and prints the figures of each verification: translation and
 /// direction of the volumetric error over the whole travel, and the difference from the kinematic correction. Then
 /// prints how much of each error parameter is removed (Eq. 38), identified from simulated probings with the
 /// compensation on. Schemes that do not support the machine are listed with the reason. Writes no files.

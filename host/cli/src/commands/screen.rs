@@ -15,7 +15,7 @@ const OUTSIDE: &str = "outside the ranges of the error motions";
 const LENGTH_MATTERS: f64 = 0.01;
 
 /// Volumetric errors before and after, a line each: what most users want to know.
-pub fn summary(proof: &Proof) -> String {
+pub fn summary(verification: &Proof) -> String {
     let mut text = format!(
         "{:34}{:>21}{:>27}\n{:34}{:>10} {:>10}      {:>10} {:>10}\n",
         "volumetric error",
@@ -34,13 +34,17 @@ pub fn summary(proof: &Proof) -> String {
             text += &format!("{name:34}{tip}      {direction}\n");
         }
     };
-    match (&proof.held, &proof.inside, &proof.outside) {
+    match (
+        &verification.held,
+        &verification.inside,
+        &verification.outside,
+    ) {
         (Some(held), ..) => rows(
             "before, at these rotary positions",
             "with the tables",
             &held.found,
         ),
-        (None, Some(inside), outside) if proof.partly_calibrated => {
+        (None, Some(inside), outside) if verification.partly_calibrated => {
             rows(
                 "before, inside the calibrated ranges",
                 "with the tables",
@@ -53,7 +57,7 @@ pub fn summary(proof: &Proof) -> String {
         _ => rows(
             "before, over the whole travel",
             "with the tables",
-            &proof.travel,
+            &verification.travel,
         ),
     }
     text
@@ -61,14 +65,14 @@ pub fn summary(proof: &Proof) -> String {
 
 /// Volumetric errors before and after, in each region that differs. Regions that differ by next to nothing are shown
 /// as one; if only that makes the tolerance fail, a line says so.
-pub fn quality(proof: &Proof, tolerance: f64) -> String {
+pub fn quality(verification: &Proof, tolerance: f64) -> String {
     let mut text = String::new();
     text += &format!(
         "volumetric error{:>28}{:>34}\n",
         "translation (µm)", "tool direction (µrad)"
     );
     text += &format!("{:22}{}    {}\n", "", heads(), heads());
-    if let Some(held) = &proof.held {
+    if let Some(held) = &verification.held {
         let axes = held.axes.iter();
         let axes: Vec<String> = axes
             .map(|(letter, position)| format!("{letter} = {position}"))
@@ -76,30 +80,37 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
         let name = format!("at {}, for which the tables are made", axes.join(", "));
         region(&mut text, &name, &held.found);
     }
-    if proof.partly_calibrated {
-        for (name, found) in [(INSIDE, &proof.inside), (OUTSIDE, &proof.outside)] {
+    if verification.partly_calibrated {
+        for (name, found) in [
+            (INSIDE, &verification.inside),
+            (OUTSIDE, &verification.outside),
+        ] {
             if let Some(found) = found {
                 region(&mut text, name, found);
             }
         }
-        near_points(&mut text, proof);
+        near_points(&mut text, verification);
         return text;
     }
-    region(&mut text, "whole travel", &proof.travel);
-    if let Some(inside) = &proof.inside
-        && !proof.travel.meets(tolerance)
-        && inside.deviations != proof.travel.deviations
+    region(&mut text, "whole travel", &verification.travel);
+    if let Some(inside) = &verification.inside
+        && !verification.travel.meets(tolerance)
+        && inside.deviations != verification.travel.deviations
     {
         text += &format!("  {INSIDE}, {}\n", difference(inside));
     }
-    near_points(&mut text, proof);
+    near_points(&mut text, verification);
     text
 }
 
 /// Positions that do not count for the tolerance, because no table that reads commands is exact there.
-fn near_points(text: &mut String, proof: &Proof) {
-    if let Some(near) = &proof.near_points {
-        let all = near.positions + proof.inside.as_ref().map_or(0, |found| found.positions);
+fn near_points(text: &mut String, verification: &Proof) {
+    if let Some(near) = &verification.near_points {
+        let all = near.positions
+            + verification
+                .inside
+                .as_ref()
+                .map_or(0, |found| found.positions);
         *text += &format!(
             "  within one correction of a measured point, {} of {all} positions, {}\n",
             near.positions,
@@ -306,8 +317,8 @@ pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
 }
 
 /// The effect of another tool, if it matters.
-pub fn tool_length(proof: &Proof) -> String {
-    match proof.um_per_mm_of_tool_length {
+pub fn tool_length(verification: &Proof) -> String {
+    match verification.um_per_mm_of_tool_length {
         Some(um) if um >= LENGTH_MATTERS => format!(
             "Each mm of another tool length adds up to {} µm of error; length_range_mm in the machine file makes the length an input.\n",
             number(um)

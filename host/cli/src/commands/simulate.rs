@@ -24,7 +24,7 @@ use trueaxis_tables::validate::Runtime;
 
 /// Simulate measurements of a machine with known errors, or a controller
 ///
-/// Use it to try a strategy before measuring, to test an identification against known values, or to try a controller
+/// Use it to try a plan before measuring, to test an identification against known values, or to try a controller
 /// without a board.
 #[derive(Args)]
 pub struct Arguments {
@@ -48,9 +48,9 @@ enum SimulateCommand {
 /// Simulate probings: axis positions with the stylus on the balls
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n  \
-trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --active machine.trax -o after.csv\n\n\
-The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir is\n\
+    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --plan plan.csv --noise 1 -o probings.csv\n  \
+trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --plan plan.csv --active machine.trax -o after.csv\n\n\
+The plan has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir is\n\
 the direction from which an axis arrived:\n  ball,A,C\n  1,15,60\n  1,30,180"
 )]
 struct SimulatedProbings {
@@ -61,7 +61,7 @@ struct SimulatedProbings {
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
     #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    plan: PathBuf,
     /// Where to write the probings (CSV; default: standard output)
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -94,10 +94,10 @@ struct SimulatedProbings {
     seed: u64,
 }
 
-fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
+fn not_simulated(plan: &Path, error: &SimulateError) -> BadInput {
     BadInput::new(
-        format!("{}: {error}", strategy.display()),
-        "correct the strategy, or where the balls are in the artefact",
+        format!("{}: {error}", plan.display()),
+        "correct the plan, or where the balls are in the artefact",
     )
 }
 
@@ -121,7 +121,7 @@ impl SimulatedProbings {
             &self.files.machine,
             &self.files.errors,
             &self.artefact,
-            &self.strategy,
+            &self.plan,
         ];
         inputs.extend(self.active.as_deref());
         if let Some(output) = &self.output {
@@ -130,7 +130,7 @@ impl SimulatedProbings {
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
         let artefact = files::read_artefact(&self.artefact, &machine)?;
-        let strategy = files::read_strategy(&self.strategy, &machine)?;
+        let plan = files::read_plan(&self.plan, &machine)?;
         let disturbances = Disturbances {
             noise: self.noise * 1e-3,
             drift: drift.map(|v| v * 1e-3),
@@ -141,16 +141,16 @@ impl SimulatedProbings {
         };
         let kinematics = Kinematics::new(&machine, &errors);
         let measured = match &self.active {
-            None => simulate::probings(&kinematics, &artefact, &strategy, &disturbances),
+            None => simulate::probings(&kinematics, &artefact, &plan, &disturbances),
             Some(path) => {
                 let blob = files::read_blob(path)?;
                 let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
                 belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
                 let added = |rows: &[_]| Ok(corrections(&machine, &runtime, rows));
-                compensated(&kinematics, &artefact, &strategy, &disturbances, added)
+                compensated(&kinematics, &artefact, &plan, &disturbances, added)
             }
         };
-        let measured = measured.map_err(|error| not_simulated(&self.strategy, &error))?;
+        let measured = measured.map_err(|error| not_simulated(&self.plan, &error))?;
         let csv = probings::write(&measured, &machine);
         let balls = count(measured.balls.len(), "ball");
         let said = format!("{} probings of {balls}", measured.rows.len());

@@ -75,7 +75,7 @@ impl TouchOptions {
         self.ball_diameter
     }
 
-    /// With five touches of each ball, as a strategy has them.
+    /// With five touches of each ball, as a plan has them.
     pub fn five(&self) -> Self {
         Self {
             around: None,

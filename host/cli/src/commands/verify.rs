@@ -68,7 +68,7 @@ struct VerifyAnswer<'a> {
     #[serde(flatten)]
     size: Size,
     #[serde(flatten)]
-    proof: &'a Proof,
+    verification: &'a Proof,
     /// 95 % interval of the error that uncertain parameters leave.
     uncertainty: Option<&'a OverTravel>,
 }
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map_err(|error| blame(error.into()))?;
     let bar = ProgressBarOnScreen::new();
     let RandomOptions { random, seed } = arguments.random;
-    let proof = compile::prove_held(
+    let verification = compile::prove_held(
         &machine,
         &errors,
         &runtime,
@@ -115,16 +115,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     drop(bar);
     let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), seed)
         .map_err(|error| blame(error.into()))?;
-    let mut refusals = proof.refusals(*tolerance);
+    let mut refusals = verification.refusals(*tolerance);
     if !held.is_empty() {
         // Elsewhere, deviations are reported but do not fail.
         refusals.retain(Refusal::yields_to_best_effort);
     }
-    let warnings = compile::worse(&proof, *tolerance);
+    let warnings = compile::worse(&verification, *tolerance);
     let size = Size::of(&runtime);
     let compensation = ReportedCompensation {
         runtime: &runtime,
-        proof: &proof,
+        verification: &verification,
         uncertainty: uncertainty.as_ref(),
         zero_at: subtracted.zero_at.as_deref(),
         tolerance_um: *tolerance,
@@ -137,11 +137,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             policy: policy.into(),
             tolerance_um: *tolerance,
             tolerance_urad: tolerance_urad(of_blob(policy), *tolerance),
-            meets_tolerance: proof.meets(*tolerance),
+            meets_tolerance: verification.meets(*tolerance),
             refusals: &refusals,
             warnings: &warnings,
             size,
-            proof: &proof,
+            verification: &verification,
             uncertainty: uncertainty.as_ref(),
         })?;
     } else {
@@ -180,16 +180,16 @@ impl Arguments {
     ) -> Result<String, BadInput> {
         let told = report::verdict(machine, errors, Some(compensation), self.random.seed)
             .map_err(|error| super::report::bad(&error))?;
-        let proof = compensation.proof;
+        let verification = compensation.verification;
         let title = format!("{}: {}\n", self.blob.display(), machine.name);
         Ok(title
             + &screen::size(size)
             + &screen::zero(self.zero_at.as_deref())
             + &screen::policy(compensation.runtime.compensation().policy())
             + "\n"
-            + &screen::quality(proof, self.tolerance)
+            + &screen::quality(verification, self.tolerance)
             + &screen::uncertainty(compensation.uncertainty)
-            + &screen::tool_length(proof)
+            + &screen::tool_length(verification)
             + &verdict::lines(&told))
     }
 }

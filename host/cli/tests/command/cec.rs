@@ -55,12 +55,12 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
             // One output per table: at most F0 and three products for each linear axis, and one table for each
             // rotary one.
             assert!(tables <= 23, "{policy} {factor_tables}: {tables}");
-            for axis in told["proof"]["axes"].as_array().unwrap() {
+            for axis in told["verification"]["axes"].as_array().unwrap() {
                 // 0.05 µm or µrad; f32 rounding is a thousandth of that.
                 assert!(axis["difference"].as_f64().unwrap() < 0.05, "{axis}");
             }
             let text = std::fs::read_to_string(&cec).unwrap();
-            for axis in told["proof"]["axes"].as_array().unwrap() {
+            for axis in told["verification"]["axes"].as_array().unwrap() {
                 let at = "XYZAC".find(axis["axis"].as_str().unwrap()).unwrap();
                 let said = format!(
                     "; AX{}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least ",
@@ -195,7 +195,7 @@ fn the_trigonometric_scheme_is_exported_at_the_default_limits() {
             assert_eq!(told["tables"], 23);
             // The default of --factor-limit.
             assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
-            for axis in told["proof"]["axes"].as_array().unwrap() {
+            for axis in told["verification"]["axes"].as_array().unwrap() {
                 // Products in another order: f32 rounding of a tenth of a millimetre.
                 assert!(axis["difference"].as_f64().unwrap() < 1e-3, "{axis}");
             }

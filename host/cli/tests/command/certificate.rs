@@ -1,4 +1,4 @@
-//! The certificate: one example as it is read, what is missing, hostile text, limits, and messages about bad input.
+//! The calibration report: one example as it is read, what is missing, hostile text, limits, and messages about bad input.
 
 use crate::identify::probings;
 use crate::program::{Folder, answer, blob, example, refused, trueaxis};
@@ -28,13 +28,13 @@ fn kolibri(folder: &Folder) -> [String; 3] {
 }
 
 const VALIDATION: &str = r#"{ "probings": 10, "before": { "rms_um": 61.2, "largest_um": 88.0 },
-    "after": { "rms_um": 2.4, "largest_um": 3.9 }, "probing_um": 1.8, "band_um": 1.2, "expected_um": 2.9,
+    "after": { "rms_um": 2.4, "largest_um": 3.9 }, "probing_um": 1.8, "coverage_um": 1.2, "expected_um": 2.9,
     "is_kept": true }"#;
 
-/// Writes a certificate; checks that it exits with `code`, and returns the page and what was printed.
+/// Writes a calibration report; checks that it exits with `code`, and returns the page and what was printed.
 fn certificate(folder: &Folder, code: i32, arguments: &[&str]) -> [String; 2] {
-    let out = folder.at("certificate.html");
-    let start = ["report", "--certificate", "-o", &out];
+    let out = folder.at("calibration.html");
+    let start = ["report", "--calibration-report", "-o", &out];
     let said = answer(code, &[&start, arguments].concat());
     [std::fs::read_to_string(out).unwrap(), said]
 }
@@ -140,9 +140,9 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
         1,
         &[&router[0], &router[1], "--calibration", &limits],
     );
-    assert!(said.starts_with(&folder.at("certificate.html")), "{said}");
+    assert!(said.starts_with(&folder.at("calibration.html")), "{said}");
     assert!(
-        said.contains("NOT DECIDED: of the stated limit, 0 proven, 1 not decided."),
+        said.contains("NOT DECIDED: of the stated limit, 0 verified, 1 not decided."),
         "{said}"
     );
     assert!(
@@ -160,7 +160,7 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
 fn limits_are_judged_with_their_uncertainty_and_the_tables() {
     let folder = Folder::new();
     let files = ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
-    // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: proven to be more than 30, and less than 90.
+    // EZ0S is 55.6 µm with a standard uncertainty of 3.4 µm and more: verified to be more than 30, and less than 90.
     let limit =
         |quantity: &str, um: f64| format!("[[limit]]\nquantity = \"{quantity}\"\num = {um}\n");
     let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
@@ -172,7 +172,7 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
             "report",
             &files[0],
             &files[1],
-            "--certificate",
+            "--calibration-report",
             "--json",
             "--calibration",
             &path,
@@ -211,12 +211,12 @@ fn limits_are_judged_with_their_uncertainty_and_the_tables() {
 /// The date and an instrument.
 const STATED: &str = "date = 2026-11-26\n[[instrument]]\nname = \"Touch probe\"\n";
 
-/// The least that a certificate reads of an identification, with `more` keys.
+/// The least that a calibration report reads of an identification, with `more` keys.
 fn identified(machine: &str, more: &str) -> String {
     format!(
         r#"{{ "machine": "{machine}", "probings": 0, "probed": [], "balls": [], "parameters": [], "correlations": [],
             "unseen": [], "noise_um": 1.0, "noise_of_stated": 1.0, "degrees_of_freedom": 100, "condition": 1.0, "held_out": null,
-            "left_um": [1.0, 1.0, 1.0], "checks": [], "suspected": [], "rows": []{more} }}"#
+            "left_um": [1.0, 1.0, 1.0], "checks": [], "outliers": [], "rows": []{more} }}"#
     )
 }
 
@@ -241,7 +241,7 @@ fn nothing_passes_without_its_grounds() {
     });
     let judged = |stated: &str, errors: &str, found: Option<String>| {
         let calibration = folder.file("limits.toml", stated.to_owned() + &limits.concat());
-        let mut arguments = vec!["report", &machine, errors, "--certificate", "--json"];
+        let mut arguments = vec!["report", &machine, errors, "--calibration-report", "--json"];
         arguments.extend(["--calibration", &calibration]);
         let found = found.map(|text| folder.file("found.json", text));
         arguments.extend(found.iter().flat_map(|path| ["--identification", path]));
@@ -358,7 +358,7 @@ fn nothing_is_decided_beyond_the_probed_zone_nor_where_an_unmeasured_error_matte
             "report",
             &machine,
             &errors,
-            "--certificate",
+            "--calibration-report",
             "--json",
             "--calibration",
             &calibration,
@@ -405,7 +405,13 @@ fn a_limit_of_tip_and_direction_can_be_decided_for_the_probed_zone() {
     let found = folder.file("found.json", identified("Huron K2X8-Five", ""));
     let report = |limit: &str| {
         let calibration = folder.file("limits.toml", format!("{STATED}[[limit]]\n{limit}\n"));
-        let mut arguments = vec!["report", &machine, &errors, "--certificate", "--json"];
+        let mut arguments = vec![
+            "report",
+            &machine,
+            &errors,
+            "--calibration-report",
+            "--json",
+        ];
         arguments.extend(["--calibration", &calibration, "--identification", &found]);
         trueaxis(&arguments)
     };
@@ -574,7 +580,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             "report",
             &files[0],
             &files[1],
-            "--certificate",
+            "--calibration-report",
             "-o",
             &out,
             "--calibration",
@@ -589,7 +595,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             "report",
             &files[0],
             &files[1],
-            "--certificate",
+            "--calibration-report",
             "--json",
             "--validation",
             &path,
@@ -601,7 +607,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
             "report",
             &files[0],
             &files[1],
-            "--certificate",
+            "--calibration-report",
             "-o",
             &path,
             "--calibration",
@@ -609,7 +615,7 @@ fn a_bad_calibration_is_refused_with_line_and_remedy() {
         ],
         &["the output", "is the input"],
     );
-    // Statements without a certificate.
+    // Statements without a calibration report.
     let output = trueaxis(&[
         "report",
         &files[0],
@@ -627,13 +633,13 @@ fn an_identification_of_another_machine_is_refused() {
     let [_, _, found] = kolibri(&folder);
     let [machine, errors] =
         ["machine", "errors-13"].map(|name| example(&format!("huron-k2x8/{name}.toml")));
-    let out = folder.at("certificate.html");
+    let out = folder.at("calibration.html");
     refused(
         &[
             "report",
             &machine,
             &errors,
-            "--certificate",
+            "--calibration-report",
             "-o",
             &out,
             "--identification",

@@ -25,23 +25,23 @@ fn rows_on_which_the_spindle_meets_the_cradle_are_not_planned() {
     let folder = Folder::new();
     let [machine, artefact] = files();
     let plain_machine = example("linuxcnc-xyzac-trt/machine.toml");
-    let strategy = folder.at("strategy.csv");
+    let plan = folder.at("plan.csv");
     let program = folder.at("probe.ngc");
     // With C at 0 the ball is near an arm of the cradle, and the spindle is wide.
-    let tilted = ["--strategy", &strategy, "--program", &program];
+    let tilted = ["--plan", &plan, "--program", &program];
     folder.file(
-        "strategy.csv",
+        "plan.csv",
         "ball,A,C\nlow,0,90\nhigh,0,90\nlow,10,45\nlow,0,0\nlow,60,90\nhigh,60,90\n",
     );
     refused(
         &words(&machine, &artefact, &tilted),
         &[
-            "line 5 of the strategy",
+            "line 5 of the plan",
             "`spindle` would pass `right arm of the cradle`",
             "1.0 mm are asked",
         ],
     );
-    assert_eq!(folder.names(), ["strategy.csv"]);
+    assert_eq!(folder.names(), ["plan.csv"]);
     // Without solids nothing is known of it.
     let bare = folder.file(
         "bare.toml",
@@ -67,7 +67,7 @@ fn rows_on_which_the_spindle_meets_the_cradle_are_not_planned() {
         "-o",
         &proposed,
     ];
-    let judge = ["--strategy", &proposed, "--program", &program];
+    let judge = ["--plan", &proposed, "--program", &program];
     answer(0, &words(&plain_machine, &bare, &propose));
     refused(&words(&machine, &artefact, &judge), &["`spindle` would"]);
     answer(0, &words(&machine, &artefact, &propose));
@@ -86,14 +86,14 @@ fn axes_turn_where_that_is_clear() {
              diameter_mm = 4.0\nlength_mm = 300.0\norigin_mm = [60.0, {y:?}, -250.0]\n"
         )
     };
-    let strategy = folder.file(
-        "strategy.csv",
+    let plan = folder.file(
+        "plan.csv",
         "ball,A,C\nlow,0,90\nlow,0,-90\nlow,10,-90\nlow,-10,-90\n",
     );
     let program = folder.at("probe.ngc");
     let moves = |y: f64| -> Vec<String> {
         let machine = folder.file("machine.toml", pin(y));
-        let more = ["--strategy", &strategy, "--program", &program];
+        let more = ["--plan", &plan, "--program", &program];
         let output = trueaxis(&words(&machine, &artefact, &more));
         let said = plain(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{said}");

@@ -4,11 +4,11 @@ use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
 pub fn probings(folder: &Folder, more: &[&str]) -> String {
-    probings_of(folder, &example("kolibri/strategy.csv"), more)
+    probings_of(folder, &example("kolibri/plan.csv"), more)
 }
 
-/// Like `probings`, for another strategy.
-pub fn probings_of(folder: &Folder, strategy: &str, more: &[&str]) -> String {
+/// Like `probings`, for another plan.
+pub fn probings_of(folder: &Folder, plan: &str, more: &[&str]) -> String {
     let out = folder.at("probings.csv");
     let files = ["machine.toml", "errors-10.toml", "artefact.toml"];
     let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}")));
@@ -20,7 +20,7 @@ pub fn probings_of(folder: &Folder, strategy: &str, more: &[&str]) -> String {
         "--artefact",
         &artefact,
     ];
-    arguments.extend(["--strategy", strategy, "--noise", "1", "-o", &out]);
+    arguments.extend(["--plan", plan, "--noise", "1", "-o", &out]);
     arguments.extend(more);
     answer(0, &arguments);
     out
@@ -144,7 +144,7 @@ fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
 fn validated_with(errors: &str, folder: &Folder, name: &str, more: &[&str]) -> String {
     let out = folder.at(name);
     let files = ["machine.toml", "artefact.toml", "validation.csv"];
-    let [machine, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, artefact, plan] = files.map(|f| example(&format!("kolibri/{f}")));
     let arguments = [
         "simulate",
         "probings",
@@ -152,8 +152,8 @@ fn validated_with(errors: &str, folder: &Folder, name: &str, more: &[&str]) -> S
         errors,
         "--artefact",
         &artefact,
-        "--strategy",
-        &strategy,
+        "--plan",
+        &plan,
         "-o",
         &out,
     ];
@@ -309,7 +309,7 @@ fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
         );
         of(&serde_json::from_str(&found).unwrap(), "EB0A")[0]
     };
-    // Tables are within 0.05 µm of the exact correction, which is less than 1 µrad at levers of 0.1 m.
+    // Tables are within 0.05 µm of the reference correction, which is less than 1 µrad at levers of 0.1 m.
     assert!(of_all(&[]).abs() < 1e-6);
     // With the tables undone, only f32 rounding remains.
     assert!((of_all(&["--active", &blob]) - 1.09e-3).abs() < 1e-9);
@@ -344,7 +344,7 @@ fn recorded_probings_with_an_exact_compensation_applied_identify_to_nothing() {
     };
     let left = found(&[]);
     for one in left["parameters"].as_array().unwrap() {
-        // Tables are within 0.05 µm of the exact correction, which is less than 1 µrad and 1 µm/m at levers of 0.1
+        // Tables are within 0.05 µm of the reference correction, which is less than 1 µrad and 1 µm/m at levers of 0.1
         // m. The bound is stricter for EY0C, which is in mm.
         assert!(one["value"].as_f64().unwrap().abs() < 1e-6, "{one}");
     }
@@ -561,19 +561,19 @@ fn what_cannot_be_probed_is_not_simulated() {
     let folder = Folder::new();
     let [machine, errors, artefact] = ["machine.toml", "errors-10.toml", "artefact.toml"]
         .map(|f| example(&format!("kolibri/{f}")));
-    for (strategy, ball, parts) in [
+    for (plan, ball, parts) in [
         (
             "ball,A,C\n9,0,0\n",
             None,
-            ["ball `9` has no nominal_mm", "correct the strategy"],
+            ["ball `9` has no nominal_mm", "correct the plan"],
         ),
         (
             "ball,A,C\n1,0,0\n",
             Some("[[ball]]\nname = \"1\"\nnominal_mm = [500.0, 0.0, 0.0]\n"),
-            ["line 2: ball `1` is at X = 500", "correct the strategy"],
+            ["line 2: ball `1` is at X = 500", "correct the plan"],
         ),
     ] {
-        let strategy = folder.file("s.csv", strategy);
+        let plan = folder.file("s.csv", plan);
         let artefact = ball.map_or(artefact.clone(), |text| folder.file("a.toml", text));
         refused(
             &[
@@ -583,8 +583,8 @@ fn what_cannot_be_probed_is_not_simulated() {
                 &errors,
                 "--artefact",
                 &artefact,
-                "--strategy",
-                &strategy,
+                "--plan",
+                &plan,
             ],
             &parts,
         );
@@ -606,7 +606,7 @@ z_standard_uncertainty_mm = 1e-3
 fn what_the_stylus_takes_up_stays_known_as_not_seen() {
     let folder = Folder::new();
     let of = |file: &str| example(&format!("kolibri/{file}"));
-    let [machine, artefact, strategy] = ["machine.toml", "artefact.toml", "strategy.csv"].map(of);
+    let [machine, artefact, plan] = ["machine.toml", "artefact.toml", "plan.csv"].map(of);
     let text = std::fs::read_to_string(of("errors-10.toml")).unwrap();
     let text = text.replace("EB0A =", "EX0C = 20e-3\nEB0A =");
     let truth = folder.file("truth.toml", text);
@@ -619,8 +619,8 @@ fn what_the_stylus_takes_up_stays_known_as_not_seen() {
         "--artefact",
         &artefact,
     ];
-    let strategy = ["--strategy", &strategy, "--noise", "0.5", "-o", &measured];
-    answer(0, &[&simulate[..], &strategy].concat());
+    let plan = ["--plan", &plan, "--noise", "0.5", "-o", &measured];
+    answer(0, &[&simulate[..], &plan].concat());
     let found = folder.at("found.toml");
     let identify = |artefact: &str| {
         let start = ["identify", &machine, &measured, "--artefact", artefact];

@@ -51,9 +51,9 @@ fn keys_of_json_stay_what_they_are() {
     let runs = folder.file("x.csv", RUNS);
     let (out, page) = (folder.at("out.trax"), folder.at("again.csv"));
     let compiled = blob("huron");
-    let strategy = file("kolibri/strategy.csv");
+    let plan = file("kolibri/plan.csv");
     let few: String = {
-        let all = std::fs::read_to_string(&strategy).unwrap();
+        let all = std::fs::read_to_string(&plan).unwrap();
         all.lines()
             .take(22)
             .map(|line| line.to_owned() + "\n")

@@ -1779,7 +1779,7 @@ fn backlash_is_made_up_as_fast_as_the_joint_can() {
     assert!(machine.contains("max_acceleration = 1000.0"), "{machine}");
     assert!(!machine.contains("max_reversal_acceleration"), "{machine}");
     // The rounding of f32 at 200 mm is 1.5e-5.
-    assert!(machine.contains("hysteresis = 3e-5"), "{machine}");
+    assert!(machine.contains("reversal_threshold = 3e-5"), "{machine}");
     // 2 √(0.03 / 667) s
     assert!(
         said.contains("X reverses by 0.03000 mm in 13 ms: beside a circle of R30 mm"),

@@ -16,16 +16,10 @@ const STRATEGY: &str = "ball,A,C\nlow,0,0\nhigh,20,30\n";
 fn probe(folder: &Folder, artefact: &str) -> Output {
     let machine = example("linuxcnc-xyzac-trt/machine.toml");
     let artefact = folder.file("artefact.toml", artefact);
-    let strategy = folder.file("strategy.csv", STRATEGY);
+    let plan = folder.file("plan.csv", STRATEGY);
     let mut command = Command::new(env!("CARGO_BIN_EXE_trueaxis"));
     command.args(["linuxcnc", "probe", &machine, "--artefact", &artefact]);
-    command.args([
-        "--strategy",
-        &strategy,
-        "-o",
-        &folder.at("touches.csv"),
-        "--yes",
-    ]);
+    command.args(["--plan", &plan, "-o", &folder.at("touches.csv"), "--yes"]);
     command.args(["--ball-diameter", "20", "--stylus-diameter", "6"]);
     command.env("PATH", "").output().unwrap()
 }
@@ -57,7 +51,7 @@ fn a_log_of_something_else_is_left_alone() {
     let output = probe(&folder, &artefact(160.0));
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        said(&output).contains("is no log of this strategy"),
+        said(&output).contains("is no log of this plan"),
         "{}",
         said(&output)
     );

@@ -212,9 +212,9 @@ fn a_position_of_a_rotary_axis_that_is_off_is_named() {
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");
     // The machine stood at 15.0025° where it reported 15°: 44 µrad.
-    let strategy = std::fs::read_to_string(example("kolibri/strategy.csv")).unwrap();
-    let strategy = folder.file("strategy.csv", strategy.replace(",15,", ",15.0025,"));
-    let text = std::fs::read_to_string(probings_of(&folder, &strategy, &[])).unwrap();
+    let plan = std::fs::read_to_string(example("kolibri/plan.csv")).unwrap();
+    let plan = folder.file("plan.csv", plan.replace(",15,", ",15.0025,"));
+    let text = std::fs::read_to_string(probings_of(&folder, &plan, &[])).unwrap();
     let text = text.replace(",15.002500000,", ",15.000000000,");
     let file = folder.file("reported.csv", text);
     let output = trueaxis(&["identify", &machine, &file, "--model", "10"]);

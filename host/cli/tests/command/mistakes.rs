@@ -57,7 +57,7 @@ impl Table {
 
 const MACHINE: &str = "kolibri/machine.toml";
 
-/// Simulates with a modified artefact, machine or strategy.
+/// Simulates with a modified artefact, machine or plan.
 fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
     let file = |name: &str| {
         let mut text = std::fs::read_to_string(example(&format!("kolibri/{name}"))).unwrap();
@@ -67,7 +67,7 @@ fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
         }
         folder.file(name, text)
     };
-    let [machine, artefact, strategy] = ["machine.toml", "artefact.toml", "strategy.csv"].map(file);
+    let [machine, artefact, plan] = ["machine.toml", "artefact.toml", "plan.csv"].map(file);
     let errors = example("kolibri/errors-10.toml");
     Table::read(&answer(
         0,
@@ -78,8 +78,8 @@ fn simulated(folder: &Folder, changed: &[(&str, &str, &str)]) -> Table {
             &errors,
             "--artefact",
             &artefact,
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
             "--noise",
             "1",
         ],
@@ -125,7 +125,7 @@ fn assert_said((code, said): (i32, String), expected: i32, parts: &[&str]) {
 const LINEAR: [&str; 3] = ["X", "Y", "Z"];
 
 #[test]
-fn good_probings_are_not_suspected() {
+fn good_probings_are_no_outliers() {
     let folder = Folder::new();
     let (code, said) = said(&folder, &simulated(&folder, &[]), &[]);
     assert_eq!((code, said.as_str()), (0, ""));
@@ -402,7 +402,7 @@ fn a_stylus_that_has_bent_is_named_with_its_row() {
 fn an_index_that_was_missed_is_named() {
     let folder = Folder::new();
     let good = simulated(&folder, &[]);
-    let missed = simulated(&folder, &[("strategy.csv", "15,60", "15,60.01")]);
+    let missed = simulated(&folder, &[("plan.csv", "15,60", "15,60.01")]);
     let at: Vec<usize> = (0..good.rows.len())
         .filter(|row| good.get(*row, "C") == 60.0)
         .collect();
@@ -467,7 +467,7 @@ fn what_is_named_wrong_to_be_left_out_is_refused() {
 }
 
 #[test]
-fn what_is_suspected_is_on_the_page_too() {
+fn what_is_outlier_is_on_the_page_too() {
     let folder = Folder::new();
     let mut table = simulated(&folder, &[]);
     table.change(20, "X", |v| v + 0.05);
@@ -478,7 +478,7 @@ fn what_is_suspected_is_on_the_page_too() {
     for part in [
         "What does not go with the other rows",
         "line 22: the tip is",
-        "suspected",
+        "outliers",
     ] {
         assert!(page.contains(part), "{part}");
     }

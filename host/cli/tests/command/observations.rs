@@ -7,9 +7,9 @@ use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 pub fn observations(folder: &Folder, more: &[&str]) -> String {
     let out = folder.at("mixed.csv");
     let files = ["machine.toml", "errors-10.toml", "observations.csv"];
-    let [machine, errors, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, plan] = files.map(|f| example(&format!("kolibri/{f}")));
     let mut arguments = vec!["simulate", "observations", &machine, &errors];
-    arguments.extend(["--strategy", &strategy, "-o", &out]);
+    arguments.extend(["--plan", &plan, "-o", &out]);
     arguments.extend(more);
     answer(0, &arguments);
     out
@@ -321,20 +321,20 @@ fn bad_observations_are_refused_with_their_place() {
 #[test]
 fn drift_is_reported_and_removed_if_rows_have_times() {
     let folder = Folder::new();
-    let [machine, errors, artefact, strategy] = [
+    let [machine, errors, artefact, plan] = [
         "machine.toml",
         "errors-10.toml",
         "artefact.toml",
-        "strategy.csv",
+        "plan.csv",
     ]
     .map(|f| example(&format!("kolibri/{f}")));
-    let text = std::fs::read_to_string(strategy).unwrap();
+    let text = std::fs::read_to_string(plan).unwrap();
     let mut rows: Vec<&str> = text.lines().collect();
     let header = rows.remove(0);
-    // In an order that mixes balls and positions: 61 and the number of rows have no common factor.
+    // In an order that mixes balls and positions: 61 and the number of rows have no fade factor.
     let mixed = (0..rows.len()).map(|i| rows[i * 61 % rows.len()]);
     let mixed: Vec<&str> = std::iter::once(header).chain(mixed).collect();
-    let strategy = folder.file("mixed.csv", mixed.join("\n"));
+    let plan = folder.file("mixed.csv", mixed.join("\n"));
     let probed = folder.at("probings.csv");
     let timed = |lag: &str| {
         let arguments = [
@@ -345,7 +345,7 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
             "--artefact",
             &artefact,
         ];
-        let more = ["--strategy", &strategy, "--noise", "1", "-o", &probed];
+        let more = ["--plan", &plan, "--noise", "1", "-o", &probed];
         let drift = ["--drift", "10,0,0", "--drift-lag", lag];
         answer(0, &[&arguments[..], &more, &drift].concat());
         let text = std::fs::read_to_string(&probed).unwrap();
@@ -390,10 +390,10 @@ fn drift_is_reported_and_removed_if_rows_have_times() {
 fn a_part_that_the_machine_has_cut_shows_its_errors() {
     let folder = Folder::new();
     let files = ["machine.toml", "errors-10.toml", "part.csv"];
-    let [machine, errors, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, plan] = files.map(|f| example(&format!("kolibri/{f}")));
     let (measured, found) = (folder.at("measured.csv"), folder.at("errors.toml"));
-    let simulate = ["simulate", "observations", &machine, &errors, "--strategy"];
-    answer(0, &[&simulate[..], &[&strategy, "-o", &measured]].concat());
+    let simulate = ["simulate", "observations", &machine, &errors, "--plan"];
+    answer(0, &[&simulate[..], &[&plan, "-o", &measured]].concat());
     let identify = [
         "identify", &machine, &measured, "--model", "10", "-o", &found,
     ];

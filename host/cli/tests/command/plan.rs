@@ -5,7 +5,7 @@ use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
     let [machine, artefact] =
         ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
-    let out = folder.at("strategy.csv");
+    let out = folder.at("plan.csv");
     let mut arguments = vec![
         "plan",
         &machine,
@@ -24,7 +24,7 @@ fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
 fn touched(folder: &Folder) -> String {
     let files = ["machine", "errors-12", "artefact"];
     let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
-    let (strategy, log) = (folder.at("strategy.csv"), folder.at("touches.log"));
+    let (plan, log) = (folder.at("plan.csv"), folder.at("touches.log"));
     answer(
         0,
         &[
@@ -34,8 +34,8 @@ fn touched(folder: &Folder) -> String {
             &errors,
             "--artefact",
             &artefact,
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
             "--noise",
             "0.5",
             "--misplaced",
@@ -51,7 +51,7 @@ fn touched(folder: &Folder) -> String {
 fn a_plan_leads_to_parameters() {
     let folder = Folder::new();
     let (program, table) = (folder.at("probe.ngc"), folder.at("table.csv"));
-    let plan = planned(
+    let proposed = planned(
         &folder,
         &[
             "--probings",
@@ -67,28 +67,29 @@ fn a_plan_leads_to_parameters() {
         ],
     );
     assert_eq!(
-        [&plan["probings"], &plan["rank"], &plan["unknowns"]],
+        [
+            &proposed["probings"],
+            &proposed["rank"],
+            &proposed["unknowns"]
+        ],
         [40, 27, 27]
     );
-    let strategy = std::fs::read_to_string(folder.at("strategy.csv")).unwrap();
-    assert!(
-        strategy.starts_with("ball,A,C,A_dir,C_dir,run\n"),
-        "{strategy}"
-    );
-    assert_eq!(strategy.lines().count(), 41);
+    let plan = std::fs::read_to_string(folder.at("plan.csv")).unwrap();
+    assert!(plan.starts_with("ball,A,C,A_dir,C_dir,run\n"), "{plan}");
+    assert_eq!(plan.lines().count(), 41);
     // The first probing is repeated as another run.
-    let first: Vec<&str> = strategy.lines().nth(1).unwrap().rsplitn(2, ',').collect();
-    let last: Vec<&str> = strategy.lines().last().unwrap().rsplitn(2, ',').collect();
+    let first: Vec<&str> = plan.lines().nth(1).unwrap().rsplitn(2, ',').collect();
+    let last: Vec<&str> = plan.lines().last().unwrap().rsplitn(2, ',').collect();
     assert_eq!((first[1], first[0] == last[0]), (last[1], false));
     let text = std::fs::read_to_string(&program).unwrap();
     let touches = text.lines().filter(|l| l.starts_with("G38.2 "));
     assert_eq!(touches.count(), 200);
     let table = std::fs::read_to_string(&table).unwrap();
     assert_eq!(table.lines().count(), 201);
-    // The written strategy gets the same evaluation.
+    // The written plan gets the same evaluation.
     let [machine, artefact] =
         ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
-    let strategy = folder.at("strategy.csv");
+    let plan = folder.at("plan.csv");
     let again = answer(
         0,
         &[
@@ -99,25 +100,17 @@ fn a_plan_leads_to_parameters() {
             "--model",
             "12",
             "--json",
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
         ],
     );
     let again: serde_json::Value = serde_json::from_str(&again).unwrap();
-    assert_eq!(plan, again);
+    assert_eq!(proposed, again);
     let log = touched(&folder);
     let out = folder.at("probings.csv");
     let said = answer(
         0,
-        &[
-            "probings",
-            &machine,
-            &log,
-            "--strategy",
-            &strategy,
-            "-o",
-            &out,
-        ],
+        &["probings", &machine, &log, "--plan", &plan, "-o", &out],
     );
     assert!(
         said.contains("40 probings of 4 balls from 200 touches"),
@@ -142,7 +135,7 @@ fn a_plan_leads_to_parameters() {
 }
 
 #[test]
-fn the_program_comes_from_the_side_that_the_strategy_wants() {
+fn the_program_comes_from_the_side_that_the_plan_wants() {
     let folder = Folder::new();
     let program = folder.at("probe.ngc");
     planned(
@@ -158,10 +151,10 @@ fn the_program_comes_from_the_side_that_the_strategy_wants() {
             "6",
         ],
     );
-    let strategy = std::fs::read_to_string(folder.at("strategy.csv")).unwrap();
+    let plan = std::fs::read_to_string(folder.at("plan.csv")).unwrap();
     let program = std::fs::read_to_string(program).unwrap();
     let (mut at, mut came) = ([f64::NAN; 2], [0.0; 2]);
-    let mut rows = strategy.lines().skip(1);
+    let mut rows = plan.lines().skip(1);
     for line in program.lines() {
         let word = |letter: char| -> Option<f64> {
             line.split(' ')
@@ -207,7 +200,7 @@ fn instruments_are_planned_beside_probings_and_alone() {
     let [machine, artefact, probings, observations] = [
         "machine.toml",
         "artefact.toml",
-        "strategy.csv",
+        "plan.csv",
         "observations.csv",
     ]
     .map(|f| example(&format!("kolibri/{f}")));
@@ -238,7 +231,7 @@ fn instruments_are_planned_beside_probings_and_alone() {
         "10",
         "--artefact",
         &artefact,
-        "--strategy",
+        "--plan",
         &probings,
     ];
     let both = plan(&probed);
@@ -274,7 +267,7 @@ fn instruments_are_planned_beside_probings_and_alone() {
         ],
     );
     let alone = ["plan", &machine, "--observations", &observations];
-    for more in [["--strategy", &probings], ["-o", &without]] {
+    for more in [["--plan", &probings], ["-o", &without]] {
         let output = trueaxis(&[&alone[..], &more].concat());
         let said = plain(&output.stderr);
         assert!(
@@ -295,7 +288,7 @@ fn what_cannot_be_planned_is_refused() {
     let folder = Folder::new();
     let [machine, artefact] =
         ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
-    let strategy = example("kolibri/strategy.csv");
+    let plan = example("kolibri/plan.csv");
     let refused = |more: &[&str], parts: &[&str]| {
         let mut arguments = vec!["plan", &machine, "--artefact", &artefact, "--model", "10"];
         arguments.extend(more);
@@ -349,8 +342,8 @@ fn what_cannot_be_planned_is_refused() {
     let program = folder.at("probe.ngc");
     refused(
         &[
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
             "--program",
             &program,
             "--ball-diameter",
@@ -360,28 +353,25 @@ fn what_cannot_be_planned_is_refused() {
             "--cone",
             "50",
         ],
-        &["line 5 of the strategy: ball 1 cannot be touched", "55°"],
+        &["line 5 of the plan: ball 1 cannot be touched", "55°"],
     );
     let few = folder.file("few.csv", "ball,A,C\n1,0,0\n1,10,90\n");
-    refused(&["--strategy", &few], &["few.csv", "equations", "unknowns"]);
+    refused(&["--plan", &few], &["few.csv", "equations", "unknowns"]);
     let far = folder.file("far.csv", "ball,A,C\n1,0,0\n1,-120,90\n");
-    refused(&["--strategy", &far], &["line 3: ball `1` is at"]);
+    refused(&["--plan", &far], &["line 3: ball `1` is at"]);
     assert_eq!(folder.names(), ["far.csv", "few.csv"]);
 }
 
 #[test]
-fn a_log_that_is_none_of_this_strategy_is_refused() {
+fn a_log_that_is_none_of_this_plan_is_refused() {
     let folder = Folder::new();
     planned(&folder, &["--probings", "30"]);
     let whole = std::fs::read_to_string(touched(&folder)).unwrap();
     let lines: Vec<&str> = whole.lines().collect();
-    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let (machine, plan) = (example("kolibri/machine.toml"), folder.at("plan.csv"));
     let refused = |log: &str, parts: &[&str]| {
         let log = folder.file("bad.log", log);
-        refused(
-            &["probings", &machine, &log, "--strategy", &strategy],
-            parts,
-        );
+        refused(&["probings", &machine, &log, "--plan", &plan], parts);
     };
     refused("", &["the file is empty", "PROBECLOSE"]);
     refused("X,Y,Z,A,C\n", &["no rows below the header"]);
@@ -404,12 +394,12 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
     );
     let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
     refused(&other, &["the row has 8 columns"]);
-    // The log of another strategy: rows in another order, with the same first and last rows.
+    // The log of another plan: rows in another order, with the same first and last rows.
     let mut turned: Vec<&[&str]> = lines.chunks(5).collect();
     turned.reverse();
     refused(
         &(turned.concat().join("\n") + "\n"),
-        &["line 6: column", "another strategy"],
+        &["line 6: column", "another plan"],
     );
     // A touch of something else.
     let mut far: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
@@ -420,7 +410,7 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
         .join(" ");
     refused(
         &far.join("\n"),
-        &["no part of a sphere", "line 6 of the strategy"],
+        &["no part of a sphere", "line 6 of the plan"],
     );
 }
 
@@ -430,19 +420,11 @@ fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() 
     planned(&folder, &["--probings", "30"]);
     let whole = std::fs::read_to_string(touched(&folder)).unwrap();
     let lines: Vec<&str> = whole.lines().collect();
-    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let (machine, plan) = (example("kolibri/machine.toml"), folder.at("plan.csv"));
     let out = folder.at("probings.csv");
     let read = |lines: &[&str]| {
         let log = folder.file("part.log", lines.join("\n"));
-        let arguments = [
-            "probings",
-            &machine,
-            &log,
-            "--strategy",
-            &strategy,
-            "-o",
-            &out,
-        ];
+        let arguments = ["probings", &machine, &log, "--plan", &plan, "-o", &out];
         let said = answer(0, &arguments);
         (said, std::fs::read_to_string(&out).unwrap())
     };
@@ -452,7 +434,7 @@ fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() 
     let (said, part) = read(&lines[..63]);
     assert!(said.contains("12 probings"), "{said}");
     assert!(said.contains("3 of 5 touches of ball"), "{said}");
-    assert!(said.contains("(line 14 of the strategy), 0 of 5"), "{said}");
+    assert!(said.contains("(line 14 of the plan), 0 of 5"), "{said}");
     assert_eq!(part.lines().count(), 1 + 12);
     // Restarted with this row: everything is there, to the last digit.
     let (said, again) = read(&[&lines[..63], &lines[60..]].concat());
@@ -462,7 +444,7 @@ fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() 
     let (said, _) = read(&[&lines[..3], &lines[4..]].concat());
     assert!(said.contains("29 probings"), "{said}");
     assert!(said.contains("missing: 4 of 5 touches of ball"), "{said}");
-    assert!(said.contains("(line 2 of the strategy); probe"), "{said}");
+    assert!(said.contains("(line 2 of the plan); probe"), "{said}");
 }
 
 #[test]
@@ -478,25 +460,17 @@ fn a_touch_that_disagrees_is_named() {
     lines[50] = [&words[..2], &[high.as_str()], &words[3..]]
         .concat()
         .join(" ");
-    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let (machine, plan) = (example("kolibri/machine.toml"), folder.at("plan.csv"));
     let (log, out) = (
         folder.file("off.log", lines.join("\n")),
         folder.at("probings.csv"),
     );
     let said = answer(
         0,
-        &[
-            "probings",
-            &machine,
-            &log,
-            "--strategy",
-            &strategy,
-            "-o",
-            &out,
-        ],
+        &["probings", &machine, &log, "--plan", &plan, "-o", &out],
     );
     let named = said.lines().find(|l| l.contains("disagree")).unwrap();
-    assert!(named.contains("line 12 of the strategy"), "{said}");
+    assert!(named.contains("line 12 of the plan"), "{said}");
     assert!(named.contains("line 51 of the log"), "{said}");
 }
 
@@ -505,14 +479,14 @@ fn location_errors_that_a_model_lacks_are_named_before_and_after_probing() {
     let folder = Folder::new();
     let files = ["machine", "errors-12", "artefact"];
     let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
-    let (strategy, probed) = (folder.at("strategy.csv"), folder.at("probings.csv"));
+    let (plan, probed) = (folder.at("plan.csv"), folder.at("probings.csv"));
     let lacks = |arguments: &[&str]| {
         let output = trueaxis(arguments);
         let said = plain(&output.stderr);
         assert!(output.status.success(), "{said}");
         said
     };
-    let plan = |model: &str, indexings: &str| {
+    let proposed = |model: &str, indexings: &str| {
         let with = [
             "--artefact",
             &artefact,
@@ -525,28 +499,18 @@ fn location_errors_that_a_model_lacks_are_named_before_and_after_probing() {
             &[
                 &["plan", &machine],
                 &with[..],
-                &["--probings", "40", "-o", &strategy],
+                &["--probings", "40", "-o", &plan],
             ]
             .concat(),
         )
     };
-    assert_eq!(plan("10", "A=-50:50:10,C=0:330:30"), "");
+    assert_eq!(proposed("10", "A=-50:50:10,C=0:330:30"), "");
     // Indexing the spindle shows the position of the stylus.
-    let said = plan("10", "A=-50:50:10,C=0:330:30,S=0:270:90");
-    assert!(
-        said.contains("the strategy turns the spindle (M19)"),
-        "{said}"
-    );
+    let said = proposed("10", "A=-50:50:10,C=0:330:30,S=0:270:90");
+    assert!(said.contains("the plan turns the spindle (M19)"), "{said}");
     assert!(said.contains("the model lacks EX0S,EY0S"), "{said}");
     assert!(said.contains("Give --model 13"), "{said}");
-    let with = [
-        "--artefact",
-        &artefact,
-        "--strategy",
-        &strategy,
-        "-o",
-        &probed,
-    ];
+    let with = ["--artefact", &artefact, "--plan", &plan, "-o", &probed];
     answer(
         0,
         &[&["simulate", "probings", &machine, &errors], &with[..]].concat(),
@@ -561,11 +525,11 @@ fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated(
     let folder = Folder::new();
     let machine = example("kolibri/machine.toml");
     let known = std::fs::read_to_string(example("kolibri/artefact.toml")).unwrap();
-    let (artefact, strategy) = (folder.at("artefact.toml"), folder.at("strategy.csv"));
+    let (artefact, plan) = (folder.at("artefact.toml"), folder.at("plan.csv"));
     let plan = |machine: &str, stylus: &str| {
         std::fs::write(&artefact, format!("{known}\n{stylus}")).unwrap();
         let with = ["--artefact", &artefact, "--model", "13", "--probings", "40"];
-        let output = trueaxis(&[&["plan", machine], &with[..], &["-o", &strategy]].concat());
+        let output = trueaxis(&[&["plan", machine], &with[..], &["-o", &plan]].concat());
         let said = plain(&output.stderr);
         assert!(output.status.success(), "{said}");
         (said, plain(&output.stdout))
@@ -581,10 +545,7 @@ fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated(
     let oriented = std::fs::read_to_string(&machine).unwrap();
     let oriented = oriented.replace("[spindle]", "[spindle]\ncan_be_oriented = true");
     let (said, shown) = plan(&folder.file("machine.toml", oriented), "");
-    assert!(
-        said.contains("the strategy turns the spindle (M19)"),
-        "{said}"
-    );
+    assert!(said.contains("the plan turns the spindle (M19)"), "{said}");
     assert!(!shown.contains("EX0S (the stylus"), "{shown}");
     let zeroed = "[stylus]\nx_mm = 0.0\nx_standard_uncertainty_mm = 0.002\ny_mm = 0.0\ny_standard_uncertainty_mm = 0.002\n";
     let (said, shown) = plan(&machine, zeroed);

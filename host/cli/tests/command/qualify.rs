@@ -7,7 +7,7 @@ use serde_json::Value;
 const PROBE: &str = "machine = \"Kolibri\"\ntip_radius_mm = 3.0\ntip_radius_standard_uncertainty_mm = 0.0\npole_mm = -0.006\n\
                      [[lobe]]\norder = 3\ncosine_mm = 0.004\nsine_mm = -0.002\nstandard_uncertainty_mm = 0.0\n";
 
-fn simulate(folder: &Folder, strategy: &str, log: &str, around: &[&str]) {
+fn simulate(folder: &Folder, plan: &str, log: &str, around: &[&str]) {
     let files = ["machine.toml", "errors-12.toml", "artefact.toml"];
     let [machine, errors, artefact] = files.map(|name| example(&format!("kolibri/{name}")));
     let probe = folder.at("truth.toml");
@@ -20,14 +20,7 @@ fn simulate(folder: &Folder, strategy: &str, log: &str, around: &[&str]) {
         &artefact,
     ];
     let more = [
-        "--strategy",
-        strategy,
-        "--probe",
-        &probe,
-        "--noise",
-        "0.5",
-        "-o",
-        log,
+        "--plan", plan, "--probe", &probe, "--noise", "0.5", "-o", log,
     ];
     answer(0, &[&words[..], &more, around].concat());
 }
@@ -64,23 +57,15 @@ fn lobes_are_found_and_taken_out_of_other_touches() {
         "{file}"
     );
     // Other touches fit better.
-    let strategy = folder.file(
-        "strategy.csv",
+    let plan = folder.file(
+        "plan.csv",
         "ball,A,C\n1,0,0\n2,20,60\n3,-20,120\n4,40,200\n1,30,300\n",
     );
     let log = folder.at("touches.log");
-    simulate(&folder, &strategy, &log, &[]);
+    simulate(&folder, &plan, &log, &[]);
     let noise = |more: &[&str]| -> f64 {
         let out = folder.at("probings.csv");
-        let words = [
-            "probings",
-            &machine,
-            &log,
-            "--strategy",
-            &strategy,
-            "-o",
-            &out,
-        ];
+        let words = ["probings", &machine, &log, "--plan", &plan, "-o", &out];
         let said = answer(0, &[&words[..], more].concat());
         let (_, rest) = said.split_once("noise of a touch ").unwrap();
         rest.split(' ').next().unwrap().parse().unwrap()
@@ -108,13 +93,7 @@ fn lobes_are_found_and_taken_out_of_other_touches() {
     let other = folder.file("other.toml", PROBE.replace("Kolibri", "Huron"));
     refused(
         &[
-            "probings",
-            &machine,
-            &log,
-            "--strategy",
-            &strategy,
-            "--probe",
-            &other,
+            "probings", &machine, &log, "--plan", &plan, "--probe", &other,
         ],
         &["other.toml, line 1", "was qualified on `Huron`"],
     );

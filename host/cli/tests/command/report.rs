@@ -375,7 +375,7 @@ fn a_validation_is_shown_as_measured_and_found_beside_its_files() {
     let tables = folder.at("machine.trax");
     std::fs::copy(blob("huron"), &tables).unwrap();
     let measured = r#"{"probings": 10, "before": {"rms_um": 39.18, "largest_um": 61.2},
-        "after": {"rms_um": 1.68, "largest_um": 3.1}, "probing_um": 2.0, "band_um": 4.24,
+        "after": {"rms_um": 1.68, "largest_um": 3.1}, "probing_um": 2.0, "coverage_um": 4.24,
         "expected_um": 6.1, "is_kept": true}"#;
     let given = folder.file("measured.json", measured);
     let files = [machine.as_str(), &errors, &tables];

@@ -446,7 +446,7 @@ fn eval_gives_the_bits_of_the_runtime() {
 #[test]
 fn the_order_of_positions_is_the_direction_of_travel() {
     let folder = Folder::new();
-    // A moves up, down by less than the hysteresis, then down by more.
+    // A moves up, down by less than the reversal threshold, then down by more.
     let motion = [0.0, 10.0, 20.0, 19.9995, 10.0_f64];
     let directions = [
         Travel::Unknown,
@@ -473,7 +473,7 @@ fn the_order_of_positions_is_the_direction_of_travel() {
     // The same position in the other direction: twice the parameter EAAb = -0.013 mrad apart, damped by 0.1.
     let apart = f64::from(values[1][1] - values[4][1]).to_radians();
     assert!((apart - 2.0 * 0.013e-3 / 1.01).abs() < 1e-7, "{apart}");
-    // The exact correction uses the same directions.
+    // The reference correction uses the same directions.
     let (machine, errors) = (
         example("kolibri/machine.toml"),
         example("kolibri/errors-12.toml"),

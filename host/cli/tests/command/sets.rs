@@ -24,7 +24,7 @@ fn of_example(name: &str) -> [String; 2] {
     ["machine", "artefact"].map(|file| example(&format!("{name}/{file}.toml")))
 }
 
-/// Number of different positions: lines of a strategy without the ball column.
+/// Number of different positions: lines of a plan without the ball column.
 fn positions(csv: &str) -> usize {
     let rows = csv
         .lines()
@@ -72,8 +72,8 @@ fn goes_round(
     model: &str,
     set: &str,
 ) {
-    let (strategy, probings) = (folder.at("set.csv"), folder.at("probings.csv"));
-    planned(machine, artefact, model, set, &["-o", &strategy]);
+    let (plan, probings) = (folder.at("set.csv"), folder.at("probings.csv"));
+    planned(machine, artefact, model, set, &["-o", &plan]);
     answer(
         0,
         &[
@@ -83,8 +83,8 @@ fn goes_round(
             errors,
             "--artefact",
             artefact,
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
             "-o",
             &probings,
         ],

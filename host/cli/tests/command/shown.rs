@@ -12,7 +12,7 @@ use trueaxis_tests::shown::same;
 
 /// Permitted difference of corrections printed by `eval`, in mm or deg. Samples are f64 results rounded to f32, so
 /// the last bit of each (4e-9 at 0.05 mm) may differ on another system, in each of up to five terms. This is a
-/// hundredth of the difference from the exact correction that the tolerance permits.
+/// hundredth of the difference from the reference correction that the tolerance permits.
 const EVAL: f64 = 1e-7;
 
 /// A command and the lines shown below it.

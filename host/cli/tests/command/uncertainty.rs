@@ -197,9 +197,9 @@ fn identifications_are_repeated_for_anyone() {
         "machine.toml",
         "errors-10.toml",
         "artefact.toml",
-        "strategy.csv",
+        "plan.csv",
     ];
-    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let [machine, errors, artefact, plan] = files.map(|f| example(&format!("kolibri/{f}")));
     let said = answer(
         0,
         &[
@@ -209,8 +209,8 @@ fn identifications_are_repeated_for_anyone() {
             &errors,
             "--artefact",
             &artefact,
-            "--strategy",
-            &strategy,
+            "--plan",
+            &plan,
             "--model",
             "10",
             "--seeds",

@@ -237,7 +237,7 @@ fn a_dash_is_the_screen_where_text_is_written() {
     let blob = blob("kolibri");
     let words = ["eval", &blob, "--positions", &positions];
     let printed = answer(0, &words);
-    let strategy = example("kolibri/strategy.csv");
+    let plan = example("kolibri/plan.csv");
     let simulated = [
         "simulate",
         "probings",
@@ -245,8 +245,8 @@ fn a_dash_is_the_screen_where_text_is_written() {
         &example("kolibri/errors-10.toml"),
         "--artefact",
         &example("kolibri/artefact.toml"),
-        "--strategy",
-        &strategy,
+        "--plan",
+        &plan,
     ];
     for (words, printed) in [
         (&words[..], printed),

@@ -127,12 +127,12 @@ impl Shop {
         (child.wait().unwrap().code(), self.said())
     }
 
-    /// Probes a strategy, with a compensation on, into a log.
-    fn probe(&self, strategy: &str, log: &str, blob: Option<&str>) {
-        wait(|| Path::new(&self.at(strategy)).exists());
-        let text = fs::read_to_string(self.at(strategy)).unwrap();
-        let strategy = probings::read(&text, &self.machine, false).unwrap();
-        let touches = self.touches(&strategy, blob);
+    /// Probes a plan, with a compensation on, into a log.
+    fn probe(&self, plan: &str, log: &str, blob: Option<&str>) {
+        wait(|| Path::new(&self.at(plan)).exists());
+        let text = fs::read_to_string(self.at(plan)).unwrap();
+        let plan = probings::read(&text, &self.machine, false).unwrap();
+        let touches = self.touches(&plan, blob);
         let text = touch_log(&self.machine, &touches);
         let partial = self.at("partial");
         fs::write(&partial, text).unwrap();
@@ -140,7 +140,7 @@ impl Shop {
     }
 
     /// Commands at which the tip touches.
-    fn touches(&self, strategy: &Probings, blob: Option<&str>) -> Vec<PerAxis> {
+    fn touches(&self, plan: &Probings, blob: Option<&str>) -> Vec<PerAxis> {
         let machine = &self.machine;
         let noise = Disturbances {
             noise: 3e-4,
@@ -153,7 +153,7 @@ impl Shop {
             &kinematics,
             artefact,
             artefact,
-            strategy,
+            plan,
             &probe,
             &lobing,
             &noise,
@@ -166,7 +166,7 @@ impl Shop {
             // The axes are where they were, at other commands: corrections change by a thousandth of a correction.
             let mut row = Probing {
                 position: *real,
-                ..strategy.rows[0].clone()
+                ..plan.rows[0].clone()
             };
             for _ in 0..4 {
                 let dq = corrections(machine, &runtime, &[row.clone()])[0];
@@ -222,7 +222,7 @@ fn a_board_gets_what_is_right_and_goes_on_as_before_otherwise() {
     let as_found = shop.state();
     let child = shop.calibrate(&[]);
     shop.probe("run/validation.csv", "run/before.csv", None);
-    shop.probe("run/strategy.csv", "run/touches.csv", None);
+    shop.probe("run/plan.csv", "run/touches.csv", None);
     // Without a bar nothing shows the scale of X, and the balls do not tell errors that the stylus takes up.
     let (code, said) = shop.ended(child);
     assert_eq!(code, Some(1), "{said}");

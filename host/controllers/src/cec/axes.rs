@@ -80,7 +80,7 @@ impl NamedAxes {
             period: if axis.modulo { 360.0 } else { 0.0 },
             value_bound: 1.0,
             rate_bound: 1.0,
-            hysteresis: axis.hysteresis as f32,
+            reversal_threshold: axis.reversal_threshold as f32,
             ramp_rate: 1.0,
             reversal_rate: 1.0,
             reversal_acceleration: 20.0,

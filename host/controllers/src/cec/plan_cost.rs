@@ -245,7 +245,7 @@ fn a_proof_tells_what_the_other_kind_of_controller_would_do() {
     let runtime = Runtime::load(&blob).unwrap();
     let (axes, options) = (axes(), options(FactorTables::NotAdded));
     let (plan, text) = written(&blob, &options).unwrap();
-    let proof = prove(
+    let verification = prove(
         &text,
         &runtime,
         &axes,
@@ -255,12 +255,12 @@ fn a_proof_tells_what_the_other_kind_of_controller_would_do() {
         1,
     )
     .unwrap();
-    assert!(proof.meets(options.tolerance));
-    let mut axes = proof.axes.iter();
+    assert!(verification.meets(options.tolerance));
+    let mut axes = verification.axes.iter();
     assert!(axes.any(|a| a.other_reading != a.difference));
     // The factor of 12 µm would be added.
-    let [x, y, ..] = proof.axes[..] else {
-        panic!("{proof:?}");
+    let [x, y, ..] = verification.axes[..] else {
+        panic!("{verification:?}");
     };
     assert!(
         x.difference < 1e-3 && (x.other_reading - 12.0).abs() < 0.1,

@@ -24,7 +24,7 @@ pub fn axes() -> NamedAxes {
         period,
         value_bound: 1.0,
         rate_bound: 1.0,
-        hysteresis: 0.001,
+        reversal_threshold: 0.001,
         ramp_rate: 1.0,
         reversal_rate: 1.0,
         reversal_acceleration: 20.0,

@@ -368,7 +368,7 @@ fn axis(configuration: &Configuration, entry: &DescribedAxis) -> String {
         range(configuration, entry.joint).map_or(usual, |(low, high)| low.abs().max(high.abs()));
     let least = f64::from(f32::EPSILON) * largest;
     line(
-        "hysteresis",
+        "reversal_threshold",
         format!("{:?}", (least * 1e5).ceil() / 1e5),
         unit_name,
     );

@@ -40,7 +40,7 @@ impl Check<'_> {
         let mut situation = Situation::default();
         for (place, axis) in machine.axes.iter().enumerate() {
             let letter = axes::of_machine(axis.letter);
-            // Where tables tell directions apart, both have turned when the hysteresis is passed.
+            // Where tables tell directions apart, both have turned when the reversal threshold is passed.
             let way = match self.tables.directional & (1 << letter) {
                 0 => self.all[letter],
                 _ => travel[letter],

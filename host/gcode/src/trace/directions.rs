@@ -1,7 +1,7 @@
 //! Directions of travel along a path, and where on it an axis reverses.
 //!
-//! An axis has reversed once it has come back by more than its hysteresis. The reversal itself is where it came back
-//! from: the corrected path steps there, not where the hysteresis is used up.
+//! An axis has reversed once it has come back by more than its reversal threshold. The reversal itself is where it came back
+//! from: the corrected path steps there, not where the reversal threshold is used up.
 
 use super::{Field, Lost, Path, Travels};
 use crate::axes::PerLetter;
@@ -23,7 +23,7 @@ pub struct Stretch {
 const PARTS: usize = 64;
 /// A part is halved so often at most.
 const HALVINGS: u32 = 8;
-/// The smallest hysteresis that differs from none (mm, degrees).
+/// The smallest reversal threshold that differs from none (mm, degrees).
 const FINEST: f64 = 1e-3;
 
 /// A place on the path: the part of the way, and the axes.
@@ -127,7 +127,7 @@ impl Field<'_> {
                 let off = (q[i] - 0.5 * (from.1[i] + to.1[i])).abs();
                 // A parabola goes back within it if its ends differ by less than 4 times as much.
                 let may_turn = (to.1[i] - from.1[i]).abs() < 8.0 * off;
-                may_turn && off > 0.02 * self.tables.hysteresis[i].max(FINEST)
+                may_turn && off > 0.02 * self.tables.reversal_threshold[i].max(FINEST)
             });
             if is_bent {
                 self.bent(path, (t, q), halvings - 1, places)?;

@@ -8,7 +8,7 @@ use trueaxis_model::machine::SolidShape;
 /// shapes whose inner parts overlap are as far in each other as their radii, or farther.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
-    /// Proven by a plane between the shapes.
+    /// VerifiedFigures by a plane between the shapes.
     pub least: f64,
     /// Between a point of one and a point of the other.
     pub most: f64,

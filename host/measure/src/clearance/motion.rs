@@ -137,7 +137,7 @@ impl ClearanceSearch<'_> {
             if apart.least - moves - keep >= self.misses {
                 continue;
             }
-            // Rounding keeps both bounds from meeting, so that dividing does not help: it is not proven to be clear.
+            // Rounding keeps both bounds from meeting, so that dividing does not help: it is not verified to be clear.
             if moves < 0.1 * RESOLVED {
                 self.misses = self.misses.min(apart.least - keep);
                 self.found.get_or_insert(here);

@@ -49,7 +49,7 @@ pub fn single(
                 ..options.clone()
             };
             let compiled = compile::compile(machine, &alone, &options, progress)?;
-            let travel = &compiled.proof.travel;
+            let travel = &compiled.verification.travel;
             Ok(TablesTaken {
                 tables: compiled.built.size.tables,
                 terms: compiled.built.size.terms,

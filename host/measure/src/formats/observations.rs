@@ -234,11 +234,11 @@ pub fn read(text: &str, file: &str, machine: &Machine) -> Result<Observations, F
     opened(text, file, machine, true)
 }
 
-/// Like `read`, of a strategy, which may lack readings: they are zero then.
+/// Like `read`, of a plan, which may lack readings: they are zero then.
 ///
 /// # Errors
 /// As for [`read`].
-pub fn read_strategy(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
+pub fn read_plan(text: &str, file: &str, machine: &Machine) -> Result<Observations, FileError> {
     opened(text, file, machine, false)
 }
 

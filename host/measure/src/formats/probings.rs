@@ -96,7 +96,7 @@ impl ProbingColumn {
     }
 }
 
-/// Reads probings, or, if `linear` is false, a strategy without columns of linear axes, which are then 0.
+/// Reads probings, or, if `linear` is false, a plan without columns of linear axes, which are then 0.
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: whatever [`CsvTable`] refuses, a missing column, a position
@@ -229,14 +229,14 @@ pub fn write(probings: &Probings, machine: &Machine) -> String {
     written(probings, machine, true)
 }
 
-/// Writes a strategy: without linear axes and uncertainties.
+/// Writes a plan: without linear axes and uncertainties.
 #[must_use]
-pub fn write_strategy(strategy: &Probings, machine: &Machine) -> String {
-    let mut strategy = strategy.clone();
-    for row in &mut strategy.rows {
+pub fn write_plan(plan: &Probings, machine: &Machine) -> String {
+    let mut plan = plan.clone();
+    for row in &mut plan.rows {
         row.sigma = None;
     }
-    written(&strategy, machine, false)
+    written(&plan, machine, false)
 }
 
 fn written(probings: &Probings, machine: &Machine, linear: bool) -> String {

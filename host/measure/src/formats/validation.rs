@@ -12,7 +12,7 @@ pub struct Scatter {
     pub largest_um: f64,
 }
 
-/// A compensation, proven by probings from which nothing was identified.
+/// A compensation, verified by probings from which nothing was identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {
     /// Number of probings, each made before and after.
@@ -24,7 +24,7 @@ pub struct Validation {
     /// What probing itself scatters, from what identification left (µm).
     pub probing_um: f64,
     /// What is not known of the parameters (µm, 95 %, mean over the travel).
-    pub band_um: f64,
+    pub coverage_um: f64,
     /// The largest accepted `after.rms_um`: both, and the scatter of so few rows (µm).
     pub expected_um: f64,
     /// Errors that were not measured, `[unseen]` of the error file: they are in none of these figures but `after`, as far

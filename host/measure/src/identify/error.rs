@@ -82,8 +82,8 @@ pub enum IdentifyError {
     Mistake(Mistake),
     /// Some rows are so far off the others that nothing can be identified with them.
     #[error("some rows are so far off that nothing can be identified with them: {}", .sentences.join("; "))]
-    Suspected {
-        /// The suspicions.
+    Outliers {
+        /// The outliers.
         sentences: Vec<String>,
     },
     /// Bars do not fit the probings.
@@ -107,7 +107,7 @@ impl IdentifyError {
     pub fn remedy(&self) -> &str {
         match self {
             Self::Mistake(mistake) => &mistake.remedy,
-            Self::Suspected { .. } => {
+            Self::Outliers { .. } => {
                 "correct these rows, leave them out (--without), or let rows that fit badly count less (--robust)"
             }
             Self::TooFew { .. } => {

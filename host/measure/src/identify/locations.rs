@@ -276,7 +276,7 @@ mod tests {
     }
 
     /// Every ball at as many random rotary positions as the unknowns require.
-    fn strategy(machine: &Machine, rows: usize, spindle: bool, random: &mut Pcg64Mcg) -> Probings {
+    fn plan(machine: &Machine, rows: usize, spindle: bool, random: &mut Pcg64Mcg) -> Probings {
         let row = |i: usize| {
             let mut position = [0.0; MAX_AXES];
             for (position, axis) in position.iter_mut().zip(&machine.axes) {
@@ -325,14 +325,14 @@ mod tests {
             let size = ERRORS[usize::from(parameter.is_angular())];
             truth.set(machine, parameter, size * random.random_range(-1.0..1.0));
         }
-        let strategy = strategy(machine, 120, spindle, random);
+        let plan = plan(machine, 120, spindle, random);
         let disturbances = Disturbances {
             noise: NOISE,
             seed: random.random(),
             ..Disturbances::default()
         };
         let kinematics = Kinematics::new(&wide, &truth);
-        let measured = probings(&kinematics, &artefact, &strategy, &disturbances).unwrap();
+        let measured = probings(&kinematics, &artefact, &plan, &disturbances).unwrap();
         let perfect = ErrorModel::perfect(machine);
         let problem = Problem::new(machine, &measured, &artefact, &parameters, &perfect);
         assert_eq!(problem.missing(), Ok(Vec::new()), "{}", machine.topology());

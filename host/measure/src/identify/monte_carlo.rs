@@ -29,7 +29,7 @@ pub struct Trial<'a> {
     /// The balls.
     pub artefact: &'a Artefact,
     /// The probings.
-    pub strategy: &'a Probings,
+    pub plan: &'a Probings,
     /// The model to identify.
     pub model: &'a Model,
     /// Standard deviation of a coordinate (mm).
@@ -215,7 +215,7 @@ impl Trial<'_> {
     fn probed(&self, errors: &ErrorModel, noise: f64, seed: u64) -> Result<Probings, TrialError> {
         let kinematics = Kinematics::new(self.machine, errors);
         let disturbances = self.disturbances(noise, seed);
-        let probed = simulate::probings(&kinematics, self.artefact, self.strategy, &disturbances)?;
+        let probed = simulate::probings(&kinematics, self.artefact, self.plan, &disturbances)?;
         Ok(probed)
     }
 

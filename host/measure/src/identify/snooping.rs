@@ -1,5 +1,5 @@
 //! Finds rows, balls, set-ups, indexed positions and styli that do not fit the others: data snooping as in geodesy (Baarda),
-//! one suspect at a time, each with the hypothesis that explains it.
+//! one outlier at a time, each with the hypothesis that explains it.
 
 use super::Unknown;
 use super::identified::Identified;
@@ -12,9 +12,9 @@ use std::ops::Range;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::machine::PerAxis;
 
-/// A suspected deviation from the file.
+/// An outlier deviation from the file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Suspect {
+pub enum OutlierKind {
     /// One probing or observation.
     Row,
     /// A set-up of an instrument that has moved or slipped.
@@ -79,11 +79,11 @@ impl Misread {
 /// readings have less noise, too, and with a small stated uncertainty the machine was fitted to them.
 const NEAR: f64 = 0.5;
 
-/// A suspect, and the displacement with which it would fit the others.
+/// An outlier, and the displacement with which it would fit the others.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Suspicion {
-    /// The suspect.
-    pub suspect: Suspect,
+pub struct Outlier {
+    /// The kind.
+    pub kind: OutlierKind,
     /// The probings concerned, by index in their file.
     pub rows: Vec<usize>,
     /// The observations concerned, by index.
@@ -112,7 +112,7 @@ const TESTABLE: f64 = 1e-3;
 const TESTABLE_READINGS: f64 = 1e-5;
 /// A row belongs to another ball if it fits it this well (mm).
 const OTHER_BALL: f64 = 1.0;
-/// Largest fraction of the rows that are suspected one by one; more are not exceptions.
+/// Largest fraction of the rows that count as outliers one by one; more are not exceptions.
 const MOST: f64 = 0.2;
 /// Rotary positions (deg) that differ by less are equal.
 const SAME: f64 = 1e-3;
@@ -126,7 +126,7 @@ const LEAST_NOISE: f64 = 1e-6;
 /// its unknowns. The hypothesis with the largest likelihood, penalized by its number of unknowns (Schwarz), is
 /// accepted; then the next one is searched.
 #[must_use]
-pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
+pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Outlier> {
     let mut adjusted = Adjusted::new(problem, identified);
     let groups = groups(problem, &adjusted.stylus);
     let mut found = Vec::new();
@@ -137,8 +137,8 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
         };
         adjusted.take(problem, &best, &groups);
         // Everything was fitted to those readings.
-        let is_misread = matches!(best.suspect, Suspect::Reading(..));
-        found.push(best.suspicion(problem, identified));
+        let is_misread = matches!(best.kind, OutlierKind::Reading(..));
+        found.push(best.outlier(problem, identified));
         if is_misread {
             return found;
         }
@@ -146,14 +146,14 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
     // A single wrong position of a rotary axis explains little of the noise of many rows. Errors that the model lacks make
     // several positions significant; a wrong position leaves nothing behind once it is left out.
     let positions: Vec<DisplacementGroup> = (groups.into_iter())
-        .filter(|group| matches!(group.suspect, Suspect::Index(..)))
+        .filter(|group| matches!(group.kind, OutlierKind::Index(..)))
         .collect();
     if found.len() < most
         && let Some(best) = adjusted.best_group(&positions, 0.0)
     {
         adjusted.take(problem, &best, &positions);
         if adjusted.best_group(&positions, 0.0).is_none() {
-            found.push(best.suspicion(problem, identified));
+            found.push(best.outlier(problem, identified));
         }
     }
     found
@@ -161,7 +161,7 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
 
 /// Displacement of the tip in some of the places: a column for each unknown of a hypothesis.
 struct DisplacementGroup {
-    suspect: Suspect,
+    kind: OutlierKind,
     /// Places in the order in which they were probed, or observations after them in the order of their files.
     places: Vec<usize>,
     /// The effect in each place: coordinates × unknowns, in mm.
@@ -172,7 +172,7 @@ struct DisplacementGroup {
 
 /// The hypothesis that explains most.
 struct BestHypothesis {
-    suspect: Suspect,
+    kind: OutlierKind,
     places: Vec<usize>,
     change: DVector<f64>,
     uncertainty: f64,
@@ -180,7 +180,7 @@ struct BestHypothesis {
 }
 
 impl BestHypothesis {
-    fn suspicion(self, problem: &Problem<'_>, identified: &Identified) -> Suspicion {
+    fn outlier(self, problem: &Problem<'_>, identified: &Identified) -> Outlier {
         let off = Vector3::from_fn(|k, _| self.change.get(k).copied().unwrap_or(0.0));
         let probed = problem.places.len();
         let rows = self.places.iter().filter_map(|i| problem.places.get(*i));
@@ -189,8 +189,8 @@ impl BestHypothesis {
         let observations = self.places.iter().filter_map(|i| i.checked_sub(probed));
         let mut observations: Vec<usize> = observations.collect();
         observations.sort_unstable();
-        let other_ball = match (&self.suspect, &self.places[..]) {
-            (Suspect::Row, [place]) if *place < probed => {
+        let other_ball = match (&self.kind, &self.places[..]) {
+            (OutlierKind::Row, [place]) if *place < probed => {
                 let own = problem.places[*place].ball;
                 let tip = identified.balls[own] + off;
                 let mut others = identified.balls.iter().zip(&problem.balls).enumerate();
@@ -200,8 +200,8 @@ impl BestHypothesis {
             }
             _ => None,
         };
-        Suspicion {
-            suspect: self.suspect,
+        Outlier {
+            kind: self.kind,
             rows,
             observations,
             off,
@@ -285,7 +285,7 @@ impl Adjusted {
             let mut sums = HypothesisSums::new(self, effect.ncols());
             sums.add(self, place, &effect);
             if let Some(tested) = sums.tested(self, None, TESTABLE) {
-                best = better(best, tested.about(Suspect::Row, &[place]));
+                best = better(best, tested.about(OutlierKind::Row, &[place]));
             }
         }
         match self.best_group(groups, EXPLAINS) {
@@ -310,24 +310,24 @@ impl Adjusted {
                 if !is_hypothesis {
                     continue;
                 }
-                let testable = match group.suspect {
-                    Suspect::Reading(..) => TESTABLE_READINGS,
+                let testable = match group.kind {
+                    OutlierKind::Reading(..) => TESTABLE_READINGS,
                     _ => TESTABLE,
                 };
                 let Some(tested) = sums.tested(self, Some(least), testable) else {
                     continue;
                 };
-                let suspect = match (&group.suspect, self.sources[*place]) {
-                    (Suspect::Reading(name, _), NoiseSource::Observations(kind)) => {
+                let kind = match (&group.kind, self.sources[*place]) {
+                    (OutlierKind::Reading(name, _), NoiseSource::Observations(kind)) => {
                         let factor = 1.0 - tested.change[0];
                         match Misread::of(kind, factor, tested.uncertainty) {
-                            Some(one) => Suspect::Reading(name.clone(), one),
+                            Some(one) => OutlierKind::Reading(name.clone(), one),
                             None => continue,
                         }
                     }
-                    (suspect, _) => suspect.clone(),
+                    (kind, _) => kind.clone(),
                 };
-                best = better(best, tested.about(suspect, &group.places[k..]));
+                best = better(best, tested.about(kind, &group.places[k..]));
             }
         }
         best
@@ -367,8 +367,8 @@ impl Adjusted {
         groups: &[DisplacementGroup],
     ) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(self.left.len(), best.change.len());
-        let group = (groups.iter()).find(|group| match (&group.suspect, &best.suspect) {
-            (Suspect::Reading(a, _), Suspect::Reading(b, _)) => a == b,
+        let group = (groups.iter()).find(|group| match (&group.kind, &best.kind) {
+            (OutlierKind::Reading(a, _), OutlierKind::Reading(b, _)) => a == b,
             (a, b) => a == b,
         });
         for place in &best.places {
@@ -418,9 +418,9 @@ struct Tested {
 }
 
 impl Tested {
-    fn about(self, suspect: Suspect, places: &[usize]) -> BestHypothesis {
+    fn about(self, kind: OutlierKind, places: &[usize]) -> BestHypothesis {
         BestHypothesis {
-            suspect,
+            kind,
             places: places.to_vec(),
             change: self.change,
             uncertainty: self.uncertainty,
@@ -539,11 +539,11 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
     let blocks: Vec<Range<usize>> = problem.blocks().collect();
     let dynamic = |m: &Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
     let mut groups = Vec::new();
-    let mut add = |suspect, places: Vec<usize>, effect: &dyn Fn(usize) -> DMatrix<f64>, is_from| {
+    let mut add = |kind, places: Vec<usize>, effect: &dyn Fn(usize) -> DMatrix<f64>, is_from| {
         if places.len() > 1 {
             groups.push(DisplacementGroup {
                 effects: places.iter().map(|i| effect(*i)).collect(),
-                suspect,
+                kind,
                 places,
                 is_from,
             });
@@ -555,7 +555,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
     for (ball, name) in problem.balls.iter().enumerate() {
         let rows = of(&|i| places[i].ball == ball);
         add(
-            Suspect::Ball(name.clone()),
+            OutlierKind::Ball(name.clone()),
             rows,
             &|_| DMatrix::identity(3, 3),
             true,
@@ -567,7 +567,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
             .map(|(i, _)| places.len() + i);
         let size = kind.dimension();
         add(
-            Suspect::Setup(name.clone()),
+            OutlierKind::Setup(name.clone()),
             rows.collect(),
             &|_| -DMatrix::identity(size, size),
             true,
@@ -586,7 +586,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
         let dead_length = Unknown::Setup(setup, SettingPart::Length);
         let is_zero_known = observed.known.iter().any(|(of, ..)| *of == dead_length);
         add(
-            Suspect::Reading(name.clone(), OTHER_SIGN),
+            OutlierKind::Reading(name.clone(), OTHER_SIGN),
             own.iter().map(|i| places.len() + i).collect(),
             &|place| {
                 let columns = [-read(place - places.len()), -spread];
@@ -598,7 +598,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
     }
     // The displacement that is missing at the tip.
     let at_stylus = |i: usize| -dynamic(&stylus[i]);
-    add(Suspect::Stylus, probed.clone(), &at_stylus, true);
+    add(OutlierKind::Stylus, probed.clone(), &at_stylus, true);
     let machine = problem.machine;
     for (i, axis) in machine.axes.iter().enumerate() {
         if !axis.letter.is_rotary() {
@@ -618,7 +618,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
             // Nothing is known about an axis that does not move.
             if rows.len() < all.len() {
                 add(
-                    Suspect::Index(axis.letter.char(), value),
+                    OutlierKind::Index(axis.letter.char(), value),
                     rows,
                     &turn,
                     false,
@@ -629,7 +629,7 @@ fn groups(problem: &Problem<'_>, stylus: &[Matrix3<f64>]) -> Vec<DisplacementGro
     let angles = values(probed.iter().map(|p| places[*p].spindle));
     for angle in angles.iter().skip(1) {
         let rows = of(&|place| (places[place].spindle - angle).abs() < SAME);
-        add(Suspect::Spindle(*angle), rows, &at_stylus, false);
+        add(OutlierKind::Spindle(*angle), rows, &at_stylus, false);
     }
     groups
 }
@@ -647,14 +647,14 @@ fn values(all: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-impl Suspicion {
+impl Outlier {
     /// True if it concerns more than one row.
     #[must_use]
     pub fn is_group(&self) -> bool {
-        self.suspect != Suspect::Row
+        self.kind != OutlierKind::Row
     }
 
-    /// A sentence about it: suspect, size and remedy.
+    /// A sentence about it: which, its size and a remedy.
     #[must_use]
     pub fn sentence(&self, problem: &Problem<'_>) -> String {
         let line = |row: usize| {
@@ -675,20 +675,20 @@ impl Suspicion {
         );
         let [x, y, z]: [f64; 3] = (self.off * factor).into();
         let off = format!("x {x:.1}, y {y:.1}, z {z:.1}");
-        if let (Suspect::Row | Suspect::Setup(_), Some(number)) =
-            (&self.suspect, self.observations.first())
+        if let (OutlierKind::Row | OutlierKind::Setup(_), Some(number)) =
+            (&self.kind, self.observations.first())
         {
             return self.of_observation(problem, *number);
         }
-        match &self.suspect {
-            Suspect::Setup(name) => format!("the set-up {name} has moved"),
-            Suspect::Reading(name, one) => format!(
+        match &self.kind {
+            OutlierKind::Setup(name) => format!("the set-up {name} has moved"),
+            OutlierKind::Reading(name, one) => format!(
                 "the readings of {name} look {}: everything else fits if their deviations are multiplied by {:.3} ± {:.3} (k = 2); correct them, or leave them out with --without \"setup {name}\"",
                 one.what,
                 1.0 - self.off.x,
                 2.0 * self.uncertainty
             ),
-            Suspect::Row => match &self.other_ball {
+            OutlierKind::Row => match &self.other_ball {
                 Some(ball) => format!(
                     "line {first} looks like a probing of ball {ball}: it is {:.1} mm from where the other rows put its ball; correct the name, or leave it out with --without \"line {first}\"",
                     self.off.norm()
@@ -697,19 +697,19 @@ impl Suspicion {
                     "line {first}: the tip is {by} from where the other rows put it ({off}); look at its readings, leave it out with --without \"line {first}\", or use --robust"
                 ),
             },
-            Suspect::Ball(name) => format!(
+            OutlierKind::Ball(name) => format!(
                 "ball {name} has moved by {by} ({off}) before line {first}: look whether it is loose, and leave it out with --without \"ball {name}\", or give it another name from line {first} on"
             ),
-            Suspect::Stylus => format!(
+            OutlierKind::Stylus => format!(
                 "the stylus has moved by {by} ({off}, in the spindle) before line {first}: look whether it is bent, loose or another one, and identify the rows from line {first} on by themselves"
             ),
-            Suspect::Index(axis, position) => format!(
+            OutlierKind::Index(axis, position) => format!(
                 "at {axis} = {position}, {axis} was off by {:.1} ± {:.1} µrad (k = 2): look at its clamping and its scale, or leave these {} rows out with --without \"{axis} = {position}\"",
                 self.off.x * 1e6,
                 2.0 * self.uncertainty * 1e6,
                 self.rows.len()
             ),
-            Suspect::Spindle(angle) => format!(
+            OutlierKind::Spindle(angle) => format!(
                 "at a spindle angle of {angle}° the stylus is {by} ({off}, in the spindle) from where it should be: look whether the spindle was oriented, or leave these {} rows out with --without \"S = {angle}\"",
                 self.rows.len()
             ),
@@ -736,8 +736,8 @@ impl Suspicion {
             off * factor,
             2.0 * self.uncertainty * factor
         );
-        match &self.suspect {
-            Suspect::Setup(name) => format!(
+        match &self.kind {
+            OutlierKind::Setup(name) => format!(
                 "{file} line {line}: from here on, {name} reads {by} too much: look whether it has moved or slipped, and give it another name in the column setup from this line on"
             ),
             _ => format!(

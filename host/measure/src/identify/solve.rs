@@ -9,7 +9,7 @@ use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Identifiability;
 use super::unidentifiable::GivenUp;
 use super::{
-    IdentifyError, Suspicion, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
+    IdentifyError, Outlier, Unknown, bars, misread, mistakes, root_mean_square, snoop, units,
 };
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;
@@ -79,22 +79,20 @@ fn misfit(problem: &Problem<'_>, options: IdentifyOptions) -> Option<IdentifyErr
         ..options
     };
     let without = solve(problem, robust).ok()?;
-    suspected(problem, &snoop(problem, &without))
+    refused(problem, &snoop(problem, &without))
 }
 
 /// A ball, a stylus or a set-up that has moved among the rows.
 fn moved(problem: &Problem<'_>, found: &Identified) -> Option<IdentifyError> {
-    let suspicions = snoop(problem, found);
-    let groups: Vec<Suspicion> = suspicions.into_iter().filter(Suspicion::is_group).collect();
-    suspected(problem, &groups)
+    let outliers = snoop(problem, found);
+    let groups: Vec<Outlier> = outliers.into_iter().filter(Outlier::is_group).collect();
+    refused(problem, &groups)
 }
 
-fn suspected(problem: &Problem<'_>, suspicions: &[Suspicion]) -> Option<IdentifyError> {
-    let sentences = suspicions
-        .iter()
-        .map(|suspicion| suspicion.sentence(problem));
+fn refused(problem: &Problem<'_>, outliers: &[Outlier]) -> Option<IdentifyError> {
+    let sentences = outliers.iter().map(|outlier| outlier.sentence(problem));
     let sentences: Vec<String> = sentences.collect();
-    (!sentences.is_empty()).then_some(IdentifyError::Suspected { sentences })
+    (!sentences.is_empty()).then_some(IdentifyError::Outliers { sentences })
 }
 
 fn solve(problem: &Problem<'_>, options: IdentifyOptions) -> Result<Identified, IdentifyError> {

@@ -13,7 +13,7 @@ use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::parallel;
 
-/// What a strategy may use.
+/// What a plan may use.
 #[derive(Clone, Debug)]
 pub struct Setup<'a> {
     /// The machine.

@@ -1,4 +1,4 @@
-//! Whether anything meets anything else on the way of a strategy.
+//! Whether anything meets anything else on the way of a plan.
 
 use super::candidates::{Allowed, Setup};
 use super::course::Course;
@@ -10,7 +10,7 @@ use trueaxis_model::parallel;
 
 /// A move on which two solids would come too close.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("on the way to or from ball {ball} (line {line} of the strategy) {meeting}")]
+#[error("on the way to or from ball {ball} (line {line} of the plan) {meeting}")]
 pub struct Collision {
     /// Line of the row to which the move belongs.
     pub line: usize,
@@ -20,7 +20,7 @@ pub struct Collision {
     pub meeting: Meeting,
 }
 
-/// The first move of `steps`, which are those of `strategy`, on which anything comes closer than [`Probe::keep`] to
+/// The first move of `steps`, which are those of `plan`, on which anything comes closer than [`Probe::keep`] to
 /// anything on the other side: tool, stylus and shank, against table, balls and posts; what stands still against stylus,
 /// tool, balls and posts.
 /// From balls a stylus keeps nine tenths of the clearance of touches, for they may stand beside their places; near the
@@ -29,33 +29,25 @@ pub struct Collision {
 ///
 /// [`Probe::keep`]: super::Probe::keep
 #[must_use]
-pub fn collision(
-    setup: &Setup<'_>,
-    strategy: &Probings,
-    steps: &[ProbingStep],
-) -> Option<Collision> {
-    let (row, meeting) = first(setup, strategy, steps)?;
-    let row = &strategy.rows[row];
+pub fn collision(setup: &Setup<'_>, plan: &Probings, steps: &[ProbingStep]) -> Option<Collision> {
+    let (row, meeting) = first(setup, plan, steps)?;
+    let row = &plan.rows[row];
     Some(Collision {
         line: row.line,
-        ball: strategy.balls[row.ball].clone(),
+        ball: plan.balls[row.ball].clone(),
         meeting,
     })
 }
 
 /// The row to which the first such move belongs.
-fn first(
-    setup: &Setup<'_>,
-    strategy: &Probings,
-    steps: &[ProbingStep],
-) -> Option<(usize, Meeting)> {
+fn first(setup: &Setup<'_>, plan: &Probings, steps: &[ProbingStep]) -> Option<(usize, Meeting)> {
     let mut course = Course::new(setup);
     let mut row = 0;
     for step in steps {
         if let ProbingStep::Row(number) = step {
             row = *number;
         }
-        let ball = &strategy.balls[strategy.rows.get(row)?.ball];
+        let ball = &plan.balls[plan.rows.get(row)?.ball];
         if let Some(meeting) = course.go(step).and_then(|one| one.meeting(ball)) {
             return Some((row, meeting));
         }
@@ -63,10 +55,10 @@ fn first(
     None
 }
 
-/// The first row of a strategy that cannot be reached clear of balls and of what is described.
-pub(super) fn obstructed(setup: &Setup<'_>, strategy: &Probings) -> Option<usize> {
-    let steps = steps(setup, strategy).ok()?;
-    first(setup, strategy, &steps).map(|(row, _)| row)
+/// The first row of a plan that cannot be reached clear of balls and of what is described.
+pub(super) fn obstructed(setup: &Setup<'_>, plan: &Probings) -> Option<usize> {
+    let steps = steps(setup, plan).ok()?;
+    first(setup, plan, &steps).map(|(row, _)| row)
 }
 
 impl Setup<'_> {

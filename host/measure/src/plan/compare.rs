@@ -1,4 +1,4 @@
-//! Finds a strategy that is as good as a given one, with fewer probings.
+//! Finds a plan that is as good as a given one, with fewer probings.
 
 use super::candidates::{Allowed, Setup};
 use super::design::{Criterion, DesignCandidates, DesignError, clear, repeats, root};
@@ -8,7 +8,7 @@ use crate::formats::probings::Probings;
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
-/// Uncertainties of one strategy divided by those of another; 1 or less where it is at least as good.
+/// Uncertainties of one plan divided by those of another; 1 or less where it is at least as good.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratios {
     /// The parameter with the largest ratio, among those that both identify.
@@ -20,7 +20,7 @@ pub struct Ratios {
 }
 
 impl Ratios {
-    /// The ratios of one strategy to another.
+    /// The ratios of one plan to another.
     #[must_use]
     pub fn of(one: &Judgement, other: &Judgement) -> Self {
         let known = |parameters: &[Parameter], uncertainties: Vec<f64>| {
@@ -56,13 +56,13 @@ impl Ratios {
 /// The result.
 #[derive(Clone, Debug)]
 pub struct AsGood {
-    /// The strategy with the fewest probings; `None` if there is none.
-    pub strategy: Option<Probings>,
+    /// The plan with the fewest probings; `None` if there is none.
+    pub plan: Option<Probings>,
     /// False if the search was stopped early, so that a smaller one may exist.
     pub is_whole: bool,
 }
 
-/// Finds the strategy with the fewest probings that knows tip and tool direction over the travel on average at least
+/// Finds the plan with the fewest probings that knows tip and tool direction over the travel on average at least
 /// as well as `other`, and identifies everything that it identifies. Under [`Criterion::Parameters`] every parameter
 /// must be known as well, too. `None` if not even the same number of probings is enough. The search stops after a
 /// few seconds' work, the same amount on every computer.
@@ -92,7 +92,7 @@ pub fn as_good_as(
             Some(_) => {}
             None => {
                 return Ok(AsGood {
-                    strategy: None,
+                    plan: None,
                     is_whole: true,
                 });
             }
@@ -107,16 +107,16 @@ pub fn as_good_as(
         ],
         goals,
     };
-    let most = other.strategy.rows.len();
+    let most = other.plan.rows.len();
     let judged = |exchange: &RowExchange| {
         let chosen = exchange.chosen();
         let total = (chosen.len()..=most).find(|n| n - repeats(*n) >= chosen.len());
-        let strategy = choice.strategy(setup, &chosen, repeats(total.unwrap_or(most)));
-        let strategy = clear(setup, strategy);
-        let judgement = judge_alone(setup, parameters, &strategy, assumed).ok()?;
+        let plan = choice.plan(setup, &chosen, repeats(total.unwrap_or(most)));
+        let plan = clear(setup, plan);
+        let judgement = judge_alone(setup, parameters, &plan, assumed).ok()?;
         let seen = |p: &Parameter| judgement.foreseen.parameters.contains(p);
         let all = other.foreseen.parameters.iter().all(seen);
-        (all && Ratios::of(&judgement, other).is_no_worse(criterion)).then_some(strategy)
+        (all && Ratios::of(&judgement, other).is_no_worse(criterion)).then_some(plan)
     };
     let mut exchange = choice.exchange(&search.effect()).limited_to(MOST_WORK);
     let mut count = (most - repeats(most)).min(choice.candidates.rows.len());
@@ -125,7 +125,7 @@ pub fn as_good_as(
     let mut step = (count / STEPS).max(1);
     loop {
         match search.settle(&choice, &mut exchange, &judged) {
-            Some(strategy) => best = Some((strategy, exchange.clone(), search.clone(), count)),
+            Some(plan) => best = Some((plan, exchange.clone(), search.clone(), count)),
             None if best.is_none() || step == 1 || exchange.is_done() => break,
             None => step /= 2,
         }
@@ -142,7 +142,7 @@ pub fn as_good_as(
         count -= step;
     }
     Ok(AsGood {
-        strategy: best.map(|(strategy, ..)| strategy),
+        plan: best.map(|(plan, ..)| plan),
         is_whole: !exchange.is_done(),
     })
 }
@@ -212,9 +212,9 @@ impl FewerRowsSearch {
                 return None;
             }
             if most <= NEAR
-                && let Some(strategy) = judged(exchange)
+                && let Some(plan) = judged(exchange)
             {
-                return Some(strategy);
+                return Some(plan);
             }
             if exchange.is_done() {
                 return None;

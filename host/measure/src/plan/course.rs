@@ -1,4 +1,4 @@
-//! A machine on its way through the steps of a strategy.
+//! A machine on its way through the steps of a plan.
 
 use super::candidates::Setup;
 use super::scene::{Meeting, Scene, Way};

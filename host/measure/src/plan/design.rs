@@ -1,4 +1,4 @@
-//! Proposes a strategy for a given number of probings.
+//! Proposes a plan for a given number of probings.
 
 use super::band::Band;
 use super::candidates::{Allowed, Setup};
@@ -12,22 +12,22 @@ use crate::identify::{Foreseen, IdentifyError, Unknown};
 use nalgebra::DMatrix;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 
-/// What a strategy optimizes.
+/// What a plan optimizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Criterion {
     /// The volumetric error over the travel (I-optimal).
     ///
-    /// Its mean variance at the tip. In a comparison of strategies also that of the direction.
+    /// Its mean variance at the tip. In a comparison of plans also that of the direction.
     #[default]
     Volume,
     /// All unknowns together (D-optimal).
     ///
-    /// The determinant of their covariance. In a comparison of strategies, each parameter and the volumetric error.
+    /// The determinant of their covariance. In a comparison of plans, each parameter and the volumetric error.
     Parameters,
 }
 
-/// The requested strategy.
+/// The requested plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedDesign {
     /// Number of probings, including repeated ones.
@@ -36,7 +36,7 @@ pub struct WantedDesign {
     pub criterion: Criterion,
 }
 
-/// Why there is no strategy.
+/// Why there is no plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// Nothing can be reached.
@@ -75,7 +75,7 @@ pub enum DesignError {
 /// One probing in this many is repeated, to show drift.
 const REPEATED: usize = 20;
 
-/// Number of repetitions of the first probing in a strategy with `probings` probings.
+/// Number of repetitions of the first probing in a plan with `probings` probings.
 pub(super) fn repeats(probings: usize) -> usize {
     probings.div_ceil(REPEATED + 1)
 }
@@ -160,7 +160,7 @@ impl DesignCandidates {
     }
 
     /// Chosen rows in the order in which they are probed, with the repeated ones.
-    pub fn strategy(&self, setup: &Setup<'_>, chosen: &[usize], repeats: usize) -> Probings {
+    pub fn plan(&self, setup: &Setup<'_>, chosen: &[usize], repeats: usize) -> Probings {
         let rows = chosen.iter().map(|i| self.candidates.rows[*i].clone());
         let rows = repeated(ordered(setup.machine, rows.collect()), repeats);
         numbered(&self.candidates.balls, rows)
@@ -169,21 +169,21 @@ impl DesignCandidates {
 
 /// Rows as in a file: balls in order of appearance, line numbers after a header.
 fn numbered(names: &[String], rows: Vec<Probing>) -> Probings {
-    let mut strategy = Probings::default();
+    let mut plan = Probings::default();
     for (i, row) in rows.into_iter().enumerate() {
         let name = &names[row.ball];
-        let known = strategy.balls.iter().position(|b| b == name);
+        let known = plan.balls.iter().position(|b| b == name);
         let ball = known.unwrap_or_else(|| {
-            strategy.balls.push(name.clone());
-            strategy.balls.len() - 1
+            plan.balls.push(name.clone());
+            plan.balls.len() - 1
         });
-        strategy.rows.push(Probing {
+        plan.rows.push(Probing {
             ball,
             line: i + 2,
             ..row
         });
     }
-    strategy
+    plan
 }
 
 /// A matrix R with RᵀR = `square`, which is symmetric and positive semidefinite up to rounding.
@@ -220,7 +220,7 @@ pub fn needs_spindle(
 /// Rows that cannot be reached clear of everything are replaced by others at most this often; then they are left out.
 const REPLACED: usize = 20;
 
-/// Proposes a strategy of allowed positions: the best choice found by exchange, in an order with short moves, and
+/// Proposes a plan of allowed positions: the best choice found by exchange, in an order with short moves, and
 /// with the first probing repeated to show drift. Rows on whose way solids meet that are described are replaced by
 /// others, or left out.
 ///
@@ -235,16 +235,16 @@ pub fn design(
 ) -> Result<Probings, DesignError> {
     let mut allowed = setup.clear_of_collisions(allowed);
     for _ in 0..REPLACED {
-        let strategy = chosen(setup, &allowed, parameters, assumed, &wanted)?;
-        let Some(row) = obstructed(setup, &strategy) else {
-            return Ok(strategy);
+        let plan = chosen(setup, &allowed, parameters, assumed, &wanted)?;
+        let Some(row) = obstructed(setup, &plan) else {
+            return Ok(plan);
         };
-        let row = &strategy.rows[row];
-        let ball = strategy.balls[row.ball].clone();
+        let row = &plan.rows[row];
+        let ball = plan.balls[row.ball].clone();
         allowed.without.push((ball, row.clone()));
     }
-    let strategy = chosen(setup, &allowed, parameters, assumed, &wanted)?;
-    let clear = clear(setup, strategy);
+    let plan = chosen(setup, &allowed, parameters, assumed, &wanted)?;
+    let clear = clear(setup, plan);
     let perfect = ErrorModel::perfect(setup.machine);
     match setup.problem(&clear, parameters, &perfect).foresee(assumed) {
         Ok(_) => Ok(clear),
@@ -255,13 +255,13 @@ pub fn design(
     }
 }
 
-/// A strategy without the rows that cannot be reached clear of everything.
-pub(super) fn clear(setup: &Setup<'_>, mut strategy: Probings) -> Probings {
-    while let Some(row) = obstructed(setup, &strategy) {
-        strategy.rows.remove(row);
-        strategy = numbered(&strategy.balls.clone(), strategy.rows);
+/// A plan without the rows that cannot be reached clear of everything.
+pub(super) fn clear(setup: &Setup<'_>, mut plan: Probings) -> Probings {
+    while let Some(row) = obstructed(setup, &plan) {
+        plan.rows.remove(row);
+        plan = numbered(&plan.balls.clone(), plan.rows);
     }
-    strategy
+    plan
 }
 
 fn chosen(
@@ -288,5 +288,5 @@ fn chosen(
         Criterion::Volume => Measure::Effect,
     };
     exchange.choose(wanted.probings - repeats, measure);
-    Ok(choice.strategy(setup, &exchange.chosen(), repeats))
+    Ok(choice.plan(setup, &exchange.chosen(), repeats))
 }

@@ -17,25 +17,25 @@ pub struct NoPlace {
     pub setup: String,
 }
 
-/// What instruments read on the assumed machine at the positions of a strategy, for
-/// [`Setup::observations`](super::Setup::observations). Instruments stand where the strategy says, or else where its readings
+/// What instruments read on the assumed machine at the positions of a plan, for
+/// [`Setup::observations`](super::Setup::observations). Instruments stand where the plan says, or else where its readings
 /// show. `sigma` is the standard uncertainty (mm; angles over [`LEVER`](crate::instrument::LEVER)) of rows that state none.
 ///
 /// # Errors
 /// [`NoPlace`].
 pub fn expected(
     machine: &Machine,
-    strategy: &Observations,
+    plan: &Observations,
     assumed: &ErrorModel,
     sigma: f64,
 ) -> Result<Observations, NoPlace> {
-    let mut strategy = strategy.clone();
-    let commanded = strategy.commanded(machine);
-    for (number, setup) in strategy.setups.iter_mut().enumerate() {
+    let mut plan = plan.clone();
+    let commanded = plan.commanded(machine);
+    for (number, setup) in plan.setups.iter_mut().enumerate() {
         if setup.kind != Kind::Length || setup.given.place.is_some() {
             continue;
         }
-        let rows = strategy.rows.iter().zip(&commanded);
+        let rows = plan.rows.iter().zip(&commanded);
         let samples: Vec<InitialSample> = (rows.filter(|(row, _)| row.setup == number))
             .map(|(row, commanded)| InitialSample {
                 commanded: *commanded,
@@ -50,13 +50,9 @@ pub fn expected(
         setup.given.place = Some(start.place);
         setup.given.length = Some(start.length);
     }
-    for row in &mut strategy.rows {
+    for row in &mut plan.rows {
         row.sigma = row.sigma.or(Some(sigma));
     }
     let kinematics = Kinematics::new(machine, assumed);
-    Ok(observations(
-        &kinematics,
-        &strategy,
-        &OfObservations::default(),
-    ))
+    Ok(observations(&kinematics, &plan, &OfObservations::default()))
 }

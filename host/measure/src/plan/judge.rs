@@ -1,4 +1,4 @@
-//! Predicts what a strategy will identify.
+//! Predicts what a plan will identify.
 
 use super::band::{Band, UncertaintySpread};
 use super::candidates::Setup;
@@ -10,11 +10,11 @@ use crate::simulate::{Disturbances, SimulateError, probings};
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::kinematics::Kinematics;
 
-/// Prediction for a strategy.
+/// Prediction for a plan.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The strategy with the positions at which the assumed machine is at the balls, and with uncertainties.
-    pub strategy: Probings,
+    /// The plan with the positions at which the assumed machine is at the balls, and with uncertainties.
+    pub plan: Probings,
     /// Identifiable parameters, their covariance, and what cannot be identified.
     pub foreseen: Foreseen,
     /// Standard uncertainty of the tip over the travel (mm).
@@ -27,7 +27,7 @@ pub struct Judgement {
     pub unreachable: Vec<(Probing, Unreachable)>,
 }
 
-/// Why a strategy cannot be evaluated.
+/// Why a plan cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JudgeError {
     /// A row is impossible.
@@ -41,20 +41,20 @@ pub enum JudgeError {
 /// Number of positions at which the volumetric error is evaluated; its mean is accurate to about 2 %.
 const POSITIONS: usize = 1000;
 
-/// A strategy with the positions at which the assumed machine is at the balls, and with the uncertainty of `setup`
+/// A plan with the positions at which the assumed machine is at the balls, and with the uncertainty of `setup`
 /// unless all of its rows have their own.
 ///
 /// # Errors
 /// [`SimulateError`]: a ball without a position, a position outside the travel.
 pub fn placed(
     setup: &Setup<'_>,
-    strategy: &Probings,
+    plan: &Probings,
     assumed: &ErrorModel,
 ) -> Result<Probings, SimulateError> {
     let kinematics = Kinematics::new(setup.machine, assumed);
     let nothing = Disturbances::default();
-    let mut placed = probings(&kinematics, setup.artefact, strategy, &nothing)?;
-    for (row, wanted) in placed.rows.iter_mut().zip(&strategy.rows) {
+    let mut placed = probings(&kinematics, setup.artefact, plan, &nothing)?;
+    for (row, wanted) in placed.rows.iter_mut().zip(&plan.rows) {
         for (i, axis) in setup.machine.axes.iter().enumerate() {
             if axis.letter.is_rotary() {
                 // Without rounding errors from radians.
@@ -70,24 +70,24 @@ pub fn placed(
     Ok(placed)
 }
 
-/// Evaluates a strategy by the equations of `identify`.
+/// Evaluates a plan by the equations of `identify`.
 ///
 /// # Errors
 /// [`JudgeError`]: rows that are impossible, or too few.
 pub fn judge(
     setup: &Setup<'_>,
     parameters: &[Parameter],
-    strategy: &Probings,
+    plan: &Probings,
     assumed: &ErrorModel,
 ) -> Result<Judgement, JudgeError> {
-    let mut judgement = judge_alone(setup, parameters, strategy, assumed)?;
+    let mut judgement = judge_alone(setup, parameters, plan, assumed)?;
     let setup = Setup {
-        balls: judgement.strategy.balls.clone(),
+        balls: judgement.plan.balls.clone(),
         ..setup.clone()
     };
-    let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let (plan, foreseen) = (&judgement.plan, &judgement.foreseen);
     let perfect = ErrorModel::perfect(setup.machine);
-    judgement.remedies = remedies(&setup, parameters, &perfect, strategy, assumed, foreseen);
+    judgement.remedies = remedies(&setup, parameters, &perfect, plan, assumed, foreseen);
     Ok(judgement)
 }
 
@@ -95,26 +95,26 @@ pub fn judge(
 pub(super) fn judge_alone(
     setup: &Setup<'_>,
     parameters: &[Parameter],
-    strategy: &Probings,
+    plan: &Probings,
     assumed: &ErrorModel,
 ) -> Result<Judgement, JudgeError> {
-    let strategy = placed(setup, strategy, assumed)?;
+    let plan = placed(setup, plan, assumed)?;
     let perfect = ErrorModel::perfect(setup.machine);
-    let foreseen = foreseen(setup, parameters, &perfect, &strategy, assumed)?;
-    let band = band(setup, &foreseen.parameters, &strategy, assumed);
+    let foreseen = foreseen(setup, parameters, &perfect, &plan, assumed)?;
+    let band = band(setup, &foreseen.parameters, &plan, assumed);
     let [tip, direction] = band.spread(&foreseen.covariance);
-    let of_strategy = Setup {
-        balls: strategy.balls.clone(),
+    let of_plan = Setup {
+        balls: plan.balls.clone(),
         ..setup.clone()
     };
-    let unreachable = strategy.rows.iter().filter_map(|row| {
-        let reason = of_strategy.touching(row).err()?;
+    let unreachable = plan.rows.iter().filter_map(|row| {
+        let reason = of_plan.touching(row).err()?;
         Some((row.clone(), reason))
     });
     Ok(Judgement {
         unreachable: unreachable.collect(),
         remedies: Vec::new(),
-        strategy,
+        plan,
         foreseen,
         tip,
         direction,

@@ -1,4 +1,4 @@
-//! The order in which a strategy is probed.
+//! The order in which a plan is probed.
 
 use crate::formats::probings::Probing;
 use trueaxis_model::machine::Machine;

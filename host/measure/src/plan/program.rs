@@ -1,4 +1,4 @@
-//! Writes a strategy as a program for a controller.
+//! Writes a plan as a program for a controller.
 
 use super::candidates::Setup;
 use super::step::{AxisTargets, ProbingStep};
@@ -40,12 +40,12 @@ fn unsigned(value: f64) -> f64 {
 /// The first row that cannot be touched.
 pub fn linuxcnc(
     setup: &Setup<'_>,
-    strategy: &Probings,
+    plan: &Probings,
     feeds: Feeds,
     log: &str,
 ) -> Result<String, NotTouched> {
     let machine = setup.machine;
-    let steps = steps(setup, strategy)?;
+    let steps = steps(setup, plan)?;
     let all = |position: &PerAxis| target(machine, position, |_| true);
     let is_rotary = |(i, _): &(usize, f64)| machine.axes[*i].letter.is_rotary();
     let zeros = words(machine, &all(&PerAxis::default()));
@@ -61,8 +61,8 @@ pub fn linuxcnc(
          #<touch> = {touch}\n\
          #<near> = {near}\n\
          (PROBEOPEN {log})\n",
-        strategy.rows.len(),
-        plural(strategy.balls.len()),
+        plan.rows.len(),
+        plural(plan.balls.len()),
         plain(&machine.name),
         setup.probe.per_ball(),
         zeros.replace(".0000", ""),
@@ -71,8 +71,8 @@ pub fn linuxcnc(
     for step in &steps {
         let _ = match step {
             ProbingStep::Row(number) => {
-                let row = &strategy.rows[*number];
-                let ball = plain(&strategy.balls[row.ball]);
+                let row = &plan.rows[*number];
+                let ball = plain(&plan.balls[row.ball]);
                 let rotary: AxisTargets =
                     all(&row.position).into_iter().filter(is_rotary).collect();
                 writeln!(text, "(row {}: ball {ball},{})", row.line, words(&rotary))
@@ -104,7 +104,7 @@ fn plural(balls: usize) -> String {
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub fn table(setup: &Setup<'_>, strategy: &Probings) -> Result<String, NotTouched> {
+pub fn table(setup: &Setup<'_>, plan: &Probings) -> Result<String, NotTouched> {
     let axes = &setup.machine.axes;
     let letters = |rotary: bool| {
         let of = axes.iter().enumerate();
@@ -120,9 +120,9 @@ pub fn table(setup: &Setup<'_>, strategy: &Probings) -> Result<String, NotTouche
         header.extend(linear.iter().map(|(_, l)| format!("{l}_{what}")));
     }
     let mut text = header.join(",") + "\n";
-    for (row, touching) in strategy.rows.iter().zip(touchings(setup, strategy)?) {
+    for (row, touching) in plan.rows.iter().zip(touchings(setup, plan)?) {
         for (number, touch) in touching.touches.iter().enumerate() {
-            let name = &strategy.balls[row.ball];
+            let name = &plan.balls[row.ball];
             let mut cells = vec![row.line.to_string(), name.clone(), (number + 1).to_string()];
             cells.extend(rotary.iter().map(|(i, _)| row.position[*i].to_string()));
             cells.push(row.spindle.to_string());

@@ -16,7 +16,7 @@ use trueaxis_model::machine::Machine;
 pub struct Remedy {
     /// The unknown that cannot be identified without it.
     pub unseen: Unknown,
-    /// The probing; its ball is one of the strategy's.
+    /// The probing; its ball is one of the plan's.
     pub add: Option<Probing>,
 }
 
@@ -57,9 +57,9 @@ pub fn would_show(
         .map(ball)
         .collect();
     found.stylus.tip = <[f64; 3]>::from(identified.stylus).map(Some);
-    let mut strategy = probings.clone();
-    if strategy.rows.iter().any(|row| row.sigma.is_none()) {
-        for row in &mut strategy.rows {
+    let mut plan = probings.clone();
+    if plan.rows.iter().any(|row| row.sigma.is_none()) {
+        for row in &mut plan.rows {
             row.sigma = Some(identified.noise);
         }
     }
@@ -77,11 +77,11 @@ pub fn would_show(
     };
     let assumed = &identified.errors;
     let parameters = &identified.looked_for;
-    let foreseen = foreseen(&setup, parameters, base, &strategy, assumed);
+    let foreseen = foreseen(&setup, parameters, base, &plan, assumed);
     let Ok(foreseen) = foreseen else {
         return Vec::new();
     };
-    let mut remedies = remedies(&setup, parameters, base, &strategy, assumed, &foreseen);
+    let mut remedies = remedies(&setup, parameters, base, &plan, assumed, &foreseen);
     remedies.retain(|remedy| is_unseen(&remedy.unseen));
     remedies
 }
@@ -107,10 +107,10 @@ pub(super) fn foreseen(
     setup: &Setup<'_>,
     parameters: &[Parameter],
     base: &ErrorModel,
-    strategy: &Probings,
+    plan: &Probings,
     assumed: &ErrorModel,
 ) -> Result<Foreseen, IdentifyError> {
-    setup.problem(strategy, parameters, base).foresee(assumed)
+    setup.problem(plan, parameters, base).foresee(assumed)
 }
 
 /// For each unidentifiable parameter, the single probing with the largest effect of it, if that makes it
@@ -119,7 +119,7 @@ pub(super) fn remedies(
     setup: &Setup<'_>,
     parameters: &[Parameter],
     base: &ErrorModel,
-    strategy: &Probings,
+    plan: &Probings,
     assumed: &ErrorModel,
     foreseen: &Foreseen,
 ) -> Vec<Remedy> {
@@ -154,7 +154,7 @@ pub(super) fn remedies(
             let [a, b] = [a, b].map(|i| shown(*i, hidden));
             a.total_cmp(&b)
         })?;
-        let mut with = strategy.clone();
+        let mut with = plan.clone();
         let row = candidates.rows[most].clone();
         with.rows.push(row.clone());
         let then = self::foreseen(setup, parameters, base, &with, assumed).ok()?;

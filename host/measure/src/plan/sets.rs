@@ -52,8 +52,8 @@ impl Set {
     fn listed(self) -> Result<(Probings, [usize; 2]), FileError> {
         let (machine, text, tilts) = match self {
             Self::ChaseTheBall => (KOLIBRI, include_str!("sets/kolibri-validation.csv"), 'A'),
-            Self::Rumba => (KOLIBRI, include_str!("sets/kolibri-strategy.csv"), 'A'),
-            Self::Samba => (HU40, include_str!("sets/hu40-strategy.csv"), 'B'),
+            Self::Rumba => (KOLIBRI, include_str!("sets/kolibri-plan.csv"), 'A'),
+            Self::Samba => (HU40, include_str!("sets/hu40-plan.csv"), 'B'),
         };
         let machine = Machine::from_toml(machine)?;
         let listed = probings::read(text, &machine, false)?;
@@ -76,7 +76,7 @@ impl fmt::Display for Set {
 #[derive(Clone, Debug)]
 pub struct SetPositions {
     /// The probings, in the order of the document.
-    pub strategy: Probings,
+    pub plan: Probings,
     /// Rows of the set that cannot be probed: ball, row and reason.
     pub left_out: Vec<(String, Probing, Unreachable)>,
 }
@@ -168,7 +168,7 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> 
     };
     let [tilt_extent, turn_extent] = [listed_tilts, listed_turns].map(extent);
     let mut found = SetPositions {
-        strategy: Probings {
+        plan: Probings {
             balls: setup.balls.clone(),
             rows: Vec::new(),
         },
@@ -202,14 +202,14 @@ pub fn positions(setup: &Setup<'_>, set: Set) -> Result<SetPositions, SetError> 
                 .left_out
                 .push((setup.balls[ball].clone(), row, reason)),
             // Shifted by whole turns, two positions of the document can coincide.
-            Ok(_) if found.strategy.rows.iter().any(|r| is_same(r, &row)) => {}
+            Ok(_) if found.plan.rows.iter().any(|r| is_same(r, &row)) => {}
             Ok(_) => {
-                row.line = found.strategy.rows.len() + 2;
-                found.strategy.rows.push(row);
+                row.line = found.plan.rows.len() + 2;
+                found.plan.rows.push(row);
             }
         }
     }
-    if found.strategy.rows.is_empty()
+    if found.plan.rows.is_empty()
         && let Some((ball, _, reason)) = found.left_out.first()
     {
         return Err(SetError::NothingReached {
@@ -230,14 +230,14 @@ fn is_same(a: &Probing, b: &Probing) -> bool {
 /// Names of the balls that are probed, in order of appearance.
 fn only_used(mut found: SetPositions) -> SetPositions {
     let mut balls: Vec<String> = Vec::new();
-    for row in &mut found.strategy.rows {
-        let name = &found.strategy.balls[row.ball];
+    for row in &mut found.plan.rows {
+        let name = &found.plan.balls[row.ball];
         row.ball = balls.iter().position(|b| b == name).unwrap_or_else(|| {
             balls.push(name.clone());
             balls.len() - 1
         });
     }
-    found.strategy.balls = balls;
+    found.plan.balls = balls;
     found
 }
 

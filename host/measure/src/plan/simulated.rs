@@ -15,7 +15,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 /// Number of bisections of a touch: 30 mm become 30 fm.
 const HALVINGS: usize = 50;
 
-/// Axis positions (mm, deg) at which the stylus touches the balls of an artefact along each touch of a strategy,
+/// Axis positions (mm, deg) at which the stylus touches the balls of an artefact along each touch of a plan,
 /// which was planned for balls at their `planned` positions; [`Probe::per_ball`] for each row. `lobing` is how the
 /// effective radius of the tip depends on the direction. Of the disturbances, noise (of each
 /// touch along each linear axis) and drift are applied.
@@ -26,7 +26,7 @@ pub fn simulated_touches(
     kinematics: &Kinematics<'_>,
     planned: &Artefact,
     artefact: &Artefact,
-    strategy: &Probings,
+    plan: &Probings,
     probe: &Probe,
     lobing: &Spherical,
     disturbances: &Disturbances,
@@ -34,10 +34,10 @@ pub fn simulated_touches(
     let machine = kinematics.machine;
     let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
     let tip = artefact.stylus.place(machine);
-    let last = (strategy.rows.len().max(2) - 1) as f64;
+    let last = (plan.rows.len().max(2) - 1) as f64;
     let mut touched = Vec::new();
-    for (number, row) in strategy.rows.iter().enumerate() {
-        let name = &strategy.balls[row.ball];
+    for (number, row) in plan.rows.iter().enumerate() {
+        let name = &plan.balls[row.ball];
         let place = |artefact: &Artefact| {
             let ball = artefact.balls.iter().find(|b| b.name == *name)?;
             Some((ball.clone(), ball.nominal?))
@@ -73,7 +73,7 @@ pub fn simulated_touches(
             touched.push(position);
         }
     }
-    assert_eq!(touched.len(), probe.per_ball() * strategy.rows.len());
+    assert_eq!(touched.len(), probe.per_ball() * plan.rows.len());
     Ok(touched)
 }
 

@@ -1,4 +1,4 @@
-//! One step of a strategy on a machine.
+//! One step of a plan on a machine.
 
 /// Positions of some axes (mm, deg), in the order X Y Z A B C U V W, by their index in the machine.
 pub type AxisTargets = Vec<(usize, f64)>;
@@ -6,7 +6,7 @@ pub type AxisTargets = Vec<(usize, f64)>;
 /// A move, or what precedes one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProbingStep {
-    /// What follows belongs to this row of the strategy, counted from 0.
+    /// What follows belongs to this row of the plan, counted from 0.
     Row(usize),
     /// Turn the spindle to this angle (deg).
     Orient(f64),

@@ -1,4 +1,4 @@
-//! A strategy as the moves of a machine, for a program or for a controller that is driven move by move.
+//! A plan as the moves of a machine, for a program or for a controller that is driven move by move.
 
 use super::candidates::{RUN_UP, Setup};
 use super::course::Course;
@@ -12,19 +12,16 @@ use trueaxis_model::machine::{Machine, PerAxis};
 /// A row that cannot be touched, with the reason.
 pub type NotTouched = Box<(Probing, Unreachable)>;
 
-/// All touches of a strategy, row by row.
+/// All touches of a plan, row by row.
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub(super) fn touchings(
-    setup: &Setup<'_>,
-    strategy: &Probings,
-) -> Result<Vec<Touching>, NotTouched> {
+pub(super) fn touchings(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<Touching>, NotTouched> {
     let setup = Setup {
-        balls: strategy.balls.clone(),
+        balls: plan.balls.clone(),
         ..setup.clone()
     };
-    let rows = strategy.rows.iter();
+    let rows = plan.rows.iter();
     rows.map(|row| setup.touching(row).map_err(|e| Box::new((row.clone(), e))))
         .collect()
 }
@@ -44,27 +41,27 @@ pub(super) fn target(
         .collect()
 }
 
-/// The moves of a strategy: five touches for each row. Axes turn as far from the balls as the travel allows, on the
+/// The moves of a plan: five touches for each row. Axes turn as far from the balls as the travel allows, on the
 /// first of a dozen ways on which nothing meets.
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub fn steps(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<ProbingStep>, NotTouched> {
+pub fn steps(setup: &Setup<'_>, plan: &Probings) -> Result<Vec<ProbingStep>, NotTouched> {
     let machine = setup.machine;
-    let touchings = touchings(setup, strategy)?;
+    let touchings = touchings(setup, plan)?;
     let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
     let is_linear = |i: usize| !is_rotary(i);
     let has_rotary = (0..machine.axes.len()).any(is_rotary);
-    let indexes = strategy.rows.iter().any(|r| r.spindle != 0.0);
+    let indexes = plan.rows.iter().any(|r| r.spindle != 0.0);
     let linear = |position: &PerAxis| target(machine, position, is_linear);
     let mut steps = Vec::new();
     let mut course = Course::new(setup);
     let mut last: Option<PerAxis> = None;
     let mut came = PerAxis::default();
     let mut turned = None;
-    for (number, (row, touching)) in strategy.rows.iter().zip(&touchings).enumerate() {
+    for (number, (row, touching)) in plan.rows.iter().zip(&touchings).enumerate() {
         let Touching { away, above, .. } = touching;
-        let ball = &strategy.balls[row.ball];
+        let ball = &plan.balls[row.ball];
         let begin = steps.len();
         steps.push(ProbingStep::Row(number));
         if last.is_none() {

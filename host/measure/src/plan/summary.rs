@@ -107,11 +107,11 @@ impl<'a> Summary<'a> {
         let minimal = MinimalParameters::of(machine);
         let foreseen = &judgement.foreseen;
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
-        let balls = &judgement.strategy.balls;
+        let balls = &judgement.plan.balls;
         let left_out = set.iter().flat_map(|set| &set.left_out);
         Self {
             machine: &machine.name,
-            probings: judgement.strategy.rows.len(),
+            probings: judgement.plan.rows.len(),
             balls,
             observations,
             setups,
@@ -150,7 +150,7 @@ impl<'a> Summary<'a> {
                 .collect(),
             missing: planned.missing.iter().map(ToString::to_string).collect(),
             compared: planned.other.as_ref().map(|other| ComparedPlan {
-                probings: other.strategy.rows.len(),
+                probings: other.plan.rows.len(),
                 tip_um: SpreadOverTravel::new(&other.tip, 1e3),
                 direction_urad: SpreadOverTravel::new(&other.direction, 1e6),
                 parameter: (Ratios::of(judgement, other).parameter)

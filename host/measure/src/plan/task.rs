@@ -25,10 +25,10 @@ pub struct Task<'a> {
     pub rows: PlannedRows<'a>,
 }
 
-/// The rows to probe: those of a strategy, or rows to be chosen.
+/// The rows to probe: those of a plan, or rows to be chosen.
 #[derive(Clone, Copy, Debug)]
 pub enum PlannedRows<'a> {
-    /// Those of this strategy.
+    /// Those of this plan.
     Given(&'a Probings),
     /// The most informative ones.
     Best {
@@ -39,23 +39,23 @@ pub enum PlannedRows<'a> {
         /// What they optimize.
         criterion: Criterion,
     },
-    /// The fewest after which the criterion is met as well as after another strategy.
+    /// The fewest after which the criterion is met as well as after another plan.
     AsGoodAs {
         /// Positions that rotary axes and spindle may take.
         indexings: Option<&'a str>,
-        /// The other strategy.
+        /// The other plan.
         other: &'a Probings,
         /// What must be as good.
         criterion: Criterion,
     },
 }
 
-/// A plan: a strategy, what it will identify, and what to say about it.
+/// A plan: a plan, what it will identify, and what to say about it.
 #[derive(Clone, Debug)]
 pub struct Planned {
-    /// The strategy with its prediction.
+    /// The plan with its prediction.
     pub judgement: Judgement,
-    /// The prediction for the strategy of [`PlannedRows::AsGoodAs`].
+    /// The prediction for the plan of [`PlannedRows::AsGoodAs`].
     pub other: Option<Judgement>,
     /// Location errors that the model lacks and cannot reproduce.
     pub missing: Vec<Parameter>,
@@ -77,25 +77,25 @@ pub enum PlanError {
     /// No rows can be proposed.
     #[error(transparent)]
     Design(#[from] DesignError),
-    /// The strategy cannot be judged.
+    /// The plan cannot be judged.
     #[error("{error}")]
     Strategy {
         /// Why not.
         error: JudgeError,
-        /// True of the strategy of [`PlannedRows::AsGoodAs`].
+        /// True of the plan of [`PlannedRows::AsGoodAs`].
         is_other: bool,
         /// True if there are balls to probe.
         has_balls: bool,
     },
-    /// No strategy with as few rows is as good.
+    /// No plan with as few rows is as good.
     #[error(
         "no measurement plan with {probings} probings or fewer identifies all parameters as well"
     )]
     NotAsGood {
-        /// Number of rows of the other strategy.
+        /// Number of rows of the other plan.
         probings: usize,
     },
-    /// The equations of the strategy cannot be evaluated.
+    /// The equations of the plan cannot be evaluated.
     #[error(transparent)]
     Equations(#[from] IdentifyError),
 }
@@ -112,7 +112,7 @@ impl PlanError {
                 error: JudgeError::Strategy(_),
                 ..
             }
-            | Self::Equations(_) => "correct the strategy, or where the balls are in the artefact",
+            | Self::Equations(_) => "correct the plan, or where the balls are in the artefact",
             Self::Strategy {
                 has_balls: false, ..
             } => "read more, add probings (--artefact), or give a model with fewer parameters",
@@ -120,7 +120,7 @@ impl PlanError {
                 "probe at more rotary positions, or give a model with fewer parameters"
             }
             Self::NotAsGood { .. } => {
-                "allow more positions (--indexings, --balls, --cone), or judge the strategy itself with --strategy"
+                "allow more positions (--indexings, --balls, --cone), or judge the plan itself with --plan"
             }
         }
         .to_owned()
@@ -151,13 +151,13 @@ impl Task<'_> {
     /// Chooses the rows, unless they are given, and predicts what they will identify.
     ///
     /// # Errors
-    /// [`PlanError`]: an impossible strategy, or nothing to propose.
+    /// [`PlanError`]: an impossible plan, or nothing to propose.
     pub fn plan(&self) -> Result<Planned, PlanError> {
         let machine = self.setup.machine;
         let directions = self.directions()?;
         let parameters = self.model.parameters(machine, self.degree, &directions)?;
-        let judged = |strategy: &Probings, is_other: bool| {
-            judge(self.setup, &parameters, strategy, self.assumed).map_err(|error| {
+        let judged = |plan: &Probings, is_other: bool| {
+            judge(self.setup, &parameters, plan, self.assumed).map_err(|error| {
                 PlanError::Strategy {
                     error,
                     is_other,
@@ -168,7 +168,7 @@ impl Task<'_> {
         let mut notes = Vec::new();
         let mut other = None;
         let judgement = match self.rows {
-            PlannedRows::Given(strategy) => judged(strategy, false)?,
+            PlannedRows::Given(plan) => judged(plan, false)?,
             PlannedRows::Best {
                 indexings,
                 probings,
@@ -179,15 +179,15 @@ impl Task<'_> {
                     probings: probings.unwrap_or(rank),
                     criterion,
                 };
-                let strategy = design(self.setup, &allowed, &parameters, self.assumed, wanted)?;
-                judged(&strategy, false)?
+                let plan = design(self.setup, &allowed, &parameters, self.assumed, wanted)?;
+                judged(&plan, false)?
             }
             PlannedRows::AsGoodAs {
                 indexings,
-                other: strategy,
+                other: plan,
                 criterion,
             } => {
-                let judged_other = judged(strategy, true)?;
+                let judged_other = judged(plan, true)?;
                 let allowed = self.allowed(&parameters, &directions, indexings, &mut notes)?;
                 let (setup, assumed) = (self.setup, self.assumed);
                 let found = as_good_as(
@@ -201,16 +201,13 @@ impl Task<'_> {
                 if !found.is_whole {
                     notes.push("the search was ended: fewer probings may do".to_owned());
                 }
-                let probings = judged_other.strategy.rows.len();
+                let probings = judged_other.plan.rows.len();
                 other = Some(judged_other);
-                judged(
-                    &found.strategy.ok_or(PlanError::NotAsGood { probings })?,
-                    false,
-                )?
+                judged(&found.plan.ok_or(PlanError::NotAsGood { probings })?, false)?
             }
         };
-        notes.extend(turned(machine, &judgement.strategy));
-        let missing = self.missing(&parameters, &judgement.strategy)?;
+        notes.extend(turned(machine, &judgement.plan));
+        let missing = self.missing(&parameters, &judgement.plan)?;
         Ok(Planned {
             warning: (!missing.is_empty()).then(|| lacks(machine, &parameters, &missing)),
             judgement,
@@ -220,12 +217,12 @@ impl Task<'_> {
         })
     }
 
-    /// The axes whose direction of approach will be known: those stated in the strategy, or those whose backlash is
+    /// The axes whose direction of approach will be known: those stated in the plan, or those whose backlash is
     /// identified.
     fn directions(&self) -> Result<Vec<bool>, ModelError> {
         let machine = self.setup.machine;
-        if let PlannedRows::Given(strategy) = self.rows {
-            let probed = strategy.rows.iter().map(|row| &row.direction);
+        if let PlannedRows::Given(plan) = self.rows {
+            let probed = plan.rows.iter().map(|row| &row.direction);
             let observed = self.setup.observations.iter().flat_map(|all| &all.rows);
             let all = probed.chain(observed.map(|row| &row.direction));
             let of = |i: usize| all.clone().any(|direction| direction[i] != 0.0);
@@ -274,13 +271,13 @@ impl Task<'_> {
     fn missing(
         &self,
         parameters: &[Parameter],
-        strategy: &Probings,
+        plan: &Probings,
     ) -> Result<Vec<Parameter>, IdentifyError> {
         let Setup {
             machine, artefact, ..
         } = self.setup;
         let perfect = ErrorModel::perfect(machine);
-        let problem = Problem::new(machine, strategy, artefact, parameters, &perfect);
+        let problem = Problem::new(machine, plan, artefact, parameters, &perfect);
         match self.setup.observations {
             Some(observations) => problem.with(observations).missing(),
             None => problem.missing(),
@@ -288,9 +285,9 @@ impl Task<'_> {
     }
 }
 
-/// That a strategy turns the spindle, if it does.
-fn turned(machine: &Machine, strategy: &Probings) -> Option<String> {
-    let turns = strategy.rows.iter().any(|row| row.spindle != 0.0);
+/// That a plan turns the spindle, if it does.
+fn turned(machine: &Machine, plan: &Probings) -> Option<String> {
+    let turns = plan.rows.iter().any(|row| row.spindle != 0.0);
     turns.then(|| {
         let unknown = match machine.can_orient {
             true => "",
@@ -298,7 +295,7 @@ fn turned(machine: &Machine, strategy: &Probings) -> Option<String> {
                 ", which the machine file does not say that it can: write can_be_oriented = true under [spindle] if it can"
             }
         };
-        format!("the strategy turns the spindle (M19){unknown}")
+        format!("the plan turns the spindle (M19){unknown}")
     })
 }
 

@@ -9,12 +9,12 @@ use rand_pcg::Pcg64Mcg;
 /// Random positions of each rotary axis from which rows are taken.
 const POSITIONS: usize = 12;
 
-/// Up to `count` reachable rows at random positions of the rotary axes, between those of a strategy, evenly over its
+/// Up to `count` reachable rows at random positions of the rotary axes, between those of a plan, evenly over its
 /// balls, ordered by position; none on a machine without rotary axes, where a ball is only ever at one place.
 #[must_use]
-pub fn validation(setup: &Setup<'_>, strategy: &Probings, count: usize, seed: u64) -> Probings {
+pub fn validation(setup: &Setup<'_>, plan: &Probings, count: usize, seed: u64) -> Probings {
     let setup = &Setup {
-        balls: strategy.balls.clone(),
+        balls: plan.balls.clone(),
         ..setup.clone()
     };
     let machine = setup.machine;
@@ -23,7 +23,7 @@ pub fn validation(setup: &Setup<'_>, strategy: &Probings, count: usize, seed: u6
     let mut allowed = Allowed::of(machine, &none);
     for (i, axis) in machine.axes.iter().enumerate() {
         if axis.letter.is_rotary() {
-            let at = || strategy.rows.iter().map(|row| row.position[i]);
+            let at = || plan.rows.iter().map(|row| row.position[i]);
             let (low, high) = (
                 at().fold(f64::INFINITY, f64::min),
                 at().fold(f64::NEG_INFINITY, f64::max),

@@ -22,12 +22,12 @@ const STEPS: usize = 10;
 pub fn compensated<E: From<SimulateError>>(
     kinematics: &Kinematics<'_>,
     artefact: &Artefact,
-    strategy: &Probings,
+    plan: &Probings,
     disturbances: &Disturbances,
     mut corrections: impl FnMut(&[Probing]) -> Result<Vec<PerAxis>, E>,
 ) -> Result<Probings, E> {
-    let at = |off: &[PerAxis]| on_balls(kinematics, artefact, strategy, disturbances, off);
-    let off = vec![[0.0; MAX_AXES]; strategy.rows.len()];
+    let at = |off: &[PerAxis]| on_balls(kinematics, artefact, plan, disturbances, off);
+    let off = vec![[0.0; MAX_AXES]; plan.rows.len()];
     let mut measured = settled(at(&off)?, |rows| at(&corrections(rows)?).map_err(E::from))?;
     disturb_all(kinematics.machine, &mut measured, disturbances);
     in_travel(kinematics.machine, &measured)?;

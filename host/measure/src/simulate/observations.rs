@@ -27,15 +27,15 @@ pub struct OfObservations {
 #[must_use]
 pub fn observations(
     kinematics: &Kinematics<'_>,
-    strategy: &Observations,
+    plan: &Observations,
     disturbances: &OfObservations,
 ) -> Observations {
     let machine = kinematics.machine;
     let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
-    let commanded = strategy.commanded(machine);
-    let settings: Vec<_> = (strategy.setups.iter().enumerate())
+    let commanded = plan.commanded(machine);
+    let settings: Vec<_> = (plan.setups.iter().enumerate())
         .map(|(number, setup)| {
-            let own = strategy.rows.iter().zip(&commanded);
+            let own = plan.rows.iter().zip(&commanded);
             let own = own.filter(|(row, _)| row.setup == number);
             let samples: Vec<InitialSample> = own
                 .map(|(_, commanded)| InitialSample {
@@ -51,14 +51,14 @@ pub fn observations(
             }
         })
         .collect();
-    let times = strategy.rows.iter().filter_map(|row| row.time);
+    let times = plan.rows.iter().filter_map(|row| row.time);
     let first = times.clone().fold(f64::INFINITY, f64::min);
     let span = times.fold(f64::NEG_INFINITY, f64::max) - first;
-    let last = (strategy.rows.len().max(2) - 1) as f64;
-    let mut measured = strategy.clone();
+    let last = (plan.rows.len().max(2) - 1) as f64;
+    let mut measured = plan.clone();
     for (number, (row, commanded)) in measured.rows.iter_mut().zip(&commanded).enumerate() {
-        let setup = &strategy.setups[row.setup];
-        let tip = turned(machine.tool_axis, row.spindle) * strategy.tip(machine, setup.tool);
+        let setup = &plan.setups[row.setup];
+        let tip = turned(machine.tool_axis, row.spindle) * plan.tip(machine, setup.tool);
         let situation = Situation {
             sign: row.direction,
             ..Situation::default()

@@ -2,8 +2,8 @@
 
 use super::fit::{Centre, FittedBalls, fit};
 use super::log::Touched;
+use super::planned::{belongs, named};
 use super::resumed::whole_rows;
-use super::strategy::{belongs, named};
 use crate::formats::probe::Spherical;
 use crate::formats::probings::Probings;
 use crate::plan::PER_BALL;
@@ -25,7 +25,7 @@ const OFF: f64 = 1.0;
 /// Content of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogContents {
-    /// The probings of rows with a complete set of touches, in the order of the strategy.
+    /// The probings of rows with a complete set of touches, in the order of the plan.
     pub probings: Probings,
     /// Their touches, five each.
     pub touches: Vec<Touched>,
@@ -35,29 +35,29 @@ pub struct LogContents {
     pub fitted: FittedBalls,
 }
 
-/// The probings that a log of a strategy contains. `radius` is the known distance from the centre of a ball to that
+/// The probings that a log of a plan contains. `radius` is the known distance from the centre of a ball to that
 /// of the stylus tip (mm), or it is fitted for each ball. `lobing` is how the effective
 /// radius of the tip depends on the direction. Known `errors` of the machine are used to turn its view of
 /// a ball into a sphere, a matter of some thousandths.
 ///
 /// # Errors
-/// [`FileError`]: a log of another strategy, missing touches, touches that are not on a sphere.
+/// [`FileError`]: a log of another plan, missing touches, touches that are not on a sphere.
 pub fn to_probings(
     machine: &Machine,
-    strategy: &Probings,
+    plan: &Probings,
     log: &[Touched],
     radius: Option<f64>,
     lobing: &Spherical,
     errors: &ErrorModel,
 ) -> Result<LogContents, FileError> {
-    let (strategy, touches, missing) = match belongs(machine, strategy, log) {
-        Ok(()) => (strategy.clone(), log.to_vec(), Vec::new()),
-        Err(error) => whole_rows(machine, strategy, log).ok_or(error)?,
+    let (plan, touches, missing) = match belongs(machine, plan, log) {
+        Ok(()) => (plan.clone(), log.to_vec(), Vec::new()),
+        Err(error) => whole_rows(machine, plan, log).ok_or(error)?,
     };
-    let (strategy, log) = (&strategy, &touches[..]);
+    let (plan, log) = (&plan, &touches[..]);
     let kinematics = Kinematics::new(machine, errors);
     let mut spheres = Vec::new();
-    for (row, touches) in strategy.rows.iter().zip(log.chunks(PER_BALL)) {
+    for (row, touches) in plan.rows.iter().zip(log.chunks(PER_BALL)) {
         let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
         let point = |touched: &Touched| {
             let q = machine.to_kinematic(&touched.position);
@@ -72,26 +72,26 @@ pub fn to_probings(
             touches: touches.iter().map(point).collect(),
         });
     }
-    together(strategy, log, &spheres)?;
+    together(plan, log, &spheres)?;
     let no_sphere = |probing: usize| {
-        let (row, touches) = (&strategy.rows[probing], &log[PER_BALL * probing..]);
+        let (row, touches) = (&plan.rows[probing], &log[PER_BALL * probing..]);
         FileError::at(
             touches[0].span.start..touches[PER_BALL - 1].span.end,
             format!(
                 "the five touches of {} are no part of a sphere",
-                named(machine, strategy, row)
+                named(machine, plan, row)
             ),
             "these",
-            "a touch is missing above, or the radius is another, or this is the log of another strategy; else probe this ball again, at the pole and around it",
+            "a touch is missing above, or the radius is another, or this is the log of another plan; else probe this ball again, at the pole and around it",
         )
     };
     let fitted = |spheres: &[Centre]| {
-        fit(spheres, strategy.balls.len(), radius).map_err(|e| no_sphere(e.probing))
+        fit(spheres, plan.balls.len(), radius).map_err(|e| no_sphere(e.probing))
     };
     let mut found = fitted(&spheres)?;
     if *lobing != Spherical::default() {
         // Directions are right within what the lobes have moved the centres by, in radii: a thousandth.
-        let rows = strategy.rows.iter().zip(log.chunks(PER_BALL));
+        let rows = plan.rows.iter().zip(log.chunks(PER_BALL));
         for ((row, log), (sphere, centre)) in rows.zip(spheres.iter_mut().zip(&found.centres)) {
             let turn = turned(machine.tool_axis, row.spindle);
             let tip = Vector3::from(machine.tip);
@@ -110,8 +110,8 @@ pub fn to_probings(
     if let Some(probing) = fitted.left.iter().position(off) {
         return Err(no_sphere(probing));
     }
-    for (number, row) in strategy.rows.iter().enumerate() {
-        let same = strategy.rows.iter().position(|r| r.ball == row.ball);
+    for (number, row) in plan.rows.iter().enumerate() {
+        let same = plan.rows.iter().position(|r| r.ball == row.ball);
         let first = same.unwrap_or(number);
         if !missing.is_empty()
             && (fitted.centres[number] - fitted.centres[first]).norm() > ELSEWHERE
@@ -119,17 +119,17 @@ pub fn to_probings(
             return Err(FileError::at(
                 log[PER_BALL * number].span.clone(),
                 format!(
-                    "{} is elsewhere than in line {} of the strategy, and touches are missing: {}",
-                    named(machine, strategy, row),
-                    strategy.rows[first].line,
+                    "{} is elsewhere than in line {} of the plan, and touches are missing: {}",
+                    named(machine, plan, row),
+                    plan.rows[first].line,
                     missing.join(", ")
                 ),
                 "here",
-                "give the strategy from which the program was written",
+                "give the plan from which the program was written",
             ));
         }
     }
-    let mut probings = strategy.clone();
+    let mut probings = plan.clone();
     for (number, row) in probings.rows.iter_mut().enumerate() {
         let touches = &log[PER_BALL * number..][..PER_BALL];
         let mean = |of: &dyn Fn(&Touched) -> Option<f64>| -> Option<f64> {
@@ -153,7 +153,7 @@ pub fn to_probings(
 
 /// Checks that the touches of one ball are about as far apart as those of others. If one is missing, a ball gets
 /// touches of the next.
-fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
+fn together(plan: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
     let widest = |sphere: &Centre| {
         let points = &sphere.touches;
         let pairs = points
@@ -179,11 +179,11 @@ fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<
         return Err(FileError::at(
             touched.span.clone(),
             format!(
-                "this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
-                strategy.balls[sphere.ball], strategy.rows[number].line
+                "this touch is {width:.1} mm from others of ball {} (line {} of the plan), where those of another are {least:.1} mm apart",
+                plan.balls[sphere.ball], plan.rows[number].line
             ),
             "too far away",
-            "a touch is missing above, or this is the log of another strategy: give the strategy from which the program was written",
+            "a touch is missing above, or this is the log of another plan: give the plan from which the program was written",
         ));
     }
     Ok(())

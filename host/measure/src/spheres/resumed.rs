@@ -1,7 +1,7 @@
 //! Logs of programs that were stopped early or restarted.
 
 use super::log::Touched;
-use super::strategy::{elsewhere, named};
+use super::planned::{elsewhere, named};
 use crate::formats::probings::{Probing, Probings};
 use crate::plan::PER_BALL;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use trueaxis_model::machine::Machine;
 /// A program that goes back more often than this is a different one.
 const BEGUN: usize = 5;
 
-/// The rows of a strategy whose touches are all in the log, their touches, and the other rows as text. `None` if no
+/// The rows of a plan whose touches are all in the log, their touches, and the other rows as text. `None` if no
 /// row is complete or some touches belong to no row.
 ///
 /// Consecutive touches with the same rotary positions belong to the rows that have these positions, in order. A
@@ -18,7 +18,7 @@ const BEGUN: usize = 5;
 /// five.
 pub(super) fn whole_rows(
     machine: &Machine,
-    strategy: &Probings,
+    plan: &Probings,
     log: &[Touched],
 ) -> Option<(Probings, Vec<Touched>, Vec<String>)> {
     let is_at = |row: &Probing, touched: &Touched| elsewhere(machine, row, touched).is_none();
@@ -26,16 +26,14 @@ pub(super) fn whole_rows(
         (0..machine.axes.len())
             .all(|i| !machine.axes[i].letter.is_rotary() || a.position[i] == b.position[i])
     };
-    let groups = runs(strategy.rows.len(), |a, b| {
-        same(&strategy.rows[a], &strategy.rows[b])
-    });
-    let mut found: Vec<Option<&[Touched]>> = vec![None; strategy.rows.len()];
-    let mut count = vec![0; strategy.rows.len()];
+    let groups = runs(plan.rows.len(), |a, b| same(&plan.rows[a], &plan.rows[b]));
+    let mut found: Vec<Option<&[Touched]>> = vec![None; plan.rows.len()];
+    let mut count = vec![0; plan.rows.len()];
     let mut next = 0;
     let mut begun = 0;
     let mut at = 0;
     while at < log.len() {
-        let fits = |group: &Range<usize>| is_at(&strategy.rows[group.start], &log[at]);
+        let fits = |group: &Range<usize>| is_at(&plan.rows[group.start], &log[at]);
         // The next row in order, or one before it if the program was restarted.
         let ahead = (next..groups.len()).find(|g| fits(&groups[*g]));
         let number = ahead.or_else(|| (0..next).rev().find(|g| fits(&groups[*g])))?;
@@ -46,7 +44,7 @@ pub(super) fn whole_rows(
         let rows = groups[number].clone();
         let stay = log[at..]
             .iter()
-            .take_while(|t| is_at(&strategy.rows[rows.start], t));
+            .take_while(|t| is_at(&plan.rows[rows.start], t));
         let touches = &log[at..at + stay.count()];
         at += touches.len();
         let wanted = rows.len() * PER_BALL;
@@ -71,16 +69,16 @@ pub(super) fn whole_rows(
     }
     let mut kept = Probings::default();
     let (mut touches, mut missing) = (Vec::new(), Vec::new());
-    for ((row, found), count) in strategy.rows.iter().zip(found).zip(count) {
+    for ((row, found), count) in plan.rows.iter().zip(found).zip(count) {
         let Some(own) = found else {
             missing.push(format!(
                 "{count} of {PER_BALL} touches of {}",
-                named(machine, strategy, row)
+                named(machine, plan, row)
             ));
             continue;
         };
         touches.extend_from_slice(own);
-        let name = &strategy.balls[row.ball];
+        let name = &plan.balls[row.ball];
         let known = kept.balls.iter().position(|b| b == name);
         let ball = known.unwrap_or_else(|| {
             kept.balls.push(name.clone());

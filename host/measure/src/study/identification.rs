@@ -81,7 +81,7 @@ pub struct Identification {
     #[serde(default)]
     pub places: Vec<PlaceRecord>,
     /// Rows that do not fit the others.
-    pub suspected: Vec<Suspected>,
+    pub outliers: Vec<StatedOutlier>,
     /// Each probing.
     pub rows: Vec<RowRecord>,
     /// What to check before the parameters are trusted.
@@ -263,7 +263,7 @@ pub struct RepeatsRecord {
 
 /// Rows that do not fit the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Suspected {
+pub struct StatedOutlier {
     /// Cause and remedy.
     pub sentence: String,
     /// True if it concerns more than one row.
@@ -418,7 +418,7 @@ pub struct TemperaturesRecord {
     /// Like `left_out_without_um`, with them.
     pub left_out_with_um: f64,
     /// Another cycle stays within this (95 % of coordinates).
-    pub band_95_um: f64,
+    pub coverage_95_um: f64,
     /// Each cycle that was left out.
     #[serde(default)]
     pub cycles: Vec<CycleRecord>,

@@ -5,8 +5,8 @@ use crate::formats::artefact::Artefact;
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
 use crate::identify::{
-    Compensated, HeldOut, Honesty, Identified, IdentifyError, Lacking, Level, NotKnown, Published,
-    Stated, Suspicion, Warmed, contradicted, error_file,
+    Compensated, HeldOut, Honesty, Identified, IdentifyError, Lacking, Level, NotKnown, Outlier,
+    Published, Stated, Warmed, contradicted, error_file,
 };
 use crate::plan::Remedy;
 use trueaxis_model::errors::{ErrorModel, Parameter, covariance};
@@ -45,7 +45,7 @@ pub struct StudyOutcome<'a> {
     /// Balls and stylus, found and as stated.
     pub places: Vec<Stated>,
     /// Rows that do not fit the others, with a sentence about each.
-    pub suspicions: Vec<(Suspicion, String)>,
+    pub outliers: Vec<(Outlier, String)>,
     /// Location errors that the model cannot compensate for.
     pub missing: Vec<Parameter>,
     /// What the measurements do not show.
@@ -61,30 +61,30 @@ pub struct StudyOutcome<'a> {
 /// Pairs of parameters whose correlation is above this are listed.
 const CORRELATED: f64 = 0.9;
 /// A result is doubtful if a larger part of the rows is suspicious.
-const SUSPECTED: f64 = 0.1;
+const MOST_OUTLIERS: f64 = 0.1;
 /// A motion explains rows that fit badly if this part of the squared residuals goes with it.
 const MOST: f64 = 0.3;
 
 impl StudyOutcome<'_> {
     /// True if a probing (by index) does not fit the others.
     #[must_use]
-    pub fn is_suspected(&self, row: usize) -> bool {
-        let mut suspicions = self.suspicions.iter();
-        suspicions.any(|(suspicion, _)| suspicion.rows.contains(&row))
+    pub fn is_outlier(&self, row: usize) -> bool {
+        let mut outliers = self.outliers.iter();
+        outliers.any(|(outlier, _)| outlier.rows.contains(&row))
     }
 
     /// True if the parameters should not be trusted: too many rows, or a whole group, do not fit the others.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
-        let mut suspicions = self.suspicions.iter();
-        let is_group = suspicions.any(|(suspicion, _)| suspicion.is_group());
+        let mut outliers = self.outliers.iter();
+        let is_group = outliers.any(|(outlier, _)| outlier.is_group());
         let rows = self.identified.rows.iter().chain(&self.identified.observed);
-        let most = SUSPECTED * rows.clone().count() as f64;
+        let most = MOST_OUTLIERS * rows.clone().count() as f64;
         let untrusted = rows.filter(|row| !row.is_trusted);
         !contradicted(&self.identified).is_empty()
             || is_group
             || untrusted.count() as f64 > most
-            || self.suspicions.len() as f64 > most
+            || self.outliers.len() as f64 > most
     }
 
     /// True if a motion that the model lacks is why rows fit badly.

@@ -23,7 +23,7 @@ pub struct StudyWarning {
 #[serde(rename_all = "snake_case")]
 pub enum WarningKind {
     /// Rows that do not fit the others.
-    Suspected,
+    Outliers,
     /// What runs show besides their motions.
     Runs,
     /// An error motion that the model lacks.
@@ -75,11 +75,11 @@ impl StudyOutcome<'_> {
             let one = |message| StudyWarning { kind, message };
             all.extend(messages.into_iter().map(one));
         };
-        let suspicions = self.suspicions.iter();
+        let outliers = self.outliers.iter();
         let identified = &self.identified;
         warn(
-            Kind::Suspected,
-            suspicions.map(|(_, sentence)| sentence.clone()).collect(),
+            Kind::Outliers,
+            outliers.map(|(_, sentence)| sentence.clone()).collect(),
         );
         let kept = self.kept.as_ref();
         warn(
@@ -107,7 +107,7 @@ impl StudyOutcome<'_> {
         warn(Kind::Repeated, copies.collect());
         warn(Kind::Repeated, self.always_the_same());
         // Wrong readings make the residuals of a whole source larger.
-        if self.suspicions.is_empty() {
+        if self.outliers.is_empty() {
             let wrong = (identified.components.iter()).filter(|one| one.is_misstated());
             warn(Kind::Misstated, wrong.map(misstated).collect());
         }
@@ -150,7 +150,7 @@ impl StudyOutcome<'_> {
     fn probings_that_fit_badly(&self) -> Vec<String> {
         let rows = &self.probings.rows;
         let untrusted: Vec<String> = (rows.iter().zip(&self.identified.rows).enumerate())
-            .filter(|(number, (_, found))| !found.is_trusted && !self.is_suspected(*number))
+            .filter(|(number, (_, found))| !found.is_trusted && !self.is_outlier(*number))
             .map(|(_, (row, _))| row.line.to_string())
             .collect();
         if untrusted.is_empty() || self.is_explained() {
@@ -165,14 +165,13 @@ impl StudyOutcome<'_> {
     }
 
     fn observations_that_fit_badly(&self) -> Vec<String> {
-        let suspected = |number: usize| {
-            let mut all = self.suspicions.iter();
-            all.any(|(suspicion, _)| suspicion.observations.contains(&number))
+        let outliers = |number: usize| {
+            let mut all = self.outliers.iter();
+            all.any(|(outlier, _)| outlier.observations.contains(&number))
         };
         let all = &self.observations;
         let rows = all.rows.iter().zip(&self.identified.observed).enumerate();
-        let untrusted =
-            rows.filter(|(number, (_, after))| !after.is_trusted && !suspected(*number));
+        let untrusted = rows.filter(|(number, (_, after))| !after.is_trusted && !outliers(*number));
         let untrusted: Vec<String> = untrusted
             .map(|(_, (row, _))| format!("{} line {}", all.files[row.file], row.line))
             .collect();

@@ -42,7 +42,7 @@ struct MachineAxisEntry {
     max_speed: Option<Spanned<f64>>,
     max_acceleration: Option<Spanned<f64>>,
     max_reversal_acceleration: Option<Spanned<f64>>,
-    hysteresis: Option<Spanned<f64>>,
+    reversal_threshold: Option<Spanned<f64>>,
     max_correction_speed: Option<Spanned<f64>>,
     max_correction_acceleration: Option<Spanned<f64>>,
 }
@@ -382,7 +382,7 @@ fn read_axis(entry: &MachineAxisEntry) -> Result<Axis, FileError> {
         modulo,
         reversed: entry.reversed,
         max_speed: positive(&entry.max_speed, default.max_speed)?,
-        hysteresis: positive(&entry.hysteresis, default.hysteresis)?,
+        reversal_threshold: positive(&entry.reversal_threshold, default.reversal_threshold)?,
         ..default
     })
 }

@@ -180,7 +180,7 @@ impl<'a> Grounds<'a> {
         }
     }
 
-    /// Which statement a proof of conformity lacks.
+    /// Which statement a verification of conformity lacks.
     fn not_stated(&self, quantity: Quantity) -> Option<String> {
         let identification = self.report.identification.as_ref();
         let of_model = !matches!(quantity, Quantity::Validation { .. });

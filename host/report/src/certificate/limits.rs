@@ -1,5 +1,5 @@
-//! Limits, and what is decided about them by the rule of ISO 14253-1: kept only if that is proven in spite of the
-//! uncertainty, exceeded only if that is proven, otherwise not decided.
+//! Limits, and what is decided about them by the rule of ISO 14253-1: kept only if that is verified in spite of the
+//! uncertainty, exceeded only if that is verified, otherwise not decided.
 
 use crate::words::unit;
 use serde::Serialize;
@@ -55,9 +55,9 @@ fn by_name<S: serde::Serializer>(quantity: &Quantity, to: S) -> Result<S::Ok, S:
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Decision {
-    /// Conformity is proven.
+    /// Conformity is verified.
     Pass,
-    /// Nonconformity is proven.
+    /// Nonconformity is verified.
     Fail,
     /// Neither is.
     NotDecided,

@@ -21,7 +21,7 @@ pub struct Best {
     /// The blob and what is known about it.
     pub built: Built,
     /// What it does to the volumetric error.
-    pub proof: Proof,
+    pub verification: Proof,
     /// The tolerance it is judged by (µm).
     pub tolerance: f64,
     /// A coarser tolerance (µm) that is met, if `tolerance` is missed.
@@ -32,11 +32,11 @@ pub struct Best {
 
 impl Compiled {
     fn meets(&self, tolerance: f64) -> bool {
-        self.proof.refusals(tolerance).is_empty()
+        self.verification.refusals(tolerance).is_empty()
     }
 
     fn does_harm(&self, tolerance: f64) -> bool {
-        let refusals = self.proof.refusals(tolerance);
+        let refusals = self.verification.refusals(tolerance);
         refusals
             .iter()
             .any(|refusal| !refusal.yields_to_best_effort())
@@ -142,11 +142,18 @@ pub fn best(
 }
 
 /// A candidate, judged by a tolerance (µm).
-fn judged(Compiled { built, proof }: Compiled, tolerance: f64, options: &Options) -> Best {
-    Best {
-        full: Full::of(&built, &proof, &of(options, tolerance)),
+fn judged(
+    Compiled {
         built,
-        proof,
+        verification,
+    }: Compiled,
+    tolerance: f64,
+    options: &Options,
+) -> Best {
+    Best {
+        full: Full::of(&built, &verification, &of(options, tolerance)),
+        built,
+        verification,
         tolerance,
         fits_um: None,
     }
@@ -155,7 +162,7 @@ fn judged(Compiled { built, proof }: Compiled, tolerance: f64, options: &Options
 /// The candidate that deviates least, preferring those that do no harm by a tolerance (µm). Needs at least one
 /// candidate.
 fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
-    let key = |c: &Compiled| (c.does_harm(tolerance), c.proof.finest());
+    let key = |c: &Compiled| (c.does_harm(tolerance), c.verification.finest());
     let better = |a: Compiled, b: Compiled| match key(&b) < key(&a) {
         true => b,
         false => a,

@@ -187,7 +187,7 @@ impl<'a> Survey<'a> {
 /// of the acceleration of the axis; otherwise those of a ramp. Never more than the drive may be asked for.
 ///
 /// LinuxCNC takes half of both for its own backlash, but begins with the sign of the planned velocity; the third part
-/// more makes up for the hysteresis (`cargo xtask linuxcnc contour`).
+/// more makes up for the reversal threshold (`cargo xtask linuxcnc contour`).
 fn reversal(limits: CorrectionLimits, max_speed: f64, rate_bound: f64, ramp_rate: f64) -> [f64; 2] {
     let speed = limits.speed.unwrap_or(f64::INFINITY);
     let drive = limits.acceleration.unwrap_or(f64::INFINITY);

@@ -37,7 +37,7 @@ pub struct Proof {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near_points: Option<Verification>,
     /// Where an error motion holds its end value; `None` if there are no such positions. Where it begins to hold,
-    /// the exact correction has a bend that depends on all axes, which tables cannot follow.
+    /// the reference correction has a bend that depends on all axes, which tables cannot follow.
     pub outside: Option<Verification>,
     /// At the positions of the rotary axes for which alone the tables are made, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,9 +222,9 @@ pub fn prove_held(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Proof, CompileError> {
-    let proof = prove(machine, errors, runtime, zero, random, seed, progress)?;
+    let verification = prove(machine, errors, runtime, zero, random, seed, progress)?;
     if held.is_empty() {
-        return Ok(proof);
+        return Ok(verification);
     }
     let kinematics = runtime.kinematics(machine, errors);
     let mut commands = random_commands(&kinematics, Region::Travel, random, seed ^ FRESH ^ 3)?;
@@ -245,7 +245,7 @@ pub fn prove_held(
     };
     Ok(Proof {
         held: Some(held),
-        ..proof
+        ..verification
     })
 }
 

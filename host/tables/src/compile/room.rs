@@ -36,10 +36,10 @@ pub struct Full {
 impl Full {
     /// Describes the full target, if that is why the tolerance is missed.
     #[must_use]
-    pub fn of(built: &Built, proof: &Proof, options: &Options) -> Option<Self> {
+    pub fn of(built: &Built, verification: &Proof, options: &Options) -> Option<Self> {
         let tables = &options.tables;
         let tolerance_um = short(1e3 * tables.tolerance);
-        if proof.meets(tolerance_um) || !built.is_full {
+        if verification.meets(tolerance_um) || !built.is_full {
             return None;
         }
         Some(Self {
@@ -48,11 +48,11 @@ impl Full {
             tolerance_urad: tolerance_urad(tables.policy, tolerance_um),
             policy: tables.policy,
             used: tables.target.usage(&built.size),
-            // The scheme has measured at its own positions; those of the proof decide.
+            // The scheme has measured at its own positions; those of the verification decide.
             fits_um: built
                 .meets
                 .map(|mm| short(1e3 * mm))
-                .filter(|um| proof.meets(*um)),
+                .filter(|um| verification.meets(*um)),
             unlimited: None,
         })
     }

@@ -1,11 +1,11 @@
-//! Whether a proven compensation may be written.
+//! Whether a verified compensation may be written.
 
 use super::Proof;
 use crate::policy::tolerance_urad;
 use serde::Serialize;
 use trueaxis_model::kinematics::Policy;
 
-/// A reason not to write a proven compensation, worst first.
+/// A reason not to write a verified compensation, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Refusal {
@@ -135,8 +135,8 @@ mod tests {
         let blob = draft.encode().unwrap();
         let runtime = Runtime::load(&blob).unwrap();
         let zero = options.zero(&machine, &errors).unwrap();
-        let proof = prove(&machine, &errors, &runtime, &zero, 300, 1, &()).unwrap();
-        proof.refusals(0.05)
+        let verification = prove(&machine, &errors, &runtime, &zero, 300, 1, &()).unwrap();
+        verification.refusals(0.05)
     }
 
     #[test]

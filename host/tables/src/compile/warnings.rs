@@ -239,18 +239,19 @@ pub(crate) fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warn
 
 /// Where the volumetric error is larger after than before by more than the tolerance (µm) can explain.
 #[must_use]
-pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
-    let mut parts: Vec<(&Verification, &str)> = match (&proof.inside, &proof.outside) {
-        (Some(inside), outside) if proof.partly_calibrated => {
+pub fn worse(verification: &Proof, tolerance: f64) -> Vec<Warning> {
+    let mut parts: Vec<(&Verification, &str)> = match (&verification.inside, &verification.outside)
+    {
+        (Some(inside), outside) if verification.partly_calibrated => {
             let outside = outside
                 .iter()
                 .map(|found| (found, ", where an error motion keeps its end value"));
             let inside = (inside, ", inside the ranges of the error motions");
             std::iter::once(inside).chain(outside).collect()
         }
-        _ => vec![(&proof.travel, "")],
+        _ => vec![(&verification.travel, "")],
     };
-    let held = proof.held.iter();
+    let held = verification.held.iter();
     parts.extend(held.map(|held| {
         (
             &held.found,

@@ -40,7 +40,7 @@ pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
                 // Bounds are set later, from the output of the tables.
                 value_bound: 1.0,
                 rate_bound: 1.0,
-                hysteresis: axis.hysteresis as f32,
+                reversal_threshold: axis.reversal_threshold as f32,
                 ramp_rate: 1.0,
                 reversal_rate: 1.0,
                 reversal_acceleration: 20.0,

@@ -127,7 +127,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is proven. Between calls,
+    /// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is verified. Between calls,
     /// only the tolerance and the target in `options` may change.
     ///
     /// `None` if `effort`, which only the scheme `exact` looks at, does not allow for a result.
@@ -159,7 +159,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is proven.
+/// Finds the tables and terms of a compensation. Its bounds are not set yet, and nothing is verified.
 ///
 /// # Errors
 /// [`SchemeError`].

@@ -36,7 +36,7 @@ impl Benefit {
 }
 
 /// The benefit of compensating the errors of a machine, with the random positions, directions of travel, tool lengths
-/// and temperatures of a proof. Without any uncertainty it is sure.
+/// and temperatures of a verification. Without any uncertainty it is sure.
 ///
 /// # Errors
 /// [`DrawError`] if no positions can be drawn.

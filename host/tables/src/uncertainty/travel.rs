@@ -12,7 +12,7 @@ use trueaxis_model::machine::Machine;
 
 /// Number of positions. A mean over this many is accurate to 3 % if the scatter of bands equals their size.
 const POSITIONS: usize = 1000;
-/// Makes them differ from the positions of a proof.
+/// Makes them differ from the positions of a verification.
 const OWN: u64 = 0x0095_0095;
 /// Number of positions for the bounds of mean, 95 % and largest error; as many more are at ends of the travel.
 const OF_BOUNDS: usize = 400;
@@ -44,7 +44,7 @@ pub struct OverTravel {
 }
 
 /// The 95 % intervals over the travel, with the policy and the random directions of travel, tool lengths and
-/// temperatures of a proof; `None` if no parameter and no tabulated motion has an uncertainty.
+/// temperatures of a verification; `None` if no parameter and no tabulated motion has an uncertainty.
 ///
 /// # Errors
 /// [`DrawError`] if almost no position is where no error motion holds its end value.

@@ -1,4 +1,4 @@
-//! Compares tables with the exact correction at many positions.
+//! Compares tables with the reference correction at many positions.
 
 use super::{Command, Runtime, holds, is_near_point};
 use crate::policy::tolerance_urad;
@@ -154,7 +154,7 @@ pub struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    /// Compares tables and exact corrections at given commands.
+    /// Compares tables and reference corrections at given commands.
     ///
     /// `zero` (mm, rad) was subtracted from the tables. Everything is compared on a machine whose datum is corrected
     /// by that amount, before and after. `progress` is called once per position.
@@ -306,7 +306,7 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// Compares tables and exact corrections at given commands, all together, like [`Measured::new`].
+/// Compares tables and reference corrections at given commands, all together, like [`Measured::new`].
 ///
 /// # Errors
 /// [`NotConverged`] if the kinematic correction fails.

@@ -27,7 +27,7 @@ pub struct AxisEntry {
     pub frame: Frame,
     pub travel: [f64; 2],
     pub max_speed: f64,
-    pub hysteresis: f64,
+    pub reversal_threshold: f64,
     pub calibrated: [f64; 2],
 }
 

@@ -38,7 +38,7 @@ impl Stored<'_> {
                 frame: frame(&axis.frame),
                 travel: axis.travel,
                 max_speed: axis.max_speed,
-                hysteresis: axis.hysteresis,
+                reversal_threshold: axis.reversal_threshold,
                 calibrated,
             };
             put(&mut file, &entry)?;

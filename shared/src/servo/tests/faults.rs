@@ -128,7 +128,7 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
             let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
             farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
         }
-        // The last part of the speed is lost in the period in which the hold begins. The common factor, which begins to
+        // The last part of the speed is lost in the period in which the hold begins. The fade factor, which begins to
         // move 10 ms later, only reduces the correction.
         for _ in 0..200 {
             let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
@@ -261,7 +261,7 @@ fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
 fn a_ramp_begins_however_short_the_periods_are() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     servo.disable();
-    // In one microsecond the common factor initially changes by less than half of its last bit.
+    // In one microsecond the fade factor initially changes by less than half of its last bit.
     for _ in 0..5000 {
         servo.update(&at(20.0, 10.0, 45.0), ALL, SHORTEST_PERIOD);
     }

@@ -220,10 +220,10 @@ fn an_axis_that_stands_beyond_the_reach_of_what_is_taken_at_zero_is_a_fault() {
 }
 
 #[test]
-fn a_smaller_hysteresis_counts_before_the_next_move() {
-    let with = |hysteresis| {
+fn a_smaller_reversal_threshold_counts_before_the_next_move() {
+    let with = |reversal_threshold| {
         let mut draft = bare();
-        draft.axes[0].hysteresis = hysteresis;
+        draft.axes[0].reversal_threshold = reversal_threshold;
         leak(&draft)
     };
     let mut servo = S::new(with(0.1));

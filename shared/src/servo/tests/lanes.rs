@@ -14,7 +14,7 @@ fn axis(travel: [f32; 2]) -> Axis {
         ramp_rate: RATE_BOUND,
         reversal_rate: RATE_BOUND,
         reversal_acceleration: 20.0 * (RATE_BOUND),
-        hysteresis: 0.5,
+        reversal_threshold: 0.5,
         ..bare().axes[0]
     }
 }

@@ -49,7 +49,7 @@ const NOTHING: f64 = 0.01;
 
 /// Which of sixteen machines get a calibration report, which takes most of the time.
 const CERTIFIED: [usize; 4] = [0, 3, 5, 13];
-/// Those of them whose report is about the machine without tables, on which limits can be proven to be exceeded.
+/// Those of them whose report is about the machine without tables, on which limits can be verified to be exceeded.
 const WITHOUT_TABLES: [usize; 2] = [5, 13];
 /// Standard uncertainty (mm) of the length of a bar. Machines with odd numbers have one, and files that say from which side
 /// their axes came: neither scales nor backlash are unseen.
@@ -96,7 +96,7 @@ fn angles(case: &Case, measured: &Probings, seed: u64) -> Observations {
         file: 0,
         line: row.line,
     };
-    let strategy = Observations {
+    let plan = Observations {
         files: vec!["angles.csv".to_owned()],
         setups: (0..3).map(setup).collect(),
         tools: vec![point],
@@ -112,7 +112,7 @@ fn angles(case: &Case, measured: &Probings, seed: u64) -> Observations {
     };
     simulate::observations(
         &Kinematics::new(machine, &case.errors),
-        &strategy,
+        &plan,
         &disturbances,
     )
 }
@@ -127,7 +127,7 @@ fn plan(case: &mut Case) {
     let setup = Setup {
         machine: &machine,
         artefact: &case.artefact,
-        balls: case.strategy.balls.clone(),
+        balls: case.plan.balls.clone(),
         probe,
         sigma: 1e-3,
         observations: None,
@@ -140,7 +140,7 @@ fn plan(case: &mut Case) {
         criterion: Default::default(),
     };
     let parameters = case.parameters("12");
-    case.strategy = design(&setup, &allowed, &parameters, &perfect, wanted).expect("a plan");
+    case.plan = design(&setup, &allowed, &parameters, &perfect, wanted).expect("a plan");
 }
 
 /// The error of the true machine in the probed zone of its errors, with or without a compensation. The place of the workpiece
@@ -199,12 +199,12 @@ fn said(case: &Case, measured: &Probings, found: &Identified) -> Identification 
         "parameters": [], "correlations": [], "unseen": [],
         "noise_um": found.noise * 1e3, "noise_of_stated": found.of_stated, "refuted": refuted,
         "degrees_of_freedom": found.freedom, "condition": found.condition, "held_out": null,
-        "left_um": [0.0, 0.0, 0.0], "checks": [], "suspected": [], "rows": [],
+        "left_um": [0.0, 0.0, 0.0], "checks": [], "outliers": [], "rows": [],
     });
     serde_json::from_value(all).expect("an identification")
 }
 
-/// A calibration that states what a proof of conformity needs, with limits at parts of the true values as far as these are
+/// A calibration that states what a verification of conformity needs, with limits at parts of the true values as far as these are
 /// given.
 fn calibration(case: &Case, truth: &[f64], seed: u64) -> CalibrationRecord {
     let mut text = "date = 2026-11-27\n[[instrument]]\nname = \"probe\"\n".to_owned();
@@ -272,14 +272,18 @@ fn all_said(case: &Case, measured: Probings, way: (&str, bool), number: usize) -
         seed,
         ..Document::of(machine)
     };
-    if !compiled.proof.refusals(document.tolerance_um).is_empty() {
+    if !compiled
+        .verification
+        .refusals(document.tolerance_um)
+        .is_empty()
+    {
         return None;
     }
     let runtime = Runtime::load(&compiled.built.blob).expect("tables");
     let uncertainty = over_travel(&runtime.kinematics(machine, &errors), seed).expect("positions");
     let compensation = ReportedCompensation {
         runtime: &runtime,
-        proof: &compiled.proof,
+        verification: &compiled.verification,
         uncertainty: uncertainty.as_ref(),
         zero_at: None,
         tolerance_um: document.tolerance_um,

@@ -117,13 +117,13 @@ impl OnBoard {
     }
 }
 
-/// Rows of a strategy to be probed into a log.
+/// Rows of a plan to be probed into a log.
 pub struct Errand<'a> {
     pub machine: &'a Machine,
     pub artefact: &'a Artefact,
-    pub strategy: Probings,
+    pub plan: Probings,
     pub touching: TouchOptions,
-    /// The strategy's file.
+    /// The plan's file.
     pub file: PathBuf,
     pub log: PathBuf,
 }
@@ -230,7 +230,7 @@ impl Errand<'_> {
         Work::new(
             self.machine,
             self.artefact,
-            self.strategy.clone(),
+            self.plan.clone(),
             &self.touching,
             speeds,
             &self.log,
@@ -241,33 +241,33 @@ impl Errand<'_> {
         Ok(Setup {
             machine: self.machine,
             artefact: self.artefact,
-            balls: self.strategy.balls.clone(),
+            balls: self.plan.balls.clone(),
             probe: self.touching.stated()?,
             sigma: 1e-3,
             observations: None,
         })
     }
 
-    /// A table and a program of the touches, beside the strategy.
+    /// A table and a program of the touches, beside the plan.
     fn write(&self) -> Result<(), BadInput> {
         use crate::commands::plan::{collides, not_reached};
         let setup = self.setup()?;
-        let not_reached = |why: plan::NotTouched| not_reached(*why, &self.strategy);
-        let moves = steps(&setup, &self.strategy).map_err(not_reached)?;
-        if let Some(collision) = collision(&setup, &self.strategy, &moves) {
+        let not_reached = |why: plan::NotTouched| not_reached(*why, &self.plan);
+        let moves = steps(&setup, &self.plan).map_err(not_reached)?;
+        if let Some(collision) = collision(&setup, &self.plan, &moves) {
             return Err(collides(&collision));
         }
         let name = self.log.file_name().map(|name| name.to_string_lossy());
         let name = name.unwrap_or_default();
-        let program = plan::linuxcnc(&setup, &self.strategy, FEEDS, &name).map_err(not_reached)?;
-        let table = plan::table(&setup, &self.strategy).map_err(not_reached)?;
+        let program = plan::linuxcnc(&setup, &self.plan, FEEDS, &name).map_err(not_reached)?;
+        let table = plan::table(&setup, &self.plan).map_err(not_reached)?;
         files::write(&self.file.with_extension("touches.csv"), table.as_bytes())?;
         files::write(&self.file.with_extension("ngc"), program.as_bytes())
     }
 
     /// Waits until the log has all touches; returns their number.
     fn wait(&self) -> Result<usize, BadInput> {
-        let wanted = self.strategy.rows.len() * self.touching.stated()?.per_ball();
+        let wanted = self.plan.rows.len() * self.touching.stated()?.per_ball();
         files::print(&format!(
             "\nprobe {} (or {}), and write the {wanted} touches to {}\n",
             self.file.with_extension("ngc").display(),

@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
 use trueaxis_tables::compile::{FINEST, Full, Refusal};
-use trueaxis_tables::made::Proven;
+use trueaxis_tables::made::VerifiedFigures;
 use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::target::{Shortage, Target};
 
@@ -32,9 +32,9 @@ pub struct CompileAnswer<'a> {
     pub meets_tolerance: bool,
     /// Whether the file now exists.
     pub written: bool,
-    /// The proven compensation, if it fits into the target.
+    /// The verified compensation, if it fits into the target.
     #[serde(flatten)]
-    pub proven: Option<Proven<'a>>,
+    pub verified: Option<VerifiedFigures<'a>>,
     /// Limits missed by a scheme that guarantees none.
     pub missed: &'a [Refusal],
     /// Reasons why the file is not written, or only under `--best-effort`.
@@ -75,32 +75,32 @@ pub fn print(
 
 impl CompileAnswer<'_> {
     fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
-        if !json && let Some(proven) = &self.proven {
+        if !json && let Some(verified) = &self.verified {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
-            text += &screen::size(&proven.size);
+            text += &screen::size(&verified.size);
             text += &screen::zero(self.zero_at);
             if self.is_verbose {
                 text += &screen::policy(self.stored);
                 text.push('\n');
-                text += &screen::quality(proven.proof, self.tolerance_um);
-                text += &screen::uncertainty(proven.uncertainty);
+                text += &screen::quality(verified.verification, self.tolerance_um);
+                text += &screen::uncertainty(verified.uncertainty);
                 text.push('\n');
-                text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
-                text += &screen::largest(self.stored, proven.axes);
+                text += &screen::bounds(verified.axes, &verified.verification.travel.largest);
+                text += &screen::largest(self.stored, verified.axes);
             } else {
                 text.push('\n');
-                text += &screen::summary(proven.proof);
+                text += &screen::summary(verified.verification);
             }
             text += verdict;
-            text += &screen::tool_length(proven.proof);
-            text += &screen::reversals(proven.reversals);
+            text += &screen::tool_length(verified.verification);
+            text += &screen::reversals(verified.reversals);
             files::print(&text)?;
         }
-        if let Some(proven) = &self.proven {
-            for note in proven.notes {
+        if let Some(verified) = &self.verified {
+            for note in verified.notes {
                 eprintln!("note: {note}");
             }
-            for warning in &proven.warnings {
+            for warning in &verified.warnings {
                 eprintln!("warning: {}", warning.message);
             }
         }
@@ -129,10 +129,10 @@ impl CompileAnswer<'_> {
         if let (None, Some(um)) = (self.full, self.fits_um) {
             eprintln!("--tolerance {um} is met");
         }
-        let Some(proven) = self.proven.as_ref().filter(|_| self.meets_tolerance) else {
+        let Some(verified) = self.verified.as_ref().filter(|_| self.meets_tolerance) else {
             return;
         };
-        let leaves = proven
+        let leaves = verified
             .uncertainty
             .map(|band| band.travel.translation_um.max);
         let far = leaves.filter(|leaves| *leaves > NOTHING_BOUGHT * self.tolerance_um);
@@ -175,7 +175,7 @@ impl CompileAnswer<'_> {
             eprintln!("{file} {fate}, for another of the files cannot be");
             return;
         }
-        let remedy = if self.proven.is_some() && yields {
+        let remedy = if self.verified.is_some() && yields {
             "; --best-effort would write it"
         } else {
             ""

@@ -11,7 +11,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, ReportedCompensation};
 use trueaxis_tables::compile;
-use trueaxis_tables::made::{Made, Proven, Whole};
+use trueaxis_tables::made::{Made, VerifiedFigures, Whole};
 use trueaxis_tables::policy::{stored, tolerance_urad};
 use trueaxis_tables::target::Target;
 use trueaxis_tables::validate::Runtime;
@@ -52,7 +52,7 @@ impl WantedFile {
 
     pub fn write(&self, made: &Made) -> Result<(), BadInput> {
         match made {
-            Made::Proven(made) => files::write(&self.output, &made.best.built.blob),
+            Made::Verified(made) => files::write(&self.output, &made.best.built.blob),
             Made::NoRoom(_) => Ok(()),
         }
     }
@@ -64,7 +64,7 @@ impl WantedFile {
         errors: &ErrorModel,
         made: &Made,
     ) -> Result<String, BadInput> {
-        let Made::Proven(made) = made else {
+        let Made::Verified(made) = made else {
             return Ok(String::new());
         };
         let runtime =
@@ -83,7 +83,7 @@ impl WantedFile {
     ) -> ReportedCompensation<'a> {
         ReportedCompensation {
             runtime,
-            proof: &made.best.proof,
+            verification: &made.best.verification,
             uncertainty: made.uncertainty.as_ref(),
             zero_at: self.options.tables.zero_at.as_deref(),
             tolerance_um: made.best.tolerance,
@@ -112,7 +112,7 @@ impl WantedFile {
             tolerance_urad: tolerance_urad(tables.policy, tolerance),
             meets_tolerance: false,
             written,
-            proven: None,
+            verified: None,
             missed: &[],
             refusals: &[],
             shortages: &[],
@@ -127,9 +127,9 @@ impl WantedFile {
                 shortages,
                 ..answer
             },
-            Made::Proven(made) => CompileAnswer {
-                meets_tolerance: made.best.proof.meets(tolerance),
-                proven: Some(Proven::new(made)),
+            Made::Verified(made) => CompileAnswer {
+                meets_tolerance: made.best.verification.meets(tolerance),
+                verified: Some(VerifiedFigures::new(made)),
                 missed: &made.missed,
                 refusals: &made.refusals,
                 full: made.best.full.as_ref(),

@@ -103,7 +103,7 @@ struct ExportCecAnswer<'a> {
     tolerance: CecTolerance,
     meets_tolerance: bool,
     notes: &'a [Note],
-    proof: &'a CecProof,
+    verification: &'a CecProof,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -140,15 +140,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     bar.stage("reading it again", 0);
     let RandomOptions { random, seed } = arguments.random;
     let random = random as usize;
-    let proof = prove(&text, &runtime, &axes, &made, factor_tables, random, seed);
+    let verification = prove(&text, &runtime, &axes, &made, factor_tables, random, seed);
     drop(bar);
-    let proof = proof.map_err(|e| {
+    let verification = verification.map_err(|e| {
         BadInput::new(
             format!("{}: {e}", path.display()),
             "this is a fault of trueaxis: please report it with the file",
         )
     })?;
-    let meets = proof.meets(tolerance);
+    let meets = verification.meets(tolerance);
     if meets {
         files::write(output, text.as_bytes())?;
     }
@@ -165,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         tolerance,
         meets_tolerance: meets,
         notes: &made.notes,
-        proof: &proof,
+        verification: &verification,
     };
     match arguments.json {
         true => files::print_json(&answer)?,
@@ -333,7 +333,7 @@ fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> Str
         answer.largest_factor
     );
     text += &format!("for one tool length: {}\n", for_tool(answer.tool_length_mm));
-    if let Some(per_mm) = answer.proof.um_per_mm_of_tool_length {
+    if let Some(per_mm) = answer.verification.um_per_mm_of_tool_length {
         text += &format!("  corrections change by {per_mm:.4} µm per mm that the tool is longer\n");
     }
     let mut told: Vec<String> = answer.notes.iter().map(ToString::to_string).collect();
@@ -343,9 +343,9 @@ fn screen(answer: &ExportCecAnswer<'_>, plan: &CecPlan, axes: &NamedAxes) -> Str
     }
     text += &format!(
         "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by\n",
-        answer.proof.positions
+        answer.verification.positions
     );
-    for a in &answer.proof.axes {
+    for a in &answer.verification.axes {
         text += &format!(
             "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}\n",
             a.axis,

@@ -8,19 +8,19 @@ use crate::commands::touch_options::TouchOptions;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Probe a strategy on the machine, touch by touch
+/// Probe a measurement plan on the machine, touch by touch
 ///
 /// Drives the LinuxCNC that runs on this computer line by line, and confirms and logs every touch before the next move.
 /// Each ball is touched twice, fast and slowly. A feed override of 0 holds it, and stop ends it. A log that was
 /// stopped early is continued where it ends.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
+    after_help = "Example:\n  trueaxis linuxcnc probe machine.toml --artefact artefact.toml --plan plan.csv \\\n    \
 --ball-diameter 20 --stylus-diameter 6 -o touches.csv\n\n\
 The machine must be on, with the stylus in the spindle and clear of everything. It is homed with --home. It asks before\n\
 homing, before switching kinematics, and before the first touch. Moves are in\n\
 machine coordinates and change no work offset. If LinuxCNC uses kinematics for the tool centre point, they are\n\
-switched to identity for the time. Next: trueaxis probings machine.toml touches.csv --strategy strategy.csv"
+switched to identity for the time. Next: trueaxis probings machine.toml touches.csv --plan plan.csv"
 )]
 pub struct Arguments {
     /// Machine description (machine.toml)
@@ -30,7 +30,7 @@ pub struct Arguments {
     artefact: PathBuf,
     /// The rows to probe (CSV)
     #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    plan: PathBuf,
     #[command(flatten)]
     touching: TouchOptions,
     #[command(flatten)]
@@ -47,17 +47,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        output, strategy, ..
-    } = arguments;
-    files::prepare(output, &[&arguments.machine, &arguments.artefact, strategy])?;
+    let Arguments { output, plan, .. } = arguments;
+    files::prepare(output, &[&arguments.machine, &arguments.artefact, plan])?;
     let machine = files::read_machine(&arguments.machine)?;
     let artefact = files::read_artefact(&arguments.artefact, &machine)?;
-    let strategy = files::read_strategy(strategy, &machine)?;
+    let plan = files::read_plan(plan, &machine)?;
     let work = Work::new(
         &machine,
         &artefact,
-        strategy,
+        plan,
         &arguments.touching,
         &arguments.speeds,
         output,

@@ -282,8 +282,8 @@ fn calibrate(machine: &str, balls: &Path) -> String {
 }
 
 /// The effect of a compensation in one line.
-fn effect(proof: &Proof) -> String {
-    let [before, after] = [&proof.travel.before, &proof.travel.after];
+fn effect(verification: &Proof) -> String {
+    let [before, after] = [&verification.travel.before, &verification.travel.after];
     let after = match after.translation_um.mean < 0.01 {
         true => "below 0.01".to_owned(),
         false => format!("{:.2}", after.translation_um.mean),
@@ -466,7 +466,7 @@ impl Arguments {
             errors: errors.to_owned(),
         };
         let compiled = compile::usual(&both, blob.to_owned(), Target::default())?;
-        let Made::Proven(whole) = &compiled.made else {
+        let Made::Verified(whole) = &compiled.made else {
             compiled.show()?;
             return Ok(Outcome::CheckFailed);
         };
@@ -497,7 +497,7 @@ impl Arguments {
             quoted(&of_machine),
             quoted(&of_errors)
         );
-        lines += &format!("{of_blob}: {}\n", effect(&whole.best.proof));
+        lines += &format!("{of_blob}: {}\n", effect(&whole.best.verification));
         for finding in &findings {
             lines += &format!("{finding}\n");
         }

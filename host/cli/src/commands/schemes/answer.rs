@@ -74,7 +74,7 @@ impl<'a> SchemesAnswer<'a> {
             stored: policy,
             tolerance_um,
             target: &options.tables.target.name,
-            before: found.map(|figures| &figures.compiled.proof.travel.before),
+            before: found.map(|figures| &figures.compiled.verification.travel.before),
             schemes: compared
                 .iter()
                 .map(|one| SchemeRow::new(one, tolerance_um))
@@ -210,8 +210,8 @@ impl<'a> SchemeRow<'a> {
 
 impl<'a> SchemeTakes<'a> {
     fn new(figures: &'a SchemeFigures, tolerance_um: f64) -> Self {
-        let proof = &figures.compiled.proof;
-        let inside: &Verification = proof.inside();
+        let verification = &figures.compiled.verification;
+        let inside: &Verification = verification.inside();
         let of = |compared: &Compensated| -> BTreeMap<String, Option<f64>> {
             let parameters = compared.parameters.iter();
             parameters
@@ -221,11 +221,11 @@ impl<'a> SchemeTakes<'a> {
         Self {
             size: figures.size,
             instructions: figures.instructions,
-            after: &proof.travel.after,
+            after: &verification.travel.after,
             difference_um: inside.difference_um,
             difference_urad: inside.difference_urad,
-            meets_tolerance: proof.meets(tolerance_um),
-            held: proof.held.as_ref(),
+            meets_tolerance: verification.meets(tolerance_um),
+            held: verification.held.as_ref(),
             notes: &figures.compiled.built.notes,
             compensability: figures.compensability.as_ref().map(of).unwrap_or_default(),
             no_compensability: figures

@@ -13,8 +13,8 @@ use trueaxis_model::kinematics::Kinematics;
 /// Simulate observations of any kind: lengths, points, displacements, angles
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis simulate observations machine.toml errors.toml --strategy bar-strategy.csv -o bar.csv\n\n\
-The strategy has the layout of the result, and needs no readings. Instruments are where its lines with #\n\
+    after_help = "Example:\n  trueaxis simulate observations machine.toml errors.toml --plan bar-plan.csv -o bar.csv\n\n\
+The plan has the layout of the result, and needs no readings. Instruments are where its lines with #\n\
 put them:\n  # [setup.bar]\n  # place_mm = [0.0, 0.0, 50.0]\n  kind,setup,X,Y,Z,A,C,sigma_um\n  length,bar,150,0,-24,0,0,0.5"
 )]
 pub struct SimulatedObservations {
@@ -22,7 +22,7 @@ pub struct SimulatedObservations {
     files: MachineFiles,
     /// What is read at which positions, with the uncertainty of each reading (CSV)
     #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    plan: PathBuf,
     /// Where to write the observations (CSV; default: standard output)
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -48,13 +48,13 @@ pub struct SimulatedObservations {
 
 impl SimulatedObservations {
     pub fn run(&self) -> Result<Outcome, BadInput> {
-        let inputs: [&Path; 3] = [&self.files.machine, &self.files.errors, &self.strategy];
+        let inputs: [&Path; 3] = [&self.files.machine, &self.files.errors, &self.plan];
         if let Some(output) = &self.output {
             files::prepare(output, &inputs)?;
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
-        let strategy = files::read_instruments(std::slice::from_ref(&self.strategy), &machine)?;
+        let plan = files::read_instruments(std::slice::from_ref(&self.plan), &machine)?;
         let disturbances = OfObservations {
             noise: self.noise,
             drift: drift.map(|v| v * 1e-3),
@@ -62,7 +62,7 @@ impl SimulatedObservations {
             seed: self.seed,
         };
         let kinematics = Kinematics::new(&machine, &errors);
-        let measured = simulate::observations(&kinematics, &strategy, &disturbances);
+        let measured = simulate::observations(&kinematics, &plan, &disturbances);
         let csv = observations::write(&measured, &machine);
         let said = format!("{} observations", measured.rows.len());
         files::write_or_print(self.output.as_deref(), &csv, &said)?;

@@ -15,7 +15,7 @@ use trueaxis_model::kinematics::Kinematics;
 /// Simulate the log of touches that a program of `trueaxis plan` records
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis simulate touches machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
+    after_help = "Example:\n  trueaxis simulate touches machine.toml errors.toml --artefact artefact.toml --plan plan.csv \\\n    \
 --ball-diameter 20 --stylus-diameter 6 --noise 1 -o touches.log"
 )]
 pub struct Touches {
@@ -26,7 +26,7 @@ pub struct Touches {
     artefact: PathBuf,
     /// Which ball is probed at which rotary positions (CSV)
     #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    plan: PathBuf,
     /// Where to write the log (default: standard output)
     #[arg(short, long, value_name = "OUT.log")]
     output: Option<PathBuf>,
@@ -58,7 +58,7 @@ impl Touches {
             &self.files.machine,
             &self.files.errors,
             &self.artefact,
-            &self.strategy,
+            &self.plan,
         ];
         if let Some(output) = &self.output {
             files::prepare(output, &inputs)?;
@@ -66,7 +66,7 @@ impl Touches {
         let misplaced = three(&self.misplaced, "--misplaced", "mm")?;
         let (machine, errors) = self.files.read()?;
         let planned = files::read_artefact(&self.artefact, &machine)?;
-        let strategy = files::read_strategy(&self.strategy, &machine)?;
+        let plan = files::read_plan(&self.plan, &machine)?;
         let mut artefact = planned.clone();
         for place in artefact.balls.iter_mut().filter_map(|b| b.nominal.as_mut()) {
             *place += nalgebra::Vector3::from(misplaced);
@@ -83,12 +83,12 @@ impl Touches {
             &Kinematics::new(&machine, &errors),
             &planned,
             &artefact,
-            &strategy,
+            &plan,
             &self.touching.probe()?,
             &lobing.unwrap_or_default(),
             &disturbances,
         );
-        let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;
+        let touched = touched.map_err(|e| not_simulated(&self.plan, &e))?;
         let log = touch_log(&machine, &touched);
         let said = format!("{} touches", touched.len());
         files::write_or_print(self.output.as_deref(), &log, &said)?;

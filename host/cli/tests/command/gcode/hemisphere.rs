@@ -230,7 +230,7 @@ fn the_hemisphere_corrected_with_a_grid_has_the_form_simulated_on_axis_positions
                 period: 0.0,
                 value_bound: 10.0,
                 rate_bound: 100.0,
-                hysteresis: 0.0,
+                reversal_threshold: 0.0,
                 ramp_rate: 1.0,
                 reversal_rate: 100.0,
                 reversal_acceleration: 20.0,

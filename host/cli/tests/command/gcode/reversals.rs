@@ -197,7 +197,7 @@ fn an_arc_while_an_axis_turns_takes_its_time_in_every_dialect() {
 }
 
 #[test]
-fn an_axis_that_goes_back_by_little_more_than_its_hysteresis_has_turned_round() {
+fn an_axis_that_goes_back_by_little_more_than_its_reversal_threshold_has_turned_round() {
     let folder = Folder::new();
     // The arc goes back by its sagitta, 0.9998 to 1.0204 µm of 1 µm, and does so twice; it ends where X turns again.
     for end in [
@@ -213,7 +213,7 @@ fn an_axis_that_goes_back_by_little_more_than_its_hysteresis_has_turned_round() 
 fn an_axis_that_follows_the_tip_slowly_turns_round_where_its_words_say() {
     let folder = Folder::new();
     let machine = example("linuxcnc-xyzac-trt/machine.toml");
-    // X comes back by its hysteresis so slowly that the last digits of words, and of f32, are some of its way.
+    // X comes back by its reversal threshold so slowly that the last digits of words, and of f32, are some of its way.
     for (from, to, c) in [
         (200, 2.42, -20),
         (300, 0.99, -20),
@@ -395,7 +395,7 @@ fn the_step_of_a_reversal_stands_before_the_move_that_reverses() {
     let (trax, out) = (folder.at("backlash.trax"), folder.at("out.ngc"));
     let machine = example("mill-21/machine.toml");
     answer(0, &["compile", &machine, &errors, "-o", &trax]);
-    // Y goes back by 5 µm on the second move, of which the hysteresis takes a part.
+    // Y goes back by 5 µm on the second move, of which the reversal threshold takes a part.
     let part = folder.file(
         "part.ngc",
         "G21 G90 G17\nG0 X0 Y10 Z0\nG1 X50 Y9.9 F300\nX100 Y9.905\nM30\n",

@@ -35,7 +35,7 @@ pub fn have_known_balls(
 
 /// Largest rotary position (deg) of a file that could be in radians: 2π is 6.28.
 const RADIANS: f64 = 6.3;
-/// Most strategies consist of half degrees; and the accuracy with which these are written in radians.
+/// Most plans consist of half degrees; and the accuracy with which these are written in radians.
 const STEP: f64 = 0.5;
 const NEARLY: f64 = 0.01;
 

@@ -4,12 +4,12 @@ use super::{
     BallRecord, BarRecord, ChangeRecord, CheckRecord, Compared, CycleRecord, DriftRecord,
     EstimateRecord, HeldOutRecord, Identification, LevelRecord, NoiseRecord, NotSeen,
     ObservedRecord, PartStated, PlaceRecord, Probed, PublishedRecord, ReadingRecord, RepeatsRecord,
-    RowRecord, SetupPartRecord, SetupRecord, Suspected, TemperaturesRecord, ThermalRecord,
+    RowRecord, SetupPartRecord, SetupRecord, StatedOutlier, TemperaturesRecord, ThermalRecord,
 };
 use crate::formats::probings::Probing;
 use crate::identify::{
     self, BarCheck, Checked, Compensability, Compensated, Estimated, FoundDrift, FoundPart,
-    Missing, Stated, Suspicion, TrendAlong, Unseen, VarianceComponent,
+    Missing, Outlier, Stated, TrendAlong, Unseen, VarianceComponent,
 };
 use crate::plan::added;
 use crate::study::StudyOutcome;
@@ -91,8 +91,8 @@ impl Identification {
                 is_less: repeats.is_less,
             }),
             places: found.places.iter().map(PlaceRecord::from).collect(),
-            suspected: (found.suspicions.iter())
-                .map(|one| Suspected::of(one, &found.probings.rows))
+            outliers: (found.outliers.iter())
+                .map(|one| StatedOutlier::of(one, &found.probings.rows))
                 .collect(),
             rows: rows
                 .enumerate()
@@ -103,7 +103,7 @@ impl Identification {
                     temperature: row.temperature,
                     before_um: um(at.before),
                     after_um: um(at.after),
-                    is_trusted: at.is_trusted && !found.is_suspected(number),
+                    is_trusted: at.is_trusted && !found.is_outlier(number),
                 })
                 .collect(),
             warnings: found.warnings(),
@@ -253,12 +253,12 @@ impl From<&Stated> for PlaceRecord {
     }
 }
 
-impl Suspected {
-    fn of((suspicion, sentence): &(Suspicion, String), rows: &[Probing]) -> Self {
+impl StatedOutlier {
+    fn of((outlier, sentence): &(Outlier, String), rows: &[Probing]) -> Self {
         Self {
             sentence: sentence.clone(),
-            is_group: suspicion.is_group(),
-            lines: suspicion.rows.iter().map(|i| rows[*i].line).collect(),
+            is_group: outlier.is_group(),
+            lines: outlier.rows.iter().map(|i| rows[*i].line).collect(),
         }
     }
 }
@@ -370,7 +370,7 @@ impl TemperaturesRecord {
             terms: terms.collect(),
             left_out_without_um: warmed.left_out[0] * 1e3,
             left_out_with_um: warmed.left_out[1] * 1e3,
-            band_95_um: warmed.band * 1e3,
+            coverage_95_um: warmed.band * 1e3,
             cycles: cycles.collect(),
             dropped: warmed.dropped.clone(),
         })

@@ -17,12 +17,12 @@ pub struct Column {
 }
 
 impl Column {
-    /// True if they share all of their exact corrections.
+    /// True if they share all of their reference corrections.
     pub(crate) fn is_sampled_with(&self, other: &Self) -> bool {
         self.monomial == other.monomial && self.is_beside(other)
     }
 
-    /// True if they share most of their exact corrections.
+    /// True if they share most of their reference corrections.
     pub(crate) fn is_beside(&self, other: &Self) -> bool {
         (self.component, self.node) == (other.component, other.node)
     }
@@ -150,7 +150,7 @@ impl Sampler<'_> {
                 }
             }
         }
-        // Columns that differ only in the output share their exact corrections; those that differ in the monomial
+        // Columns that differ only in the output share their reference corrections; those that differ in the monomial
         // share most of them.
         missing.sort_unstable();
         missing.dedup();

@@ -13,7 +13,7 @@ pub const ROUNDING: f64 = 1e-12;
 /// The fraction of a function that must be independent of the others used with it; coefficients grow by its inverse.
 const APART: f64 = 1e-4;
 /// A column is a good pivot if its square is at least this fraction of the largest. Functions are resolved half as
-/// well by it, in exchange for exact corrections that are shared between columns.
+/// well by it, in exchange for reference corrections that are shared between columns.
 const GOOD_PIVOT: f64 = 0.25;
 /// Functions that leave less than this fraction of the squares that others leave are the right ones: the residual is
 /// a tenth of the size.
@@ -360,7 +360,7 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
 
 /// The columns from which functions can be computed well, given their weights (functions × columns) and where the
 /// columns come from: twice those that a pivoted factorisation picks, or others that are nearly as good and share
-/// exact corrections with columns already chosen.
+/// reference corrections with columns already chosen.
 fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..2 {

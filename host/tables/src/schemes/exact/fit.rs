@@ -1,4 +1,4 @@
-//! Fits the weights of terms to the exact correction where the tables leave a residual.
+//! Fits the weights of terms to the reference correction where the tables leave a residual.
 //!
 //! Parts that a structure leaves out, or does not model, are partly sums of the products it has. The weights are
 //! fitted by repeated weighted least squares, in which positions with larger residuals count more (Lawson). This
@@ -20,7 +20,7 @@ const FIT_RIDGE: f64 = 1e-3;
 pub struct Sample {
     /// The position.
     pub command: Command,
-    /// The exact correction there (mm, deg).
+    /// The reference correction there (mm, deg).
     pub wanted: PerAxis,
 }
 

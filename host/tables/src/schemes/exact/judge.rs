@@ -30,10 +30,10 @@ const CLIMB_PARTS: [f64; 7] = [0.0, 1.0, 0.5, 0.25, 0.75, 0.125, 0.875];
 /// Number of positions of a fit per weight of an output, enough for it to hold elsewhere.
 const FIT_SAMPLES: usize = 12;
 
-/// Seed of the positions; a proof uses others.
+/// Seed of the positions; a verification uses others.
 const SEED: u64 = 0x6a75_6467;
 
-/// Positions with their exact corrections. They do not depend on the tolerance.
+/// Positions with their reference corrections. They do not depend on the tolerance.
 pub struct Positions<'a> {
     kinematics: Kinematics<'a>,
     /// The correction at the zero position (mm, rad).
@@ -65,7 +65,7 @@ type Bits = ([u32; MAX_AXES], [u8; MAX_AXES], [u32; AUXILIARIES]);
 #[derive(Clone)]
 struct JudgedPosition {
     command: Command,
-    /// The exact correction (mm, rad), minus that of the zero position.
+    /// The reference correction (mm, rad), minus that of the zero position.
     correction: PerAxis,
     /// Effect of the axes on the tool here.
     jacobian: Jacobian,
@@ -379,7 +379,7 @@ fn most_terms(draft: &Draft) -> usize {
     counts.into_iter().max().unwrap_or(0)
 }
 
-/// Draws positions with their exact corrections: a quarter over the travel, the others where no motion holds its end
+/// Draws positions with their reference corrections: a quarter over the travel, the others where no motion holds its end
 /// value. Half of them have axes at their ends, where most functions are largest.
 fn places(
     kinematics: &Kinematics<'_>,

@@ -4,7 +4,7 @@
 //! without backlash and at reference temperature, and the parts that each of these adds, or each pair where
 //! significant. Along every variable the functions that make it up are found: the constant, the coordinate, products
 //! of sine and cosine, and the remainder by singular value decomposition. Sums of functions of one variable become
-//! one table. The values of the tables are sampled from the exact correction, so they include second order wherever
+//! one table. The values of the tables are sampled from the reference correction, so they include second order wherever
 //! the structure allows it. Tables are accepted only after their effect has been measured as the runtime evaluates
 //! them. So no constant decides whether a result is right: they decide how quickly a good one is found.
 //!

@@ -36,7 +36,7 @@ const SEEN_PER_PEAK: f64 = 5.0;
 const LEAST_SEEN: usize = 64;
 const MOST_SEEN: usize = 2048;
 /// If polynomials through every other sample err by less than this many tolerances, polynomials through all samples,
-/// with an error about 4000 times smaller, replace the exact correction. Eight times that would be 2 % of the
+/// with an error about 4000 times smaller, replace the reference correction. Eight times that would be 2 % of the
 /// tolerance.
 const MOST_OF_HALF: f64 = 10.0;
 /// A finer grid that leaves more than this fraction of the error is not worth its points.

@@ -1,4 +1,4 @@
-//! Samples exact corrections on small grids, split into the contribution of every source of error.
+//! Samples reference corrections on small grids, split into the contribution of every source of error.
 
 use super::nodes;
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
@@ -30,7 +30,7 @@ impl Memory {
     }
 }
 
-/// The exact correction as a function of the variables.
+/// The reference correction as a function of the variables.
 pub struct Sampler<'a> {
     pub kinematics: Kinematics<'a>,
     pub variables: Vec<Variable>,
@@ -105,7 +105,7 @@ impl<'a> Sampler<'a> {
 }
 
 impl Sampler<'_> {
-    /// The exact correction with the switches in `on`.
+    /// The reference correction with the switches in `on`.
     pub fn exact(&self, place: &VariableValues, on: u32) -> Result<PerAxis, NotConverged> {
         let mut q = PerAxis::default();
         let mut situation = Situation::default();
@@ -137,7 +137,7 @@ impl Sampler<'_> {
     }
 
     /// True if the correction itself carries an axis across an end of its calibrated range. The motion bends at the
-    /// corrected position, so the exact correction is not a sum of products there.
+    /// corrected position, so the reference correction is not a sum of products there.
     pub(crate) fn is_near_end(&self, place: &VariableValues, correction: &PerAxis) -> bool {
         self.variables
             .iter()

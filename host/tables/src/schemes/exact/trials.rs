@@ -56,7 +56,7 @@ fn nearest(positions: &[f64], x: f64) -> f64 {
     positions.iter().min_by(near).copied().unwrap_or(x)
 }
 
-/// Random places with their exact corrections.
+/// Random places with their reference corrections.
 pub struct Trials {
     places: Vec<VariableValues>,
     corrections: Vec<PerAxis>,
@@ -95,7 +95,7 @@ impl Trials {
         })
     }
 
-    /// Largest difference of the structure from the exact correction, in units of the tolerance.
+    /// Largest difference of the structure from the reference correction, in units of the tolerance.
     pub fn error(&self, found: &Decomposition<'_>) -> Result<f64, NotConverged> {
         let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
         for (v, (bent, straight)) in found.tables() {

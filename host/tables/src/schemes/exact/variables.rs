@@ -43,7 +43,7 @@ pub struct Variable {
     /// The calibrated part of the range, where the tolerance applies.
     pub calibrated: [f64; 2],
     /// The ends of the calibrated range that lie inside the travel. The motion holds its end value once the
-    /// *corrected* position passes the end, so near them, within the correction itself, the exact correction is not
+    /// *corrected* position passes the end, so near them, within the correction itself, the reference correction is not
     /// a sum of products.
     pub ends: Vec<f64>,
     /// True if the axis has error motions that vary along it. They can be switched off; the remaining functions

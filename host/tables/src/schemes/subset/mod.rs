@@ -25,7 +25,7 @@ use trueaxis_model::machine::Machine;
 
 /// Number of positions at which the volumetric error is minimized.
 const POSITIONS: usize = 1500;
-/// Their seed, different from that of the proof.
+/// Their seed, different from that of the verification.
 const SEED: u64 = 0x5b5e7;
 
 /// The best `tables` tables, for any machine with two rotary axes.

@@ -1,5 +1,5 @@
 //! Finds touches of a ball that do not fit the others, and a ball that was moved, as `identify` finds rows and set-ups: one
-//! suspect at a time, each with the hypothesis that explains it.
+//! outlier at a time, each with the hypothesis that explains it.
 
 use crate::identify::deviations;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -19,12 +19,12 @@ const CRITICAL: f64 = 5.2;
 const EXPLAINS: f64 = 0.5;
 /// The fraction of a hypothesis' effect that the unknowns must not be able to absorb.
 const TESTABLE: f64 = 1e-3;
-/// Largest fraction of the touches that are suspected one by one.
+/// Largest fraction of the touches that count as outliers one by one.
 const MOST: f64 = 0.2;
 
-/// The suspects among touches with these residuals (mm) and their derivatives. `groups` are the touches (by index) of each
+/// The outliers among touches with these residuals (mm) and their derivatives. `groups` are the touches (by index) of each
 /// rotary position in their order, with the direction from the ball.
-pub fn suspects(
+pub fn outliers(
     left: &DVector<f64>,
     by: &DMatrix<f64>,
     groups: &[Vec<(usize, Vector3<f64>)>],
@@ -38,12 +38,12 @@ pub fn suspects(
         rest -= &space * space.tr_mul(&rest);
         let mut best: Option<(f64, TouchSuspect, DMatrix<f64>)> = None;
         let mut offer =
-            |columns: DMatrix<f64>, least: f64, suspect: &dyn Fn(&DVector<f64>) -> TouchSuspect| {
+            |columns: DMatrix<f64>, least: f64, outlier: &dyn Fn(&DVector<f64>) -> TouchSuspect| {
                 let Some((gain, change)) = tested(&space, &rest, &columns, least) else {
                     return;
                 };
                 if best.as_ref().is_none_or(|(most, ..)| gain > *most) {
-                    best = Some((gain, suspect(&change), columns));
+                    best = Some((gain, outlier(&change), columns));
                 }
             };
         for touch in 0..rest.len() {
@@ -61,7 +61,7 @@ pub fn suspects(
                 });
             }
         }
-        let Some((_, suspect, columns)) = best else {
+        let Some((_, outlier, columns)) = best else {
             break;
         };
         let first = basis.ncols();
@@ -69,7 +69,7 @@ pub fn suspects(
         basis
             .columns_mut(first, columns.ncols())
             .copy_from(&columns);
-        found.push(suspect);
+        found.push(outlier);
     }
     found
 }
