@@ -910,9 +910,7 @@ trueaxis_result trueaxis_servo_status(const struct trueaxis_servo *servo, struct
  # Safety
  No other thread uses it; `computed` has room for this many values.
  */
-trueaxis_result trueaxis_servo_computed(const struct trueaxis_servo *servo,
-                                        double *computed,
-                                        size_t axes);
+trueaxis_result trueaxis_servo_computed(const struct trueaxis_servo *servo, double *computed, size_t axes);
 
 /*
  Rate of change of the corrections in the last period, mm/s and degrees/s. Add it to the velocity for drives that
