@@ -7,8 +7,8 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use trueaxis::{AlignedBlob, Axis, EncodeError, LoadError, Policy};
 use trueaxis_controllers::cec::{
-    NamedAxes, EncoderValues, FactorTables, TableLimits, LongProducts, CecOptions, ReadOptions, CecTable, CecTolerance,
-    LengthUnit, draft, plan, print, read,
+    CecOptions, CecTable, CecTolerance, EncoderValues, FactorTables, LengthUnit, LongProducts,
+    NamedAxes, ReadOptions, TableLimits, draft, plan, print, read,
 };
 use trueaxis_tables::validate::Runtime;
 
@@ -92,7 +92,8 @@ fuzz_target!(|data: &[u8]| {
     let reading = ReadOptions {
         axes: &AXES,
         factor_tables,
-        units: [None, Some(LengthUnit::Metric), Some(LengthUnit::Inch)][usize::from(mode >> 1 & 3) % 3],
+        units: [None, Some(LengthUnit::Metric), Some(LengthUnit::Inch)]
+            [usize::from(mode >> 1 & 3) % 3],
         encoder: [
             None,
             Some(EncoderValues::Corrections),

@@ -99,7 +99,8 @@ impl Compensation {
     /// Names of the columns of positions: the axes, then the tool length (mm) and temperatures (K).
     #[getter]
     fn inputs(&self) -> Vec<String> {
-        let inputs = ColumnInput::of_compensation(self.tables().axes(), self.tables().auxiliaries());
+        let inputs =
+            ColumnInput::of_compensation(self.tables().axes(), self.tables().auxiliaries());
         inputs.into_iter().map(|input| input.name).collect()
     }
 
@@ -120,7 +121,10 @@ impl Compensation {
     /// before and after, sizes, bounds. None for a compensation that was read.
     #[getter]
     fn verification<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let loads = |made: &Made| py.import("json")?.call_method1("loads", (&made.verification,));
+        let loads = |made: &Made| {
+            py.import("json")?
+                .call_method1("loads", (&made.verification,))
+        };
         self.made.as_ref().map(loads).transpose()
     }
 
@@ -315,7 +319,8 @@ fn along<T: Copy + Into<f64>, R: AsRef<[T]>>(
         }
         if motion {
             for (i, axis) in axes.iter().enumerate() {
-                travelling.0[i] = reversals[i].update(inputs.axes[i], axis.reversal_threshold, axis.period);
+                travelling.0[i] =
+                    reversals[i].update(inputs.axes[i], axis.reversal_threshold, axis.period);
             }
         }
         tables.evaluate_into(&inputs, &travelling, &weights, &mut found);
