@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the environment needs: the builder, and what tests and example use.
-const PACKAGES: [&str; 4] = ["maturin>=1.8,<2", "numpy", "matplotlib", "pytest"];
+const PACKAGES: [&str; 4] = ["maturin[zig]>=1.8,<2", "numpy", "matplotlib", "pytest"];
 
 /// Returns the path of the wheel, unless its environment cannot be made here.
 ///
@@ -15,7 +15,9 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
     let folder = target("python");
     let environment = folder.join("environment");
     let python = environment.join("bin/python");
-    if !works(Command::new(&python).args(["-c", "import maturin, numpy, matplotlib, pytest"])) {
+    if !works(
+        Command::new(&python).args(["-c", "import maturin, ziglang, numpy, matplotlib, pytest"]),
+    ) {
         let made = works(
             Command::new("python3")
                 .args(["-m", "venv"])
@@ -68,10 +70,16 @@ fn pip(python: &PathBuf) -> Command {
     command
 }
 
-/// Builds the wheel; returns its path.
+/// Builds the wheel for Linux with glibc 2.17 or later, as old as Rust's own library allows; returns its path. Zig links
+/// against such an old one.
 fn wheel(folder: &PathBuf, python: &PathBuf) -> Result<PathBuf, String> {
     let wheels = folder.join("wheels");
     let _ = std::fs::remove_dir_all(&wheels);
+    // maturin asks the first Python on the path for zig.
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let own = python.parent().map(Path::to_owned).into_iter();
+    let paths = std::env::join_paths(own.chain(std::env::split_paths(&paths)))
+        .map_err(|e| format!("PATH: {e}"))?;
     run(Command::new(python)
         .args([
             "-m",
@@ -80,10 +88,14 @@ fn wheel(folder: &PathBuf, python: &PathBuf) -> Result<PathBuf, String> {
             "--release",
             "-q",
             "--locked",
+            "--zig",
+            "--compatibility",
+            "manylinux2014",
             "-o",
         ])
         .arg(&wheels)
         .current_dir(root().join("python"))
+        .env("PATH", paths)
         .env("CARGO_TARGET_DIR", folder))?;
     let entries = std::fs::read_dir(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
     let mut paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));

@@ -27,7 +27,7 @@ pub struct Report {
     pub holes_off: f64,
     /// The first cycles that are written out, with their lines, and why.
     pub written_out: Vec<(u64, String)>,
-    /// Steps at reversals.
+    /// Steps at reversals that are moves of their own, or blended.
     pub take_ups: u64,
     /// Words I, J and K along the normal of the plane, all 0, that were left out.
     pub zeros_of_centres: u64,

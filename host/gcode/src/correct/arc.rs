@@ -30,7 +30,7 @@ struct Dividing<'d> {
     /// The nodes of the stretch.
     nodes: &'d [Node],
     limits: &'d Limits,
-    /// How far rounding its words moves a centre at most (mm).
+    /// How far rounding its words moves a centre at most (mm), where limits have no reserve for it.
     centre: f64,
     /// How many chords it would become.
     chords: usize,
@@ -47,9 +47,9 @@ impl Corrector<'_> {
         let [r0, r1] = arc.radii();
         // Where words have fewer decimals an arc begins so far beside its place.
         let begins = 0.4 * self.options.rounding(self.units());
-        let limits = match self.tables.axes & ROTARY {
-            0 => self.limits().of_arcs(self.options.tolerance),
-            _ => self.limits(),
+        let limits = match self.uses_all() {
+            true => self.limits().of_arcs(self.options.tolerance),
+            false => self.limits(),
         };
         let limits = limits.plus(begins).within(LARGEST * r0.min(r1));
         if self.is_offset() {
@@ -60,6 +60,12 @@ impl Corrector<'_> {
         let is_chord = |piece: &Piece| piece.share.is_some() && piece.shape == Shape::Feed;
         self.report.arcs[usize::from(pieces.iter().any(is_chord))] += 1;
         Ok(pieces)
+    }
+
+    /// True if arcs may use all that rounding leaves of the tolerance: what fewer decimals cost is added to the limits, and
+    /// rotary axes turn what is between the nodes.
+    fn uses_all(&self) -> bool {
+        self.tables.axes & ROTARY == 0 && self.options.decimals.is_none()
     }
 
     /// An arc that must stay one: under cutter compensation, whatever that costs.
@@ -112,7 +118,10 @@ impl Corrector<'_> {
             place,
             nodes: &close,
             limits,
-            centre: CENTRE * self.options.resolution(0, self.units()),
+            centre: match self.uses_all() {
+                true => CENTRE * self.options.resolution(0, self.units()),
+                false => 0.0,
+            },
             chords: (part * arc.sweep.abs() / chord).ceil().max(1.0) as usize,
             sagitta,
         };
@@ -171,7 +180,7 @@ impl Dividing<'_> {
             // The ends stay, so the arc bulges by what its centre moves: nothing at its ends, twice as much opposite.
             let half = (0.5 * fitted.sweep.abs()).min(PI);
             let bulge = self.centre * (1.0 - libm::cos(half));
-            let limits = self.limits.within(self.limits.linear - bulge);
+            let limits = self.limits.within((self.limits.linear - bulge).max(0.0));
             cut::off_arc(fitted, &nodes, &limits) <= 1.0
         });
         let (first, last) = (&nodes[0], &nodes[nodes.len() - 1]);

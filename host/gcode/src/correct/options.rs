@@ -8,7 +8,7 @@ use crate::number;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Backlash {
-    /// A move of its own, before the one that reverses.
+    /// A move of its own, before the one that reverses, unless the tolerance lets that straight move make it up.
     #[default]
     Move,
     /// Taken up over the first millimetre of the move that reverses.

@@ -30,6 +30,12 @@ fn takes_up(path: &Path, nodes: &[Node], off: &PerLetter, limits: &Limits) -> bo
     !turns && is_short && limits.of(&cut::across(off, &slope, f64::INFINITY)) <= BESIDE
 }
 
+/// True if the step at a reversal is small enough to be made on the way: a straight move begins where the one before ended,
+/// as far beside its path as anything on the way may be.
+fn merges(path: &Path, off: &PerLetter, limits: &Limits) -> bool {
+    matches!(path, Path::Line(..)) && limits.of(off) <= 1.0
+}
+
 impl Corrector<'_> {
     /// True if a place is so far from another one that a step leads there.
     pub(super) fn is_beside(&self, off: &PerLetter, limits: &Limits) -> bool {
@@ -62,10 +68,12 @@ impl Corrector<'_> {
             let off = std::array::from_fn(|i| first.to[i] - at[i]);
             if self.is_beside(&off, limits) {
                 let reverses = stretch.travel != before && (self.joined || number > 0);
-                self.report.take_ups += u64::from(reverses);
                 if reverses && number == 0 && takes_up(path, &nodes, &off, limits) {
                     // The move begins where the one before ended, and goes the way of the step first.
+                } else if reverses && number == 0 && merges(path, &off, limits) {
+                    nodes[0].to = at;
                 } else if reverses && self.options.backlash == Backlash::Blend {
+                    self.report.take_ups += 1;
                     let t = stretch.from + BLEND / path.length();
                     let end = match t < stretch.to {
                         true => field.node(t, &path.at(t), &stretch.travel)?,
@@ -92,6 +100,7 @@ impl Corrector<'_> {
                     nodes.insert(0, end);
                     at = to;
                 } else {
+                    self.report.take_ups += u64::from(reverses);
                     pieces.push(Piece::step(first.to, first.t));
                     at = first.to;
                 }
