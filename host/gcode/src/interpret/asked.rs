@@ -213,6 +213,7 @@ impl Unfollowed {
             50..=59 => "splines (G5) are not corrected",
             70 | 80 => "lathes (G7, G8) are not corrected",
             150 | 160 => "polar coordinates (G15, G16) are not followed",
+            330..=339 | 3310 | 3320 => "threads (G33, G331, G332) are not corrected",
             435 => "tool directions as vectors (G43.5) are not followed",
             500 | 501 | 510 | 511 => "scaled and mirrored coordinates (G50, G51) are not followed",
             650 | 660..=669 => "macro calls (G65, G66) compute",

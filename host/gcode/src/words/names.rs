@@ -39,6 +39,15 @@ const FRAMES: [&str; 9] = [
     "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "ROTS",
 ];
 
+/// Corners, angles and poles, from which the controller computes the path.
+const CORNERS: [&str; 7] = ["RND", "RNDM", "CHF", "CHR", "ANG", "AP", "RP"];
+
+/// Paths that are neither lines nor arcs by their end, moves that measure, and offsets of the path.
+const PATHS: [&str; 12] = [
+    "CIP", "CT", "TURN", "ASPLINE", "BSPLINE", "CSPLINE", "POLY", "INVCW", "INVCCW", "OFFN",
+    "MEAS", "MEAW",
+];
+
 /// What computes or jumps.
 const FLOW: [&str; 18] = [
     "DEF", "PROC", "EXTERN", "CALL", "PCALL", "MCALL", "IF", "ELSE", "ENDIF", "FOR", "ENDFOR",
@@ -125,6 +134,18 @@ impl Block {
             (
                 "a cycle of a Sinumerik is not read",
                 "post cycles as single moves: G0 and G1",
+                Kind::Word,
+            )
+        } else if CORNERS.contains(&name.as_str()) {
+            (
+                "the control computes the path from corners, angles or poles, and that is not followed",
+                "post the path with G1, G2 and G3 and coordinates",
+                Kind::Word,
+            )
+        } else if PATHS.contains(&name.as_str()) {
+            (
+                "a path other than G0 to G3 is not followed",
+                "post the path with G1, G2 and G3",
                 Kind::Word,
             )
         } else if FLOW.contains(&name.as_str()) || line.get(after) == Some(&b':') {
@@ -299,6 +320,17 @@ mod tests {
         assert_eq!(scan("IF R1>5").unwrap_err(), Kind::Flow);
         assert_eq!(scan("AGAIN: X5").unwrap_err(), Kind::Flow);
         assert_eq!(scan("T=\"MILL").unwrap_err(), Kind::Other);
+        for (line, cause) in [
+            ("G1 X20 RND=2", "corners"),
+            ("G1 X20 CHF=2", "corners"),
+            ("CIP X30 Y10 I1=20 J1=20", "other than G0 to G3"),
+            ("MEAS=1 G1 X20", "other than G0 to G3"),
+            ("SETPIECE(1)", "no word of a Sinumerik"),
+        ] {
+            let fault = Block::default().scan(line.as_bytes(), Dialect::Siemens);
+            let message = fault.unwrap_err().cause;
+            assert!(message.contains(cause), "{line}: {message}");
+        }
     }
 
     proptest! {

@@ -64,6 +64,12 @@ pub(super) fn strange(line: &[u8], at: usize) -> Fault {
             "take it out, and give it by hand before the program",
         )
         .kind(Kind::Word),
+        b',' if matches!(line.get(at + 1), Some(b'A' | b'C' | b'R' | b'a' | b'c' | b'r')) => Fault::new(
+            span,
+            "a chamfer, a rounding or an angle (,C ,R ,A), from which the control computes the path: it is not followed",
+            "post corners as moves: G1, G2 and G3",
+        )
+        .kind(Kind::Word),
         _ if is_klartext(line) => Fault::new(
             0..line.len(),
             "Heidenhain Klartext: this language is not read",
