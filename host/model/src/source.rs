@@ -73,7 +73,7 @@ impl FileError {
             Some(span) if has_decimal_comma(text, &span, error.message()) => {
                 "write a decimal point, not a comma: 1.5e-5"
             }
-            _ => "see the file formats in the manual: unknown keys and wrong types are refused",
+            _ => remedy(error.message()),
         };
         Self {
             message: error.message().to_owned(),
@@ -115,6 +115,29 @@ impl<'de, const N: usize> Deserialize<'de> for Exactly<N> {
             .map(Self)
             .map_err(|_| D::Error::custom(format!("{count} {COUNT} {N} are expected")))
     }
+}
+
+/// What to do about a file that the parser of TOML refuses.
+fn remedy(message: &str) -> &'static str {
+    let kinds = [
+        (
+            "unknown field",
+            "write one of the keys named above, or take it out",
+        ),
+        ("unknown variant", "write one of the values named above"),
+        ("missing field", "add it"),
+        (
+            "invalid type",
+            "write the kind of value that is expected: numbers have no quotes, texts have",
+        ),
+        (COUNT, "write as many values as are expected"),
+        ("duplicate key", "keep one of both"),
+    ];
+    let found = kinds.iter().find(|(kind, _)| message.contains(kind));
+    found.map_or(
+        "write `key = value`, with texts in quotes, lists in [ ] and a title in [ ] or [[ ]] on a line of its own",
+        |(_, remedy)| remedy,
+    )
 }
 
 /// True if the lines of a place have a comma between two digits without a following space, and this may be the cause
@@ -173,6 +196,33 @@ mod tests {
             ("x = 1 # 1,5", syntax, false),
         ] {
             assert_eq!(has_decimal_comma(text, &(2..3), message), is, "{text}");
+        }
+    }
+
+    #[test]
+    fn every_refusal_of_the_parser_has_a_remedy_of_its_own() {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Known {
+            #[expect(dead_code, reason = "only its reading is tested")]
+            range: Exactly<2>,
+        }
+        for (text, message, remedy) in [
+            ("rang = [0, 1]", "unknown field `rang`", "one of the keys"),
+            ("", "missing field `range`", "add it"),
+            ("range = \"0\"", "invalid type", "kind of value"),
+            ("range = [0.0]", "1 numbers, where 2", "as many values"),
+            (
+                "range = [0, 1]\nrange = [0, 1]",
+                "duplicate key",
+                "keep one",
+            ),
+            ("range = 0 1", "", "key = value"),
+        ] {
+            let error = toml::from_str::<Known>(text).unwrap_err();
+            let found = FileError::syntax(&error, text);
+            assert!(found.message.contains(message), "{text}: {}", found.message);
+            assert!(found.remedy.contains(remedy), "{text}: {}", found.remedy);
         }
     }
 

@@ -180,14 +180,14 @@ fn unknown_keys_and_bad_syntax_are_refused() {
         "brunch = \"tool\"",
         11,
         "unknown field `brunch`",
-        "unknown keys",
+        "one of the keys",
     );
     refuses(
         "axis = \"z\"",
         "axis = z",
         25,
         "string values must be quoted",
-        "file formats in the manual",
+        "texts in quotes",
     );
 }
 

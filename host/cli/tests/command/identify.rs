@@ -532,13 +532,13 @@ fn models_and_artefacts_that_are_none_are_refused() {
         ),
         (
             "[[ball]]\nname = \"1\"\nnominal_mm = [1.0, 2.0]\n",
-            ["2 numbers", "see the file formats"],
+            ["2 numbers", "as many values"],
         ),
         (
             "[stylus]\nlength_standard_uncertainty_mm = -1.0\n",
             ["-1 is no such length", "more than 0"],
         ),
-        ("balls = 3\n", ["unknown field", "see the file formats"]),
+        ("balls = 3\n", ["unknown field", "one of the keys"]),
     ] {
         let artefact = folder.file("a.toml", text);
         refused(
