@@ -11,7 +11,7 @@ use trueaxis_model::explain::{
 };
 use trueaxis_model::machine::Machine;
 
-/// Explain each error parameter: what an instrument would show on this machine
+/// Explain each error parameter by the reading of an instrument on this machine
 ///
 /// Prints one sentence and one figure for each parameter, table and thermal change. They are computed with the exact
 /// model of the uncompensated machine on which only this error exists. Compare the sign with that of your

@@ -10,7 +10,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use clap::{Args, Subcommand};
 
-/// Read what another controller compensates or has measured
+/// Read the compensation or the measurements of another controller
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]

@@ -12,7 +12,7 @@ use trueaxis_tables::extremes::{Extremes, extremes};
 use trueaxis_tables::schemes::fik;
 use trueaxis_tables::validate::Runtime;
 
-/// Show what a compensation consists of
+/// Show the parts of a compensation
 #[derive(Args)]
 #[command(after_help = "Example:\n  trueaxis inspect machine.trax --json")]
 pub struct Arguments {

@@ -22,7 +22,7 @@ use trueaxis_measure::plan::{
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 
-/// Predict what probings and instruments will identify, or propose what to probe
+/// Predict the parameters that a measurement plan will identify, or propose a plan
 ///
 /// Solves the equations of `trueaxis identify` at the positions of a plan: which parameters will be identified,
 /// how well each will be known, and what volumetric error will remain over the travel. Without --plan it chooses

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use trueaxis_controllers::linuxcnc::comp_file::{self, CompFile, ExportError, Type};
 use trueaxis_tables::validate::Runtime;
 
-/// Write what each joint of LinuxCNC can correct by itself (COMP_FILE)
+/// Write corrections that LinuxCNC makes by itself, joint by joint (COMP_FILE)
 ///
 /// A file per joint, of corrections that depend on the position and direction of this joint alone. Squareness,
 /// straightness and angles stay: the files are read again, what is left is printed, and more than the tolerance is refused.

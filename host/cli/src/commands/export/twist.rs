@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::klipper::twist::{self, Lookup, NozzleProbe, TwistTable};
 
-/// Write what a probe beside the nozzle reads wrong because axes twist (Klipper's axis_twist_compensation)
+/// Write the errors of a probe beside the nozzle on axes that twist (Klipper's axis_twist_compensation)
 ///
 /// Klipper adds it to readings of the probe, not to motions. What is left over the travel is printed, and more than the
 /// tolerance is refused.

@@ -24,7 +24,7 @@ use trueaxis_tables::compile::Proof;
 use trueaxis_tables::made::Made;
 use trueaxis_tables::target::Target;
 
-/// Ask what is there and what has been measured, and make a first compensation of it
+/// Ask for the machine and its measurements, and make a first compensation
 ///
 /// Asks for the INI file, which axes move the table, and for readings of a glass scale, a square and a dial; an empty
 /// answer means that there is none. Writes the HAL lines, machine.toml and errors.toml, compiles machine.trax, checks
