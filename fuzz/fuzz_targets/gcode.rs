@@ -121,7 +121,7 @@ fn draft() -> Draft {
             term(a, 0.002, &[4]),
             term(c, 1.0, &[3]),
         ],
-        grids: Vec::new(),
+        ..Draft::default()
     }
 }
 
