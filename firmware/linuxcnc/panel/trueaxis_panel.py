@@ -379,7 +379,7 @@ class Panel:
         else:
             folder, when, found = last
             unseen = found.get("unseen", [])
-            text = "%s: tip %.1f → %.1f µm rms, %s%.1f predicted, coverage interval ± %.1f µm%s%s" % (
+            text = "%s: tip %.1f → %.1f µm rms, %s%.1f predicted, ± %.1f µm (95 %%)%s%s" % (
                 time.strftime("%Y-%m-%d %H:%M", when),
                 found["before"]["rms_um"],
                 found["after"]["rms_um"],

@@ -125,7 +125,7 @@ def main():
     now = shown()
     require(now["values"]["tool-length"] == "0 mm", "tool length")
     require("%08x" % pin("checksum") in now["values"]["file"], "the file")
-    require(now["values"]["calibration"] == "2026-05-04 09:12: tip 39.2 → 1.7 µm rms, at most 6.1 predicted, band ± 4.2 µm", "calibration")
+    require(now["values"]["calibration"] == "2026-05-04 09:12: tip 39.2 → 1.7 µm rms, at most 6.1 predicted, ± 4.2 µm (95 %)", "calibration")
     # On a busy computer the screen is drawn later than it is asked for.
     time.sleep(3)
     subprocess.run("import -window root -crop 1100x612+0+0 +repage -define png:exclude-chunks=date,time /tmp/panel.png", shell=True, check=True)

@@ -311,8 +311,8 @@ fn conformity(judged: &[Judged]) -> String {
     match (judged.len(), fail, open) {
         (0, ..) => "No limits are stated: nothing is said about conformity.".to_owned(),
         (_, 0, 0) => format!("PASS: conformity with {limits} is verified."),
-        (_, 0, _) => format!("NOT DECIDED: of {limits}, {pass} verified, {open} not decided."),
-        _ => format!("FAIL: of {limits}, {fail} exceeded, {pass} verified, {open} not decided."),
+        (_, 0, _) => format!("NOT DECIDED: of {limits}, {pass} passed, {open} not decided."),
+        _ => format!("FAIL: of {limits}, {fail} failed, {pass} passed, {open} not decided."),
     }
 }
 
@@ -491,11 +491,11 @@ mod tests {
             (&[Pass], "PASS: conformity with the stated limit is"),
             (
                 &[Pass, NotDecided],
-                "NOT DECIDED: of the 2 stated limits, 1 verified, 1 not decided.",
+                "NOT DECIDED: of the 2 stated limits, 1 passed, 1 not decided.",
             ),
             (
                 &[Pass, Fail, NotDecided],
-                "FAIL: of the 3 stated limits, 1 exceeded, 1 verified, 1 not decided.",
+                "FAIL: of the 3 stated limits, 1 failed, 1 passed, 1 not decided.",
             ),
         ] {
             let judged: Vec<Judged> = all.iter().map(|d| one(*d)).collect();

@@ -1,4 +1,4 @@
-//! A calibration: plan, probe, identify, compile, load, and prove it by probing again.
+//! A calibration: plan, probe, identify, compile, load, and verify it by probing again.
 //!
 //! The machine is moved by LinuxCNC or by its own controller; its corrections come from LinuxCNC's component or from a
 //! board. [`Site`] is any of these.

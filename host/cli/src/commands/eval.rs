@@ -15,8 +15,8 @@ use trueaxis_tables::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
 ///
-/// Rows are taken as a motion in their order, which gives the direction of travel, with the reversal threshold of the blob.
-/// Prints corrections before the limits, dX,dY,… in the order of the blob's axes. Tables hold their end values
+/// Rows are taken as a motion in their order; an axis has reversed once it comes back by its reversal threshold.
+/// Prints corrections dX,dY,… in the order of the blob's axes, without the servo's limits on rate and travel. Tables hold their end values
 /// outside the travel; a warning names the axis.
 #[derive(Args)]
 #[command(
@@ -163,7 +163,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for beyond in motion::beyond_range(compensation, &rows) {
         eprintln!("warning: {}: {beyond}", along.positions.display());
     }
-    if along.output.is_none() && !along.json {
+    let turns = letters.iter().any(|letter| "ABC".contains(*letter));
+    if turns && along.output.is_none() && !along.json {
         // Not among the rows, which are read by programs.
         eprint!("{}", screen::policy(compensation.policy()));
     }

@@ -39,6 +39,12 @@ impl Text {
                 .filter(|b| **b == b'\n')
                 .count()
                 + 1;
+            if error.as_bytes().starts_with(b"PK") || error.as_bytes().starts_with(b"\xD0\xCF") {
+                return BadInput::new(
+                    format!("{name} is a workbook of a spreadsheet program, or a packed file"),
+                    "save the sheet as CSV, with commas between columns and decimal points",
+                );
+            }
             BadInput::new(
                 format!("{name}, line {line}: this is not UTF-8 text"),
                 "save the file as UTF-8 text",

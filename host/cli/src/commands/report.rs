@@ -69,7 +69,7 @@ pub struct Arguments {
     /// Write a calibration report to hand over instead of the page: four A4 pages at most
     #[arg(long, conflicts_with_all = ["pictures", "compare"])]
     calibration_report: bool,
-    /// Operator, instruments, temperatures, limits and stated uncertainties for it (calibration.toml)
+    /// Operator, instruments, temperatures, limits and stated uncertainties for --calibration-report (calibration.toml)
     #[arg(long, value_name = "FILE.toml", requires = "calibration_report")]
     calibration: Option<PathBuf>,
     /// Date to print on the page, in any format (default: today, or SOURCE_DATE_EPOCH)

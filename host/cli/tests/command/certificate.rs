@@ -142,7 +142,7 @@ fn a_certificate_without_statements_says_what_is_missing_and_nothing_about_confo
     );
     assert!(said.starts_with(&folder.at("calibration.html")), "{said}");
     assert!(
-        said.contains("NOT DECIDED: of the stated limit, 0 verified, 1 not decided."),
+        said.contains("NOT DECIDED: of the stated limit, 0 passed, 1 not decided."),
         "{said}"
     );
     assert!(

@@ -147,7 +147,7 @@ fn answers_do_what_options_do_and_are_asked_again_if_they_cannot_be_read() {
     let output = asked(&by_answers, &[], answers);
     let said = plain(&output.stdout) + &plain(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(said.contains("`X=2` is not X=2/100"), "{said}");
+    assert!(said.contains("`X=2` is not of the form X=2/100"), "{said}");
     for name in ["machine.toml", "trueaxis.hal", "mill.ini", "machine.trax"] {
         let [a, b] = [&by_options, &by_answers].map(|f| std::fs::read(f.at(name)).unwrap());
         assert_eq!(a, b, "{name}");
@@ -249,13 +249,18 @@ fn wrong_readings_are_refused() {
     let ini = folder.at("mill.ini");
     let start = ["linuxcnc", "start", &ini, "--yes", "--overwrite"];
     for (option, value, expected) in [
-        ("--scale", "X=2", "`X=2` is not X=2/100"),
+        ("--scale", "X=2", "`X=2` is not of the form X=2/100"),
         ("--scale", "A=2/100", "`A=2/100` is not"),
         ("--scale", "X=2/0", "`X=2/0` is not"),
-        ("--scale", "X=nan/100", "is not X=2/100"),
-        ("--scale", "X=90000/1", "is not X=2/100"),
-        ("--square", "X=2/100", "is not XY=3/100"),
-        ("--square", "XX=2/100", "is not XY=3/100"),
+        (
+            "--scale",
+            "X=2,5/100",
+            "write a decimal point: --scale X=2.5/100",
+        ),
+        ("--scale", "X=nan/100", "is not of the form X=2/100"),
+        ("--scale", "X=90000/1", "is not of the form X=2/100"),
+        ("--square", "X=2/100", "is not of the form XY=3/100"),
+        ("--square", "XX=2/100", "is not of the form XY=3/100"),
         ("--dial", "XY=2", "is not X=4"),
         ("--dial", "X=2/100", "is not X=4"),
     ] {

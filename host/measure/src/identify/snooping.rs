@@ -668,13 +668,15 @@ impl Outlier {
         } else {
             ("mm", 1.0)
         };
+        // Micrometres tell both from 0.
+        let digits = if factor == 1.0 { 3 } else { 1 };
         let by = format!(
-            "{:.1} ± {:.1} {unit} (k = 2)",
+            "{:.digits$} ± {:.digits$} {unit} (k = 2)",
             self.off.norm() * factor,
             2.0 * self.uncertainty * factor
         );
         let [x, y, z]: [f64; 3] = (self.off * factor).into();
-        let off = format!("x {x:.1}, y {y:.1}, z {z:.1}");
+        let off = format!("x {x:.digits$}, y {y:.digits$}, z {z:.digits$}");
         if let (OutlierKind::Row | OutlierKind::Setup(_), Some(number)) =
             (&self.kind, self.observations.first())
         {

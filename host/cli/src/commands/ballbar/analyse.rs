@@ -18,7 +18,7 @@ angle (degrees, from the first axis towards the second) and a reading for each d
 # radius_mm = 100.0\n  # plane = \"XY\"\n  # unit = \"um\"\n  angle,ccw,cw\n  0,1.2,-0.4\n  1,1.3,-0.3\n\n\
 on a sphere the position from its centre in mm:\n  X,Y,Z,radial\n  150,0,0,1.2")]
 pub struct Analyse {
-    /// Readings (CSV) written by `ballbar simulate` or `simulate ballbar`
+    /// Readings (CSV), measured or simulated
     #[arg(value_name = "READINGS.csv")]
     readings: PathBuf,
     /// Print JSON

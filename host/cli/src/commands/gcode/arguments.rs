@@ -79,7 +79,7 @@ pub struct Arguments {
     /// Sagitta of the chords that replace what no arc can follow (µm)
     #[arg(long, value_name = "UM", default_value_t = 1.0)]
     chord: f64,
-    /// What becomes of the step where an axis reverses, of direction-dependent tables
+    /// How the program takes the step of direction-dependent tables where an axis reverses
     #[arg(long, value_enum, default_value_t)]
     backlash: gcode::Backlash,
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough

@@ -60,7 +60,9 @@ pub fn screen(found: &StudyOutcome<'_>, is_verbose: bool) -> String {
     if is_verbose && !measured.rows.is_empty() {
         levels(&mut text, &found.levels);
     }
-    published(&mut text, found.published.as_ref());
+    if is_verbose {
+        published(&mut text, found.published.as_ref());
+    }
     text
 }
 

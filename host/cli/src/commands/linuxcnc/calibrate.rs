@@ -8,7 +8,7 @@ use crate::commands::probing::{SpeedOptions, bad, started};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Calibrate the machine: probe, identify, compile, load, and prove it by probing again
+/// Calibrate the machine: probe, identify, compile, load, and verify it by probing again
 ///
 /// Drives the LinuxCNC that runs on this computer. Every step is a command that it shows before running it, with files
 /// in a folder of its own, so that each can be looked at and repeated. Balls are probed at other positions than those

@@ -977,8 +977,16 @@ fn sloped(
     let wrong = || {
         let example = ["X=2/100", "XY=3/100"][axes - 1];
         BadInput::new(
-            format!("--{option}: `{text}` is not {example}"),
-            format!("give linear axes of the machine, µm and mm: --{option} {example}"),
+            format!("--{option}: `{text}` is not of the form {example}"),
+            match text.contains(',') {
+                true => format!(
+                    "write a decimal point: --{option} {}",
+                    text.replace(',', ".")
+                ),
+                false => {
+                    format!("give linear axes of the machine, µm and mm: --{option} {example}")
+                }
+            },
         )
     };
     let (letters, reading) = text.split_once('=').ok_or_else(wrong)?;
