@@ -1,7 +1,7 @@
 //! The smallest controller: tables, a servo, one correction after the other.
 use trueaxis::{Compensation, Inputs, LoadError, Servo, capacities, include_blob};
 
-/// `trueaxis inspect` prints what a blob needs.
+/// `trueaxis inspect` prints the capacities that a blob needs.
 type Room = capacities!(axes: 5, banks: 4, tables: 16, terms: 14, grids: 0);
 
 fn main() -> Result<(), LoadError> {

@@ -21,7 +21,7 @@ fn an_unknown_key_is_refused() {
         "[parameter]\nEXX1 = 1e-5",
         2,
         "unknown field `parameter`",
-        "unknown keys",
+        "one of the keys",
     );
 }
 
