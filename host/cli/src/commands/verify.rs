@@ -20,7 +20,7 @@ use trueaxis_tables::schemes;
 use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
 
-/// Compare a compensation with the exact model at random positions
+/// Compare a compensation with the rigid-body model at random positions
 ///
 /// Evaluates the blob with the runtime over the whole travel, with random directions of travel, tool lengths and
 /// temperatures. Exits with 1 if the tolerance is not met where no error motion holds its end value, or if the
