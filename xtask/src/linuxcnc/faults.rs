@@ -37,6 +37,9 @@ fn started(parameters: &str) -> String {
     )
 }
 
+/// Inputs are read every 20 ms, on a busy computer later.
+const READ: &str = "loadusr -w sleep 0.5\n";
+
 /// Positions and references of the joints.
 fn referenced(joints: usize) -> String {
     let each =
@@ -188,14 +191,14 @@ fn not_connected(bench: &LinuxCncBench) -> Result<(), String> {
         + &set("enable", "0")
         + &until("factor", "0")
         + &set("temperature-0", "60")
-        + "loadusr -w sleep 0.02\n"
+        + READ
         + &set("enable", "1")
         + &until("beyond-range", "TRUE")
         + &until("factor", "1")
         + &set("enable", "0")
         + &until("factor", "0")
         + &set("temperature-0", "22")
-        + "loadusr -w sleep 0.02\n"
+        + READ
         + &set("enable", "1")
         + &until("beyond-range", "FALSE")
         + &until("factor", "1")
