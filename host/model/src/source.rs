@@ -131,7 +131,7 @@ fn remedy(message: &str) -> &'static str {
             "write the kind of value that is expected: numbers have no quotes, texts have",
         ),
         (COUNT, "write as many values as are expected"),
-        ("duplicate key", "keep one of both"),
+        ("duplicate key", "keep one of the two"),
     ];
     let found = kinds.iter().find(|(kind, _)| message.contains(kind));
     found.map_or(

@@ -68,6 +68,20 @@ fn the_check_says_how_far_off_blended_steps_are() {
 }
 
 #[test]
+fn a_straight_move_makes_up_a_step_that_the_tolerance_allows() {
+    // X comes back while Y moves: the step of 8 µm is across the move, not along it.
+    let program = "G21 G90\nG0 X10 Y0 Z0 A0 C0\nG1 X20 F800\nX19.5 Y30\nM30\n";
+    let lines = |tolerance: &str| {
+        let options = ["--check", "--tolerance", tolerance];
+        let out = five(&Folder::new(), program, &options);
+        out.lines().count() - program.lines().count()
+    };
+    // One line more is the head.
+    assert!(lines("1") > 1);
+    assert_eq!(lines("50"), 1);
+}
+
+#[test]
 fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_reversals() {
     let folder = Folder::new();
     for program in [
