@@ -160,8 +160,8 @@ fn rest() -> Vec<TestStep> {
     ]
 }
 
-/// Number of error lines of a failed step repeated in the summary: the last ones name the cause.
-const LINES_OF_FAILED: usize = 5;
+/// Number of error lines of a failed step repeated in the summary: the last ones name the cause, after what it printed.
+const LINES_OF_FAILED: usize = 25;
 
 /// A step that has run: its name, its seconds, and what it says was not run.
 struct Ran {

@@ -260,6 +260,9 @@ fn drawn(
 }
 
 /// A script of the shell: holds the machine by the feed override, lets it go on, and stops it as an operator does.
+///
+/// A touch under way when it is held, and one whose row is being written, are still logged; then the log stands still.
+/// Whatever fails, the calibration is ended: left running, it would keep the later ones out.
 fn hold(calibrate: &str) -> String {
     let python = |what: &str| format!("python3 -c 'import linuxcnc; linuxcnc.command().{what}'");
     let (hold, go, stop) = (
@@ -267,11 +270,14 @@ fn hold(calibrate: &str) -> String {
         python("feedrate(1)"),
         python("abort()"),
     );
+    let rows = "$(wc -l < run/before.csv)";
     format!(
-        "{calibrate} > held 2>&1 &\n{}\n{hold}\nsleep 1\nfirst=$(wc -l < run/before.csv)\nsleep 4\n\
-         test $first = $(wc -l < run/before.csv) || exit 1\n{go}\n{}\n\
+        "{calibrate} > held 2>&1 &\ntrap 'kill $! 2>/dev/null; wait $!' EXIT\n\
+         fail() {{ echo \"$1\"; cat held; exit 1; }}\n{}\n{hold}\nheld={rows}\n\
+         for k in 1 2 3; do now={rows}; sleep 4; [ $now = {rows} ] && break; done\n\
+         [ $now = {rows} ] && [ $now -le $((held + 2)) ] || fail \"held at $held rows, there are {rows}\"\n{go}\n{}\n\
          for k in $(seq 100); do kill -0 $! 2>/dev/null || break; {stop}; sleep 0.1; done\n\
-         wait $!\ntest $? = 2 && grep -q 'somebody stopped it' held || {{ cat held; exit 1; }}\n",
+         wait $!\ncode=$?\n[ $code = 2 ] && grep -q 'somebody stopped it' held || fail \"exit code $code\"\n",
         until("before.csv", 6),
         until("before.csv", 11)
     )
