@@ -13,61 +13,6 @@ use trueaxis::AlignedBlob;
 use trueaxis::link::{Report, Slot};
 use trueaxis_tables::target::Target;
 
-/// What corrects a machine.
-pub trait TrialSite {
-    /// Why a command to it failed.
-    type Error;
-
-    /// Switches the corrections on or off, and waits until they have faded in or out.
-    ///
-    /// # Errors
-    /// They do not.
-    fn switch(&mut self, on: bool) -> Result<(), Self::Error>;
-
-    /// Puts the compensation of a file in the place of the one in use, with the corrections off.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is refused; what was in use still is.
-    fn load(&mut self, blob: &Path) -> Result<(), Self::Error>;
-
-    /// What has been loaded and switched stays.
-    ///
-    /// # Errors
-    /// It cannot be stored.
-    fn keep(&mut self) -> Result<(), Self::Error>;
-
-    /// Puts back what was there before the first change.
-    ///
-    /// # Errors
-    /// It cannot: what is in use is then not known.
-    fn undo(&mut self) -> Result<(), Self::Error>;
-}
-
-/// Loads a compensation, switches it on, lets `judge` look at the machine with it, and keeps it if that returns true.
-/// Otherwise, and after any error, what was there before is back.
-///
-/// # Errors
-/// Those of the corrector and of `judge`. An error of putting back comes before all others.
-pub fn on_trial<C: TrialSite, E: From<C::Error>>(
-    corrector: &mut C,
-    blob: &Path,
-    judge: impl FnOnce(&mut C) -> Result<bool, E>,
-) -> Result<bool, E> {
-    let tried = (|| {
-        corrector.load(blob)?;
-        corrector.switch(true)?;
-        let is_right = judge(corrector)?;
-        if is_right {
-            corrector.keep()?;
-        }
-        Ok(is_right)
-    })();
-    if !matches!(tried, Ok(true)) {
-        corrector.undo()?;
-    }
-    tried
-}
-
 /// The component in a LinuxCNC that is running. What is not kept is also put back when the session ends, however that
 /// comes about.
 #[derive(Debug)]
@@ -84,10 +29,12 @@ pub struct RunningComponent<'a> {
 const FADING: usize = 200;
 const BETWEEN: Duration = Duration::from_millis(50);
 
-impl TrialSite for RunningComponent<'_> {
-    type Error = SessionError;
-
-    fn switch(&mut self, on: bool) -> Result<(), SessionError> {
+impl RunningComponent<'_> {
+    /// Switches the corrections on or off, and waits until they have faded in or out.
+    ///
+    /// # Errors
+    /// They do not.
+    pub fn switch(&mut self, on: bool) -> Result<(), SessionError> {
         let pin = |pin: &str| format!("{}.{pin}", self.name);
         let factor = if on { 1.0 } else { 0.0 };
         self.session.set(&pin("enable"), factor)?;
@@ -113,16 +60,28 @@ impl TrialSite for RunningComponent<'_> {
         })
     }
 
-    fn load(&mut self, blob: &Path) -> Result<(), SessionError> {
+    /// Puts the compensation of a file in the place of the one in use, with the corrections off.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is refused; what was in use still is.
+    pub fn load(&mut self, blob: &Path) -> Result<(), SessionError> {
         let blob = blob.canonicalize().unwrap_or(blob.to_owned());
         self.session.load(self.name, &self.path, &blob)
     }
 
-    fn keep(&mut self) -> Result<(), SessionError> {
+    /// What has been loaded and switched stays.
+    ///
+    /// # Errors
+    /// It cannot be stored.
+    pub fn keep(&mut self) -> Result<(), SessionError> {
         self.session.keep()
     }
 
-    fn undo(&mut self) -> Result<(), SessionError> {
+    /// Puts back what was there before the first change.
+    ///
+    /// # Errors
+    /// It cannot: what is in use is then not known.
+    pub fn undo(&mut self) -> Result<(), SessionError> {
         self.session.undo()
     }
 }
@@ -225,10 +184,12 @@ impl<P: Port> BoardOnTrial<P> {
     }
 }
 
-impl<P: Port> TrialSite for BoardOnTrial<P> {
-    type Error = BoardError;
-
-    fn switch(&mut self, on: bool) -> Result<(), BoardError> {
+impl<P: Port> BoardOnTrial<P> {
+    /// Switches the corrections on or off, and waits until they have faded in or out.
+    ///
+    /// # Errors
+    /// They do not.
+    pub fn switch(&mut self, on: bool) -> Result<(), BoardError> {
         self.before.is_changed = true;
         let report = control(&mut self.client, &Action::Enable(on))?.after.report;
         let factor = if on { 1.0 } else { 0.0 };
@@ -242,7 +203,11 @@ impl<P: Port> TrialSite for BoardOnTrial<P> {
         }
     }
 
-    fn load(&mut self, blob: &Path) -> Result<(), BoardError> {
+    /// Puts the compensation of a file in the place of the one in use, with the corrections off.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is refused; what was in use still is.
+    pub fn load(&mut self, blob: &Path) -> Result<(), BoardError> {
         let bytes = std::fs::read(blob)
             .map_err(|error| BoardError::File(format!("{}: {error}", blob.display())))?;
         self.switch(false)?;
@@ -261,12 +226,20 @@ impl<P: Port> TrialSite for BoardOnTrial<P> {
         }
     }
 
-    fn keep(&mut self) -> Result<(), BoardError> {
+    /// What has been loaded and switched stays.
+    ///
+    /// # Errors
+    /// It cannot be stored.
+    pub fn keep(&mut self) -> Result<(), BoardError> {
         self.before.is_changed = false;
         Ok(())
     }
 
-    fn undo(&mut self) -> Result<(), BoardError> {
+    /// Puts back what was there before the first change.
+    ///
+    /// # Errors
+    /// It cannot: what is in use is then not known.
+    pub fn undo(&mut self) -> Result<(), BoardError> {
         if !self.before.is_changed {
             return Ok(());
         }

@@ -8,11 +8,12 @@
 // (from runs of instruments to error motions and squareness; ISO 230-2, -3, -7) · `ballbar` · `simulate` · `identify`
 // (from probings and observations to error parameters) · `clearance` (distances of solids over moves) · `plan` (what
 // to probe, and how) · `probe` (probing it on a machine that answers) · `spheres` (from touches to probings) ·
-// `qualify` (from touches to a probe) · `study` (all of it in one call) · `compare` (schemes side by side).
+// `qualify` (from touches to a probe) · `study` (all of it in one call) · `calibration` (all of it on a machine that answers) · `compare` (schemes side by side).
 
 #![forbid(unsafe_code)]
 
 pub mod ballbar;
+pub mod calibration;
 pub mod clearance;
 pub mod compare;
 pub mod direct;

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::calibration::{Calibration, CalibrationOptions, Corrects, Moves, Site};
+use super::calibration::{CalibrationFiles, CalibrationOptions, Corrects, Moves, Site};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -31,7 +31,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let calibration = Calibration::new(&arguments.options, arguments.folder.clone())?;
+    let calibration = CalibrationFiles::new(&arguments.options, arguments.folder.clone())?;
     let corrects = Corrects::board(&arguments.port)?;
     calibration.run(&mut Site::new(Moves::ByItself, corrects))
 }

@@ -1,4 +1,4 @@
-//! A calibration: plan, probe, identify, compile, load, and verify it by probing again.
+//! A calibration of a machine, with its files: what the library decides, carried out and shown.
 //!
 //! The machine is moved by LinuxCNC or by its own controller; its corrections come from LinuxCNC's component or from a
 //! board. [`Site`] is any of these.
@@ -8,7 +8,6 @@ mod site;
 pub use site::{Corrects, Errand, Moves, Site};
 
 use super::Outcome;
-use super::Outcome::CheckFailed;
 use super::bad_input::BadInput;
 use super::compile;
 use super::files::{self, MachineFiles, Text};
@@ -20,25 +19,21 @@ use super::probings::said;
 use super::qualify;
 use super::target;
 use super::touch_options::TouchOptions;
-use clap::{Args, ValueEnum};
-use nalgebra::Vector3;
-use std::cell::OnceCell;
+use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_controllers::trial::{TrialSite, on_trial};
+use trueaxis_measure::calibration::{
+    CalibratedMachine, Calibration, CalibrationEnd, CalibrationPlan, CalibrationPlanError,
+    CalibrationRefusal, CalibrationStep, ProbedRows, Question, Unchanged, Validated, usual_model,
+};
 use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::observations::Observations;
-use trueaxis_measure::formats::probings::{self, Probing, Probings};
-use trueaxis_measure::formats::validation::{Gain, Scatter, Validation};
-use trueaxis_measure::identify::{Model, Stated, scatters};
-use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task, validation};
+use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::identify::Model;
+use trueaxis_measure::plan::{Criterion, PlannedRows, Probe, Setup, Task};
 use trueaxis_measure::qualify::ProbePriors;
 use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
-use trueaxis_measure::study::{self, Study, StudyRequest};
-use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::kinematics::Kinematics;
+use trueaxis_measure::study::StudyOutcome;
+use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
-use trueaxis_tables::uncertainty::{benefit, over_travel};
-use trueaxis_tables::validate::DrawError;
 
 /// What every calibration takes.
 #[derive(Args)]
@@ -86,88 +81,25 @@ pub struct CalibrationOptions {
     pub yes: bool,
 }
 
-/// The steps, in order.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum CalibrationStep {
-    /// Choose what to probe
-    Plan,
-    /// Probe; a log that was stopped early is continued
-    Probe,
-    /// Identify the error parameters
-    Identify,
-    /// Turn them into a compensation
-    Compile,
-    /// Load it into LinuxCNC, and validate it
-    Load,
-}
-
-/// Errors that the model lacks are larger over the travel than what is left of them where the parameters were fitted: by
-/// up to this factor on simulated machines with straightness, backlash and run-out (`cargo xtask linuxcnc
-/// calibrate-outside`).
-const OVER_TRAVEL: f64 = 2.0;
-/// Rotary positions at which the probe is qualified, at most, and their file.
-const POSES: usize = 3;
+/// Rotary positions at which the probe is qualified.
 const POSES_FILE: &str = "poses.csv";
-/// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
-/// quarter of it (2σ, 20 degrees of freedom).
-const SCATTER: f64 = 1.3;
-
-/// The parameters to identify: those of models 12 and 13 together, every location error and scale, the place of the
-/// spindle and the backlash of rotary axes. Without a length standard, the scale of X cannot be told from that of the
-/// balls' places.
-fn model(given: Option<&str>, machine: &Machine, artefact: &Artefact) -> Result<String, BadInput> {
-    if let Some(given) = given {
-        return Ok(given.to_owned());
-    }
-    let mut names: Vec<String> = Vec::new();
-    for model in [Model::Twelve, Model::Thirteen] {
-        let parameters = model.parameters(machine, 0, &[]).map_err(no_model)?;
-        let own = parameters.iter().map(ToString::to_string);
-        let own = own.filter(|name| name != "EXX1" || !artefact.bars.is_empty());
-        names.extend(own.filter(|name| !names.contains(name)).collect::<Vec<_>>());
-    }
-    Ok(names.join(","))
-}
-
-/// A stylus found farther (mm) than this from its stated place is another one, or bent: location errors that it takes up
-/// are a few times 10 µm.
-const OTHER_STYLUS: f64 = 0.25;
 
 /// A calibration, with its files.
-pub struct Calibration<'a> {
+pub struct CalibrationFiles<'a> {
     options: &'a CalibrationOptions,
     machine: Machine,
     artefact: Artefact,
-    /// What is identified, as an option.
-    model: String,
+    model: Model,
     folder: PathBuf,
-    /// What identification found, once it has.
-    known: OnceCell<CalibrationBasis>,
 }
 
-/// What a calibration rests on, of the identification that it loads.
-struct CalibrationBasis {
-    stylus: Vector3<f64>,
-    /// Of a coordinate (mm).
-    noise: f64,
-    /// Balls and stylus, found and as stated.
-    places: Vec<Stated>,
-    /// Location errors that the model lacks.
-    missing: Vec<Parameter>,
+/// The machine at a site, and the files of its calibration.
+struct OnSite<'a, 's> {
+    files: &'a CalibrationFiles<'a>,
+    site: &'a mut Site<'s>,
 }
 
-impl CalibrationBasis {
-    fn of(found: &study::StudyOutcome<'_>) -> Self {
-        Self {
-            stylus: found.identified.stylus,
-            noise: found.identified.noise,
-            places: found.places.clone(),
-            missing: found.missing.clone(),
-        }
-    }
-}
-
-impl<'a> Calibration<'a> {
+impl<'a> CalibrationFiles<'a> {
     /// In a folder, which is made.
     pub fn new(options: &'a CalibrationOptions, folder: PathBuf) -> Result<Self, BadInput> {
         // Before anything is asked of the machine.
@@ -186,25 +118,25 @@ impl<'a> Calibration<'a> {
                 "give --folder a name in a folder that you may write to",
             )
         })?;
+        let model = match &options.model {
+            Some(given) => given.parse(),
+            None => usual_model(&machine, &artefact),
+        };
         Ok(Self {
-            model: model(options.model.as_deref(), &machine, &artefact)?,
+            model: model.map_err(no_model)?,
             options,
             machine,
             artefact,
             folder,
-            known: OnceCell::new(),
         })
     }
 
     /// Does what the steps say, at a site.
     pub fn run(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
-        let from = self.options.from;
-        files::print(&format!(
-            "{}: calibration in {}\n",
-            self.machine.name,
-            self.folder.display()
-        ))?;
-        if from <= CalibrationStep::Plan {
+        let options = self.options;
+        let folder = self.folder.display();
+        files::print(&format!("{}: calibration in {folder}\n", self.machine.name))?;
+        if options.from <= CalibrationStep::Plan {
             self.plan()?;
         } else {
             files::print(&format!(
@@ -212,25 +144,31 @@ impl<'a> Calibration<'a> {
                 site.place()
             ))?;
         }
-        if from <= CalibrationStep::Probe && !self.probe(site)? {
-            return Ok(CheckFailed);
+        let calibration = Calibration {
+            machine: &self.machine,
+            model: self.model.clone(),
+            accept_places: options.accept_places,
+        };
+        let place = site.place();
+        let mut machine = OnSite { files: self, site };
+        let why = match calibration.run(options.from, &mut machine)? {
+            CalibrationEnd::InUse => {
+                files::print(&format!("{place} is in use, and switched on\n"))?;
+                return Ok(Outcome::Done);
+            }
+            CalibrationEnd::Unchanged(why) => why,
+        };
+        match &why {
+            Unchanged::NotProbed => return Ok(Outcome::CheckFailed),
+            Unchanged::MightHarm(benefit) => files::print(&format!(
+                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would remain, \
+                 because so much is not known of them\n",
+                benefit.before_um, benefit.after_um
+            ))?,
+            _ => {}
         }
-        if from <= CalibrationStep::Identify && self.identify()? == CheckFailed {
-            return self.stop("the measurements do not fit together: see the warnings above");
-        }
-        if let Some(why) = self.is_unclear()? {
-            return self.stop(&why);
-        }
-        if from <= CalibrationStep::Compile && self.compile(site)? == CheckFailed {
-            return self.stop("the tolerance is not met: see above");
-        }
-        self.load(site)
-    }
-
-    /// Says that nothing has been changed.
-    fn stop(&self, why: &str) -> Result<Outcome, BadInput> {
         files::print(&format!("nothing is loaded: {why}\n"))?;
-        Ok(CheckFailed)
+        Ok(Outcome::CheckFailed)
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -251,13 +189,53 @@ impl<'a> Calibration<'a> {
         files::print(&format!("\n$ trueaxis {}\n", shown.join(" ")))
     }
 
+    /// Plans, and writes what is to be probed.
     fn plan(&self) -> Result<(), BadInput> {
+        let (options, machine) = (self.options, &self.machine);
+        self.show(&self.words_of_plan())?;
+        let setup = Setup {
+            balls: plan::known_balls(&self.artefact, &options.artefact)?,
+            ..self.setup()?
+        };
+        let minutes = |rows: usize| rows as f64 * plan::SECONDS / 60.0;
+        let fitting = options.minutes.map(|given| (given / minutes(1)) as usize);
+        let task = Task {
+            setup: &setup,
+            model: &self.model,
+            degree: 1,
+            assumed: &ErrorModel::perfect(machine),
+            rows: PlannedRows::Best {
+                indexings: options.indexings.as_deref(),
+                probings: fitting.or(options.probings),
+                criterion: Criterion::default(),
+            },
+        };
+        let ball = options.qualify.as_deref();
+        let rows = CalibrationPlan::of(&task, options.validate.into(), ball);
+        let rows = rows.map_err(|error| match error {
+            CalibrationPlanError::Plan(error) => plan::refused(&error),
+            other => BadInput::new(other.to_string(), other.remedy()),
+        })?;
+        let write = |name: &str, rows: &Probings| {
+            let csv = probings::write_plan(rows, machine);
+            files::write(&self.file(name), csv.as_bytes())
+        };
+        let plan = &rows.planned.judgement.plan;
+        write("plan.csv", plan)?;
+        plan::show(&setup, &rows.planned, minutes(plan.rows.len()))?;
+        if let Some(ball) = &rows.qualification {
+            write(POSES_FILE, ball)?;
+        }
+        write("validation.csv", &rows.validation)
+    }
+
+    fn words_of_plan(&self) -> Vec<String> {
         let options = self.options;
         let path = |path: &Path| path.display().to_string();
         let mut words = vec!["plan".to_owned(), path(&options.machine)];
         let mut add = |name: &str, value: String| words.extend([name.to_owned(), value]);
         add("--artefact", path(&options.artefact));
-        add("--model", self.model.clone());
+        add("--model", self.model.to_string());
         if let Some(probings) = options.probings {
             add("--probings", probings.to_string());
         }
@@ -272,98 +250,14 @@ impl<'a> Calibration<'a> {
         }
         add("-o", self.text("plan.csv"));
         words.push("--keep-clear".to_owned());
-        self.show(&words)?;
-        let plan = self.planned()?;
-        if let Some(ball) = &options.qualify {
-            files::write(
-                &self.file(POSES_FILE),
-                probings::write_plan(&self.poses(&plan, ball)?, &self.machine).as_bytes(),
-            )?;
-        }
-        let validation = validation(&self.setup()?, &plan, options.validate.into(), 1);
-        if validation.rows.is_empty() {
-            return Err(BadInput::new(
-                "no ball can be probed at other positions to validate the result",
-                "allow more: --indexings, --cone, more balls; a machine without rotary axes is calibrated by measuring scales and squareness (trueaxis measured)",
-            ));
-        }
-        files::write(
-            &self.file("validation.csv"),
-            probings::write_plan(&validation, &self.machine).as_bytes(),
-        )
-    }
-
-    /// The plan, proposed and written.
-    fn planned(&self) -> Result<Probings, BadInput> {
-        let (options, machine) = (self.options, &self.machine);
-        let setup = Setup {
-            balls: plan::known_balls(&self.artefact, &options.artefact)?,
-            ..self.setup()?
-        };
-        let minutes = |rows: usize| rows as f64 * plan::SECONDS / 60.0;
-        let fitting = options.minutes.map(|given| (given / minutes(1)) as usize);
-        let task = Task {
-            setup: &setup,
-            model: &self.model.parse().map_err(no_model)?,
-            degree: 1,
-            assumed: &ErrorModel::perfect(machine),
-            rows: PlannedRows::Best {
-                indexings: options.indexings.as_deref(),
-                probings: fitting.or(options.probings),
-                criterion: Criterion::default(),
-            },
-        };
-        let planned = task.plan().map_err(|error| plan::refused(&error))?;
-        let plan = &planned.judgement.plan;
-        let csv = probings::write_plan(plan, machine);
-        files::write(&self.file("plan.csv"), csv.as_bytes())?;
-        plan::show(&setup, &planned, minutes(plan.rows.len()))?;
-        files::read_plan(&self.file("plan.csv"), machine)
-    }
-
-    /// Rows of a ball at rotary positions that are far from each other, on which the probe is qualified.
-    fn poses(&self, plan: &Probings, ball: &str) -> Result<Probings, BadInput> {
-        let is_rotary = |i: &usize| self.machine.axes[*i].letter.is_rotary();
-        let apart = |a: &Probing, b: &Probing| {
-            let rotary = (0..self.machine.axes.len()).filter(is_rotary);
-            rotary
-                .map(|i| (a.position[i] - b.position[i]).abs())
-                .sum::<f64>()
-        };
-        let of = |row: &&Probing| plan.balls[row.ball] == ball && row.spindle == 0.0;
-        let rows: Vec<&Probing> = plan.rows.iter().filter(of).collect();
-        let mut chosen: Vec<&Probing> = rows.first().copied().into_iter().collect();
-        while !chosen.is_empty() && chosen.len() < POSES.min(rows.len()) {
-            let least = |row: &Probing| {
-                let apart = chosen.iter().map(|other| apart(row, other));
-                apart.fold(f64::INFINITY, f64::min)
-            };
-            let farthest = rows.iter().max_by(|a, b| least(a).total_cmp(&least(b)));
-            match farthest.filter(|row| least(row) > 0.0).copied() {
-                Some(row) => chosen.push(row),
-                None => break,
-            }
-        }
-        if chosen.is_empty() {
-            return Err(BadInput::new(
-                format!("--qualify: the plan has no row of ball `{ball}` with the spindle at 0"),
-                "name a ball of the artefact that can be probed",
-            ));
-        }
-        Ok(Probings {
-            balls: plan.balls.clone(),
-            rows: chosen.into_iter().cloned().collect(),
-        })
+        words
     }
 
     /// The file of the qualified probe, if there is one.
     fn qualified(&self) -> Option<PathBuf> {
-        let own = self
-            .options
-            .qualify
-            .as_ref()
-            .map(|_| self.file("probe.toml"));
-        self.options.probe.clone().or(own)
+        let options = self.options;
+        let own = options.qualify.as_ref().map(|_| self.file("probe.toml"));
+        options.probe.clone().or(own)
     }
 
     fn setup(&self) -> Result<Setup<'_>, BadInput> {
@@ -396,33 +290,6 @@ impl<'a> Calibration<'a> {
         })
     }
 
-    /// Probes the rows that validate with the machine as it is found, and those that tell its errors without corrections;
-    /// false if the operator does not want it.
-    fn probe(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
-        let before = self.errand("validation.csv", "before.csv")?;
-        let plan = self.errand("plan.csv", "touches.csv")?;
-        let qualifies = self.options.qualify.is_some();
-        let ball = qualifies.then(|| self.errand(POSES_FILE, "ball.csv"));
-        let ball = ball.transpose()?;
-        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &plan]).collect();
-        let yes = self.options.yes;
-        if !site.is_ready(&all, yes)? {
-            return Ok(false);
-        }
-        if let Some(ball) = &ball {
-            site.touch(ball)?;
-            self.qualify()?;
-        }
-        site.touch(&before)?;
-        let question = "May the corrections be switched off, and the plan be probed without them?";
-        if !yes && !asked(question)? {
-            return Ok(false);
-        }
-        site.switch(false)?;
-        site.touch(&plan)?;
-        Ok(true)
-    }
-
     fn qualify(&self) -> Result<(), BadInput> {
         let diameter = self.options.touching.ball_diameter().unwrap_or(0.0);
         let words = [
@@ -449,169 +316,56 @@ impl<'a> Calibration<'a> {
         qualify::show(&found, &log, &known, Some(&output))
     }
 
-    fn identify(&self) -> Result<Outcome, BadInput> {
-        let options = self.options;
-        let machine = options.machine.display().to_string();
-        let probe = self.qualified().map(|path| path.display().to_string());
-        let probe: Vec<&str> = match &probe {
-            Some(path) => vec!["--probe", path],
-            None => Vec::new(),
-        };
-        let owned = |words: &[&str]| -> Vec<String> {
-            words
-                .iter()
-                .chain(&probe)
-                .map(|word| (*word).to_owned())
-                .collect()
-        };
-        let words = [
+    /// Shows the command that makes probings of the touches, and makes them.
+    fn probings(&self) -> Result<Probings, BadInput> {
+        let mut words: Vec<String> = [
             "probings",
-            &machine,
+            &self.options.machine.display().to_string(),
             &self.text("touches.csv"),
             "--plan",
             &self.text("plan.csv"),
             "-o",
             &self.text("probings.csv"),
-        ];
-        self.show(&owned(&words))?;
-        let found = self.touched("plan.csv", &self.file("touches.csv"))?;
+        ]
+        .map(str::to_owned)
+        .into();
+        words.extend(self.words_of_probe());
+        self.show(&words)?;
+        let found = self.touched("plan.csv", "touches.csv")?;
         let output = self.file("probings.csv");
         let csv = probings::write(&found.probings, &self.machine);
         files::write(&output, csv.as_bytes())?;
         let said = said(&found, false);
         files::print(&format!("{}: {said}", output.display()))?;
-        let words = [
+        self.show(&self.words_of_identify())?;
+        self.measured()
+    }
+
+    fn words_of_identify(&self) -> Vec<String> {
+        let options = self.options;
+        let mut words: Vec<String> = [
             "identify",
-            &machine,
+            &options.machine.display().to_string(),
             &self.text("probings.csv"),
             "--model",
-            &self.model,
+            &self.model.to_string(),
             "--artefact",
             &options.artefact.display().to_string(),
             "-o",
             &self.text("errors.toml"),
-        ];
-        let mut words = owned(&words);
+        ]
+        .map(str::to_owned)
+        .into();
+        words.extend(self.words_of_probe());
         if options.accept_places {
             words.push("--accept-places".to_owned());
         }
-        self.show(&words)?;
-        self.identified(|found| {
-            let errors = identify::write(found, &self.file("errors.toml"))?;
-            identify::show(found, &errors, false)?;
-            self.known.get_or_init(|| CalibrationBasis::of(found));
-            Ok(identify::warn(found))
-        })
+        words
     }
 
-    /// Why what has been identified must not be loaded: another stylus, or errors that were not measured.
-    fn is_unclear(&self) -> Result<Option<String>, BadInput> {
-        let options = self.options;
-        let errors = self.errors()?;
-        let known = self.known()?;
-        let stylus = known.places.iter().find(|one| one.what == "stylus");
-        let off = stylus.and_then(Stated::distance).unwrap_or(0.0);
-        if off > OTHER_STYLUS && !options.accept_places {
-            let by = stylus.and_then(|one| Some(one.found - one.stated?));
-            let by = by.unwrap_or_default();
-            return Ok(Some(format!(
-                "the stylus is {off:.3} mm (x {:.3}, y {:.3}, z {:.3}) from where machine file and artefact have it: measure it, and correct tip_mm; if it is right as found, say --accept-places",
-                by.x, by.y, by.z
-            )));
-        }
-        let missing = self.missing(&errors)?;
-        if missing.is_empty() {
-            return Ok(None);
-        }
-        let names = Model::Named(missing);
-        files::print(&format!(
-            "\nnot measured: {names}. A machine that has them is worse than any limit that is printed here\n"
-        ))?;
-        let question = "May it go on without them?";
-        if options.accept_missing || !options.yes && asked(question)? {
-            return Ok(None);
-        }
-        Ok(Some(format!(
-            "{names} are not measured: qualify the probe (--qualify or --probe), give the artefact a bar, leave out --model, or say --accept-missing; backlash of linear axes needs an indicator"
-        )))
-    }
-
-    /// Errors that the machine may have and that were not measured.
-    fn missing(&self, errors: &ErrorModel) -> Result<Vec<Parameter>, BadInput> {
-        let mut missing: Vec<Parameter> = errors.unseen.keys().copied().collect();
-        let known = self.known()?.missing.iter().copied();
-        let others: Vec<Parameter> = known.filter(|p| !missing.contains(p)).collect();
-        missing.extend(others);
-        Ok(missing)
-    }
-
-    fn compile(&self, site: &Site<'_>) -> Result<Outcome, BadInput> {
-        let target = site.target(&self.file("board.toml"))?;
-        let words = [
-            "compile",
-            &self.options.machine.display().to_string(),
-            &self.text("errors.toml"),
-            "--target",
-            &target,
-            "-o",
-            &self.text("machine.trax"),
-        ];
-        self.show(&words.map(str::to_owned))?;
-        let files = MachineFiles {
-            machine: self.options.machine.clone(),
-            errors: self.file("errors.toml"),
-        };
-        let blob = self.file("machine.trax");
-        let compiled = compile::usual(&files, blob, target::read(&target)?)?;
-        compiled.show()?;
-        Ok(match compiled.made.is_right() {
-            true => Outcome::Done,
-            false => CheckFailed,
-        })
-    }
-
-    /// Something over the travel with the identified errors.
-    fn over_the_travel<T>(
-        &self,
-        misfits: f64,
-        compute: impl FnOnce(&Kinematics<'_>) -> Result<T, DrawError>,
-    ) -> Result<T, BadInput> {
-        let mut errors = self.errors()?;
-        errors.misfit = errors.misfit.map(|misfit| misfits * misfit);
-        compute(&Kinematics::new(&self.machine, &errors)).map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", self.text("errors.toml")),
-                "identify the errors again: --from identify",
-            )
-        })
-    }
-
-    /// Loads the compensation, probes with it, and keeps it if that is right.
-    fn load(&self, site: &mut Site<'_>) -> Result<Outcome, BadInput> {
-        let benefit = self.over_the_travel(OVER_TRAVEL, |kinematics| benefit(kinematics, SEED))?;
-        if !benefit.is_sure() || self.band()? >= benefit.before_um {
-            files::print(&format!(
-                "\nover the travel the identified errors do {:.1} µm at the tip (rms), and about {:.1} µm would remain, \
-                 because so much is not known of them\n",
-                benefit.before_um, benefit.after_um
-            ))?;
-            return self.stop("the compensation might do more harm than good where nothing was probed: probe more rows, balls that are farther apart, or identify fewer parameters (--model)");
-        }
-        let blob = self.file("machine.trax");
-        let question = format!("May {} be loaded and switched on?", blob.display());
-        files::print("\n")?;
-        if !self.options.yes && !asked(&question)? {
-            return self.stop("you did not want it");
-        }
-        if let Some(active) = site.file().filter(|active| active.exists()) {
-            self.keep_previous(active)?;
-        }
-        let is_kept = on_trial(site, &blob, |site| self.is_right(site))?;
-        if is_kept {
-            files::print(&format!("{} is in use, and switched on\n", site.place()))?;
-            return Ok(Outcome::Done);
-        }
-        self.stop("the old compensation is back")
+    fn words_of_probe(&self) -> Vec<String> {
+        let path = self.qualified().map(|path| path.display().to_string());
+        path.map_or(Vec::new(), |path| vec!["--probe".to_owned(), path])
     }
 
     /// Keeps a copy of the compensation in use, beside those of earlier trials in this folder: the first is `previous.trax`.
@@ -631,73 +385,10 @@ impl<'a> Calibration<'a> {
         ))
     }
 
-    /// Probes with the compensation on; whether it is to be kept.
-    fn is_right(&self, site: &mut Site<'_>) -> Result<bool, BadInput> {
-        let yes = self.options.yes;
-        let question = "May it be validated by probing with the corrections on?";
-        if !yes && !asked(question)?
-            || self.options.from > CalibrationStep::Probe && !site.take_over(yes)?
-        {
-            files::print("you did not want it probed\n")?;
-            return Ok(false);
-        }
-        let errand = self.errand("validation.csv", "after.csv")?;
-        let log = &errand.log;
-        // An older one was made with another compensation, and would count as this one's.
-        removed(log)?;
-        site.touch(&errand)?;
-        let (validation, gain) = self.validated(log)?;
-        let json = files::json(&validation)?;
-        files::write(&self.file("validation.json"), json.as_bytes())?;
-        let Validation {
-            before,
-            after,
-            expected_um,
-            ref unseen,
-            ..
-        } = validation;
-        let predicted = match unseen.is_empty() {
-            true => "predicted, at most",
-            false => "predicted from the measured errors",
-        };
-        files::print(&format!(
-            "\nvalidation at {} other positions    rms (µm)   largest\n  \
-             before                           {:>9.2} {:>9.2}\n  \
-             after                            {:>9.2} {:>9.2}\n  \
-             {predicted:<32} {:>9.2}\n",
-            validation.probings,
-            before.rms_um,
-            before.largest_um,
-            after.rms_um,
-            after.largest_um,
-            expected_um
-        ))?;
-        if !unseen.is_empty() {
-            files::print(&format!(
-                "not measured, and not in the prediction: {}; {} says what would show each\n",
-                unseen.join(", "),
-                self.text("errors.toml")
-            ))?;
-        }
-        if !validation.is_kept {
-            let sure = gain.is_some_and(Gain::is_sure);
-            files::print(&match (after.rms_um < before.rms_um, sure, gain) {
-                (true, false, Some(gain)) => format!(
-                    "the machine is not better with 95 % probability: by {:.2} µm in the mean of the same rows, and by {:.2} or less in one of twenty cases without any change\n",
-                    gain.mean * 1e3,
-                    (gain.mean - gain.least) * 1e3
-                ),
-                (true, ..) => "the machine is better, but not as good as predicted\n".to_owned(),
-                (false, ..) => "the machine is not better than before\n".to_owned(),
-            })?;
-        }
-        Ok(validation.is_kept)
-    }
-
     /// Probings from a log of the touches of a plan.
-    fn touched(&self, plan: &str, log: &Path) -> Result<LogContents, BadInput> {
+    fn touched(&self, plan: &str, log: &str) -> Result<LogContents, BadInput> {
         let plan = files::read_plan(&self.file(plan), &self.machine)?;
-        let text = Text::read(log)?;
+        let text = Text::read(&self.file(log))?;
         let touched = read_log(&text.text, &self.machine).map_err(|e| text.bad(e))?;
         let perfect = ErrorModel::perfect(&self.machine);
         let probe = self.qualified();
@@ -710,21 +401,12 @@ impl<'a> Calibration<'a> {
         found.map_err(|e| text.bad(e))
     }
 
-    /// Probings that validate.
-    fn validating(&self, log: &Path) -> Result<Probings, BadInput> {
-        Ok(self.touched("validation.csv", log)?.probings)
-    }
-
-    fn errors(&self) -> Result<ErrorModel, BadInput> {
-        files::read_known_errors(&self.file("errors.toml"), &self.machine)
-    }
-
     fn measured(&self) -> Result<Probings, BadInput> {
         let text = Text::read(&self.file("probings.csv"))?;
         probings::read(&text.text, &self.machine, true).map_err(|e| text.bad(e))
     }
 
-    /// The artefact with the tip as `identify` took it.
+    /// The artefact with the tip as the probe was qualified.
     fn probed_artefact(&self) -> Result<Artefact, BadInput> {
         let mut artefact = self.artefact.clone();
         if let Some(path) = self.qualified() {
@@ -732,97 +414,189 @@ impl<'a> Calibration<'a> {
         }
         Ok(artefact)
     }
+}
 
-    /// Identifies the errors that the compensation is to correct.
-    fn identified<T>(
-        &self,
-        then: impl FnOnce(&study::StudyOutcome<'_>) -> Result<T, BadInput>,
-    ) -> Result<T, BadInput> {
-        let study = Study {
-            machine: &self.machine,
-            probings: &self.measured()?,
-            artefact: &self.probed_artefact()?,
-            observations: &Observations::default(),
-            runs: &[],
-            base: &ErrorModel::perfect(&self.machine),
-        };
-        let request = StudyRequest {
-            accept_places: self.options.accept_places,
-            ..StudyRequest::of(self.model.parse().map_err(no_model)?)
-        };
-        let found = study.identify(&request).map_err(|refusal| {
-            let file = self.text("probings.csv");
-            BadInput::new(format!("{file}: {refusal}"), refusal.remedy())
-        })?;
-        then(&found)
+impl CalibratedMachine for OnSite<'_, '_> {
+    type Error = BadInput;
+
+    fn refused(&self, refusal: CalibrationRefusal) -> BadInput {
+        let files = self.files;
+        match refusal {
+            CalibrationRefusal::Study(refusal) => BadInput::new(
+                format!("{}: {refusal}", files.text("probings.csv")),
+                refusal.remedy(),
+            ),
+            CalibrationRefusal::Errors(error) => BadInput::new(
+                format!("{}: {error}", files.text("errors.toml")),
+                "identify the errors again: --from identify",
+            ),
+        }
     }
 
-    /// What identification found, of the files in the folder if that step was done before.
-    fn known(&self) -> Result<&CalibrationBasis, BadInput> {
-        match self.known.get() {
-            Some(known) => Ok(known),
-            None => {
-                let known = self.identified(|found| Ok(CalibrationBasis::of(found)))?;
-                Ok(self.known.get_or_init(|| known))
+    fn probe(&mut self) -> Result<bool, BadInput> {
+        let (files, site) = (self.files, &mut *self.site);
+        let before = files.errand("validation.csv", "before.csv")?;
+        let plan = files.errand("plan.csv", "touches.csv")?;
+        let qualifies = files.options.qualify.is_some();
+        let ball = qualifies.then(|| files.errand(POSES_FILE, "ball.csv"));
+        let ball = ball.transpose()?;
+        let all: Vec<&Errand<'_>> = ball.iter().chain([&before, &plan]).collect();
+        let yes = files.options.yes;
+        if !site.is_ready(&all, yes)? {
+            return Ok(false);
+        }
+        if let Some(ball) = &ball {
+            site.touch(ball)?;
+            files.qualify()?;
+        }
+        site.touch(&before)?;
+        let question = "May the corrections be switched off, and the plan be probed without them?";
+        if !yes && !asked(question)? {
+            return Ok(false);
+        }
+        site.switch(false)?;
+        site.touch(&plan)?;
+        Ok(true)
+    }
+
+    fn artefact(&mut self) -> Result<Artefact, BadInput> {
+        self.files.probed_artefact()
+    }
+
+    fn probed(&mut self, rows: ProbedRows) -> Result<Probings, BadInput> {
+        let files = self.files;
+        match rows {
+            ProbedRows::Plan if files.options.from <= CalibrationStep::Identify => files.probings(),
+            ProbedRows::Plan => files.measured(),
+            ProbedRows::Before => Ok(files.touched("validation.csv", "before.csv")?.probings),
+            ProbedRows::After => Ok(files.touched("validation.csv", "after.csv")?.probings),
+        }
+    }
+
+    fn identified(&mut self, found: &StudyOutcome<'_>) -> Result<(), BadInput> {
+        let errors = identify::write(found, &self.files.file("errors.toml"))?;
+        identify::show(found, &errors, false)?;
+        identify::warn(found);
+        Ok(())
+    }
+
+    fn errors(&mut self) -> Result<ErrorModel, BadInput> {
+        files::read_known_errors(&self.files.file("errors.toml"), &self.files.machine)
+    }
+
+    fn agrees(&mut self, question: Question<'_>) -> Result<bool, BadInput> {
+        let (files, yes) = (self.files, self.files.options.yes);
+        match question {
+            Question::Unmeasured(parameters) => {
+                let names = Model::Named(parameters.to_vec());
+                files::print(&format!(
+                    "\nnot measured: {names}. A machine that has them is worse than any limit that is printed here\n"
+                ))?;
+                let accepts = files.options.accept_missing;
+                Ok(accepts || !yes && asked("May it go on without them?")?)
+            }
+            Question::Load => {
+                let blob = files.file("machine.trax");
+                files::print("\n")?;
+                let question = format!("May {} be loaded and switched on?", blob.display());
+                Ok(yes || asked(&question)?)
+            }
+            Question::Validate => {
+                let question = "May it be validated by probing with the corrections on?";
+                let is_taken = files.options.from <= CalibrationStep::Probe;
+                let agrees = (yes || asked(question)?) && (is_taken || self.site.take_over(yes)?);
+                if !agrees {
+                    files::print("you did not want it probed\n")?;
+                }
+                Ok(agrees)
             }
         }
     }
 
-    /// What is not known of the errors (µm at the tip, 95 %, mean over the travel).
-    fn band(&self) -> Result<f64, BadInput> {
-        let band = self.over_the_travel(OVER_TRAVEL, |machine| over_travel(machine, SEED))?;
-        Ok(band.map_or(0.0, |band| band.travel.translation_um.mean))
+    fn compile(&mut self) -> Result<bool, BadInput> {
+        let files = self.files;
+        let target = self.site.target(&files.file("board.toml"))?;
+        let words = [
+            "compile",
+            &files.options.machine.display().to_string(),
+            &files.text("errors.toml"),
+            "--target",
+            &target,
+            "-o",
+            &files.text("machine.trax"),
+        ];
+        files.show(&words.map(str::to_owned))?;
+        let inputs = MachineFiles {
+            machine: files.options.machine.clone(),
+            errors: files.file("errors.toml"),
+        };
+        let blob = files.file("machine.trax");
+        let compiled = compile::usual(&inputs, blob, target::read(&target)?)?;
+        compiled.show()?;
+        Ok(compiled.made.is_right())
     }
 
-    /// Like `band`, where the parameters were fitted.
-    fn band_in_zone(&self) -> Result<f64, BadInput> {
-        let band = self.over_the_travel(1.0, |machine| over_travel(machine, SEED))?;
-        Ok(band.map_or(0.0, |band| {
-            band.zone.unwrap_or(band.travel).translation_um.mean
-        }))
+    fn load(&mut self) -> Result<(), BadInput> {
+        if let Some(active) = self.site.file().filter(|active| active.exists()) {
+            self.files.keep_previous(active)?;
+        }
+        self.site.load(&self.files.file("machine.trax"))?;
+        self.site.switch(true)
     }
 
-    /// The judgement, and how much smaller the distances of the same rows have become (mm).
-    fn validated(&self, after: &Path) -> Result<(Validation, Option<Gain>), BadInput> {
-        let machine = &self.machine;
-        let perfect = ErrorModel::perfect(machine);
-        let errors = self.errors()?;
-        let artefact = self.probed_artefact()?;
-        let known = self.known()?;
-        let band = self.band()?;
-        let distances =
-            |probings: &Probings| scatters(machine, probings, &artefact, &perfect, &known.stylus);
-        let scatter = |apart: &[f64]| {
-            let squares: f64 = apart.iter().map(|mm| mm * mm).sum();
-            Scatter {
-                rms_um: (squares / apart.len() as f64).sqrt() * 1e3,
-                largest_um: apart.iter().copied().fold(0.0, f64::max) * 1e3,
-            }
-        };
-        let before = self.validating(&self.file("before.csv"))?;
-        let balls: Vec<usize> = before.rows.iter().map(|row| row.ball).collect();
-        let before = distances(&before);
-        let after = distances(&self.validating(after)?);
-        let gain = Gain::of(&balls, &before, &after);
-        let probings = before.len();
-        let (before, after) = (scatter(&before), scatter(&after));
-        let probing = known.noise * 1e3 * 3.0_f64.sqrt();
-        let expected = SCATTER * (libm::hypot(probing, self.band_in_zone()?));
-        let is_better = after.rms_um < before.rms_um && gain.is_some_and(Gain::is_sure);
-        let validation = Validation {
-            probings,
-            before,
-            after,
-            probing_um: probing,
-            coverage_um: band,
-            expected_um: expected,
-            unseen: (self.missing(&errors)?.iter())
-                .map(Parameter::to_string)
-                .collect(),
-            is_kept: is_better && after.rms_um <= expected,
-        };
-        Ok((validation, gain))
+    fn probe_again(&mut self) -> Result<(), BadInput> {
+        let errand = self.files.errand("validation.csv", "after.csv")?;
+        // An older one was made with another compensation, and would count as this one's.
+        removed(&errand.log)?;
+        self.site.touch(&errand)
     }
+
+    fn validated(&mut self, found: &Validated) -> Result<(), BadInput> {
+        let files = self.files;
+        let json = files::json(&found.validation)?;
+        files::write(&files.file("validation.json"), json.as_bytes())?;
+        files::print(&table(found, &files.text("errors.toml")))
+    }
+
+    fn keep(&mut self) -> Result<(), BadInput> {
+        self.site.keep()
+    }
+
+    fn undo(&mut self) -> Result<(), BadInput> {
+        self.site.undo()
+    }
+}
+
+/// The figures of a validation.
+fn table(found: &Validated, errors: &str) -> String {
+    let validation = &found.validation;
+    let predicted = match validation.unseen.is_empty() {
+        true => "predicted, at most",
+        false => "predicted from the measured errors",
+    };
+    let (before, after) = (validation.before, validation.after);
+    let mut text = format!(
+        "\nvalidation at {} other positions    rms (µm)   largest\n  \
+         before                           {:>9.2} {:>9.2}\n  \
+         after                            {:>9.2} {:>9.2}\n  \
+         {predicted:<32} {:>9.2}\n",
+        validation.probings,
+        before.rms_um,
+        before.largest_um,
+        after.rms_um,
+        after.largest_um,
+        validation.expected_um
+    );
+    if !validation.unseen.is_empty() {
+        text += &format!(
+            "not measured, and not in the prediction: {}; {errors} says what would show each\n",
+            validation.unseen.join(", ")
+        );
+    }
+    if let Some(why) = found.objection() {
+        text += &format!("{why}\n");
+    }
+    text
 }
 
 /// Removes a file, if there is one.
@@ -835,6 +609,3 @@ fn removed(path: &Path) -> Result<(), BadInput> {
         _ => Ok(()),
     }
 }
-
-/// Seed of the positions over which benefit and band are averaged, as in other commands.
-const SEED: u64 = 1;

@@ -12,6 +12,18 @@ pub struct Scatter {
     pub largest_um: f64,
 }
 
+impl Scatter {
+    /// Of distances (mm).
+    #[must_use]
+    pub fn of(distances: &[f64]) -> Self {
+        let squares: f64 = distances.iter().map(|mm| mm * mm).sum();
+        Self {
+            rms_um: (squares / distances.len() as f64).sqrt() * 1e3,
+            largest_um: distances.iter().copied().fold(0.0, f64::max) * 1e3,
+        }
+    }
+}
+
 /// A compensation, verified by probings from which nothing was identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {

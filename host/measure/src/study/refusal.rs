@@ -5,7 +5,7 @@ use crate::identify::{IdentifyError, Mistake, ModelError, ThermalError};
 use trueaxis_model::errors::Parameter;
 
 /// Why there is no outcome.
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StudyRefusal {
     /// The measurements do not determine the parameters, or fit no machine.
     #[error(transparent)]

@@ -12,7 +12,7 @@ use std::thread::sleep;
 use std::time::Duration;
 use trueaxis_controllers::link::Port;
 use trueaxis_controllers::linuxcnc::LinuxCncSession;
-use trueaxis_controllers::trial::{BoardError, BoardOnTrial, RunningComponent, TrialSite};
+use trueaxis_controllers::trial::{BoardError, BoardOnTrial, RunningComponent};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::Probings;
 use trueaxis_measure::plan::{self, Feeds, Setup, collision, steps};
@@ -311,10 +311,9 @@ impl Site<'_> {
     }
 }
 
-impl TrialSite for Site<'_> {
-    type Error = BadInput;
-
-    fn switch(&mut self, on: bool) -> Result<(), BadInput> {
+impl Site<'_> {
+    /// Switches the corrections on or off, and waits until they have faded in or out.
+    pub fn switch(&mut self, on: bool) -> Result<(), BadInput> {
         match &mut self.corrects {
             Corrects::Component { name, path } => {
                 let mut component = Self::component(&mut self.moves, name, path)?;
@@ -328,7 +327,8 @@ impl TrialSite for Site<'_> {
         }
     }
 
-    fn load(&mut self, blob: &Path) -> Result<(), BadInput> {
+    /// Puts the compensation of a file in the place of the one in use, with the corrections off.
+    pub fn load(&mut self, blob: &Path) -> Result<(), BadInput> {
         match &mut self.corrects {
             Corrects::Component { name, path } => {
                 let mut component = Self::component(&mut self.moves, name, path)?;
@@ -342,7 +342,8 @@ impl TrialSite for Site<'_> {
         }
     }
 
-    fn keep(&mut self) -> Result<(), BadInput> {
+    /// What has been loaded and switched stays.
+    pub fn keep(&mut self) -> Result<(), BadInput> {
         match &mut self.corrects {
             Corrects::Component { name, path } => {
                 let mut component = Self::component(&mut self.moves, name, path)?;
@@ -356,7 +357,8 @@ impl TrialSite for Site<'_> {
         }
     }
 
-    fn undo(&mut self) -> Result<(), BadInput> {
+    /// Puts back what was there before the first change.
+    pub fn undo(&mut self) -> Result<(), BadInput> {
         match &mut self.corrects {
             Corrects::Component { name, path } => {
                 let mut component = Self::component(&mut self.moves, name, path)?;

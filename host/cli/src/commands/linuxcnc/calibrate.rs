@@ -3,7 +3,7 @@
 use super::configuration;
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::calibration::{Calibration, CalibrationOptions, Corrects, Moves, Site};
+use crate::commands::calibration::{CalibrationFiles, CalibrationOptions, Corrects, Moves, Site};
 use crate::commands::probing::{SpeedOptions, bad, started};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let folder = folder.clone();
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("calibration-{}", state.date)));
-    let calibration = Calibration::new(options, folder)?;
+    let calibration = CalibrationFiles::new(options, folder)?;
     calibration.run(&mut Site::new(
         Moves::LinuxCnc { session, speeds },
         corrects,
