@@ -11,6 +11,7 @@ mod limits;
 mod proof;
 mod room;
 mod verdict;
+mod verify;
 mod warnings;
 
 use crate::schemes::{self, Effort, Finder, Scheme, SchemeError};
@@ -29,6 +30,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
 pub use verdict::Refusal;
+pub use verify::{VerifyOutcome, VerifyRequest, verify};
 pub use warnings::{Culprit, Warning, over_bounds, worse};
 
 /// What to make, and how thoroughly to prove it.

@@ -21,10 +21,9 @@ use trueaxis_report::{
     self as report, Document, Identification, PageModel, ReportError, ReportFigures,
     ReportedCompensation,
 };
-use trueaxis_tables::compile::{self, Proof};
+use trueaxis_tables::compile::{self, VerifyOutcome, VerifyRequest};
 use trueaxis_tables::policy::{of_blob, stored, tolerance_urad};
 use trueaxis_tables::schemes;
-use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
 
 /// Write a page with a machine's errors and a compensation's effect
@@ -101,33 +100,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_ref()
         .and_then(|runtime| compile::belongs(&machine, &errors, runtime).err());
     let runtime = runtime.filter(|_| mismatch.is_none());
-    let verification = match &runtime {
-        Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
+    let verified = match &runtime {
+        Some(runtime) => Some(arguments.verified(&machine, &errors, runtime, &zero_at)?),
         None => None,
     };
-    let compensation = runtime.as_ref().zip(verification.as_ref());
-    let compensation =
-        compensation.map(
-            |(runtime, (verification, uncertainty))| ReportedCompensation {
-                runtime,
-                verification,
-                uncertainty: uncertainty.as_ref(),
-                zero_at: zero_at.as_deref(),
-                tolerance_um: arguments.tolerance,
-            },
-        );
-    let policy = match &runtime {
-        Some(runtime) => runtime.compensation().policy(),
-        None => stored(Default::default()),
-    };
-    let report = arguments.figures(
-        &machine,
-        &errors,
-        compensation,
-        &mut given,
-        policy,
-        &mismatch,
-    )?;
+    let compensation = runtime.as_ref().zip(verified.as_ref());
+    let compensation = compensation.map(|(runtime, verified)| ReportedCompensation {
+        runtime,
+        verification: &verified.verification,
+        uncertainty: verified.uncertainty.as_ref(),
+        zero_at: zero_at.as_deref(),
+        tolerance_um: arguments.tolerance,
+    });
+    let report = arguments.figures(&machine, &errors, compensation, &mut given, &mismatch)?;
     let conforms = if arguments.calibration_report {
         let calibration = std::mem::take(&mut given.calibration);
         let certificate =
@@ -136,16 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.certify(&report, &certificate)?;
         certificate.conforms()
     } else {
-        let zero = schemes::Options {
-            policy: of_blob(policy),
-            zero_at: zero_at.filter(|_| runtime.is_some()),
-            ..schemes::Options::default()
-        };
-        let zero = zero.zero(&machine, &errors);
-        let zero = zero.map_err(|error| {
-            error_source::compile(error.into(), &arguments.files, &machine, &errors)
-        })?;
-        let model = PageModel::relative_to(&machine, &errors, runtime.as_ref(), &zero);
+        let model = arguments.model(&machine, &errors, compensation)?;
         arguments.write(&report, &model)?;
         true
     };
@@ -288,9 +264,9 @@ impl Arguments {
         errors: &ErrorModel,
         compensation: Option<ReportedCompensation<'_>>,
         given: &mut Given,
-        policy: trueaxis::Policy,
         mismatch: &Option<compile::Mismatch>,
     ) -> Result<ReportFigures, BadInput> {
+        let policy = policy(compensation);
         let document = Document {
             policy: policy.to_string(),
             tolerance_urad: tolerance_urad(of_blob(policy), self.tolerance),
@@ -367,30 +343,51 @@ impl Arguments {
     }
 
     /// Compares the tables with the exact model, and computes the error that uncertain parameters leave.
-    fn prove(
+    fn verified(
         &self,
         machine: &Machine,
         errors: &ErrorModel,
         runtime: &Runtime<'_>,
-        zero_at: Option<&Vec<f64>>,
-    ) -> Result<(Proof, Option<OverTravel>), BadInput> {
-        let blame = |error| error_source::compile(error, &self.files, machine, errors);
+        zero_at: &Option<Vec<f64>>,
+    ) -> Result<VerifyOutcome, BadInput> {
+        let request = VerifyRequest {
+            tolerance_um: self.tolerance,
+            zero_at: zero_at.clone(),
+            held: Vec::new(),
+            random: self.random.random as usize,
+            seed: self.random.seed,
+        };
+        let bar = ProgressBarOnScreen::new();
+        let verified = compile::verify(machine, errors, runtime, &request, &bar);
+        verified.map_err(|error| error_source::compile(error, &self.files, machine, errors))
+    }
+
+    /// What the page draws.
+    fn model(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        compensation: Option<ReportedCompensation<'_>>,
+    ) -> Result<PageModel, BadInput> {
+        let zero_at = compensation.and_then(|compensation| compensation.zero_at);
         let subtracted = schemes::Options {
-            policy: of_blob(runtime.compensation().policy()),
-            zero_at: zero_at.cloned(),
+            policy: of_blob(policy(compensation)),
+            zero_at: zero_at.map(<[f64]>::to_vec),
             ..schemes::Options::default()
         };
         let zero = subtracted.zero(machine, errors);
-        let zero = zero.map_err(|error| blame(error.into()))?;
-        let RandomOptions { random, seed } = self.random;
-        let random = random as usize;
-        let bar = ProgressBarOnScreen::new();
-        let verification = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
-        let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
-        Ok((
-            verification.map_err(blame)?,
-            uncertainty.map_err(|error| blame(error.into()))?,
-        ))
+        let zero = zero
+            .map_err(|error| error_source::compile(error.into(), &self.files, machine, errors))?;
+        let runtime = compensation.map(|compensation| compensation.runtime);
+        Ok(PageModel::relative_to(machine, errors, runtime, &zero))
+    }
+}
+
+/// The policy of a compensation, or the usual one.
+fn policy(compensation: Option<ReportedCompensation<'_>>) -> trueaxis::Policy {
+    match compensation {
+        Some(compensation) => compensation.runtime.compensation().policy(),
+        None => stored(Default::default()),
     }
 }
 

@@ -14,10 +14,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, ReportedCompensation};
-use trueaxis_tables::compile::{self, Proof, Refusal, Size, Warning};
-use trueaxis_tables::policy::{PolicyName, of_blob, tolerance_urad};
-use trueaxis_tables::schemes;
-use trueaxis_tables::uncertainty::{OverTravel, over_travel};
+use trueaxis_tables::compile::{self, Size, VerifyOutcome, VerifyRequest};
 use trueaxis_tables::validate::Runtime;
 
 /// Compare a compensation with the rigid-body model at random positions
@@ -56,111 +53,63 @@ pub struct Arguments {
 #[derive(Serialize)]
 struct VerifyAnswer<'a> {
     file: &'a Path,
-    machine: &'a str,
     zero_at: Option<&'a str>,
     #[serde(flatten)]
-    policy: PolicyName,
-    tolerance_um: f64,
-    tolerance_urad: f64,
-    meets_tolerance: bool,
-    refusals: &'a [Refusal],
-    warnings: &'a [Warning],
-    #[serde(flatten)]
-    size: Size,
-    #[serde(flatten)]
-    verification: &'a Proof,
-    /// 95 % interval of the error that uncertain parameters leave.
-    uncertainty: Option<&'a OverTravel>,
+    outcome: &'a VerifyOutcome,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        files,
-        blob: path,
-        tolerance,
-        ..
-    } = arguments;
+    let Arguments { files, blob, .. } = arguments;
     let (machine, errors) = files.read()?;
-    let blob = files::read_blob(path)?;
-    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
-    let zero_at = arguments.zero_at.as_deref();
-    let zero_at = zero_at
-        .map(|text| position_argument::zero_position(text, &machine))
-        .transpose()?;
-    let held = arguments.held(&machine)?;
-    let policy = runtime.compensation().policy();
-    let subtracted = schemes::Options {
-        policy: of_blob(policy),
-        zero_at,
-        ..schemes::Options::default()
-    };
-    let blame = |error| error_source::compile(error, files, &machine, &errors);
-    let zero = subtracted
-        .zero(&machine, &errors)
-        .map_err(|error| blame(error.into()))?;
+    let bytes = files::read_blob(blob)?;
+    let runtime = Runtime::load(&bytes).map_err(|e| BadInput::in_blob(e, blob))?;
+    compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, blob))?;
+    let request = arguments.request(&machine)?;
     let bar = ProgressBarOnScreen::new();
-    let RandomOptions { random, seed } = arguments.random;
-    let verification = compile::prove_held(
-        &machine,
-        &errors,
-        &runtime,
-        &zero,
-        &held,
-        random as usize,
-        seed,
-        &bar,
-    )
-    .map_err(blame)?;
+    let outcome = compile::verify(&machine, &errors, &runtime, &request, &bar);
     drop(bar);
-    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), seed)
-        .map_err(|error| blame(error.into()))?;
-    let mut refusals = verification.refusals(*tolerance);
-    if !held.is_empty() {
-        // Elsewhere, deviations are reported but do not fail.
-        refusals.retain(Refusal::yields_to_best_effort);
-    }
-    let warnings = compile::worse(&verification, *tolerance);
-    let size = Size::of(&runtime);
-    let compensation = ReportedCompensation {
-        runtime: &runtime,
-        verification: &verification,
-        uncertainty: uncertainty.as_ref(),
-        zero_at: subtracted.zero_at.as_deref(),
-        tolerance_um: *tolerance,
-    };
+    let outcome = outcome.map_err(|e| error_source::compile(e, files, &machine, &errors))?;
     if arguments.json {
         files::print_json(&VerifyAnswer {
-            file: path,
-            machine: &machine.name,
+            file: blob,
             zero_at: arguments.zero_at.as_deref(),
-            policy: policy.into(),
-            tolerance_um: *tolerance,
-            tolerance_urad: tolerance_urad(of_blob(policy), *tolerance),
-            meets_tolerance: verification.meets(*tolerance),
-            refusals: &refusals,
-            warnings: &warnings,
-            size,
-            verification: &verification,
-            uncertainty: uncertainty.as_ref(),
+            outcome: &outcome,
         })?;
     } else {
-        files::print(&arguments.screen(&machine, &errors, compensation, &size)?)?;
+        let compensation = ReportedCompensation {
+            runtime: &runtime,
+            verification: &outcome.verification,
+            uncertainty: outcome.uncertainty.as_ref(),
+            zero_at: request.zero_at.as_deref(),
+            tolerance_um: arguments.tolerance,
+        };
+        files::print(&arguments.screen(&machine, &errors, compensation, &outcome.size)?)?;
     }
-    for warning in &warnings {
+    for warning in &outcome.warnings {
         eprintln!("warning: {warning}");
     }
-    for refusal in &refusals {
+    for refusal in &outcome.refusals {
         eprintln!("{refusal}");
     }
-    Ok(if refusals.is_empty() {
-        Outcome::Done
-    } else {
-        Outcome::CheckFailed
+    Ok(match outcome.refusals.is_empty() {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
     })
 }
 
 impl Arguments {
+    fn request(&self, machine: &Machine) -> Result<VerifyRequest, BadInput> {
+        let zero_at = self.zero_at.as_deref();
+        let zero_at = zero_at.map(|text| position_argument::zero_position(text, machine));
+        Ok(VerifyRequest {
+            tolerance_um: self.tolerance,
+            zero_at: zero_at.transpose()?,
+            held: self.held(machine)?,
+            random: self.random.random as usize,
+            seed: self.random.seed,
+        })
+    }
+
     /// The positions of the rotary axes for which alone the tables are made.
     fn held(&self, machine: &Machine) -> Result<Vec<(usize, f64)>, BadInput> {
         let rotary = self.rotary.as_deref();

@@ -136,18 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let comments = comments(compensation, factor_tables, length, &made, &axes);
     let first = options.limits.first;
     let text = print(&made.tables, &axes, first, &comments);
-    let bar = ProgressBarOnScreen::new();
-    bar.stage("reading it again", 0);
-    let RandomOptions { random, seed } = arguments.random;
-    let random = random as usize;
-    let verification = prove(&text, &runtime, &axes, &made, factor_tables, random, seed);
-    drop(bar);
-    let verification = verification.map_err(|e| {
-        BadInput::new(
-            format!("{}: {e}", path.display()),
-            "this is a fault of trueaxis: please report it with the file",
-        )
-    })?;
+    let verification = arguments.read_again(&text, &runtime, &axes, &made, factor_tables)?;
     let meets = verification.meets(tolerance);
     if meets {
         files::write(output, text.as_bytes())?;
@@ -213,6 +202,40 @@ fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
 }
 
 impl Arguments {
+    /// Reads the tables as the controller will, and compares them with the compensation.
+    fn read_again(
+        &self,
+        text: &str,
+        runtime: &Runtime<'_>,
+        axes: &NamedAxes,
+        made: &CecPlan,
+        factor_tables: cec::FactorTables,
+    ) -> Result<CecProof, BadInput> {
+        let bar = ProgressBarOnScreen::new();
+        bar.stage("reading it again", 0);
+        let RandomOptions { random, seed } = self.random;
+        let found = prove(
+            text,
+            runtime,
+            axes,
+            made,
+            factor_tables,
+            random as usize,
+            seed,
+        );
+        drop(bar);
+        found.map_err(|error| {
+            let blob = self.blob.as_deref().map(Path::display);
+            BadInput::new(
+                format!(
+                    "{}: {error}",
+                    blob.map_or(String::new(), |blob| blob.to_string())
+                ),
+                "this is a fault of trueaxis: please report it with the file",
+            )
+        })
+    }
+
     fn options(&self, factor_tables: cec::FactorTables, tolerance: CecTolerance) -> CecOptions {
         let mut limits = match self.controller {
             CecController::Sinumerik840D => TableLimits::SINUMERIK_840D,

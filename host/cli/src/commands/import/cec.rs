@@ -8,7 +8,7 @@ use crate::commands::{Outcome, bad_input::BadInput, files, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis::{Auxiliary, AuxiliaryKind};
+use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Draft};
 use trueaxis_controllers::cec::{
     self, CorrectionLimit, Limited, NamedAxes, ReadOptions, draft, read,
 };
@@ -93,28 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         &found.tables,
         reading.factor_tables,
     );
-    let encoded = |draft: &trueaxis::Draft| {
-        draft.encode().map_err(|error| {
-            BadInput::new(
-                format!("{}: {error}", text.name),
-                "these tables fit no compensation file: check their values, MIN, MAX and STEP",
-            )
-        })
-    };
-    let provisional = encoded(&draft)?;
-    let bar = ProgressBarOnScreen::new();
-    let runtime = Runtime::load(&provisional).map_err(CompileError::from)?;
-    let size = Size::of(&runtime);
-    let bounds = bounds_of(&machine, &runtime, SEED, &bar)?;
-    drop(bar);
-    let large = |bound: &&AxisBounds| bound.value_bound > bound.most();
-    if let (Some(bound), false) = (bounds.iter().find(large), arguments.allow_large) {
-        return Err(too_large(&text, bound));
-    }
-    for (axis, bound) in draft.axes.iter_mut().zip(&bounds) {
-        bound.set(axis);
-    }
-    files::write(output, &encoded(&draft)?)?;
+    let (size, bounds) = arguments.bounded(&machine, &text, &mut draft)?;
+    files::write(output, &encoded(&text, &draft)?)?;
     let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
     let doubts = found.doubts.iter().cloned().chain(beyond);
     let warnings: Vec<String> = doubts.map(|doubt| warned(&text, &doubt)).collect();
@@ -135,6 +115,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&(title + &screen::size(&size) + "\n" + &screen::bounds(&bounds, &largest)))?;
     }
     Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// Gives a compensation the bounds of its axes, from what its tables contain.
+    fn bounded(
+        &self,
+        machine: &Machine,
+        text: &Text,
+        draft: &mut Draft,
+    ) -> Result<(Size, Vec<AxisBounds>), BadInput> {
+        let provisional = encoded(text, draft)?;
+        let runtime = Runtime::load(&provisional).map_err(CompileError::from)?;
+        let bar = ProgressBarOnScreen::new();
+        let bounds = bounds_of(machine, &runtime, SEED, &bar)?;
+        drop(bar);
+        let large = |bound: &&AxisBounds| bound.value_bound > bound.most();
+        if let (Some(bound), false) = (bounds.iter().find(large), self.allow_large) {
+            return Err(too_large(text, bound));
+        }
+        for (axis, bound) in draft.axes.iter_mut().zip(&bounds) {
+            bound.set(axis);
+        }
+        Ok((Size::of(&runtime), bounds))
+    }
+}
+
+fn encoded(text: &Text, draft: &Draft) -> Result<AlignedBlob, BadInput> {
+    draft.encode().map_err(|error| {
+        BadInput::new(
+            format!("{}: {error}", text.name),
+            "these tables fit no compensation file: check their values, MIN, MAX and STEP",
+        )
+    })
 }
 
 /// A correction that is hardly meant.

@@ -69,41 +69,14 @@ struct SetupAnswer {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { ini, output, .. } = arguments;
+    let ini = &arguments.ini;
     let configuration = arguments.configuration()?;
-    let name = name(&configuration, arguments.name.as_deref());
     let findings = beforehand(&configuration);
     if findings.iter().any(|f| f.severity == Severity::Refused) {
         let letters = configuration.module.letters.clone();
         return arguments.refused(letters, findings);
     }
-    let imports = configuration::imported(ini, &configuration)?;
-    let table = match &arguments.table {
-        Some(table) => Some(on_table(&configuration, table)?),
-        None => None,
-    };
-    let known = MachineFacts {
-        name: &name,
-        blob: &arguments.file,
-        table: table.as_deref(),
-        enabled: arguments.enable_when_homed,
-        pivot: arguments.pivot,
-        temperatures: &[],
-    };
-    let SetupFiles {
-        hal,
-        machine,
-        errors,
-    } = setup(&configuration, known, &imports, &findings);
-    let written = [
-        ("trueaxis.hal", Some(hal)),
-        ("machine.toml", Some(machine)),
-        ("errors.toml", errors),
-    ];
-    let written = written
-        .into_iter()
-        .filter_map(|(name, text)| Some((output.join(name), text?)));
-    let written: Vec<(PathBuf, String)> = written.collect();
+    let written = arguments.made(&configuration, &findings)?;
     arguments.prepare(&written)?;
     let changed = match arguments.install {
         true => Some(with_lines(ini, &written[0].0)?),
@@ -174,6 +147,42 @@ impl Arguments {
             ));
         }
         Ok(configuration)
+    }
+
+    /// The files to write, with their texts.
+    fn made(
+        &self,
+        configuration: &Configuration,
+        findings: &[Finding],
+    ) -> Result<Vec<(PathBuf, String)>, BadInput> {
+        let imports = configuration::imported(&self.ini, configuration)?;
+        let name = name(configuration, self.name.as_deref());
+        let table = match &self.table {
+            Some(table) => Some(on_table(configuration, table)?),
+            None => None,
+        };
+        let known = MachineFacts {
+            name: &name,
+            blob: &self.file,
+            table: table.as_deref(),
+            enabled: self.enable_when_homed,
+            pivot: self.pivot,
+            temperatures: &[],
+        };
+        let SetupFiles {
+            hal,
+            machine,
+            errors,
+        } = setup(configuration, known, &imports, findings);
+        let written = [
+            ("trueaxis.hal", Some(hal)),
+            ("machine.toml", Some(machine)),
+            ("errors.toml", errors),
+        ];
+        let written = written
+            .into_iter()
+            .filter_map(|(name, text)| Some((self.output.join(name), text?)));
+        Ok(written.collect())
     }
 
     /// Makes the folder; refuses files that are there already, unless they may be replaced.
