@@ -17,12 +17,11 @@ pub use arguments::Arguments;
 use scratch::Scratch;
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::Path;
-use trueaxis_gcode::check::{self, Corrected, Exact};
+use trueaxis_gcode::check::{CheckResult, Corrected};
 use trueaxis_gcode::stream::{self, StreamError};
-use trueaxis_gcode::{Corrector, Report, Tables, Tip};
-use trueaxis_model::machine::Machine;
+use trueaxis_gcode::{Corrector, Job, JobMachine, Report};
 use trueaxis_tables::compile::Progress;
 use trueaxis_tables::validate::Runtime;
 
@@ -59,233 +58,240 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     files::prepare(arguments.output(), &arguments.inputs())?;
     let options = arguments.options()?;
     let blob = files::read_blob(&arguments.compensation)?;
-    let runtime =
-        Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, &arguments.compensation))?;
+    let runtime = Runtime::load(&blob);
+    let runtime = runtime.map_err(|e| BadInput::in_blob(e, &arguments.compensation))?;
     let compensation = runtime.compensation();
-    let tables = Tables::new(compensation).map_err(|cause| {
-        BadInput::new(
-            format!("{}: {cause}", arguments.compensation.display()),
-            "use this compensation in the controller",
-        )
-    })?;
-    let machine = match &arguments.machine {
-        Some(path) => Some(files::read_machine(path)?),
-        None => None,
-    };
-    if let (Some(machine), Some(path)) = (&machine, &arguments.machine) {
-        fits(machine, compensation, path)?;
-    }
-    let tip = machine.as_ref().map(Tip::new);
-    let no_tip = tip.as_ref().and_then(|tip| tip.as_ref().err().cloned());
-    let tip = match (tip, arguments.tcp) {
-        (Some(Err(cause)), true) => {
-            return Err(BadInput::new(
-                format!("--tcp: {cause}"),
-                "describe the machine in the workpiece frame that the controller uses, or post the program without tool-centre-point control",
-            ));
-        }
-        (Some(tip), _) => tip.ok(),
-        (None, _) => None,
-    };
-    let mut rules = arguments.rules(arguments.read_setup()?, &tables);
-    rules.has_machine = tip.is_some();
-    rules.no_tip = no_tip;
-    rules.machine = compensation.machine().to_owned();
-    let bar = ProgressBarOnScreen::new();
-    let inlined = inlined::Program::new(arguments, &rules)?;
-    let program = match &inlined {
-        Some(inlined) => inlined.path(),
-        None => arguments.program.as_path(),
-    };
-    let bad_program = |error: &StreamError| {
-        let refusal = match (&inlined, error) {
-            (Some(inlined), StreamError::Refused(refusal)) => inlined.refusal(refusal),
-            _ => return bad_program(&arguments.program, error),
-        };
-        bad_program(&arguments.program, &StreamError::Refused(refusal))
-    };
-    let bytes = std::fs::metadata(program).map_or(0, |m| m.len());
-    // Where a program computes that is what is said of it, whatever else is refused before.
-    let computes = || -> Result<(), BadInput> {
-        let done = stream::look_for_computing(open(program)?, rules.dialect);
-        done.map_err(|error| bad_program(&error))
-    };
-    let mark = arguments.mark(&blob, compensation, &tables)?;
-    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, Some(mark)) {
-        Ok(corrector) => corrector,
-        Err(cause) => {
-            computes()?;
-            return Err(BadInput::new(
-                cause,
-                "see the setup in the example of trueaxis gcode --help",
-            ));
-        }
-    };
+    let machine = arguments.machine.as_deref().map(files::read_machine);
+    let machine = machine.transpose()?;
     let errors = match (&arguments.errors, &machine) {
         (Some(path), Some(machine)) if arguments.check => Some(files::read_errors(path, machine)?),
         _ => None,
     };
-    let exact = machine.as_ref().zip(errors.as_ref());
-    let exact = exact.map(|(machine, errors)| Exact { machine, errors });
-    bar.stage("MB corrected", (bytes >> 20) as usize);
-    let reader = open(program)?;
-    let map = match arguments.check {
-        true => Some(Scratch::new().map_err(|error| {
-            BadInput::new(
-                format!("a temporary file cannot be made: {error}"),
-                "check the folder of temporary files, or leave out --check",
-            )
-        })?),
-        false => None,
+    let setup = arguments.read_setup()?;
+    let of = machine.as_ref().map(|machine| JobMachine {
+        machine,
+        errors: errors.as_ref(),
+    });
+    let job = Job::new(compensation, of, options, |tables| {
+        arguments.rules(setup, tables)
+    });
+    let job = job.map_err(|error| arguments.bad_job(&error))?;
+    let mark = arguments.mark(&blob, compensation, &job.tables)?;
+    let program = ReadProgram {
+        arguments,
+        inlined: inlined::Program::new(arguments, &job.rules)?,
+        job,
     };
-    let map = RefCell::new(map);
-    let mut failed = None;
-    let mut bad = None;
-    let mut found = None;
-    let mut seen = 0_u64;
-    let write = |file: &mut replace::NewContent<'_>| {
-        let (done, written) = ahead(file, |file| {
-            let seen = |read| {
-                if (seen + read) >> 20 != seen >> 20 {
-                    bar.step();
-                }
-                seen += read;
-            };
-            match &mut *map.borrow_mut() {
-                Some(map) => stream::correct(reader, file, map, &mut corrector, seen),
-                None => stream::correct(reader, file, &mut std::io::sink(), &mut corrector, seen),
-            }
-        });
-        let done = written.map_err(StreamError::Write).and(done);
-        done.map_err(|error| {
-            failed = Some(error);
-            std::io::Error::other("the program is refused")
-        })
-    };
-    let mut withheld = false;
-    // What the check cannot make sense of never gets its name, nor the name of the program if the check fails.
-    let accept = |corrected: &File| {
-        let mut map = map.borrow_mut();
-        let Some(map) = &mut *map else {
-            return Ok(());
-        };
-        let map = map.read()?;
-        let checked = open(program).and_then(|original| {
-            let corrected = Corrected {
-                text: BufReader::with_capacity(1 << 18, corrected),
-                map,
-            };
-            let tip = tip.as_ref();
-            check::check(original, corrected, &rules, &tables, tip, exact.as_ref(), options)
-                .map_err(|error| {
-                    BadInput::new(
-                        format!("{}: {error}", arguments.output().display()),
-                        "nothing is written; this is a mistake of trueaxis: please report it with the program",
-                    )
-                })
-        });
-        match checked {
-            Ok(checked) => {
-                withheld = arguments.in_place && !checked.holds(&options);
-                found = Some(checked);
-            }
-            Err(error) => bad = Some(error),
-        }
-        match (&bad, withheld) {
-            (None, false) => Ok(()),
-            _ => Err(std::io::Error::other("the check fails")),
-        }
-    };
-    let done = replace::replace_by(arguments.output(), write, accept);
-    drop(bar);
-    if let Some(error) = bad {
-        return Err(error);
-    }
-    if let Some(error) = failed {
-        if matches!(error, StreamError::Refused(_)) {
-            computes()?;
-        }
-        return Err(bad_program(&error));
-    }
-    let done = if withheld { Ok(()) } else { done };
-    done.map_err(|error| {
-        BadInput::new(
-            format!("{}: cannot be written: {error}", arguments.output().display()),
-            "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
-        )
-    })?;
-    if arguments.check && found.is_none() {
-        return Err(BadInput::new(
-            format!(
-                "--check: {} cannot be read back",
-                arguments.output().display()
-            ),
-            "write into a file",
-        ));
-    }
-    if let Some(inlined) = &inlined {
-        inlined.relabel(&mut corrector.report, found.as_mut());
-    }
-    let report: &Report = &corrector.report;
-    let holds = found.as_ref().is_none_or(|found| found.holds(&options));
-    let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
-    if withheld {
-        eprintln!(
-            "warning: {}: the check fails, and the program is unchanged",
-            arguments.output().display()
-        );
-    }
-    if let Some(warning) = lengths.warning(found.as_ref()) {
-        eprintln!("warning: {warning}");
-    }
-    if arguments.json {
-        let answer = screen::Answer::new(
-            arguments.output(),
-            report,
-            compensation,
-            &lengths,
-            found.as_ref(),
-        );
-        files::print_json(&answer)?;
-    } else {
-        if let Some(inlined) = &inlined {
-            files::print(&inlined.note())?;
-        }
-        files::print(&screen::report(arguments.output(), report, &options))?;
-        files::print(&lengths.note())?;
-        if let Some(found) = &found {
-            files::print(&screen::check(found, &options))?;
-        }
-    }
+    let written = program.write(mark)?;
+    let lengths = screen::Lengths::new(&written.report, &program.job.tables, machine.as_ref());
+    program.show(&written, compensation, &lengths)?;
+    let holds = written
+        .found
+        .as_ref()
+        .is_none_or(|found| found.holds(&options));
     Ok(match holds {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     })
 }
 
-/// The machine must be the one of the compensation.
-fn fits(
-    machine: &Machine,
-    compensation: &trueaxis::Largest<'_>,
-    path: &Path,
-) -> Result<(), BadInput> {
-    let same = machine.axes.len() == compensation.axes().len()
-        && machine
-            .axes
-            .iter()
-            .zip(compensation.axes())
-            .all(|(a, b)| a.letter.char() as u8 == b.name)
-        && machine.name == compensation.machine();
-    if same {
-        return Ok(());
+/// A program to be corrected.
+struct ReadProgram<'a> {
+    arguments: &'a Arguments,
+    job: Job<'a>,
+    /// Without the calls of its subprograms, if it has any.
+    inlined: Option<inlined::Program>,
+}
+
+/// A program that has been corrected.
+struct WrittenProgram {
+    report: Report,
+    /// What the check found, if one was asked for.
+    found: Option<CheckResult>,
+    /// The check failed, and the program is as it was.
+    withheld: bool,
+}
+
+impl ReadProgram<'_> {
+    /// The text without calls.
+    fn open(&self) -> Result<BufReader<File>, BadInput> {
+        open(self.path())
     }
-    Err(BadInput::new(
-        format!(
-            "{}: this is `{}`, the compensation is for `{}`, or their axes differ",
-            path.display(),
-            machine.name,
-            compensation.machine()
-        ),
-        "give the machine file from which the compensation was compiled",
-    ))
+
+    fn path(&self) -> &Path {
+        let inlined = self.inlined.as_ref();
+        inlined.map_or(&self.arguments.program, inlined::Program::path)
+    }
+
+    /// What is wrong with the program, at its own lines.
+    fn bad(&self, error: &StreamError) -> BadInput {
+        let program = &self.arguments.program;
+        match (&self.inlined, error) {
+            (Some(inlined), StreamError::Refused(refusal)) => {
+                let refusal = inlined.refusal(refusal);
+                bad_program(program, &StreamError::Refused(refusal))
+            }
+            _ => bad_program(program, error),
+        }
+    }
+
+    /// Refuses a program that computes: that is what is said of it, whatever else is refused before.
+    fn computes(&self) -> Result<(), BadInput> {
+        let done = stream::look_for_computing(self.open()?, self.job.rules.dialect);
+        done.map_err(|error| self.bad(&error))
+    }
+
+    /// Corrects the program into its file, which gets its name once the check, if one was asked for, has passed.
+    fn write(&self, mark: String) -> Result<WrittenProgram, BadInput> {
+        let (arguments, output) = (self.arguments, self.arguments.output());
+        let mut corrector = match self.job.corrector(mark) {
+            Ok(corrector) => corrector,
+            Err(cause) => {
+                self.computes()?;
+                return Err(BadInput::new(
+                    cause,
+                    "see the setup in the example of trueaxis gcode --help",
+                ));
+            }
+        };
+        let reader = self.open()?;
+        let scratch = arguments.check.then(Scratch::new).transpose();
+        let map = RefCell::new(scratch.map_err(|error| {
+            BadInput::new(
+                format!("a temporary file cannot be made: {error}"),
+                "check the folder of temporary files, or leave out --check",
+            )
+        })?);
+        let (mut failed, mut bad, mut found, mut withheld) = (None, None, None, false);
+        let write = |file: &mut replace::NewContent<'_>| {
+            let done = self.correct(reader, file, map.borrow_mut().as_mut(), &mut corrector);
+            done.map_err(|error| {
+                failed = Some(error);
+                std::io::Error::other("the program is refused")
+            })
+        };
+        // What the check cannot make sense of never gets its name, nor the name of the program if the check fails.
+        let accept = |corrected: &File| {
+            let mut map = map.borrow_mut();
+            let Some(map) = &mut *map else {
+                return Ok(());
+            };
+            match self.check(corrected, map.read()?) {
+                Ok(checked) => {
+                    withheld = arguments.in_place && !checked.holds(&self.job.options);
+                    found = Some(checked);
+                }
+                Err(error) => bad = Some(error),
+            }
+            match (&bad, withheld) {
+                (None, false) => Ok(()),
+                _ => Err(std::io::Error::other("the check fails")),
+            }
+        };
+        let done = replace::replace_by(output, write, accept);
+        if let Some(error) = bad {
+            return Err(error);
+        }
+        if let Some(error) = failed {
+            if matches!(error, StreamError::Refused(_)) {
+                self.computes()?;
+            }
+            return Err(self.bad(&error));
+        }
+        let done = if withheld { Ok(()) } else { done };
+        let output = output.display();
+        done.map_err(|error| {
+            BadInput::new(
+                format!("{output}: cannot be written: {error}"),
+                "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
+            )
+        })?;
+        if arguments.check && found.is_none() {
+            return Err(BadInput::new(
+                format!("--check: {output} cannot be read back"),
+                "write into a file",
+            ));
+        }
+        if let Some(inlined) = &self.inlined {
+            inlined.relabel(&mut corrector.report, found.as_mut());
+        }
+        Ok(WrittenProgram {
+            report: corrector.report,
+            found,
+            withheld,
+        })
+    }
+
+    /// Corrects from one file into another, with the map of its lines.
+    fn correct(
+        &self,
+        reader: BufReader<File>,
+        file: &mut replace::NewContent<'_>,
+        map: Option<&mut Scratch>,
+        corrector: &mut Corrector<'_>,
+    ) -> Result<(), StreamError> {
+        let bytes = std::fs::metadata(self.path()).map_or(0, |m| m.len());
+        let bar = ProgressBarOnScreen::new();
+        bar.stage("MB corrected", (bytes >> 20) as usize);
+        let (done, written) = ahead(file, |file| {
+            let mut before = 0_u64;
+            let seen = |read| {
+                if (before + read) >> 20 != before >> 20 {
+                    bar.step();
+                }
+                before += read;
+            };
+            match map {
+                Some(map) => stream::correct(reader, file, map, corrector, seen),
+                None => stream::correct(reader, file, &mut std::io::sink(), corrector, seen),
+            }
+        });
+        written.map_err(StreamError::Write).and(done)
+    }
+
+    fn check(&self, corrected: &File, map: impl Read) -> Result<CheckResult, BadInput> {
+        let corrected = Corrected {
+            text: BufReader::with_capacity(1 << 18, corrected),
+            map,
+        };
+        self.job.check(self.open()?, corrected).map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", self.arguments.output().display()),
+                "nothing is written; this is a mistake of trueaxis: please report it with the program",
+            )
+        })
+    }
+
+    /// Prints what was done.
+    fn show(
+        &self,
+        written: &WrittenProgram,
+        compensation: &trueaxis::Largest<'_>,
+        lengths: &screen::Lengths,
+    ) -> Result<(), BadInput> {
+        let output = self.arguments.output();
+        let (report, found) = (&written.report, written.found.as_ref());
+        if written.withheld {
+            eprintln!(
+                "warning: {}: the check fails, and the program is unchanged",
+                output.display()
+            );
+        }
+        if let Some(warning) = lengths.warning(found) {
+            eprintln!("warning: {warning}");
+        }
+        if self.arguments.json {
+            let answer = screen::Answer::new(output, report, compensation, lengths, found);
+            return files::print_json(&answer);
+        }
+        if let Some(inlined) = &self.inlined {
+            files::print(&inlined.note())?;
+        }
+        files::print(&screen::report(output, report, &self.job.options))?;
+        files::print(&lengths.note())?;
+        match found {
+            Some(found) => files::print(&screen::check(found, &self.job.options)),
+            None => Ok(()),
+        }
+    }
 }

@@ -7,7 +7,7 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_gcode::modal::Units;
-use trueaxis_gcode::{self as gcode, Dialect, Rules, Setup, Tables};
+use trueaxis_gcode::{self as gcode, Dialect, JobError, Rules, Setup, Tables};
 
 /// Correct a program before it runs, for a controller that has no compensation
 ///
@@ -200,6 +200,17 @@ impl Arguments {
             has_machine: false,
             no_tip: None,
         }
+    }
+
+    /// What cannot be corrected with, with the file that it is about.
+    pub fn bad_job(&self, error: &JobError) -> BadInput {
+        let about = match error {
+            JobError::Tables(_) => Some(&self.compensation),
+            JobError::OtherMachine { .. } => self.machine.as_ref(),
+            JobError::NoTip(_) => None,
+        };
+        let about = about.map_or(String::new(), |path| format!("{}: ", path.display()));
+        BadInput::new(format!("{about}{error}"), error.remedy())
     }
 
     /// The files that are read.
