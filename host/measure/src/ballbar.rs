@@ -4,9 +4,11 @@
 mod circle;
 mod hemisphere;
 mod read_out;
+mod record;
 mod sphere;
 
 pub use circle::{BallBarTurns, Circle, CircleError};
 pub use hemisphere::{Hemisphere, PathPoint, Uneven, program};
 pub use read_out::{BallBar, OutOfTravel, ReadOut, tip};
+pub use record::{CircleRecord, SphereRecord};
 pub use sphere::{FittedSphere, Sphere, TooFew, fitted};

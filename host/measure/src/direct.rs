@@ -15,6 +15,7 @@ pub mod iso230_7;
 mod kept;
 mod measurement;
 mod motion;
+mod record;
 mod single;
 mod solve;
 mod square;
@@ -28,6 +29,7 @@ pub use measurement::{
     AxisRuns, Means, MeasuredRuns, Measurement, MeasurementSetup, RunColumn, Square,
 };
 pub use motion::FoundMotion;
+pub use record::{DirectRecord, LocationRecord, MotionRecord, SlopeRecord, warnings};
 pub use single::Single;
 pub use solve::{DirectResult, FoundLocation, SolveOptions, solve};
 pub use warnings::{Doubt, counted_twice, misread};

@@ -10,12 +10,14 @@
 //! sin φ·cos λ are those of another place of the tip, and are in it.
 
 mod outliers;
+mod record;
 
 use crate::formats::probe::{Lobe, ProbeFile, Spherical};
 use crate::identify::deviations;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 pub use outliers::TouchSuspect;
 use outliers::outliers;
+pub use record::{LobeRecord, QualifiedRecord};
 use std::fmt;
 use trueaxis_kinematics::Nominal;
 use trueaxis_model::machine::{Machine, PerAxis};

@@ -5,8 +5,7 @@ use super::bad_input::BadInput;
 use super::files;
 use super::measured::{MeasuredFiles, positioning};
 use clap::Args;
-use serde::Serialize;
-use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
+use trueaxis_measure::direct::iso230_2::{Analysis, AxisRecord, analysis, shown};
 use trueaxis_measure::direct::{AxisRuns, misread};
 use trueaxis_model::machine::Machine;
 
@@ -48,8 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     };
     if arguments.json {
-        let all: Vec<AxisResults<'_>> = (evaluated.iter())
-            .map(|(name, line, analysis)| AxisResults::new(&imported, name, line, analysis))
+        let all: Vec<AxisRecord> = (evaluated.iter())
+            .map(|(name, line, analysis)| AxisRecord::of(&imported, name, line, analysis))
             .collect();
         files::print_json(&all)?;
     } else {
@@ -59,13 +58,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&screens.collect::<Vec<_>>().join("\n"))?;
     }
     Ok(Outcome::Done)
-}
-
-fn factor(line: &AxisRuns) -> (f64, &'static str) {
-    match line.setup.is_angular() {
-        true => (1e6, "µrad"),
-        false => (1e3, "µm"),
-    }
 }
 
 /// A number with two decimals, or a dash.
@@ -80,7 +72,7 @@ fn number(value: Option<f64>, factor: f64) -> String {
 /// The text output.
 fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> String {
     let axis = &machine.axes[line.setup.moved];
-    let (factor, unit) = factor(line);
+    let (factor, unit) = shown(line);
     let show = |value| number(value, factor);
     let mut text = format!(
         "{name}: {}, {} targets, {} runs ↑, {} ↓ ({unit})\n\n",
@@ -111,7 +103,7 @@ fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> S
             show(t.both)
         );
     }
-    if let Some(reason) = not_to_the_standard(found) {
+    if let Some(reason) = found.not_to_the_standard() {
         text += &format!("\nnot to ISO 230-2: {reason}\n");
     }
     text += "\n                                        ↑        ↓     both\n";
@@ -135,72 +127,4 @@ fn screen(machine: &Machine, name: &str, line: &AxisRuns, found: &Analysis) -> S
     row("reversal value B", none, found.reversal);
     row("mean reversal value", none, found.mean_reversal);
     text
-}
-
-/// Number of runs in each direction that the standard asks for (ISO 230-2, 5.3.2).
-const RUNS: usize = 5;
-
-/// Why figures are not those of the standard.
-fn not_to_the_standard(found: &Analysis) -> Option<String> {
-    let [up, down] = found.runs;
-    (up.max(down) < RUNS || up.min(down) != 0 && up.min(down) < RUNS).then(|| {
-        format!("it asks for {RUNS} runs in each direction, these are {up} ↑ and {down} ↓")
-    })
-}
-
-/// The results as JSON, in µm and µrad.
-#[derive(Serialize)]
-struct AxisResults<'a> {
-    file: &'a str,
-    axis: char,
-    unit: &'static str,
-    runs: [usize; 2],
-    /// Why these figures are not those of the standard.
-    not_to_the_standard: Option<String>,
-    targets: Vec<TargetAnswer>,
-    accuracy: [Option<f64>; 3],
-    systematic_deviation: [Option<f64>; 3],
-    repeatability: [Option<f64>; 3],
-    range_of_mean_deviations: Option<f64>,
-    reversal: Option<f64>,
-    mean_reversal: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct TargetAnswer {
-    target: f64,
-    mean: [Option<f64>; 2],
-    spread: [Option<f64>; 2],
-    reversal: Option<f64>,
-    repeatability: [Option<f64>; 3],
-}
-
-impl<'a> AxisResults<'a> {
-    fn new(machine: &Machine, file: &'a str, line: &AxisRuns, found: &Analysis) -> Self {
-        let (factor, unit) = factor(line);
-        let one = |v: Option<f64>| v.map(|v| v * factor);
-        let three = |[up, down]: [Option<f64>; 2], both| [up, down, both].map(one);
-        Self {
-            file,
-            axis: machine.axes[line.setup.moved].letter.char(),
-            unit,
-            runs: found.runs,
-            not_to_the_standard: not_to_the_standard(found),
-            targets: (found.targets.iter())
-                .map(|t| TargetAnswer {
-                    target: t.target,
-                    mean: t.mean.map(one),
-                    spread: t.spread.map(one),
-                    reversal: one(t.reversal),
-                    repeatability: three(t.repeatability, t.both),
-                })
-                .collect(),
-            accuracy: three(found.accuracy, found.accuracy_both),
-            systematic_deviation: three(found.systematic, found.systematic_both),
-            repeatability: three(found.repeatability, found.repeatability_both),
-            range_of_mean_deviations: one(found.mean_range),
-            reversal: one(found.reversal),
-            mean_reversal: one(found.mean_reversal),
-        }
-    }
 }

@@ -4,10 +4,9 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
-use serde::Serialize;
 use std::path::PathBuf;
 use trueaxis_measure::direct::iso230_3::{
-    Displacements, DriftAnalysis, DriftKind, Test, Unit, analysis,
+    Displacements, DriftAnalysis, DriftKind, DriftTestRecord, Unit, analysis,
 };
 use trueaxis_measure::formats::displacements;
 use trueaxis_report::picture::{Chart, Ink, Mark, Picture, Scale, Series};
@@ -58,35 +57,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
-        true => files::print_json(&Iso2303Answer::new(&measured, &found, &arguments.at))?,
+        true => files::print_json(&DriftTestRecord::of(&measured, &found, &arguments.at))?,
         false => files::print(&screen(&text.name, &measured, &found, &arguments.at))?,
     }
     Ok(Outcome::Done)
-}
-
-/// The test with its clause.
-fn title(test: Test) -> String {
-    match test {
-        Test::Environment => {
-            "environmental temperature variation error, ETVE (ISO 230-3, clause 5)".to_owned()
-        }
-        Test::Spindle => {
-            "thermal distortion by the rotating spindle (ISO 230-3, clause 6)".to_owned()
-        }
-        Test::Axis(axis) => {
-            format!("thermal distortion by moving {axis} (ISO 230-3, clause 7)")
-        }
-    }
-}
-
-/// Factor and unit as printed.
-fn shown(unit: Unit) -> (f64, &'static str) {
-    match unit {
-        Unit::Length => (1e3, "µm"),
-        Unit::Angle => (1e6, "µrad"),
-        Unit::Temperature => (1.0, "°C"),
-        Unit::Expansion => (1e6, "µm/m"),
-    }
 }
 
 /// The text output.
@@ -94,7 +68,7 @@ fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f
     let [first, last] = measured.span();
     let mut text = format!(
         "{name}: {}\n{} readings in {:.1} min",
-        title(measured.test),
+        measured.test,
         measured.readings.len(),
         (last - first) / 60.0
     );
@@ -116,7 +90,7 @@ fn screen(name: &str, measured: &Displacements, found: &[DriftAnalysis], at: &[f
         }
         text.push('\n');
         for drift in &analysis.drifts {
-            let (factor, unit) = shown(drift.unit);
+            let (factor, unit) = drift.unit.shown();
             // Avoids "-0.00".
             let number = |v: f64| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0);
             text += &format!(
@@ -173,7 +147,7 @@ fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Pictu
         Ink::Muted,
     ];
     let [first, last] = measured.span();
-    let (factor, unit) = shown(drifts[0].unit);
+    let (factor, unit) = drifts[0].unit.shown();
     let hours = |time: f64| (time - first) / 3600.0;
     let series = drifts.iter().enumerate().map(|(k, drift)| Series {
         name: drift.name.clone(),
@@ -211,71 +185,11 @@ fn picture(measured: &Displacements, what: &str, drifts: &[&DriftKind]) -> Pictu
         });
     }
     Chart {
-        title: format!("{what} over time: {}", title(measured.test)),
+        title: format!("{what} over time: {}", measured.test),
         x: Scale::exact("time (h)", [0.0, hours(last)]),
         y,
         shaded: Vec::new(),
         series,
     }
     .draw()
-}
-
-/// The results as JSON; names state the units.
-#[derive(Serialize)]
-struct Iso2303Answer<'a> {
-    test: String,
-    minutes: f64,
-    stopped_after_minutes: Option<f64>,
-    sensors_apart_mm: Option<f64>,
-    at_minutes: &'a [f64],
-    results: Vec<DriftAt<'a>>,
-}
-
-#[derive(Serialize)]
-struct DriftAt<'a> {
-    position_mm: Option<f64>,
-    drifts: Vec<DriftResults<'a>>,
-}
-
-#[derive(Serialize)]
-struct DriftResults<'a> {
-    name: &'a str,
-    unit: &'static str,
-    range: f64,
-    range_until_stop: Option<f64>,
-    range_after_stop: Option<f64>,
-    at: Vec<Option<f64>>,
-}
-
-impl<'a> Iso2303Answer<'a> {
-    fn new(measured: &Displacements, found: &'a [DriftAnalysis], at: &'a [f64]) -> Self {
-        let [first, last] = measured.span();
-        let one = |drift: &'a DriftKind| {
-            let (factor, unit) = shown(drift.unit);
-            let stopped = drift
-                .stopped
-                .map(|ranges| ranges.map(|range| range * factor));
-            DriftResults {
-                name: &drift.name,
-                unit,
-                range: drift.range * factor,
-                range_until_stop: stopped.map(|[until, _]| until),
-                range_after_stop: stopped.map(|[_, after]| after),
-                at: drift.at.iter().map(|v| v.map(|v| v * factor)).collect(),
-            }
-        };
-        Self {
-            test: title(measured.test),
-            minutes: (last - first) / 60.0,
-            stopped_after_minutes: measured.stop.map(|stop| (stop - first) / 60.0),
-            sensors_apart_mm: measured.apart,
-            at_minutes: at,
-            results: (found.iter())
-                .map(|analysis| DriftAt {
-                    position_mm: analysis.position,
-                    drifts: analysis.drifts.iter().map(one).collect(),
-                })
-                .collect(),
-        }
-    }
 }

@@ -4,10 +4,8 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
-use serde::Serialize;
 use std::path::PathBuf;
-use trueaxis_measure::direct::iso230_3::Unit;
-use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns};
+use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns, TurnsRecord};
 use trueaxis_measure::formats::revolutions;
 use trueaxis_report::picture::{Ink, Picture, Polar, PolarTurn};
 
@@ -43,18 +41,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write_pictures(folder, pictures(&measured, &found))?;
     }
     match arguments.json {
-        true => files::print_json(&Iso2307Answer::new(&measured, &found))?,
+        true => files::print_json(&TurnsRecord::of(&measured, &found))?,
         false => files::print(&screen(&text.name, &measured, &found))?,
     }
     Ok(Outcome::Done)
-}
-
-/// Factor and unit as printed.
-fn shown(motion: &ErrorMotion) -> (f64, &'static str) {
-    match motion.unit {
-        Unit::Angle => (1e6, "µrad"),
-        _ => (1e3, "µm"),
-    }
 }
 
 /// The text output.
@@ -70,7 +60,7 @@ fn screen(name: &str, measured: &Turns, found: &[ErrorMotion]) -> String {
         "off centre"
     );
     for motion in found {
-        let (factor, unit) = shown(motion);
+        let (factor, unit) = motion.unit.shown();
         let off = motion
             .off_centre
             .map_or("–".to_owned(), |v| format!("{:.2}", v * factor));
@@ -96,7 +86,7 @@ fn pictures(measured: &Turns, found: &[ErrorMotion]) -> Vec<(String, Picture)> {
 
 /// All turns, and their mean.
 fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
-    let (factor, unit) = shown(motion);
+    let (factor, unit) = motion.unit.shown();
     let around = |values: &[f64]| -> Vec<(f64, f64)> {
         let both = measured.angles.iter().zip(values);
         both.map(|(angle, value)| (*angle, value * factor))
@@ -124,45 +114,4 @@ fn picture(measured: &Turns, motion: &ErrorMotion) -> Picture {
         ],
     }
     .draw()
-}
-
-/// The results as JSON; names state the units.
-#[derive(Serialize)]
-struct Iso2307Answer<'a> {
-    turns: usize,
-    angles: usize,
-    sensors_apart_mm: Option<f64>,
-    error_motions: Vec<ErrorMotionResults<'a>>,
-}
-
-#[derive(Serialize)]
-struct ErrorMotionResults<'a> {
-    name: &'a str,
-    unit: &'static str,
-    total: f64,
-    synchronous: f64,
-    asynchronous: f64,
-    off_centre: Option<f64>,
-}
-
-impl<'a> Iso2307Answer<'a> {
-    fn new(measured: &Turns, found: &'a [ErrorMotion]) -> Self {
-        let one = |motion: &'a ErrorMotion| {
-            let (factor, unit) = shown(motion);
-            ErrorMotionResults {
-                name: &motion.name,
-                unit,
-                total: motion.total * factor,
-                synchronous: motion.synchronous * factor,
-                asynchronous: motion.asynchronous * factor,
-                off_centre: motion.off_centre.map(|v| v * factor),
-            }
-        };
-        Self {
-            turns: measured.readings.len(),
-            angles: measured.angles.len(),
-            sensors_apart_mm: measured.apart,
-            error_motions: found.iter().map(one).collect(),
-        }
-    }
 }

@@ -1,16 +1,14 @@
 //! `trueaxis measured`
 
-mod answer;
-
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::quantity::count;
-use answer::MeasuredAnswer;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{
-    AxisRuns, DirectError, DirectResult, MeasuredRuns, Measurement, SolveOptions, error_file, solve,
+    AxisRuns, DirectError, DirectRecord, DirectResult, MeasuredRuns, Measurement, SolveOptions,
+    error_file, solve, warnings,
 };
 use trueaxis_measure::formats::kind::{FileKind, kind};
 use trueaxis_measure::formats::runs;
@@ -67,6 +65,13 @@ pub struct Imported {
     pub machine: Machine,
     pub measurements: Vec<Measurement>,
     pub found: DirectResult,
+}
+
+impl Imported {
+    /// What programs read.
+    fn record(&self) -> DirectRecord {
+        DirectRecord::of(&self.machine, &self.measurements, &self.found)
+    }
 }
 
 impl MeasuredFiles {
@@ -139,15 +144,6 @@ impl MeasuredFiles {
     }
 }
 
-/// Warnings, with the file that each is about.
-fn warnings(found: &DirectResult, measurements: &[Measurement]) -> Vec<String> {
-    let said = found.doubts.iter().map(|doubt| match doubt.file() {
-        Some(file) => format!("{}: {doubt}", measurements[file].name),
-        None => doubt.to_string(),
-    });
-    said.collect()
-}
-
 pub fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
     let files = error
         .files()
@@ -165,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, measurements) = arguments.files.read(false)?;
     let imported = arguments.files.import(machine, measurements)?;
     match arguments.json {
-        true => files::print_json(&MeasuredAnswer::new(&imported))?,
+        true => files::print_json(&imported.record())?,
         false => files::print(&screen(&imported))?,
     }
     Ok(Outcome::Done)
@@ -229,10 +225,7 @@ pub fn motions(
         *text += "           from       to   reversal   uncertainty\n";
     }
     for motion in &found.motions {
-        let (factor, unit) = match motion.component >= 3 {
-            true => (1e6, "µrad"),
-            false => (1e3, "µm"),
-        };
+        let (factor, unit) = motion.shown();
         let both = motion
             .positive
             .iter()

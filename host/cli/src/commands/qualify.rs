@@ -6,10 +6,9 @@ use super::files::{self, Text};
 use super::number::{positive, size};
 use super::quantity::count;
 use clap::Args;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probe::ORDERS;
-use trueaxis_measure::qualify::{ProbePriors, Qualified, QualifyError, TouchSuspect, qualify};
+use trueaxis_measure::qualify::{ProbePriors, Qualified, QualifiedRecord, QualifyError, qualify};
 use trueaxis_measure::spheres::{Touched, read_log};
 use trueaxis_model::machine::Machine;
 
@@ -77,31 +76,6 @@ fn orders(text: &str) -> Result<usize, String> {
     orders.ok_or_else(|| format!("write a number from 1 (none) to {ORDERS}"))
 }
 
-#[derive(Serialize)]
-struct QualifyAnswer {
-    touches: usize,
-    noise_um: f64,
-    tip_radius_mm: f64,
-    tip_radius_standard_uncertainty_um: f64,
-    pole_um: f64,
-    pole_standard_uncertainty_um: f64,
-    lobes: Vec<LobeAnswer>,
-    tip_mm: [Option<f64>; 3],
-    tip_standard_uncertainty_um: [Option<f64>; 3],
-    positions: usize,
-    ball_apart_um: Option<f64>,
-    undetermined: Vec<String>,
-    outliers: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct LobeAnswer {
-    order: usize,
-    cosine_um: f64,
-    sine_um: f64,
-    standard_uncertainty_um: f64,
-}
-
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.touches];
     inputs.extend(arguments.artefact.as_deref());
@@ -115,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::write(output, found.file.to_toml().as_bytes())?;
     }
     match arguments.json {
-        true => files::print_json(&answer(&found, &log))?,
+        true => files::print_json(&QualifiedRecord::of(&found, &log))?,
         false => show(&found, &log, &known, arguments.output.as_deref())?,
     }
     Ok(outcome(&found))
@@ -162,7 +136,7 @@ pub fn show(
         said += &format!("{}: written\n", output.display());
     }
     files::print(&said)?;
-    for sentence in sentences_about(found, log) {
+    for sentence in found.warnings(log) {
         eprintln!("warning: {sentence}");
     }
     Ok(())
@@ -173,39 +147,6 @@ fn outcome(found: &Qualified) -> Outcome {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
     }
-}
-
-/// A sentence about each outlier.
-fn sentences_about(found: &Qualified, log: &[Touched]) -> Vec<String> {
-    let sentence = |outlier: &TouchSuspect| match outlier {
-        TouchSuspect::Touch(touch, off) => format!(
-            "line {}: this touch is {:+.1} µm from where the others put the ball: look at it, and remove it if it is wrong",
-            log[*touch].line,
-            off * 1e3
-        ),
-        TouchSuspect::Moved(touch, by) => format!(
-            "the ball was moved by {:.1} µm (x {:.1}, y {:.1}, z {:.1}) before line {}: look whether it is loose, and touch it again",
-            by.norm() * 1e3,
-            by.x * 1e3,
-            by.y * 1e3,
-            by.z * 1e3,
-            log[*touch].line
-        ),
-    };
-    let shift = found.shift.map(|shift| {
-        format!(
-            "from line {} on, the ball is seen {:.1} µm elsewhere (x {:.1}, y {:.1}, z {:.1}); with that the rotary positions agree to {:.1} µm instead of {:.1}: look whether it was moved; if it was not, the machine has an error that begins to matter there",
-            log[shift.touch].line,
-            shift.by.norm() * 1e3,
-            shift.by.x * 1e3,
-            shift.by.y * 1e3,
-            shift.by.z * 1e3,
-            shift.apart[1] * 1e3,
-            shift.apart[0] * 1e3
-        )
-    });
-    let outliers = found.outliers.iter().map(sentence);
-    outliers.chain(shift).collect()
 }
 
 impl Arguments {
@@ -236,32 +177,6 @@ impl Arguments {
             known.place = Some((place, uncertainty * 1e-3));
         }
         Ok(known)
-    }
-}
-
-fn answer(found: &Qualified, log: &[Touched]) -> QualifyAnswer {
-    let file = &found.file;
-    let um = |mm: f64| mm * 1e3;
-    let lobe = |lobe: &trueaxis_measure::formats::probe::Lobe| LobeAnswer {
-        order: lobe.order,
-        cosine_um: um(lobe.cosine),
-        sine_um: um(lobe.sine),
-        standard_uncertainty_um: um(lobe.uncertainty),
-    };
-    QualifyAnswer {
-        touches: found.touches,
-        noise_um: um(found.noise),
-        tip_radius_mm: file.radius,
-        tip_radius_standard_uncertainty_um: um(file.radius_uncertainty),
-        pole_um: um(file.shape.pole),
-        pole_standard_uncertainty_um: um(file.pole_uncertainty),
-        lobes: file.shape.lobes.iter().map(lobe).collect(),
-        tip_mm: file.tip,
-        tip_standard_uncertainty_um: found.tip_uncertainty.map(|value| value.map(um)),
-        positions: found.positions,
-        ball_apart_um: found.apart.map(um),
-        undetermined: found.undetermined.iter().map(ToString::to_string).collect(),
-        outliers: sentences_about(found, log),
     }
 }
 

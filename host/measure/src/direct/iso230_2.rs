@@ -1,6 +1,8 @@
 //! ISO 230-2: accuracy and repeatability of positioning, with the terms and symbols of its clause 3.
 
 use super::AxisRuns;
+use serde::Serialize;
+use trueaxis_model::machine::Machine;
 
 /// Results at one target position, in mm or rad like the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +134,105 @@ fn spread(values: &[f64]) -> Option<f64> {
 fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
     let all = ends.iter().copied();
     all.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
+}
+
+/// Number of runs in each direction that the standard asks for (ISO 230-2, 5.3.2).
+const RUNS: usize = 5;
+
+impl Analysis {
+    /// Why the figures are not those of the standard, if they are not.
+    #[must_use]
+    pub fn not_to_the_standard(&self) -> Option<String> {
+        let [up, down] = self.runs;
+        (up.max(down) < RUNS || up.min(down) != 0 && up.min(down) < RUNS).then(|| {
+            format!("it asks for {RUNS} runs in each direction, these are {up} ↑ and {down} ↓")
+        })
+    }
+}
+
+/// An analysis as it is written for programs: positions in mm or degrees, values in `unit`. Pairs are positive and
+/// negative travel; triples also both together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisRecord {
+    /// File of the runs.
+    pub file: String,
+    /// Letter of the axis.
+    pub axis: char,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+    /// Number of runs.
+    pub runs: [usize; 2],
+    /// Why these figures are not those of the standard.
+    pub not_to_the_standard: Option<String>,
+    /// Target by target.
+    pub targets: Vec<TargetRecord>,
+    /// Accuracy A.
+    pub accuracy: [Option<f64>; 3],
+    /// Systematic deviation E.
+    pub systematic_deviation: [Option<f64>; 3],
+    /// Repeatability R.
+    pub repeatability: [Option<f64>; 3],
+    /// Range of mean deviations M.
+    pub range_of_mean_deviations: Option<f64>,
+    /// Reversal value B.
+    pub reversal: Option<f64>,
+    /// Mean reversal value.
+    pub mean_reversal: Option<f64>,
+}
+
+/// Figures at a target.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TargetRecord {
+    /// Commanded position.
+    pub target: f64,
+    /// Mean deviations.
+    pub mean: [Option<f64>; 2],
+    /// Estimates of the standard uncertainty.
+    pub spread: [Option<f64>; 2],
+    /// Reversal value.
+    pub reversal: Option<f64>,
+    /// Repeatabilities.
+    pub repeatability: [Option<f64>; 3],
+}
+
+/// From mm or rad to the unit in which people read a deviation of these runs.
+#[must_use]
+pub fn shown(line: &AxisRuns) -> (f64, &'static str) {
+    match line.setup.is_angular() {
+        true => (1e6, "µrad"),
+        false => (1e3, "µm"),
+    }
+}
+
+impl AxisRecord {
+    /// Of an analysis, with the runs that it is of.
+    #[must_use]
+    pub fn of(machine: &Machine, file: &str, line: &AxisRuns, found: &Analysis) -> Self {
+        let (factor, unit) = shown(line);
+        let one = |v: Option<f64>| v.map(|v| v * factor);
+        let three = |[up, down]: [Option<f64>; 2], both| [up, down, both].map(one);
+        let target = |t: &AtTarget| TargetRecord {
+            target: t.target,
+            mean: t.mean.map(one),
+            spread: t.spread.map(one),
+            reversal: one(t.reversal),
+            repeatability: three(t.repeatability, t.both),
+        };
+        Self {
+            file: file.to_owned(),
+            axis: machine.axes[line.setup.moved].letter.char(),
+            unit,
+            runs: found.runs,
+            not_to_the_standard: found.not_to_the_standard(),
+            targets: found.targets.iter().map(target).collect(),
+            accuracy: three(found.accuracy, found.accuracy_both),
+            systematic_deviation: three(found.systematic, found.systematic_both),
+            repeatability: three(found.repeatability, found.repeatability_both),
+            range_of_mean_deviations: one(found.mean_range),
+            reversal: one(found.reversal),
+            mean_reversal: one(found.mean_reversal),
+        }
+    }
 }
 
 #[cfg(test)]

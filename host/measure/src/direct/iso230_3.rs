@@ -5,6 +5,9 @@
 //! counts from the first reading. Inclinations follow from two sensors in the same direction: turning by a small angle
 //! EA about X and EB about Y moves a point at +z by EB·z in X and by −EA·z in Y.
 
+use serde::Serialize;
+use std::fmt;
+
 /// Which test was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Test {
@@ -203,6 +206,113 @@ fn value(course: &[[f64; 2]], time: f64) -> Option<f64> {
     }
     let [t0, v0] = course[after.checked_sub(1)?];
     Some(v0 + (v1 - v0) * (time - t0) / (t1 - t0))
+}
+
+impl Unit {
+    /// From the unit of the values to the one in which people read them.
+    #[must_use]
+    pub fn shown(self) -> (f64, &'static str) {
+        match self {
+            Self::Length => (1e3, "µm"),
+            Self::Angle => (1e6, "µrad"),
+            Self::Temperature => (1.0, "°C"),
+            Self::Expansion => (1e6, "µm/m"),
+        }
+    }
+}
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Environment => {
+                f.write_str("environmental temperature variation error, ETVE (ISO 230-3, clause 5)")
+            }
+            Self::Spindle => {
+                f.write_str("thermal distortion by the rotating spindle (ISO 230-3, clause 6)")
+            }
+            Self::Axis(axis) => {
+                write!(
+                    f,
+                    "thermal distortion by moving {axis} (ISO 230-3, clause 7)"
+                )
+            }
+        }
+    }
+}
+
+/// A test as it is written for programs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriftTestRecord {
+    /// Name and clause.
+    pub test: String,
+    /// From the first to the last reading.
+    pub minutes: f64,
+    /// When what warms the machine stopped, if it did.
+    pub stopped_after_minutes: Option<f64>,
+    /// Distance of the second pair of sensors from the first.
+    pub sensors_apart_mm: Option<f64>,
+    /// Times of the values in `at`, from the first reading.
+    pub at_minutes: Vec<f64>,
+    /// For each position of the axis, or one.
+    pub results: Vec<DriftPositionRecord>,
+}
+
+/// Drifts at a position of the axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriftPositionRecord {
+    /// The position, if it was stated.
+    pub position_mm: Option<f64>,
+    /// Displacements, tilts and temperatures.
+    pub drifts: Vec<DriftCourseRecord>,
+}
+
+/// A drift.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriftCourseRecord {
+    /// What drifts.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: &'static str,
+    /// Largest less smallest value.
+    pub range: f64,
+    /// The same until the stop.
+    pub range_until_stop: Option<f64>,
+    /// The same after it.
+    pub range_after_stop: Option<f64>,
+    /// Values at `at_minutes`.
+    pub at: Vec<Option<f64>>,
+}
+
+impl DriftTestRecord {
+    /// Of an [`analysis`] with the values at some times (minutes).
+    #[must_use]
+    pub fn of(measured: &Displacements, found: &[DriftAnalysis], at_minutes: &[f64]) -> Self {
+        let [first, last] = measured.span();
+        let drift = |drift: &DriftKind| {
+            let (factor, unit) = drift.unit.shown();
+            let stopped = drift.stopped.map(|ranges| ranges.map(|v| v * factor));
+            DriftCourseRecord {
+                name: drift.name.clone(),
+                unit,
+                range: drift.range * factor,
+                range_until_stop: stopped.map(|[until, _]| until),
+                range_after_stop: stopped.map(|[_, after]| after),
+                at: drift.at.iter().map(|v| v.map(|v| v * factor)).collect(),
+            }
+        };
+        let position = |analysis: &DriftAnalysis| DriftPositionRecord {
+            position_mm: analysis.position,
+            drifts: analysis.drifts.iter().map(drift).collect(),
+        };
+        Self {
+            test: measured.test.to_string(),
+            minutes: (last - first) / 60.0,
+            stopped_after_minutes: measured.stop.map(|stop| (stop - first) / 60.0),
+            sensors_apart_mm: measured.apart,
+            at_minutes: at_minutes.to_vec(),
+            results: found.iter().map(position).collect(),
+        }
+    }
 }
 
 #[cfg(test)]

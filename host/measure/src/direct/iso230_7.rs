@@ -9,6 +9,7 @@
 
 use super::iso230_3::Unit;
 use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
 
 /// Readings at the same angles in every turn.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,6 +181,60 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
         (low.min(v), high.max(v))
     });
     ends.1 - ends.0
+}
+
+/// Error motions as they are written for programs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TurnsRecord {
+    /// Number of turns.
+    pub turns: usize,
+    /// Number of angles in each.
+    pub angles: usize,
+    /// Distance of the second pair of sensors from the first.
+    pub sensors_apart_mm: Option<f64>,
+    /// The error motions.
+    pub error_motions: Vec<ErrorMotionRecord>,
+}
+
+/// Values of an error motion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ErrorMotionRecord {
+    /// Name, with its sensitive direction.
+    pub name: String,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+    /// Total error motion value.
+    pub total: f64,
+    /// Synchronous error motion value.
+    pub synchronous: f64,
+    /// Asynchronous error motion value.
+    pub asynchronous: f64,
+    /// Distance of the centre from that of the sensors' zero.
+    pub off_centre: Option<f64>,
+}
+
+impl TurnsRecord {
+    /// Of the [error motions](Turns::error_motions) of turns.
+    #[must_use]
+    pub fn of(measured: &Turns, found: &[ErrorMotion]) -> Self {
+        let one = |motion: &ErrorMotion| {
+            let (factor, unit) = motion.unit.shown();
+            ErrorMotionRecord {
+                name: motion.name.clone(),
+                unit,
+                total: motion.total * factor,
+                synchronous: motion.synchronous * factor,
+                asynchronous: motion.asynchronous * factor,
+                off_centre: motion.off_centre.map(|v| v * factor),
+            }
+        };
+        Self {
+            turns: measured.readings.len(),
+            angles: measured.angles.len(),
+            sensors_apart_mm: measured.apart,
+            error_motions: found.iter().map(one).collect(),
+        }
+    }
 }
 
 #[cfg(test)]

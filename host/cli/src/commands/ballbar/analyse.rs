@@ -3,9 +3,10 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::Text;
-use super::answer::{BallbarAnswer, OnCircle, OnSphere};
+use super::answer::{BallbarAnswer, bad_circle, bad_sphere};
 use clap::Args;
 use std::path::PathBuf;
+use trueaxis_measure::ballbar::{CircleRecord, SphereRecord};
 use trueaxis_measure::formats::radii::{self, RadiusReadings};
 
 /// Evaluate readings: size and form of a sphere, or G, F and H
@@ -37,10 +38,12 @@ impl Analyse {
                 let directions: Vec<_> = directions
                     .map(|(place, radial)| (place.normalize(), *radial))
                     .collect();
-                answer.measured = Some(OnSphere::of(found.radius, &directions)?);
+                let record = SphereRecord::of(found.radius, &directions);
+                answer.measured = Some(record.map_err(bad_sphere)?);
             }
             RadiusReadings::Circle(turns) => {
-                answer.circle = Some(OnCircle::of(found.radius, found.plane.as_deref(), turns)?);
+                let record = CircleRecord::of(found.radius, found.plane.as_deref(), turns);
+                answer.circle = Some(record.map_err(bad_circle)?);
             }
         }
         answer.print(self.json)?;

@@ -4,11 +4,11 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
 use super::SimulatedTest;
-use super::answer::{BallbarAnswer, OnSphere};
+use super::answer::{BallbarAnswer, bad_sphere};
 use clap::Args;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::ballbar::{PathPoint, ReadOut};
+use trueaxis_measure::ballbar::{PathPoint, ReadOut, SphereRecord};
 use trueaxis_model::explain::Bench;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
@@ -54,7 +54,7 @@ impl Simulate {
             let readings: Vec<_> = (places.zip(read))
                 .map(|(place, read)| (Vector3::from(place.at).normalize(), read.deviation))
                 .collect();
-            OnSphere::of(radius, &readings)
+            SphereRecord::of(radius, &readings).map_err(bad_sphere)
         };
         let mut last = bar.read(&path, None);
         let mut answer = BallbarAnswer {
