@@ -37,7 +37,7 @@
 //! Positions and corrections are in mm and degrees. Only the feature `encode`, with which hosts build blobs (`Draft`),
 //! allocates.
 
-// Modules, each of which uses only those before it: `format`, `description`, `room`, `weights`, `inputs`, `lag`,
+// Modules, most of which use only those before them: `format`, `description`, `room`, `weights`, `inputs`, `lag`,
 // `load_error`, `checksum`, `header` (shared numbers and data) · `plan` (the data that evaluation reads, and the
 // guarantees of its unsafe code) · `access`, `product`, `kernel` (the evaluation) · `contents`, `blob`, `magnitude`,
 // `reach` (the rest of the blob, and its checks) · `compensation` · `measure`, `handle`, `draft` (around it) ·

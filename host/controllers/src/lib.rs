@@ -3,7 +3,7 @@
 //!
 //! Builds on `trueaxis-model` and `trueaxis-tables`.
 
-// Modules, each of which uses only those before it: `cec` · `positions`, `sampled` (a compensation on a grid of fewer
+// Modules, most of which use only those before them: `cec` · `positions`, `sampled` (a compensation on a grid of fewer
 // axes), `difference` (what a file leaves of it) · `fanuc` · `rigid_body` (the machine as controls with a model of it
 // see it), `isg`, `heidenhain` · `height_map`, `klipper`, `reprapfirmware`, `skew` (printers) · `linuxcnc` with
 // `formats`, `comp_file` and `session` (a LinuxCNC that is running) · `link` · `trial` (a compensation until it is

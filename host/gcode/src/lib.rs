@@ -5,6 +5,8 @@
 //! words, and further lines). Nothing else than the line and what holds before it is kept, so that a program may be
 //! as long as it likes.
 
+#![forbid(unsafe_code)]
+
 pub mod arc;
 pub mod axes;
 mod bend;

@@ -3,7 +3,7 @@
 //!
 //! Uses `trueaxis-tables`.
 
-// Modules, each of which uses only those before it: `program` (straight-line code as a tree) · `lower` (from a
+// Modules, most of which use only those before them: `program` (straight-line code as a tree) · `lower` (from a
 // compensation to it) · `interpret`, `proof` (what it computes, beside the general evaluation) · `check` (inputs at
 // which a wrong build differs) · `rust`, `c` (printed).
 

@@ -3,7 +3,7 @@
 //!
 //! Builds on `trueaxis-model`, and on `trueaxis-tables` for errors that remain under a compensation.
 
-// Modules, each of which uses only those before it: `instrument` (what each kind of instrument, or a cut part, shows
+// Modules, most of which use only those before them: `instrument` (what each kind of instrument, or a cut part, shows
 // of exact poses, and its set-up) · `formats` (artefacts, probings, observations, readings, temperatures) · `direct`
 // (from runs of instruments to error motions and squareness; ISO 230-2, -3, -7) · `ballbar` · `simulate` · `identify`
 // (from probings and observations to error parameters) · `clearance` (distances of solids over moves) · `plan` (what

@@ -3,7 +3,7 @@
 //!
 //! Uses the kinematics and, for positions as a controller reads them, the runtime.
 
-// Modules, each of which uses only those before it: `source` (places in files, errors with remedies) · `formats` (CSV;
+// Modules, most of which use only those before them: `source` (places in files, errors with remedies) · `formats` (CSV;
 // units) · `machine`, `errors` (their files, names, uncertainties) · `kinematics` (paths of the kinematics in the
 // host) · `positions`, `motion`, `pose` (rows of positions, tool and axes there) · `explain`.
 

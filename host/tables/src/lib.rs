@@ -3,7 +3,7 @@
 //!
 //! Builds on `trueaxis-model`.
 
-// Modules, each of which uses only those before it: `validate` (the effect of a compensation on the volumetric error)
+// Modules, most of which use only those before them: `validate` (the effect of a compensation on the volumetric error)
 // · `policy` (what rotary axes correct) · `cost`, `size`, `target` (instructions, counts, capacities of a controller)
 // · `schemes` (from errors to tables) · `reversal` · `compile` (scheme, bounds, blob, verification) · `contents` (the parts
 // of a blob) · `uncertainty` · `made` (one compensation with everything that is said of it: what may be written,

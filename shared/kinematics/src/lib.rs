@@ -45,7 +45,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-// Modules, each of which uses only those before it: `machine`, `axis`, `check` (the chain, and whether it can be
+// Modules, most of which use only those before them: `machine`, `axis`, `check` (the chain, and whether it can be
 // corrected) · `parameter`, `motion`, `errors` (its errors) · `nominal` (poses and Jacobian without errors) · `chain`,
 // `policy`, `correction`, `linearised`, `sensitivity` (with errors) · `stored` (machine and errors in a file) · `sine`
 // (the source of sine and cosine).
