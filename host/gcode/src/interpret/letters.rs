@@ -127,6 +127,8 @@ fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
             b"PQ".contains(&letter) || dialect == Dialect::Haas && letter == b'E'
         }
         Code::Neutral(Group::Spindle) => letter == b'D',
+        // R: how smooth.
+        Code::LookAhead(own, _) => letter == own || letter == b'R',
         _ => false,
     }
 }
