@@ -312,7 +312,7 @@ fn ac_and_ic_of_a_sinumerik_lead_where_plain_words_lead() {
     );
     let own = of(
         "X=IC(140) Y=AC(30)\nG91 X5 Y=AC(90)\nG90 G3 X=IC(-10) Y=IC(10) I=AC(145) J=AC(90)\nG2 X=IC(-20) Y120 I=IC(0) J=AC(120)\n\
-         G1 X=ac(20) Y110\nG91 X5. Y=IC( 10)\nG90 G3 X25 Y120 I=AC(30)",
+         G1 X=ac(20) Y110\nG91 X5. Y=IC(10)\nG90 G3 X25 Y120 I=AC(30)",
     );
     let [expected, found] = [&plain, &own].map(|text| places(text));
     assert_eq!(found.len(), expected.len(), "{own}{plain}");
