@@ -5,7 +5,7 @@ use super::digits::number_at;
 use super::{Block, Word};
 use crate::axes;
 use crate::codes::{self, Code};
-use crate::fault::Fault;
+use crate::fault::{Fault, Kind};
 
 /// What a line that is not read does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,6 +97,15 @@ impl Block {
                 b"RESTORE_GCODE_STATE" => Command::Restores,
                 b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => {
                     return Err(corrects(start..line.len()));
+                }
+                // RepRapFirmware's, around lines that move.
+                b"IF" | b"ELIF" | b"ELSE" | b"WHILE" => {
+                    return Err(Fault::new(
+                        start..line.len(),
+                        "a condition or a loop: the program computes",
+                        "take it out, or move it with its lines into a macro of the firmware",
+                    )
+                    .kind(Kind::Flow));
                 }
                 b"SET_KINEMATIC_POSITION" => return Err(shifts(start..line.len())),
                 b"SET_GCODE_OFFSET" if offsets_xy(rest) => {
@@ -351,6 +360,8 @@ mod tests {
             "SET_GCODE_OFFSET Y=1.5",
             "set_gcode_offset x_adjust=0.1 z=0",
             "SET_KINEMATIC_POSITION X=0",
+            "while iterations < 3",
+            "  if move.axes[0].homed",
         ] {
             assert!(block.scan(line.as_bytes(), Dialect::Printer).is_err());
         }

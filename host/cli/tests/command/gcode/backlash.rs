@@ -111,7 +111,7 @@ fn adaptive_in_chords() -> String {
     post.down(20.0, 40.0, 45.0);
     for k in 0..40 * 48 {
         let turns = f64::from(k) / 48.0;
-        let (s, c) = (TAU * turns).sin_cos();
+        let (s, c) = libm::sincos(TAU * turns);
         post.to(20.0 + 2.5 * turns + 8.0 * c, 40.0 + 8.0 * s);
     }
     post.end()
@@ -165,8 +165,8 @@ fn contour_in_chords() -> String {
     for level in 0..4 {
         post.down(125.0, 60.0, 50.0 - 3.0 * f64::from(level));
         for k in 1..=300 {
-            let (s, c) = (TAU * f64::from(k) / 300.0).sin_cos();
-            let r = 40.0 + 8.0 * (5.0 * TAU * f64::from(k) / 300.0).sin();
+            let (s, c) = libm::sincos(TAU * f64::from(k) / 300.0);
+            let r = 40.0 + 8.0 * libm::sin(5.0 * TAU * f64::from(k) / 300.0);
             post.to(77.0 + r * c + 8.0 * f64::from(k == 300), 60.0 + r * s);
         }
     }
@@ -179,7 +179,7 @@ fn spiral_pocket() -> String {
     post.down(70.0, 60.0, 46.0);
     for k in 0..14 * 72 {
         let turns = f64::from(k) / 72.0;
-        let (s, c) = (TAU * turns).sin_cos();
+        let (s, c) = libm::sincos(TAU * turns);
         post.to(70.0 + 3.0 * turns * c, 60.0 + 3.0 * turns * s);
     }
     post.end()
@@ -230,7 +230,7 @@ fn surface_raster() -> String {
         for k in 0..=90 {
             let k = if row % 2 == 0 { k } else { 90 - k };
             let x = 10.0 + 1.4 * f64::from(k);
-            let z = 45.0 + 4.0 * (x / 17.0).sin() * (y / 11.0).cos();
+            let z = 45.0 + 4.0 * libm::sin(x / 17.0) * libm::cos(y / 11.0);
             post.go("G1", &[('X', x), ('Y', y), ('Z', z)], "");
         }
     }
@@ -246,7 +246,7 @@ fn waterlines() -> String {
         post.down(75.0 + r, 70.0, z);
         let chords = 60 + 4 * level;
         for k in 1..=chords {
-            let (s, c) = (TAU * f64::from(k) / f64::from(chords)).sin_cos();
+            let (s, c) = libm::sincos(TAU * f64::from(k) / f64::from(chords));
             post.to(75.0 + r * c, 70.0 + 0.8 * r * s);
         }
     }
@@ -276,7 +276,7 @@ fn engraving() -> String {
         post.down(x + 7.0, y, 52.7);
         for k in 0..=12 {
             // A stroke with a bow.
-            let (s, c) = (TAU * (0.5 - f64::from(k) / 24.0)).sin_cos();
+            let (s, c) = libm::sincos(TAU * (0.5 - f64::from(k) / 24.0));
             post.to(x + 8.5 + 1.5 * c, y + 5.0 + 4.0 * s);
         }
     }
@@ -294,8 +294,8 @@ fn five_axes() -> String {
             let k = if row % 2 == 0 { k } else { 80 - k };
             let u = f64::from(k) / 80.0;
             let (x, y) = (60.0 * (u - 0.5), 2.0 * f64::from(row) - 20.0);
-            let z = 10.0 + 6.0 * (TAU * u).sin();
-            let (a, c) = (-20.0 - 15.0 * (TAU * u).cos(), 30.0 * (u - 0.5));
+            let z = 10.0 + 6.0 * libm::sin(TAU * u);
+            let (a, c) = (-20.0 - 15.0 * libm::cos(TAU * u), 30.0 * (u - 0.5));
             let axes = [('X', x), ('Y', y), ('Z', z), ('A', a), ('C', c)];
             let feed = if (row, k) == (0, 0) { "F900" } else { "" };
             post.go("G1", &axes, feed);
