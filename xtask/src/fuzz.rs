@@ -155,6 +155,8 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
         "G21 G90 G17\nG0 X1. Y1. Z1.\nM98 P2\nG0 G43.4 H1 X2. Y2. Z4.\nG1 X3. F90.\nM30\nO2\nG91 G1 X1. F80.\nG90 M99\n",
         "G21 G90 G17 F90.\nG41 D1 G1 X5.\nG3 X7. Y2. J2.\nG40 G0 Y0.\nG91 G2 I-3. P2\nG19 G3 J1. X2.\nG90.1 G17 G2 X0. Y0. I3. J3.\n",
     ];
+    let printer = "G21\nG90\nM82\nG92 E0\nG1 X10 Y-20 Z30 F600\nG1 X20 E.5\nG2 X30 Y-10 I5 J5 E.9\nG1 E.1\nM83\nG91\nN5 M104 S200\nG1 X-9 E.3\nG28 X\nG90\nG92 X3\nG0 X5\n";
+    put(corpus, "printer", &[24, 52, 80], printer.as_bytes())?;
     for (number, program) in programs.iter().enumerate() {
         // All dialects, plus those of LinuxCNC with other reversal methods.
         let name = format!("program-{number}");

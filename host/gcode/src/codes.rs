@@ -48,6 +48,8 @@ pub enum Code {
     Retract(Retract),
     /// G43.4.
     TipOn,
+    /// G5, G5.1, G5.4, G8 of Fanuc's: the letter with its value 0 or this one only looks ahead.
+    LookAhead(u8, u16),
     /// G61, G61.1, G64, G96, G97, G69: nothing that positions depend on.
     Neutral(Group),
 }
@@ -92,6 +94,8 @@ pub enum Group {
     Path,
     /// Group 14.
     Spindle,
+    /// Looking ahead.
+    LookAhead,
     /// Rotation of coordinates.
     Turn,
 }
@@ -118,6 +122,7 @@ impl Code {
             Self::ToolLength(_) | Self::TipOn => Group::Length,
             Self::System(_) => Group::System,
             Self::Retract(_) => Group::Retract,
+            Self::LookAhead(..) => Group::LookAhead,
             Self::Neutral(group) => group,
         }
     }

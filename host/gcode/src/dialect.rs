@@ -152,8 +152,6 @@ pub struct Table {
     pub doubts_tool_offset: bool,
     /// True if M6 moves axes where the setup does not say it.
     pub tool_change_moves: bool,
-    /// True if G5, G5.1 and G8 are only about looking ahead.
-    pub looks_ahead: bool,
     /// True for printers: E belongs to moves, each line has its own motion word, and lines that move no axes are not read.
     pub printer: bool,
 }
@@ -198,7 +196,6 @@ impl Table {
         h0_is_none: false,
         doubts_tool_offset: false,
         tool_change_moves: false,
-        looks_ahead: false,
         printer: false,
     };
 }
@@ -228,7 +225,11 @@ impl Dialect {
     #[must_use]
     pub fn g(self, tenths: u16) -> Option<Code> {
         let own = || own(self.table().g, tenths);
-        codes::g(tenths).or_else(own)
+        let everywhere = codes::g(tenths);
+        // G58 and G59 of a Sinumerik move coordinates by the words of their line.
+        let has_system =
+            |code: &Code| !(self.table().has_names && matches!(code, Code::System(5 | 6)));
+        everywhere.filter(has_system).or_else(own)
     }
 
     /// What a word M (in tenths) asks for; `None` if it is not known.

@@ -10,9 +10,19 @@ pub struct Extruder {
     /// The last of M82, M83, G90 and G91.
     last: Option<Distance>,
     /// What an absolute E counts from; `None`: not known.
-    pub at: Option<f64>,
+    at: Option<Length>,
     /// The sum of everything that was extruded, as far as it is known.
-    pub total: f64,
+    total: Length,
+}
+
+/// Lengths of filament in billionths of the program's unit: sums of words are exact, however many there are.
+type Length = i128;
+
+/// Of a unit.
+const PER_UNIT: f64 = 1e9;
+
+fn length(value: f64) -> Length {
+    (value * PER_UNIT).round() as Length
 }
 
 impl Extruder {
@@ -25,6 +35,23 @@ impl Extruder {
     /// G90, G91, which change E in some firmwares.
     pub fn set_axes(&mut self, distance: Distance) {
         self.last = Some(distance);
+    }
+
+    /// What an absolute E counts from, in units of the program; `None`: not known.
+    #[must_use]
+    pub fn at(&self) -> Option<f64> {
+        self.at.map(|at| at as f64 / PER_UNIT)
+    }
+
+    /// G92: what E counts from here on; `None`: not known.
+    pub fn set_at(&mut self, at: Option<f64>) {
+        self.at = at.map(length);
+    }
+
+    /// How much more this one has extruded, in units of the program.
+    #[must_use]
+    pub fn ahead_of(&self, other: &Self) -> f64 {
+        (self.total - other.total) as f64 / PER_UNIT
     }
 
     /// Nothing is known any more.
@@ -46,6 +73,7 @@ impl Extruder {
 
     /// A word E; how much it extrudes, if that is known.
     pub fn extrude(&mut self, value: f64, distance: Option<Distance>) -> Option<f64> {
+        let value = length(value);
         let by = match distance {
             Some(Distance::Absolute) => self.at.map(|at| value - at),
             Some(Distance::Incremental) => Some(value),
@@ -56,15 +84,15 @@ impl Extruder {
             Some(Distance::Incremental) => self.at.map(|at| at + value),
             None => None,
         };
-        self.total += by.unwrap_or(0.0);
-        by
+        self.total += by.unwrap_or(0);
+        by.map(|by| by as f64 / PER_UNIT)
     }
 
     /// True if both have extruded the same and go on from the same place.
     #[must_use]
     pub fn agrees(&self, other: &Self) -> bool {
-        /// What sums of rounded words differ by, where nothing is lost.
-        const SAME: f64 = 1e-6;
+        /// Digits beyond those that are written, at most.
+        const SAME: Length = 1000;
         let places = match (self.at, other.at) {
             (Some(a), Some(b)) => (a - b).abs() < SAME,
             (a, b) => a == b,
@@ -78,6 +106,20 @@ impl Extruder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_million_words_extrude_what_one_does() {
+        let [mut many, mut one] = [Extruder::default(); 2];
+        one.set_at(Some(0.0));
+        many.set_at(Some(0.0));
+        for _ in 0..1_000_000 {
+            many.extrude(0.1, Some(Distance::Incremental));
+        }
+        assert_eq!(one.extrude(1e5, Some(Distance::Absolute)), Some(1e5));
+        assert_eq!(many.ahead_of(&one), 0.0);
+        assert_eq!(many.at(), Some(1e5));
+        assert!(many.agrees(&one));
+    }
 
     #[test]
     fn where_firmwares_differ_the_mode_is_not_known() {

@@ -9,6 +9,7 @@ use super::axes;
 use super::codes::{Code, Machine};
 use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
+use super::modal::Distance;
 use digits::{Number, number_at};
 pub(crate) use names::number_of_name;
 pub use printer::Command;
@@ -25,15 +26,23 @@ pub struct Word {
     pub start: usize,
     /// Where the number begins.
     pub number: usize,
-    /// Behind the last digit.
+    /// Behind the word.
     pub end: usize,
     /// Digits behind the point.
     pub decimals: usize,
     /// True if there is a point.
     pub point: bool,
+    /// What it counts from, where it says so itself: a Sinumerik's AC and IC, with a bracket after the digits.
+    pub distance: Option<Distance>,
 }
 
 impl Word {
+    /// Bytes of the number.
+    #[must_use]
+    pub fn digits(&self) -> std::ops::Range<usize> {
+        self.number..self.end - usize::from(self.distance.is_some())
+    }
+
     /// Bytes.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
@@ -247,9 +256,17 @@ impl Block {
     }
 
     fn scan_words(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
-        if dialect.table().printer && self.scan_printer(line)? {
+        if !dialect.table().printer {
+            return self.scan_letters(line, dialect);
+        }
+        if self.scan_printer(line)? {
             return Ok(());
         }
+        self.scan_letters(line, dialect)?;
+        self.one_command()
+    }
+
+    fn scan_letters(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
         let mut at = 0;
         while let Some(&byte) = line.get(at) {
             match byte {
@@ -335,6 +352,7 @@ impl Block {
                 end,
                 decimals: 0,
                 point: false,
+                distance: None,
             });
             return Ok(end);
         }
@@ -363,6 +381,7 @@ impl Block {
             end,
             decimals,
             point,
+            distance: None,
         };
         self.add(word)
     }

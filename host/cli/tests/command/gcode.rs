@@ -1,6 +1,7 @@
 //! `trueaxis gcode`: programs corrected.
 
 mod accepted;
+mod backlash;
 mod cycles;
 mod dialects;
 mod five_axes;

@@ -13,6 +13,14 @@ pub(super) const G: &[(u16, Code)] = &[
     (541, Code::System(100)),
     (1540, Code::System(100)),
     (90, Code::Neutral(Group::Path)),
+    (50, Code::LookAhead(b'P', 10_000)),
+    (51, Code::LookAhead(b'Q', 1)),
+    (54, Code::LookAhead(b'Q', 1)),
+    (80, Code::LookAhead(b'P', 1)),
+    // How fast corners are taken: Mitsubishi's high accuracy, less feed inside corners, tapping.
+    (611, Code::Neutral(Group::Path)),
+    (620, Code::Neutral(Group::Path)),
+    (630, Code::Neutral(Group::Path)),
     // What ends scaling, mirrors, polar coordinates, modal macros and rotations, none of which may have begun.
     (150, Code::Neutral(Group::Turn)),
     (500, Code::Neutral(Group::Turn)),
@@ -70,6 +78,5 @@ pub const TABLE: Table = Table {
     h0_is_none: true,
     doubts_tool_offset: true,
     tool_change_moves: true,
-    looks_ahead: true,
     ..Table::PLAIN
 };

@@ -157,6 +157,7 @@ impl State {
         let at = self.offsets.machine(&program);
         let radius = |p: &PerLetter| libm::hypot(p[i] - at[i], p[j] - at[j]);
         self.arc_distance == Distance::Incremental
+            && words.iter().flatten().all(|word| word.distance.is_none())
             && (radius(&arc.from) - radius(&arc.to)).abs() < ABSOLUTE
     }
 
@@ -175,22 +176,29 @@ impl State {
                 *by = self.length_of(asked, word)?;
             }
         }
-        if self.arc_distance == Distance::Incremental {
+        let own = |word: Option<&Word>| word.and_then(|word| word.distance);
+        let relative =
+            words.map(|word| own(word).unwrap_or(self.arc_distance) == Distance::Incremental);
+        if relative == [true; 2] {
             if self.offsets.is_turned() {
                 by = self.offsets.turned(by);
             }
             return Ok([from[i] + by[0], from[j] + by[1]]);
         }
-        let [Some(_), Some(_)] = words else {
+        if self.arc_distance == Distance::Absolute && words.contains(&None) {
             return Err(Fault::new(
                 given.span(),
                 "one half of a centre under G90.1",
                 "write both words of the centre",
             ));
-        };
+        }
         let mut program: PerLetter = [0.0; COUNT];
         [program[i], program[j]] = by;
         let at = self.offsets.machine(&program);
-        Ok([at[i], at[j]])
+        let of = |k: usize, axis: usize| match relative[k] {
+            true => from[axis] + by[k],
+            false => at[axis],
+        };
+        Ok([of(0, i), of(1, j)])
     }
 }

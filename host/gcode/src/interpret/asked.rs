@@ -3,7 +3,6 @@
 use super::unknown;
 use crate::axes;
 use crate::codes::{Code, Group, Length};
-use crate::dialect::Dialect;
 use crate::fault::Fault;
 use crate::modal::{Motion, Units};
 use crate::state::Rules;
@@ -69,6 +68,14 @@ impl<'l> Asked<'l> {
                 "write two lines",
             ));
         }
+        let takes_modal = once || asked.machine_coordinates.is_some();
+        if takes_modal && let Some(word) = block.words.iter().find(|w| w.distance.is_some()) {
+            return Err(Fault::new(
+                word.span(),
+                "AC or IC beside a word that is no move in the workpiece",
+                "write the number alone",
+            ));
+        }
         if !once && lengths.is_none() {
             asked.free = asked.axes;
         }
@@ -124,7 +131,7 @@ impl<'l> Asked<'l> {
         let mut groups = 0_u32;
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
-                let other = Unfollowed::of(word, self.rules.dialect);
+                let other = Unfollowed::of(word);
                 if !is_passed(word, self.rules) || other.is_some_and(|other| !other.passes) {
                     return Err(unknown_g(word, other));
                 }
@@ -138,9 +145,12 @@ impl<'l> Asked<'l> {
                     "write two lines",
                 ));
             };
+            if let Code::LookAhead(letter, most) = code {
+                self.looks_ahead(word, letter, most)?;
+            }
             // Inches and mm of Mach and Sinumerik; with words of their own they are cycles of lathes.
             if let (Some(700 | 710), true) = (word.tenths(), self.takes_a_cycle()) {
-                return Err(unknown_g(word, Unfollowed::of(word, self.rules.dialect)));
+                return Err(unknown_g(word, Unfollowed::of(word)));
             }
             // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
             if code == Code::MachineCoordinates {
@@ -174,6 +184,25 @@ impl<'l> Asked<'l> {
     }
 }
 
+impl Asked<'_> {
+    /// Fanuc's words that only look ahead have a 0 or one value; others make a path of the controller's own.
+    fn looks_ahead(&self, word: &Word, letter: u8, most: u16) -> Result<(), Fault> {
+        let value = self.word(letter).map(|word| word.value);
+        let only = value.is_some_and(|value| value == 0.0 || value == f64::from(most));
+        if (only || is_passed(word, self.rules)) && self.axes == 0 {
+            return Ok(());
+        }
+        let (name, letter) = (word.value, char::from(letter));
+        Err(unknown(
+            word,
+            "a path that the controller smooths by itself, or a stored one: only looking ahead is followed",
+            &format!(
+                "write G{name} {letter}{most} in a line without axes, and G{name} {letter}0 to end it"
+            ),
+        ))
+    }
+}
+
 /// The axes that have words, a bit each.
 fn axis_words(block: &Block) -> u16 {
     let axes = block.words.iter().filter_map(|w| axes::index(w.letter));
@@ -199,16 +228,12 @@ struct Unfollowed {
 }
 
 impl Unfollowed {
-    fn of(word: &Word, dialect: Dialect) -> Option<Self> {
+    fn of(word: &Word) -> Option<Self> {
         const FLAT: &str =
             "write the program out with G0 to G3, or use the compensation in the controller";
         const MOVES: &str =
             "a G word that moves the machine or changes coordinates, and is not followed";
         let tenths = word.tenths()?;
-        // How far Fanuc's controllers look ahead; splines and lathes elsewhere.
-        if dialect.table().looks_ahead && matches!(tenths, 50 | 51 | 80) {
-            return None;
-        }
         let cause = match tenths {
             50..=59 => "splines (G5) are not corrected",
             70 | 80 => "lathes (G7, G8) are not corrected",
@@ -225,6 +250,10 @@ impl Unfollowed {
             870 | 880 => "cycles with a stopped spindle (G87, G88) are not corrected",
             // Cylinders, pockets, skipping, a negative offset.
             71 | 120..=139 | 310..=319 | 440 => MOVES,
+            // Reference and fixed points of a Sinumerik, and its ways to and from a contour.
+            740 | 750 | 1470 | 1480 | 2470 | 2480 | 3470 | 3480 => MOVES,
+            580 | 590 => "offsets that the program adds (G58, G59 of a Sinumerik) are not followed",
+            5000 | 5050..=5990 => "offsets beyond G57 (G500, G505 to G599) are not followed",
             // One direction, further offsets, a pocket, planes and tool directions.
             600 | 1100..=1299 | 1500 | 2340 | 2540 => MOVES,
             _ => return None,

@@ -29,7 +29,7 @@ impl State {
             match asked.code(word) {
                 Some(Code::Distance(distance)) => self.extruder.set_axes(distance),
                 // It may count E in other units from here on.
-                Some(Code::Units(_)) => self.extruder.at = None,
+                Some(Code::Units(_)) => self.extruder.set_at(None),
                 _ => {}
             }
         }
@@ -37,7 +37,7 @@ impl State {
             return;
         };
         if matches!(asked.once, Some((Code::Shift(_), _))) {
-            self.extruder.at = Some(word.value);
+            self.extruder.set_at(Some(word.value));
             return;
         }
         let distance = self.extruder.distance(self.distance);

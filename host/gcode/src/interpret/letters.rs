@@ -43,7 +43,9 @@ impl State {
                     return Err(Fault::new(word.span(), cause, remedy));
                 }
                 let is_count = word.letter == b'K' && self.cycle_of(asked).is_some();
-                needs_point(asked, word, b"IJKRQ".contains(&word.letter) && !is_count)?;
+                let is_ahead = |word: &Word| matches!(asked.code(word), Some(Code::LookAhead(..)));
+                let is_choice = is_count || asked.coded().iter().any(is_ahead);
+                needs_point(asked, word, b"IJKRQ".contains(&word.letter) && !is_choice)?;
                 continue;
             }
             if !b"GMNFSTO".contains(&word.letter) {
@@ -127,6 +129,8 @@ fn code_uses(code: Code, letter: u8, dialect: Dialect) -> bool {
             b"PQ".contains(&letter) || dialect == Dialect::Haas && letter == b'E'
         }
         Code::Neutral(Group::Spindle) => letter == b'D',
+        // R: how smooth.
+        Code::LookAhead(own, _) => letter == own || letter == b'R',
         _ => false,
     }
 }

@@ -21,7 +21,7 @@ impl State {
             let Some(word) = asked.word(axes::LETTERS[axis]) else {
                 continue;
             };
-            let stays = match self.distance {
+            let stays = match word.distance.or(self.distance) {
                 Some(Distance::Incremental) => word.value == 0.0,
                 _ => self.others[axis].is_none_or(|before| before == word.value),
             };
@@ -119,28 +119,42 @@ impl State {
                 let rate = self.rate(asked)?;
                 let arc = self.arc(asked, motion == Motion::Clockwise)?;
                 self.position.at = arc.to;
-                self.command(asked.free, false);
+                self.command(asked, false);
                 Move::Arc(arc, rate)
             }
             Motion::Cycle(code) => {
                 let cycle = self.canned(asked, code)?;
                 self.position.at = cycle.to();
-                self.command(1 << cycle.axes[2] | asked.free, false);
+                self.command(asked, false);
+                if self.distance == Some(Distance::Absolute) {
+                    self.commanded |= 1 << cycle.axes[2];
+                }
                 Move::Cycle(Box::new(cycle))
             }
         });
         Ok(())
     }
 
-    /// Words of these axes (bits) have been done.
-    fn command(&mut self, words: u16, machine: bool) {
+    /// The words of axes of a line have been done.
+    fn command(&mut self, asked: &Asked<'_>, machine: bool) {
+        let words = asked.free;
         if machine {
             // A way out of the way: what holds behind it, the program says again.
             self.commanded &= !words;
             self.doubt_offset(words);
-        } else if self.distance == Some(Distance::Absolute) {
-            self.commanded |= self.together(words);
+            return;
         }
+        let is_absolute = |axis: &usize| {
+            self.distance_of(asked.word(axes::LETTERS[*axis])) == Some(Distance::Absolute)
+        };
+        let absolute = bits(words).filter(is_absolute);
+        let absolute = absolute.fold(0, |mask, axis| mask | 1 << axis);
+        self.commanded |= self.together(absolute);
+    }
+
+    /// What a word of an axis counts from: its own AC or IC, or what holds.
+    pub(crate) fn distance_of(&self, word: Option<&Word>) -> Option<Distance> {
+        word.and_then(|word| word.distance).or(self.distance)
     }
 
     /// Axes (bits) that move where these have words: under a rotation X and Y both, or none.
@@ -223,7 +237,7 @@ impl State {
             return Err(self.missing(asked, axis));
         }
         self.position = to;
-        self.command(asked.free, machine);
+        self.command(asked, machine);
         let due = match motion {
             Motion::Rapid => self.due(asked.free, machine),
             _ => all,
@@ -264,7 +278,7 @@ impl State {
         self.motion = None;
         self.cycle = None;
         if !straight.comes_back {
-            self.command(asked.free, false);
+            self.command(asked, false);
             self.position = to;
         }
         Ok(Move::Straight(straight, Rate::Rapid))
@@ -326,7 +340,16 @@ impl State {
         }
         let single = if turned { words & !0b11 } else { words };
         for axis in bits(single) {
-            if relative {
+            let word = asked.word(axes::LETTERS[axis]);
+            let own = word.filter(|word| word.distance.is_some());
+            if let (Some(word), Some(true)) = (own, asked.rules.setup.wrapped[axis]) {
+                return Err(Fault::new(
+                    word.span(),
+                    format!("AC or IC of {}, which is wrapped", axes::name(axis)),
+                    "write the angle alone, under G90",
+                ));
+            }
+            if self.distance_of(word) == Some(Distance::Incremental) {
                 if !self.position.knows(axis) {
                     return Err(self.not_known(asked.rules, first, axis));
                 }

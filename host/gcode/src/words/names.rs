@@ -2,10 +2,12 @@
 
 use super::digits::{Number, number_at};
 use super::{Block, Word};
+use crate::axes;
 use crate::fault::{FLAT, Fault, Kind};
+use crate::modal::Distance;
 
 /// Nothing that positions depend on: how smoothly it goes, messages, looking ahead, the spindle.
-const NEUTRAL: [&str; 26] = [
+const NEUTRAL: [&str; 42] = [
     "MSG",
     "STOPRE",
     "SOFT",
@@ -32,6 +34,22 @@ const NEUTRAL: [&str; 26] = [
     "ADIS",
     "ADISPOS",
     "ORIAXES",
+    "ORISOF",
+    "DYNNORM",
+    "DYNPOS",
+    "DYNROUGH",
+    "DYNSEMIFIN",
+    "DYNFINISH",
+    "DYNPREC",
+    "CTOL",
+    "OTOL",
+    "ATOL",
+    "FNORM",
+    "RTLION",
+    "RTLIOF",
+    "CUT2D",
+    "WALIMON",
+    "WALIMOF",
 ];
 
 /// Frames, which nothing but an end of them may name.
@@ -195,28 +213,35 @@ impl Block {
             )
             .kind(Kind::Word));
         }
+        let is_place = axes::index(letter).is_some() || matches!(letter, b'I' | b'J' | b'K');
+        let counts_from = own_distance(line, value).filter(|_| is_place);
+        let value = counts_from.map_or(value, |(_, at)| at);
+        let read = number_at(line, value);
+        let closes = |number: &Number| counts_from.is_none() || line.get(number.end) == Some(&b')');
         let Some(Number {
             value: number,
             end,
             decimals,
             point,
-        }) = number_at(line, value)
+        }) = read.filter(closes)
         else {
             return Err(Fault::new(
                 start..line.len(),
-                "a value that is no number: AC, IC, DC, or an expression",
-                "write numbers, absolute under G90 and incremental under G91",
+                "a value that is no number: DC, ACP, ACN, or an expression",
+                "write numbers, absolute under G90 and incremental under G91, or in AC( ) and IC( )",
             )
             .kind(Kind::Expression));
         };
+        let distance = counts_from.map(|(distance, _)| distance);
         self.add(Word {
             letter,
             value: number,
             start,
             number: value,
-            end,
+            end: end + usize::from(distance.is_some()),
             decimals,
             point,
+            distance,
         })
     }
 }
@@ -231,7 +256,20 @@ fn pseudo(letter: u8, value: f64, start: usize, end: usize) -> Word {
         end,
         decimals: 0,
         point: false,
+        distance: None,
     }
+}
+
+/// What a value counts from that stands in AC( ) or IC( ), and where its number begins.
+fn own_distance(line: &[u8], at: usize) -> Option<(Distance, usize)> {
+    let name = line.get(at..at + 2)?.to_ascii_uppercase();
+    let distance = match name.as_slice() {
+        b"AC" => Distance::Absolute,
+        b"IC" => Distance::Incremental,
+        _ => return None,
+    };
+    let open = skip_blanks(line, at + 2);
+    (line.get(open) == Some(&b'(')).then(|| (distance, skip_blanks(line, open + 1)))
 }
 
 fn skip_blanks(line: &[u8], from: usize) -> usize {
@@ -314,7 +352,12 @@ mod tests {
     #[test]
     fn what_is_not_followed_is_named() {
         assert_eq!(scan("R1=5").unwrap_err(), Kind::Parameter);
-        assert_eq!(scan("X=IC(5)").unwrap_err(), Kind::Expression);
+        for value in [
+            "DC(5)", "ACP(5)", "AC(R1)", "IC(5", "AC(5+1)", "-IC(5)", "5*2",
+        ] {
+            assert!(scan(&format!("A={value}")).is_err(), "{value}");
+        }
+        assert_eq!(scan("A=DC(5)").unwrap_err(), Kind::Expression);
         assert_eq!(scan("CYCLE83(1,2)").unwrap_err(), Kind::Word);
         assert_eq!(scan("TRANS X10").unwrap_err(), Kind::Word);
         assert_eq!(scan("IF R1>5").unwrap_err(), Kind::Flow);

@@ -3,7 +3,9 @@
 
 use super::digits::number_at;
 use super::{Block, Word};
-use crate::fault::Fault;
+use crate::axes;
+use crate::codes::{self, Code};
+use crate::fault::{Fault, Kind};
 
 /// What a line that is not read does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +29,12 @@ const MOVE: [u16; 21] = [
 const HOME: u16 = 280;
 /// Goes to a stored position.
 const STORED: u16 = 610;
+/// G53, which stands before the move that it holds for.
+const MACHINE: u16 = 530;
+/// Words M (in tenths) with names of files, messages and passwords, in which letters and digits mean nothing.
+const TEXT: [u16; 16] = [
+    160, 230, 280, 300, 320, 330, 360, 370, 380, 1170, 1180, 4860, 5500, 5510, 5870, 9280,
+];
 
 impl Block {
     /// Reads a line that is not read as words.
@@ -34,7 +42,8 @@ impl Block {
     /// # Errors
     /// A program that is not text, and a command that corrects the axes a second time.
     pub(super) fn scan_printer(&mut self, line: &[u8]) -> Result<bool, Fault> {
-        let start = line.iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let blanks = line.iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let start = behind_number(line, blanks);
         let rest = &line[start..];
         if rest.starts_with(b"GCDE") {
             return Err(Fault::new(
@@ -58,6 +67,7 @@ impl Block {
                 end: number.end,
                 decimals: number.decimals,
                 point: number.point,
+                distance: None,
             };
             word.tenths().map(|tenths| (word, tenths))
         });
@@ -88,6 +98,15 @@ impl Block {
                 b"SET_SKEW" | b"SKEW_PROFILE" if !clears(rest) => {
                     return Err(corrects(start..line.len()));
                 }
+                // RepRapFirmware's, around lines that move.
+                b"IF" | b"ELIF" | b"ELSE" | b"WHILE" => {
+                    return Err(Fault::new(
+                        start..line.len(),
+                        "a condition or a loop: the program computes",
+                        "take it out, or move it with its lines into a macro of the firmware",
+                    )
+                    .kind(Kind::Flow));
+                }
                 b"SET_KINEMATIC_POSITION" => return Err(shifts(start..line.len())),
                 b"SET_GCODE_OFFSET" if offsets_xy(rest) => {
                     return Err(shifts(start..line.len()));
@@ -95,10 +114,51 @@ impl Block {
                 _ => Command::Stays,
             },
         };
+        if matches!(name, [b'M' | b'm'])
+            && let Some((word, tenths)) = tenths
+            && !TEXT.contains(&tenths)
+            && let Some(at) = second_command(line, word.end)
+        {
+            return Err(several(at..line.len()));
+        }
         self.command = Some(command);
         self.has_text = true;
         self.end = line.len();
         Ok(true)
+    }
+
+    /// A line of words has one command, which comes first; words of axes stand beside moves and G92 alone.
+    ///
+    /// # Errors
+    /// A line that firmwares read differently.
+    pub(super) fn one_command(&self) -> Result<(), Fault> {
+        let mut words = self.words.iter().filter(|word| word.letter != b'N');
+        let is_command = |word: &&Word| matches!(word.letter, b'G' | b'M');
+        let mut first = words.next();
+        if first.is_some_and(|word| is_command(&word) && word.tenths() == Some(MACHINE)) {
+            first = words.next();
+        }
+        if let Some(second) = words.find(is_command) {
+            return Err(several(second.start..self.end));
+        }
+        let takes_axes = |word: &Word| match word.letter {
+            b'G' => match word.tenths().and_then(codes::g) {
+                Some(code) => matches!(code, Code::Motion(_) | Code::Shift(0)),
+                // It is refused by its own name.
+                None => true,
+            },
+            // A line that goes on with the last move.
+            letter => letter != b'M',
+        };
+        let axis = |word: &&Word| axes::index(word.letter).is_some();
+        match self.words.iter().find(axis) {
+            Some(axis) if !first.is_some_and(takes_axes) => Err(Fault::new(
+                axis.span(),
+                "an axis beside a command that moves none: firmwares do not move it",
+                "write the move in a line of its own, with G0 or G1",
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// G28: its axes are letters alone, and others of its letters mean other things.
@@ -118,6 +178,7 @@ impl Block {
                     end: at + 1,
                     decimals: 0,
                     point: false,
+                    distance: None,
                 }),
                 _ => {}
             }
@@ -125,6 +186,40 @@ impl Block {
         }
         self.end = line.len();
     }
+}
+
+/// Behind the number of a line, N, and the blanks after it.
+fn behind_number(line: &[u8], start: usize) -> usize {
+    let is_number = matches!(line.get(start), Some(b'N' | b'n'));
+    let Some(number) = is_number.then(|| number_at(line, start + 1)).flatten() else {
+        return start;
+    };
+    let blanks = line[number.end..].iter();
+    number.end + blanks.take_while(|b| b.is_ascii_whitespace()).count()
+}
+
+/// Where another word G or M begins, texts in quotes and comments aside.
+fn second_command(line: &[u8], from: usize) -> Option<usize> {
+    let mut quoted = false;
+    let code = line.iter().enumerate().skip(from);
+    let mut code = code.take_while(|(_, byte)| !b";(".contains(byte));
+    let found = code.find(|(at, byte)| {
+        quoted ^= **byte == b'"';
+        !quoted
+            && matches!(byte, b'G' | b'g' | b'M' | b'm')
+            && !line[at - 1].is_ascii_alphabetic()
+            && line.get(at + 1).is_some_and(u8::is_ascii_digit)
+    });
+    found.map(|(at, _)| at)
+}
+
+/// Firmwares differ in what they do with a second command.
+fn several(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "a second command in the line: RepRapFirmware does it, Marlin and Klipper leave it out",
+        "write a line for each command",
+    )
 }
 
 /// True for a command that switches Klipper's skew correction off, or stores it.
@@ -187,6 +282,44 @@ mod tests {
     }
 
     #[test]
+    fn a_line_has_one_command() {
+        let cause = |line: &str| {
+            let done = Block::default().scan(line.as_bytes(), Dialect::Printer);
+            done.err().map(|fault| fault.cause)
+        };
+        for line in [
+            "G90 G1 X5",
+            "G1 X5 M2",
+            "A5M2C-20",
+            "X5 G1",
+            "M104 S200 G1 X5",
+            "N4 M106 S0 m83 ; E",
+            "M204 S500G0X1",
+            "G21 G90",
+        ] {
+            assert!(cause(line).unwrap().contains("a second command"), "{line}");
+        }
+        for line in ["G90 X5", "M83 X5", "N3 G4 X1"] {
+            assert!(cause(line).unwrap().contains("beside a command"), "{line}");
+        }
+        for line in [
+            "N7 G1 X5 F60",
+            "X5",
+            "G53 G0 X5",
+            "G92 X0 E0",
+            "M117 G1 X5 M2",
+            "M104 S200 ; G1",
+            "M862.3 P \"M3 G1\"",
+            "M32 G0.gcode",
+            "M109 T0 S210",
+        ] {
+            assert_eq!(cause(line), None, "{line}");
+        }
+        // The number of a line changes nothing in what it is.
+        assert_eq!(read("N5 M2").command, read("M2").command);
+    }
+
+    #[test]
     fn lines_that_move_are_words_and_others_are_commands() {
         assert_eq!(letters("G1 X1 Y2 E.5 F1800 ; wall"), "GXYEF");
         assert_eq!(letters("g1x1e-.5"), "GXE");
@@ -227,6 +360,8 @@ mod tests {
             "SET_GCODE_OFFSET Y=1.5",
             "set_gcode_offset x_adjust=0.1 z=0",
             "SET_KINEMATIC_POSITION X=0",
+            "while iterations < 3",
+            "  if move.axes[0].homed",
         ] {
             assert!(block.scan(line.as_bytes(), Dialect::Printer).is_err());
         }

@@ -256,7 +256,11 @@ fn an_ordinary_program_of_a_sinumerik_is_corrected() {
         ("CYCLE800(0,\"\",0)", "swivelled plane"),
         ("TRANS X10", "a frame"),
         ("R1=10", "parameter"),
-        ("X=IC(10)", "no number"),
+        ("X=DC(10)", "no number"),
+        ("G0 SUPA Z=AC(0) D0", "AC or IC beside"),
+        ("G58 X10", "(G58, G59 of a Sinumerik)"),
+        ("G500", "offsets beyond G57"),
+        ("G75 Z0", "moves the machine"),
         ("GOTOF END", "jump"),
         ("G0 X10 D2", "further cutting edge"),
         ("D1", "the tool in the spindle is unknown"),
@@ -272,6 +276,80 @@ fn an_ordinary_program_of_a_sinumerik_is_corrected() {
         &siemens,
         &["line 3", "G700 or G710"],
     );
+}
+
+/// Where a Sinumerik's program is after each line that names X or Y.
+fn places(text: &str) -> Vec<[f64; 2]> {
+    let (mut at, mut incremental, mut places) = ([0.0; 2], false, Vec::new());
+    for line in text.lines().filter(|line| !line.starts_with(';')) {
+        incremental = !line.contains("G90") && (incremental || line.contains("G91"));
+        let before = at;
+        for word in line.split_whitespace() {
+            let Some(axis) = ["X", "Y"].iter().position(|name| word.starts_with(name)) else {
+                continue;
+            };
+            let value = &word[1..];
+            let (own, number) = match value.split_once('(') {
+                Some((own, number)) => (own == "=IC", number.trim_end_matches(')')),
+                None => (incremental, value),
+            };
+            let value: f64 = number.parse().unwrap();
+            at[axis] = if own { before[axis] + value } else { value };
+        }
+        places.extend((at != before).then_some(at));
+    }
+    places
+}
+
+#[test]
+fn ac_and_ic_of_a_sinumerik_lead_where_plain_words_lead() {
+    let of = |lines: &str| {
+        let program = format!("G17 G90 G94 G71\nG0 X10 Y10 Z50\nG1 Z40 F300\n{lines}\nM30\n");
+        with_setup(&program, SETUP, &["--dialect", "siemens"])
+    };
+    let plain = of(
+        "X150 Y30\nX155 Y90\nG3 X145 Y100 I-10 J0\nG2 X125 Y120 I0 J20\nG1 X20 Y110\nX25 Y120\nG3 X25 Y120 I5 J0",
+    );
+    let own = of(
+        "X=IC(140) Y=AC(30)\nG91 X5 Y=AC(90)\nG90 G3 X=IC(-10) Y=IC(10) I=AC(145) J=AC(90)\nG2 X=IC(-20) Y120 I=IC(0) J=AC(120)\n\
+         G1 X=ac(20) Y110\nG91 X5. Y=IC(10)\nG90 G3 X25 Y120 I=AC(30)",
+    );
+    let [expected, found] = [&plain, &own].map(|text| places(text));
+    assert_eq!(found.len(), expected.len(), "{own}{plain}");
+    assert!(
+        expected.len() > 12 && own.contains("=IC(") && own.contains("I=AC("),
+        "{own}"
+    );
+    for (found, expected) in found.iter().zip(&expected) {
+        // Words of four decimals; increments are counted from rounded places.
+        let off = |k: usize| (found[k] - expected[k]).abs();
+        assert!(
+            off(0) < 2e-4 && off(1) < 2e-4,
+            "{found:?} {expected:?}: {own}"
+        );
+    }
+}
+
+#[test]
+fn what_only_looks_ahead_passes_and_paths_of_the_controller_do_not() {
+    let setup = format!("decimals = \"calculator\"\n{SETUP}");
+    let ahead = "G5.1 Q1\nG05.1 Q1 R5\nG8 P1\nG5 P10000\nG05 P0\nG5.4 Q1\nG61.1\nG62\nG64\n";
+    let program = |lines: &str| {
+        format!("G21 G90 G17 G94\nG0 X10 Y10 Z50\n{lines}G1 X20 F300\nG5.1 Q0\nM30\n")
+    };
+    for dialect in ["fanuc", "haas"] {
+        let out = with_setup(&program(ahead), &setup, &["--dialect", dialect]);
+        assert!(out.contains(ahead), "{out}");
+        for line in ["G5.1 Q2 X0 Y0 Z0", "G5.1 Q3", "G5 P2", "G8", "G5.1 Q1 X0"] {
+            let parts = ["line 2", "only looking ahead", "in a line without axes"];
+            let options = ["--dialect", dialect];
+            refuses(format!("G21 G90\n{line}\nM30\n"), &options, &parts);
+        }
+    }
+    let smooth = "SOFT\nFFWON\nCOMPCAD\nG642\nDYNFINISH\nCTOL=0.01\nCYCLE832(0.01,_FINISH,1)\n";
+    let program = format!("G71 G90 G17 G94\nG0 X10 Y10 Z50\n{smooth}G1 X20 F300\nM30\n");
+    let out = with_setup(&program, SETUP, &["--dialect", "siemens"]);
+    assert!(out.contains(smooth), "{out}");
 }
 
 #[test]

@@ -291,3 +291,27 @@ fn a_program_in_its_place_stays_as_it_is_if_the_check_fails() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), program);
     assert_eq!(folder.names(), names);
 }
+
+#[test]
+fn a_line_with_two_commands_is_refused_for_firmwares_differ() {
+    let folder = Folder::new();
+    let [_, _, blob] = printer(&folder);
+    for (line, part) in [
+        ("G90 G1 X50", "a second command"),
+        ("M104 S200 G1 X50", "a second command"),
+        // The end of the program in a motion that is divided.
+        ("G1 X220 Y50 M2", "a second command"),
+        ("G90 X50", "firmwares do not move it"),
+    ] {
+        let program = format!("{BEGIN}G28\nG1 X20 Y50 Z2 F6000\n{line}\nG1 X90\n");
+        let file = folder.file("part.gcode", &program);
+        let words = ["gcode", "--in-place", "--dialect", "printer"];
+        let words = [&words[..], &["--compensation", &blob, &file]].concat();
+        refused(&words, &["line 7", part]);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), program);
+    }
+    let numbered = printed(&format!(
+        "{BEGIN}N5 M104 S200\nN6 G28\nN7 G1 X20 Y50 Z2 F6000\nN8 G1 X220\n"
+    ));
+    assert!(numbered.contains(&"N5 M104 S200".to_owned()));
+}

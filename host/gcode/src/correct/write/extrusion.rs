@@ -17,8 +17,6 @@ pub(in crate::correct) struct Extrusion {
     by: f64,
     /// Where E is at its end, if E is absolute.
     at: Option<f64>,
-    /// The sum of everything at its end.
-    total: f64,
     decimals: usize,
 }
 
@@ -48,8 +46,7 @@ impl Corrector<'_> {
         let absolute = state.extruder.distance(state.distance) == Some(Distance::Absolute);
         Ok(Some(Extrusion {
             by,
-            at: state.extruder.at.filter(|_| absolute),
-            total: state.extruder.total,
+            at: state.extruder.at().filter(|_| absolute),
             decimals: word.decimals.clamp(DECIMALS, 9),
         }))
     }
@@ -63,9 +60,9 @@ impl Corrector<'_> {
         let written = &self.written.extruder;
         let decimals = extrusion.decimals;
         let (value, before) = match extrusion.at {
-            Some(at) => (at - left, written.at?),
+            Some(at) => (at - left, written.at()?),
             // From what is written, so that roundings do not add up.
-            None => (extrusion.total - left - written.total, 0.0),
+            None => (self.nominal.extruder.ahead_of(written) - left, 0.0),
         };
         let value = number::rounded(value, decimals);
         ((value - before).abs() > number::finest(decimals)).then_some((value, decimals))

@@ -18,7 +18,7 @@ impl Corrector<'_> {
         timing: &Timing,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, piece, timing, 0)?;
+        let wording = self.wording(given.block, piece, timing, None)?;
         let words = &wording.words;
         let extruded = self.extruder_word(piece);
         if !words.moves && wording.centre.is_none() && extruded.is_none() {

@@ -35,7 +35,12 @@ impl Corrector<'_> {
         change: &Change<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, change.piece, change.timing, change.wanted)?;
+        let wording = self.wording(
+            given.block,
+            change.piece,
+            change.timing,
+            Some(change.wanted),
+        )?;
         let feed_changes = match given.block.word(b'F') {
             Some(word) => wording
                 .feed
@@ -115,7 +120,7 @@ impl Corrector<'_> {
                 } else if word.value.max(1.0) != f64::from(wording.turns) {
                     match wording.turns {
                         1 => edits.remove(given.line, word.span()),
-                        turns => edits.replace(word.number..word.end, |to| {
+                        turns => edits.replace(word.digits(), |to| {
                             number::write(to, f64::from(turns), 0, 0, false);
                         }),
                     }
@@ -138,9 +143,7 @@ impl Corrector<'_> {
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
                         let point = self.point();
-                        edits.replace(word.number..word.end, |to| {
-                            number::write_feed(to, feed, point)
-                        });
+                        edits.replace(word.digits(), |to| number::write_feed(to, feed, point));
                     }
                 }
                 continue;

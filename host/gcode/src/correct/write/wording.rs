@@ -63,22 +63,23 @@ impl Corrector<'_> {
         self.nominal.units.unwrap_or(Units::Millimetre)
     }
 
-    /// What the line of a piece has to say; `wanted` are axes (bits) that it names, whatever they are.
+    /// What the line of a piece has to say; `wanted` are axes (bits) that it names, whatever they are: in the place of
+    /// the words of the line itself, or `None` for a further line.
     pub(super) fn wording(
         &mut self,
         block: &Block,
         piece: &Piece,
         timing: &Timing,
-        wanted: u16,
+        wanted: Option<u16>,
     ) -> Result<Wording, Fault> {
         let machine = is_machine(block, self.rules.dialect);
-        let words = self.words(block, &piece.to, wanted, machine)?;
+        let words = self.words(block, &piece.to, wanted.unwrap_or_default(), machine)?;
         Ok(Wording {
             feed: self.feed(piece, timing, &words.to),
             inverse: matches!(timing.rate, Rate::Inverse(_)),
             motion: self.motion_word(piece),
             centre: match piece.shape {
-                Shape::Arc(arc) => Some(self.centre_words(&arc)),
+                Shape::Arc(arc) => Some(self.centre_words(&arc, wanted.map(|_| block))),
                 _ => None,
             },
             normal: match piece.shape {
@@ -149,7 +150,6 @@ impl Corrector<'_> {
         machine: bool,
     ) -> Result<Words, Fault> {
         let unit = self.unit();
-        let relative = !machine && self.nominal.distance == Some(Distance::Incremental);
         let at = self.written.position;
         let (target, here) = if machine {
             (*to, at.at)
@@ -174,6 +174,11 @@ impl Corrector<'_> {
             let decimals = self.decimals(block, axis);
             let in_units = |value: f64| if unit == 1.0 { value } else { value / unit };
             let by = in_units(target[axis] - here[axis]);
+            // A word that is replaced keeps what it counts from.
+            let word = block.word(axes::LETTERS[axis]);
+            let replaced = word.filter(|_| wanted & (1 << axis) != 0);
+            let relative =
+                !machine && self.nominal.distance_of(replaced) == Some(Distance::Incremental);
             let value = if relative { by } else { in_units(target[axis]) };
             let rounded = number::rounded(value, decimals);
             let finest = number::finest(decimals);
@@ -238,24 +243,28 @@ impl Corrector<'_> {
         }
     }
 
-    /// The words of a centre, in units of the program.
-    fn centre_words(&self, arc: &Arc) -> [(u8, f64); 2] {
+    /// The words of a centre, in units of the program, in the place of words of a line or for a further one.
+    fn centre_words(&self, arc: &Arc, replaced: Option<&Block>) -> [(u8, f64); 2] {
         let [i, j, _] = arc.axes;
-        let unit = self.unit();
-        let values = if self.nominal.arc_distance == Distance::Incremental {
-            let at = self.written.position.at;
-            let by = [arc.centre[0] - at[i], arc.centre[1] - at[j]];
-            match self.written.offsets.is_turned() {
-                true => self.written.offsets.turned_back(by),
-                false => by,
-            }
-        } else {
-            let mut centre = self.written.position.at;
-            [centre[i], centre[j]] = arc.centre;
-            let program = self.written.offsets.program(&centre);
-            [program[i], program[j]]
+        let at = self.written.position.at;
+        let by = [arc.centre[0] - at[i], arc.centre[1] - at[j]];
+        let relative = match self.written.offsets.is_turned() {
+            true => self.written.offsets.turned_back(by),
+            false => by,
         };
-        [(b"IJK"[i], values[0] / unit), (b"IJK"[j], values[1] / unit)]
+        let mut centre = at;
+        [centre[i], centre[j]] = arc.centre;
+        let program = self.written.offsets.program(&centre);
+        let word = |k: usize, axis: usize| {
+            let letter = b"IJK"[axis];
+            let own = replaced.and_then(|block| block.word(letter)?.distance);
+            let value = match own.unwrap_or(self.nominal.arc_distance) {
+                Distance::Incremental => relative[k],
+                Distance::Absolute => program[axis],
+            };
+            (letter, value / self.unit())
+        };
+        [word(0, i), word(1, j)]
     }
 }
 
@@ -283,7 +292,7 @@ pub(in crate::correct) fn replace_number(
     let point = rules.dialect.table().needs_points;
     let counts = rules.counts(word, false, Units::Millimetre) != 1.0;
     if counts || number::rounded(word.value, 9) != value {
-        edits.replace(word.number..word.end, |to| {
+        edits.replace(word.digits(), |to| {
             number::write(to, value, decimals, word.decimals.min(decimals), point)
         });
     }
