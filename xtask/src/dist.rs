@@ -122,10 +122,10 @@ fn in_folder(folder: &Path, file: &Path) -> PathBuf {
 /// The command without shared libraries.
 fn static_command() -> Result<PathBuf, String> {
     works(Command::new("rustup").args(["target", "add", STATIC]));
-    let words = "build -q --profile dist -p trueaxis-cli --bin trueaxis --target";
+    let words = "rustc -q --profile dist -p trueaxis-cli --bin trueaxis --target";
     run(cargo()
         .args(words.split(' '))
-        .arg(STATIC)
+        .args([STATIC, "--", "-C", "strip=symbols"])
         .env("TRUEAXIS_BUILD", systems::build_name("dist")?))?;
     Ok(target(STATIC).join("dist/trueaxis"))
 }
