@@ -246,6 +246,12 @@ fn library_package(folder: &Path) -> Result<PathBuf, String> {
     let staged = fresh("library")?;
     let prefix = files::folder(staged.join("usr"))?;
     capi::install(&["--prefix", &prefix.to_string_lossy()])?;
+    let shared = prefix.join("lib").join(format!("libtrueaxis.so.{VERSION}"));
+    run(Command::new("strip").arg("--strip-unneeded").arg(&shared))?;
+    run(Command::new("chmod").arg("644").arg(&shared))?;
+    let about = files::folder(staged.join("DEBIAN"))?;
+    files::write(&about.join("shlibs"), "libtrueaxis 0 libtrueaxis-dev\n")?;
+    files::write(&about.join("triggers"), "activate-noawait ldconfig\n")?;
     let control = "Section: libdevel\nDepends: libc6\nDescription: machine tool compensation at servo rate, C library\n \
          Static and shared library, header and pkg-config file.\n";
     package(&staged, "libtrueaxis-dev", "amd64", control, folder)

@@ -214,15 +214,21 @@ pub fn check(system: TestedSystem, program: &Path) -> Result<(), String> {
     }
 }
 
+/// The first line that differs.
 fn difference(ours: &str, theirs: &str) -> String {
-    let differing = ours.lines().zip(theirs.lines()).find(|(a, b)| a != b);
-    match differing {
-        Some((ours, theirs)) => format!("`{theirs}` in place of `{ours}`"),
-        None => format!(
-            "{} lines in place of {}",
-            theirs.lines().count(),
-            ours.lines().count()
-        ),
+    let (mut ours, mut theirs) = (ours.lines(), theirs.lines());
+    loop {
+        match (ours.next(), theirs.next()) {
+            (None, None) => return "the ends of the lines differ".to_owned(),
+            (ours, theirs) if ours == theirs => {}
+            (ours, theirs) => {
+                return format!(
+                    "`{}` in place of `{}`",
+                    theirs.unwrap_or("nothing"),
+                    ours.unwrap_or("nothing")
+                );
+            }
+        }
     }
 }
 
