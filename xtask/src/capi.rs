@@ -12,7 +12,7 @@ mod install;
 mod target;
 
 pub use bare::linker;
-pub use build::{BuildCapacities, bare_library, libraries};
+pub use build::{BuildCapacities, arm_library, bare_library, libraries};
 pub use c_program::{CProgram, compilers};
 pub use cost::print as cost;
 pub use install::execute as install;

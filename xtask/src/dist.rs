@@ -1,7 +1,9 @@
 //! `cargo xtask dist`: what a release consists of, in `target/release-VERSION`, with checksums and a list of components.
-//! Each part does its main job where there is nothing else: programs and the C library in a bare root, the component in
-//! LinuxCNC, the wheel in an environment of its own, the page in browsers. Of the firmware, QEMU runs the same source
-//! built for the part that it has, and a model of the STM32F405 runs its image as it is (`cargo xtask hil`).
+//!
+//! `cargo xtask dist --check`: each part of that does its main job where there is nothing else: programs and the C library in
+//! a bare root, those for other systems in Wine and QEMU, the component in LinuxCNC, the wheel in an environment of its own,
+//! the page in browsers. Of the firmware, QEMU runs the same source built for the part that it has, and a model of the
+//! STM32F405 runs its image as it is (`cargo xtask hil`).
 
 use crate::process::{NOT_RUN, cargo, has, is_root, output, provide, root, run, target, works};
 use crate::systems::{self, TestedSystem};
@@ -20,56 +22,97 @@ const EXAMPLE: [&str; 2] = [
 ];
 
 /// # Errors
-/// If something cannot be installed or built, or a package does not work in a bare root.
-pub fn execute() -> Result<(), String> {
+/// If something cannot be installed or built, or with `--check`, if a part is missing or does not work where there is nothing
+/// else.
+pub fn execute(options: &[&str]) -> Result<(), String> {
+    let folder = target(&format!("release-{VERSION}"));
+    match options {
+        [] => make(folder),
+        ["--check"] => check(&folder),
+        _ => Err("write `cargo xtask dist`, with --check or nothing".into()),
+    }
+}
+
+fn make(folder: PathBuf) -> Result<(), String> {
     if !cfg!(all(target_arch = "x86_64", target_os = "linux")) {
         return Err("releases are built on Linux, on x86-64".into());
     }
     packages::provide("dpkg-deb", &["dpkg"], "`dist`")?;
-    packages::provide("lintian", &["lintian"], "`dist`")?;
-    let folder = target(&format!("release-{VERSION}"));
     let _ = fs::remove_dir_all(&folder);
     let folder = files::folder(folder)?;
-    let program = folder.join(format!("trueaxis-{VERSION}-{STATIC}"));
-    files::copy(&static_command()?, &program)?;
-    let pages = Documents::of(&program)?;
-    let command = command_package(&program, &pages, "amd64", &folder)?;
-    let others = others(&pages, &folder)?;
-    let library = library_package(&folder)?;
+    let command = program(&folder, STATIC);
+    files::copy(&static_command()?, &command)?;
+    let documents = Documents::of(&command)?;
+    command_package(&command, &documents, "amd64", &folder)?;
+    for system in TestedSystem::ALL {
+        if let Some(built) = system.build("dist")? {
+            let program = program(&folder, system.target());
+            files::copy(&built, &program)?;
+            if matches!(system, TestedSystem::Arm) {
+                command_package(&program, &documents, "arm64", &folder)?;
+            }
+        }
+    }
+    library_package(&folder)?;
     let component = linuxcnc::package()?;
     files::copy(&component, &in_folder(&folder, &component))?;
-    let page = folder.join(format!("trueaxis-{VERSION}.html"));
-    files::copy(&web::build()?, &page)?;
-    let wheel = python::execute()?;
-    if let Some(wheel) = &wheel {
-        files::copy(wheel, &in_folder(&folder, wheel))?;
+    files::copy(&web::build()?, &page(&folder))?;
+    if let Some(wheel) = python::execute()? {
+        files::copy(&wheel, &in_folder(&folder, &wheel))?;
     }
     images(&folder)?;
     components(&folder)?;
-    for package in files::list(&folder, "deb")? {
-        run(Command::new("lintian")
-            .args([
-                "--fail-on",
-                "error",
-                "--suppress-tags",
-                "bad-distribution-in-changes-file",
-            ])
-            .arg(package))?;
-    }
-    for (system, program) in others {
-        systems::check(system, &program)?;
-    }
-    compiles_in_a_bare_root(&program)?;
-    compiles_in_a_bare_root(&command)?;
-    links_in_a_bare_root(&library)?;
-    linuxcnc::package_corrects(&component)?;
-    if let Some(wheel) = &wheel {
-        python::alone(wheel, &EXAMPLE)?;
-    }
-    web::check(&page)?;
     sums(&folder)?;
     println!("the release is in {}", folder.display());
     Ok(())
+}
+
+fn check(folder: &Path) -> Result<(), String> {
+    packages::provide("lintian", &["lintian"], "`dist --check`")?;
+    run(Command::new("sha256sum")
+        .args(["--quiet", "--check", "SHA256SUMS"])
+        .current_dir(folder))?;
+    let packages = files::list(folder, "deb")?;
+    run(Command::new("lintian")
+        .args(["--fail-on", "error"])
+        .args(&packages))?;
+    compiles_in_a_bare_root(&program(folder, STATIC))?;
+    for package in &packages {
+        let name = package.file_name().unwrap_or_default().to_string_lossy();
+        match name.split('_').next() {
+            Some("trueaxis") if name.ends_with("_amd64.deb") => compiles_in_a_bare_root(package)?,
+            Some("libtrueaxis-dev") => links_in_a_bare_root(package)?,
+            Some("linuxcnc-trueaxis") => linuxcnc::package_corrects(package)?,
+            _ => {}
+        }
+    }
+    for system in TestedSystem::ALL {
+        let program = program(folder, system.target());
+        if program.is_file() {
+            // As it is called once it is installed.
+            let installed = fresh(system.target())?.join(system.program());
+            files::copy(&program, &installed)?;
+            systems::check(system, &installed)?;
+        }
+    }
+    for wheel in files::list(folder, "whl")? {
+        python::alone(&wheel, &EXAMPLE)?;
+    }
+    web::check(&page(folder))
+}
+
+/// The command for a target, in the folder of the release.
+fn program(folder: &Path, target: &str) -> PathBuf {
+    let ending = if target.contains("windows") {
+        ".exe"
+    } else {
+        ""
+    };
+    folder.join(format!("trueaxis-{VERSION}-{target}{ending}"))
+}
+
+fn page(folder: &Path) -> PathBuf {
+    folder.join(format!("trueaxis-{VERSION}.html"))
 }
 
 fn in_folder(folder: &Path, file: &Path) -> PathBuf {
@@ -79,34 +122,12 @@ fn in_folder(folder: &Path, file: &Path) -> PathBuf {
 /// The command without shared libraries.
 fn static_command() -> Result<PathBuf, String> {
     works(Command::new("rustup").args(["target", "add", STATIC]));
-    let words = "build -q --profile dist -p trueaxis-cli --bin trueaxis --target";
+    let words = "rustc -q --profile dist -p trueaxis-cli --bin trueaxis --target";
     run(cargo()
         .args(words.split(' '))
-        .arg(STATIC)
+        .args([STATIC, "--", "-C", "strip=symbols"])
         .env("TRUEAXIS_BUILD", systems::build_name("dist")?))?;
     Ok(target(STATIC).join("dist/trueaxis"))
-}
-
-/// The command for the other systems, and the package for ARM; which of them can be checked.
-fn others(documents: &Documents, folder: &Path) -> Result<Vec<(TestedSystem, PathBuf)>, String> {
-    let mut programs = Vec::new();
-    for system in TestedSystem::ALL {
-        let Some(built) = system.build("dist")? else {
-            continue;
-        };
-        let ending = if matches!(system, TestedSystem::Windows) {
-            ".exe"
-        } else {
-            ""
-        };
-        let program = folder.join(format!("trueaxis-{VERSION}-{}{ending}", system.target()));
-        files::copy(&built, &program)?;
-        if matches!(system, TestedSystem::Arm) {
-            command_package(&program, documents, "arm64", folder)?;
-        }
-        programs.push((system, built));
-    }
-    Ok(programs)
 }
 
 /// A package of the files below `staged`.
@@ -225,6 +246,12 @@ fn library_package(folder: &Path) -> Result<PathBuf, String> {
     let staged = fresh("library")?;
     let prefix = files::folder(staged.join("usr"))?;
     capi::install(&["--prefix", &prefix.to_string_lossy()])?;
+    let shared = prefix.join("lib").join(format!("libtrueaxis.so.{VERSION}"));
+    run(Command::new("strip").arg("--strip-unneeded").arg(&shared))?;
+    run(Command::new("chmod").arg("644").arg(&shared))?;
+    let about = files::folder(staged.join("DEBIAN"))?;
+    files::write(&about.join("shlibs"), "libtrueaxis 0 libtrueaxis-dev\n")?;
+    files::write(&about.join("triggers"), "activate-noawait ldconfig\n")?;
     let control = "Section: libdevel\nDepends: libc6\nDescription: machine tool compensation at servo rate, C library\n \
          Static and shared library, header and pkg-config file.\n";
     package(&staged, "libtrueaxis-dev", "amd64", control, folder)

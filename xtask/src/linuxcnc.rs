@@ -23,7 +23,7 @@ mod times;
 mod touches;
 
 use bench::LinuxCncBench;
-pub use package::{corrects as package_corrects, execute as package};
+pub use package::{corrects as package_corrects, execute as package, for_arm};
 use std::thread::{self, ScopedJoinHandle};
 
 /// Fails with the violated condition.

@@ -92,7 +92,8 @@ usage: cargo xtask COMMAND
   deny                           licences, advisories and sources of the dependencies
   publish                        what `cargo publish` would send of every crate, built by itself, and the command installed from
                                  it: its time beside the shipped one's
-  dist                           what a release consists of: packages, programs, page, images, checksums, components";
+  dist [--check]                 what a release consists of: packages, programs, page, images, checksums, components; --check:
+                                 each of these at its job, where there is nothing else";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -116,7 +117,7 @@ fn main() -> ExitCode {
         ["portable"] => portable::execute(),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["linuxcnc-deb"] => linuxcnc::package().map(drop),
-        ["dist"] => dist::execute(),
+        ["dist", ref options @ ..] => dist::execute(options),
         ["publish"] => publish::execute(),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["python"] => python::execute().map(drop),

@@ -1,9 +1,12 @@
 //! Builds the library for this computer and for a Cortex-M4F, with its capacities.
 
 use crate::cross::Cross;
-use crate::process::{cargo, root, run, target};
+use crate::process::{cargo, root, run, target, works};
 use std::path::PathBuf;
 use std::process::Command;
+
+/// Linux on 64-bit ARM, as Debian has it.
+const ARM: &str = "aarch64-unknown-linux-gnu";
 
 /// Capacities of the library, by the name of their environment variable and macro.
 #[derive(Clone, Copy)]
@@ -86,6 +89,21 @@ pub fn libraries(capacities: &BuildCapacities) -> Result<PathBuf, String> {
     capacities.build_with(&mut build);
     run(&mut build)?;
     Ok(folder.join("dist"))
+}
+
+/// Builds the static library for Linux on ARM; returns its path.
+///
+/// # Errors
+/// If it does not build.
+pub fn arm_library() -> Result<PathBuf, String> {
+    works(Command::new("rustup").args(["target", "add", ARM]));
+    let folder = target("capi");
+    let words = "rustc -q --profile dist -p trueaxis-capi --lib --features std,model --crate-type staticlib --target";
+    run(cargo()
+        .args(words.split(' '))
+        .arg(ARM)
+        .env("CARGO_TARGET_DIR", &folder))?;
+    Ok(folder.join(ARM).join("dist/libtrueaxis_capi.a"))
 }
 
 /// Builds the static library for a Cortex-M4F, optimised for size (`s`) or for speed (`3`); returns its path.

@@ -85,6 +85,68 @@ pub fn execute() -> Result<PathBuf, String> {
     Ok(result)
 }
 
+/// The component for Linux on ARM, where most small controllers run LinuxCNC: built by the cross compiler, not run.
+///
+/// # Errors
+/// If something cannot be installed or built.
+pub fn for_arm() -> Result<(), String> {
+    super::bench::provide_linuxcnc()?;
+    let what_for = "the component for ARM";
+    let compiler = "aarch64-linux-gnu-gcc";
+    packages::provide(
+        compiler,
+        &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"],
+        what_for,
+    )?;
+    let folder = files::folder(target("linuxcnc-arm"))?;
+    let prefix = folder.join("prefix");
+    files::folder(prefix.join("lib"))?;
+    files::folder(prefix.join("include"))?;
+    files::copy(&capi::arm_library()?, &prefix.join("lib/libtrueaxis.a"))?;
+    let header = root().join("firmware/capi/trueaxis.h");
+    files::copy(&header, &prefix.join("include/trueaxis.h"))?;
+    // LinuxCNC's makefile takes its tools by these names.
+    let tools = files::folder(folder.join("tools"))?;
+    for tool in ["gcc", "ld", "objcopy"] {
+        let path = tools.join(tool);
+        files::write(
+            &path,
+            format!("#!/bin/sh\nexec aarch64-linux-gnu-{tool} \"$@\"\n"),
+        )?;
+        run(Command::new("chmod").arg("+x").arg(&path))?;
+    }
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let paths = std::env::join_paths([tools].into_iter().chain(std::env::split_paths(&paths)))
+        .map_err(|e| format!("PATH: {e}"))?;
+    let sources = root().join("firmware/linuxcnc");
+    for (component, makefile) in [
+        ("trueaxis", "Makefile"),
+        ("trueaxis_model", "model/Makefile"),
+    ] {
+        let built = folder.join(component);
+        let _ = fs::remove_dir_all(&built);
+        let built = files::folder(built)?;
+        run(Command::new("make")
+            .arg("-f")
+            .arg(sources.join(makefile))
+            .arg(format!("TRUEAXIS={}", prefix.display()))
+            .current_dir(&built)
+            .env("PATH", &paths)
+            .env_remove("MAKEFLAGS"))?;
+        let module = built.join(component).with_extension("so");
+        let said = output(
+            Command::new("aarch64-linux-gnu-readelf")
+                .arg("-hs")
+                .arg(&module),
+        )?;
+        if !said.contains("AArch64") || !said.contains("rtapi_app_main") {
+            return Err(format!("{} is no component for ARM", module.display()));
+        }
+        println!("{}: built, not run", module.display());
+    }
+    Ok(())
+}
+
 /// Builds the package in a copy of the source, in the folder `around`; `prefix` has the C library.
 fn build(prefix: &Path, around: &Path) -> Result<PathBuf, String> {
     packages::provide("dh", &["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;

@@ -1,10 +1,12 @@
-//! What is different on Windows: names of files, line ends, files that another program holds open, serial ports.
+//! What is different on Windows: names of files, line ends, files that another program holds open, consoles, Ctrl-C, serial
+//! ports.
 
 use super::{TestPlace, words};
 use crate::files;
 use crate::process::{judged, root, run, target};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 /// The library for random numbers that Wine 8 lacks, beside the program.
 pub fn provide_random_numbers(program: &Path) -> Result<(), String> {
@@ -55,9 +57,93 @@ fn compile(
         .args(libraries))
 }
 
+/// Runs a job on a terminal, which Wine makes the program's console, and presses Ctrl-C as soon as the console says `until`;
+/// returns all that it said.
+fn on_console(place: &TestPlace, job: &str, mut until: Option<&str>) -> Result<String, String> {
+    let words = ["wine", &place.program.to_string_lossy(), job].join(" ");
+    let mut terminal = Command::new("script");
+    for (key, value) in place.command()?.get_envs() {
+        terminal.env(key, value.unwrap_or_default());
+    }
+    let mut running = terminal
+        .args(["-q", "-c", &words, "/dev/null"])
+        .current_dir(&place.folder)
+        // A console of Windows has the code page 437 otherwise, and a terminal is not UTF-8 with this.
+        .env("LC_ALL", "C")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("`script` does not start: {error}"))?;
+    let (mut keys, mut screen) = (running.stdin.take(), running.stdout.take());
+    let (mut said, mut buffer) = (Vec::new(), [0; 4096]);
+    while let Some(screen) = &mut screen {
+        let count = screen.read(&mut buffer).map_err(|e| e.to_string())?;
+        said.extend_from_slice(buffer.get(..count).unwrap_or_default());
+        if count == 0 {
+            break;
+        }
+        if let (Some(text), Some(keys)) = (until, &mut keys)
+            && String::from_utf8_lossy(&said).contains(text)
+        {
+            until = None;
+            keys.write_all(b"\x03").map_err(|e| e.to_string())?;
+        }
+    }
+    running.wait().map_err(|e| e.to_string())?;
+    String::from_utf8(said).map_err(|_| "the console does not show UTF-8".to_owned())
+}
+
+/// A port `COM5` of Wine, with the controller of a board on the other end.
+struct SerialPort {
+    controller: Child,
+}
+
+impl SerialPort {
+    fn open(here: &TestPlace) -> Result<Self, String> {
+        let line = target("systems").join("line");
+        let mut controller = here.command()?;
+        controller
+            .args(["simulate", "controller", "--port"])
+            .arg(&line)
+            .stdout(Stdio::piped());
+        let mut controller = (controller.spawn()).map_err(|e| format!("{e}"))?;
+        let mut first = String::new();
+        if let Some(said) = controller.stdout.take() {
+            // It is there now.
+            BufReader::new(said)
+                .read_line(&mut first)
+                .map_err(|e| e.to_string())?;
+        }
+        let port = Self { controller };
+        run(wine("wine")?
+            .args([
+                "reg",
+                "add",
+                r"HKLM\Software\Wine\Ports",
+                "/f",
+                "/v",
+                "COM5",
+            ])
+            .arg("/d")
+            .arg(&line))?;
+        // Wine reads them when it starts.
+        run(wine("wineserver")?.arg("-k"))?;
+        run(wine("wineserver")?.arg("-w"))?;
+        keep_server()?;
+        Ok(port)
+    }
+}
+
+impl Drop for SerialPort {
+    fn drop(&mut self) {
+        let _ = self.controller.kill();
+        let _ = self.controller.wait();
+    }
+}
+
 /// # Errors
 /// The names of what is wrong.
-pub fn check(place: &TestPlace) -> Result<(), String> {
+pub fn check(here: &TestPlace, place: &TestPlace) -> Result<(), String> {
     let folder = &place.folder;
     let example = "examples/huron-k2x8";
     let right = files::read(&folder.join(example).join("errors-13.trax"))?;
@@ -133,6 +219,26 @@ pub fn check(place: &TestPlace) -> Result<(), String> {
         &format!("{partial:?}"),
     );
 
+    let pose = "pose examples/kolibri/machine.toml examples/kolibri/errors-10.toml --at X=10";
+    let said = on_console(place, pose, None)?;
+    expect("a console shows µ", said.contains("(µm)"), &said);
+    files::write(&folder.join("kept.trax"), "old")?;
+    // Takes minutes.
+    let long = "compile examples/hu40/machine.toml examples/hu40/errors-84.toml -o kept.trax";
+    let said = on_console(place, long, Some("finding tables"))?;
+    let kept = files::read(&folder.join("kept.trax"))? == b"old";
+    expect("Ctrl-C ends it, and its output is as before", kept, &said);
+
+    let port = SerialPort::open(here)?;
+    let said = place.does(&words(&format!(
+        "flash {example}/errors-13.trax --port COM5"
+    )))?;
+    expect(
+        "a compensation goes through a serial port",
+        said.starts_with("exit code 0\n") && said.contains("and verified"),
+        &said,
+    );
+    drop(port);
     let said = place.does(&words("monitor --port COM77"))?;
     expect(
         "a serial port that is not there is refused by name",
