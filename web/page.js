@@ -630,6 +630,7 @@
     const verdict = document.querySelector("#report .verdict").textContent;
     $("summary").replaceChildren(element("b", {}, verdict), " ", element("a", { href: "#report" }, "The report"));
     $("output").open = false;
+    $("summary").scrollIntoView({ block: "center" });
   }
 
   /* What is said of the machine. */

@@ -52,6 +52,16 @@ export function contrast() {
   return { faults: [...faults], least };
 }
 
+/** Violations of accessibility that axe finds: `source` is its script, `evaluate` runs a text in the page. */
+export async function accessible(evaluate, source) {
+  await evaluate(source);
+  const found = await evaluate(
+    "axe.run().then(({ violations, passes }) => [passes.length, violations.map((v) => `axe, ${v.id}: ${v.help}: ${v.nodes.map((n) => n.target.join(' ')).join(', ')}`)])",
+  );
+  const [passed, faults] = found;
+  return passed < 10 ? [`axe checks ${passed} rules only`] : faults;
+}
+
 /** Nothing extends beyond the window, and no word beyond its picture. */
 export function overflow() {
   const faults = [];

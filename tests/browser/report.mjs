@@ -1,6 +1,7 @@
 // The reports of all examples in a real browser. Started by `cargo xtask report`:
 //   node report.mjs FOLDER BROWSER TRUEAXIS
-// FOLDER has reports.json and calibration reports.json, and gets pictures and printed pages; BROWSER has playwright-core.
+// FOLDER has reports.json and calibration reports.json, and gets pictures and printed pages; BROWSER has playwright-core and
+// axe-core.
 
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -11,7 +12,9 @@ import { agreesEverywhere, pointsRight } from "./positions.mjs";
 import { prints } from "./printed.mjs";
 
 const [folder, driver, trueaxis] = process.argv.slice(2);
-const { chromium } = createRequire(join(driver, "package.json"))("playwright-core");
+const drivers = createRequire(join(driver, "package.json"));
+const { chromium } = drivers("playwright-core");
+const AXE = readFileSync(drivers.resolve("axe-core/axe.min.js"), "utf8");
 const reports = JSON.parse(readFileSync(join(folder, "reports.json"), "utf8"));
 const certificates = JSON.parse(readFileSync(join(folder, "certificates.json"), "utf8"));
 const pictures = join(folder, "pictures");
@@ -32,7 +35,7 @@ const WIDTHS = [390, 1400];
 const MOST_OPEN = 1000;
 const OPENINGS = 10;
 
-/** Of these there are pictures of both widths in both schemes. */
+/** Of these there are pictures of both widths in both schemes, and axe looks at them. */
 const SHOWN = ["huron-13", "kolibri-12", "mill-21", "six-axes"];
 
 const faults = [];
@@ -74,6 +77,8 @@ async function look(browser, report) {
       const found = await page.evaluate(checks.contrast);
       figures.contrast = Math.min(figures.contrast ?? Infinity, found.least);
       found.faults.forEach((words) => fault(`${other}: ${words}`));
+      const axe = SHOWN.includes(report.name) ? await checks.accessible((text) => page.evaluate(text), AXE) : [];
+      axe.forEach((words) => fault(`${other}: ${words}`));
     }
     await page.emulateMedia({ colorScheme: scheme });
     for (const check of [checks.overflow, checks.figures, checks.hostile])

@@ -11,8 +11,9 @@ import { pathToFileURL } from "node:url";
 import * as checks from "./checks.mjs";
 
 const [page, folder, driver, trueaxis, firmware] = process.argv.slice(2);
-const resolved = createRequire(join(driver, "package.json")).resolve("puppeteer-core");
-const { default: puppeteer } = await import(pathToFileURL(resolved));
+const { resolve } = createRequire(join(driver, "package.json"));
+const { default: puppeteer } = await import(pathToFileURL(resolve("puppeteer-core")));
+const AXE = readFileSync(resolve("axe-core/axe.min.js"), "utf8");
 
 const BROWSERS = {
   chromium: {
@@ -398,6 +399,8 @@ async function builds(browser, kind) {
   await tab.$eval("#pause", (button) => button.click());
   // Where X is farthest out, which shows its scale best.
   await tab.evaluate(() => {
+    // It moves only where it is seen.
+    scrollTo(0, 0);
     const { stage } = window.trueaxisPage;
     stage.turn = 0;
     stage.draw();
@@ -635,11 +638,15 @@ async function looks(browser, kind) {
     await tab.select("#example", "huron-13");
     await press(tab, "#compile");
     await tab.waitForSelector("#machine-drawing polygon");
+    // One looks where the result is.
+    const place = await tab.$eval("#summary", (e) => [e.getBoundingClientRect().top, innerHeight - e.getBoundingClientRect().bottom]);
+    if (Math.min(...place) < 0) fault(`after compiling, the result is ${place} px outside the window`);
     await tab.$$eval("details", (all) => all.forEach((e) => (e.open = true)));
     for (const scheme of ["light", "dark"]) {
       await tab.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
       const { faults: found } = await tab.evaluate(checks.contrast);
       found.forEach((words) => fault(`${scheme}: ${words}`));
+      (await checks.accessible((text) => tab.evaluate(text), AXE)).forEach((words) => fault(`${scheme}: ${words}`));
       await tab.screenshot({ path: join(folder, `page-${width}-${scheme}.png`), clip: { x: 0, y: 0, width, height: 3600 } });
     }
     (await tab.evaluate(checks.overflow)).forEach(fault);

@@ -88,7 +88,7 @@ pub struct Reached {
     pub without: Drift,
     /// Like `without`, with them.
     pub with: Drift,
-    /// The stated band (µm).
+    /// The stated coverage interval (µm).
     pub band: f64,
     /// The part of the coordinates of unseen duty cycles within it.
     pub covered: f64,

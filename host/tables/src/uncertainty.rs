@@ -28,7 +28,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::parallel;
 
-/// Probability that an error is inside the band.
+/// Probability that an error is inside its coverage interval.
 pub(crate) const PROBABILITY: f64 = 0.95;
 
 /// The error that uncertain parameters leave at one position.
@@ -104,7 +104,7 @@ pub fn leaves(
     parallel::map(positions, |(q, situation)| uncertain.leaves(q, situation))
 }
 
-/// The 95 % intervals over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
+/// The coverage intervals (95 %) over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
 /// [`Leaves::direction_band`] (µrad).
 #[must_use]
 pub fn band(

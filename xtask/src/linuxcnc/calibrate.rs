@@ -17,7 +17,7 @@ const PROBING: &str = "--ball-diameter 20 --stylus-diameter 6 --clearance 2 --se
                        --retreat 0.05 --approach 20000 --home --yes --accept-missing";
 /// What its owner can identify with a stylus that runs true: model 12, a length, and where the trunnion stands.
 const LOCATIONS: &str = "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z,EXX1,EYY1,EZZ1,ECCb,EX0C,EY0A";
-/// What may be left of a healthy machine, as a part of the band that was predicted (the goal of the loop).
+/// What may be left of a healthy machine, as a part of the coverage interval that was predicted (the goal of the loop).
 const OF_BAND: f64 = 1.2;
 /// Without a compensation LinuxCNC's component has no file.
 const NO_FILE: &str = "halcmd getp trueaxis.loads | grep -q '^0'";

@@ -66,7 +66,7 @@ pub struct MonteCarloOutcome {
     pub tips_inside: usize,
     /// Like `tips_inside`, for the tool direction.
     pub directions_inside: usize,
-    /// The smallest fraction of positions inside the band in any one identification; the errors of one
+    /// The smallest fraction of positions inside the coverage interval in any one identification; the errors of one
     /// identification are correlated.
     pub least_inside: f64,
 }
@@ -101,7 +101,7 @@ struct OneTrial {
     /// Errors of parameters divided by their stated uncertainties.
     normalised: Vec<f64>,
     noise: f64,
-    /// Numbers of tips and directions inside their bands.
+    /// Numbers of tips and directions inside their coverage intervals.
     inside: [usize; 2],
 }
 

@@ -81,17 +81,13 @@
       redraw();
     });
     const buttons = element("p", { class: "view-buttons screen-only" });
-    for (const [label, name, does] of [
-      ["Reset view", "Reset the view", () => view.reset()],
-      ["From the front", "Look from the front", () => Object.assign(view, { azimuth: 0, elevation: 0 })],
-      [
-        "From the side",
-        "Look from the right side",
-        () => Object.assign(view, { azimuth: Math.PI / 2, elevation: 0 }),
-      ],
-      ["From above", "Look from above", () => Object.assign(view, { azimuth: 0, elevation: Math.PI / 2 })],
+    for (const [label, does] of [
+      ["Reset view", () => view.reset()],
+      ["From the front", () => Object.assign(view, { azimuth: 0, elevation: 0 })],
+      ["From the right", () => Object.assign(view, { azimuth: Math.PI / 2, elevation: 0 })],
+      ["From above", () => Object.assign(view, { azimuth: 0, elevation: Math.PI / 2 })],
     ]) {
-      const button = element("button", { type: "button", "aria-label": name }, label);
+      const button = element("button", { type: "button" }, label);
       button.addEventListener("click", () => {
         does();
         redraw();

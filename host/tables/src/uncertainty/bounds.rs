@@ -1,6 +1,6 @@
 //! What the mean, the 95 % and the largest error over many positions do not exceed, each with its own probability.
 //!
-//! A mean of [bands](super::band) is none of these: parameters are off by the same amounts at all positions of a machine,
+//! A mean of [coverage intervals](super::band) is none of these: parameters are off by the same amounts at all positions of a machine,
 //! so errors do not average out over them. Machines are drawn with the covariance of the parameters; each figure is what
 //! it does not exceed on 95 % of them.
 

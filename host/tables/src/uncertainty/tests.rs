@@ -64,7 +64,7 @@ fn normal(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Draws machines: 95 % of them must be inside the band, for tip and direction at each position.
+/// Draws machines: 95 % of them must be inside the coverage interval, for tip and direction at each position.
 fn are_inside(errors: &ErrorModel, covariance: &Covariance, mut draw: impl FnMut() -> ErrorModel) {
     let machine = machine();
     let positions = positions(&machine);
@@ -191,7 +191,7 @@ fn a_parameter_alone_leaves_1_96_times_its_uncertainty() {
         let alone = Covariance::default().with_uncorrelated([(parameter(name), u)].into_iter());
         band(&machine, &errors, &alone, &positions(&machine))
     };
-    // 1.96 to ten digits; the band is accurate to nine.
+    // 1.96 to ten digits; the interval is accurate to nine.
     let is = |found: f64, expected: f64| (found - expected).abs() < 1e-6;
     let along = of("EZ0S", 1e-3);
     assert!(is(along.translation_um.max, 1.959_963_985), "{along:?}");

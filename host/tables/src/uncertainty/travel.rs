@@ -1,4 +1,4 @@
-//! The band over the travel of a machine.
+//! The coverage intervals over the travel of a machine.
 
 use super::{band, bounds};
 use crate::validate::{
@@ -10,7 +10,7 @@ use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::Machine;
 
-/// Number of positions. A mean over this many is accurate to 3 % if the scatter of bands equals their size.
+/// Number of positions. A mean over this many is accurate to 3 % if the scatter of the intervals equals their size.
 const POSITIONS: usize = 1000;
 /// Makes them differ from the positions of a verification.
 const OWN: u64 = 0x0095_0095;
