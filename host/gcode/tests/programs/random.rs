@@ -1,11 +1,11 @@
 //! Programs that nobody wrote, and lines that are no programs, corrected and checked.
 
-use super::programs::{Boxes, program};
-use crate::program::{blob, example};
+use super::drawn::{Boxes, program};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
+use std::sync::OnceLock;
 use trueaxis::AlignedBlob;
 use trueaxis_gcode::axes::{self, COUNT};
 use trueaxis_gcode::check::{CheckResult, Corrected, Exact, check};
@@ -16,6 +16,7 @@ use trueaxis_gcode::stream::StreamError;
 use trueaxis_gcode::{Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile;
 use trueaxis_tables::validate::Runtime;
 
 /// A machine with what its programs are corrected with.
@@ -28,31 +29,39 @@ pub struct Bench {
 }
 
 impl Bench {
+    /// Three axes.
+    fn mill() -> Self {
+        static BLOB: OnceLock<AlignedBlob> = OnceLock::new();
+        let (machine, errors) = (
+            include_str!("../../../../examples/mill-21/machine.toml"),
+            include_str!("../../../../examples/mill-21/errors-21.toml"),
+        );
+        Self::new(&BLOB, machine, errors)
+    }
+
     /// Five axes, two of which turn the part, with backlash.
     pub fn five() -> Self {
-        let name = "linuxcnc-xyzac-trt";
-        Self::new(
-            "xyzac-trt",
-            &format!("{name}/machine.toml"),
-            &format!("{name}/errors-11.toml"),
-        )
+        static BLOB: OnceLock<AlignedBlob> = OnceLock::new();
+        let (machine, errors) = (
+            include_str!("../../../../examples/linuxcnc-xyzac-trt/machine.toml"),
+            include_str!("../../../../examples/linuxcnc-xyzac-trt/errors-11.toml"),
+        );
+        Self::new(&BLOB, machine, errors)
     }
 
-    fn new(name: &str, machine: &str, errors: &str) -> Self {
-        let bytes = std::fs::read(blob(name)).unwrap();
-        Self::of(AlignedBlob::from_bytes(&bytes), machine, errors)
-    }
-
-    /// With another compensation.
-    pub fn of(blob: AlignedBlob, machine: &str, errors: &str) -> Self {
-        let read = |path: &str| std::fs::read_to_string(example(path)).unwrap();
-        let machine = Machine::from_toml(&read(machine)).unwrap();
-        let errors =
-            ErrorModel::with_files(&read(errors), &machine, &|_| Err(String::new())).unwrap();
+    fn new(blob: &OnceLock<AlignedBlob>, machine: &str, errors: &str) -> Self {
+        let machine = Machine::from_toml(machine).unwrap();
+        let errors = ErrorModel::from_toml(errors, &machine).unwrap();
+        let options = compile::Options {
+            random: 100,
+            ..compile::Options::default()
+        };
+        let compiled = || compile::compile(&machine, &errors, &options, &()).unwrap();
+        let blob = blob.get_or_init(|| compiled().built.blob).clone();
         Self {
+            blob,
             machine,
             errors,
-            blob,
             own: 0.1,
         }
     }
@@ -228,13 +237,13 @@ pub fn try_five(count: u64, refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> T
 
 #[test]
 fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_their_times() {
-    let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    let bench = Bench::mill();
     try_programs(&bench, 500, Options::default());
 }
 
 #[test]
 fn random_programs_whose_words_have_three_decimals_are_within_what_rounding_costs() {
-    let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    let bench = Bench::mill();
     let options = Options {
         decimals: Some(3),
         ..Options::default()
@@ -254,7 +263,7 @@ fn the_least_tolerance_is_kept_by_the_decimals_of_words() {
         tolerance: 0.3e-3,
         ..Options::default()
     };
-    let mill = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    let mill = Bench::mill();
     for bench in [mill, Bench::five()] {
         try_programs(&bench, 200, options);
     }
@@ -276,7 +285,7 @@ proptest! {
     fn whatever_is_written_is_accepted_by_the_check(
         lines in proptest::collection::vec(proptest::collection::vec(word(), 0..6), 1..12),
     ) {
-        let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+        let bench = Bench::mill();
         let runtime = Runtime::load(&bench.blob).unwrap();
         let tables = Tables::new(runtime.compensation()).unwrap();
         let rules = rules(&bench, &tables);

@@ -4,8 +4,8 @@
 //! `gcode_moves [--tool=N=LENGTH]… [--wrapped=C] FILE…`; `gcode_moves --random=COUNT FOLDER` writes programs that nobody
 //! wrote, `0.ngc` and so on.
 
-#[path = "../tests/command/gcode/programs.rs"]
-mod programs;
+#[path = "../tests/programs/drawn.rs"]
+mod drawn;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -169,7 +169,7 @@ fn write_programs(count: &str, folder: &str) -> Result<(), String> {
     };
     for seed in 0..count {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let text = programs::program(&mut random, &rules, &boxes, 20) + "M2\n";
+        let text = drawn::program(&mut random, &rules, &boxes, 20) + "M2\n";
         let path = format!("{folder}/{seed}.ngc");
         std::fs::write(&path, text).map_err(|e| format!("{path}: {e}"))?;
     }
