@@ -335,8 +335,8 @@ fn jobs(folder: &Path) -> Result<Vec<Vec<String>>, String> {
         job("export isg MACHINE ERRORS -o STEM.csv");
         job("import isg STEM.csv --machine MACHINE -o STEM-isg.toml");
         job("gcode square.ngc -o STEM.ngc --compensation BLOB --units mm");
-        job("generate BLOB -o STEM.rs");
-        job("generate BLOB -o STEM.c");
+        job("generate BLOB -o STEM.rs --compared 10000");
+        job("generate BLOB -o STEM.c --compared 10000");
     }
     for example in ["hu40", "kolibri"] {
         let folder = format!("examples/{example}");

@@ -1,6 +1,8 @@
 //! Computes the program from the same tree that is printed.
 
 use crate::program::{Local, Operation, Program, Statement, Value};
+// `f32::mul_add` calls the C library, and that of Windows (MinGW) rounds twice.
+use libm::fmaf as fused;
 use trueaxis::Travel;
 
 /// A program with room for its locals.
@@ -168,7 +170,7 @@ impl<'p> Machine<'p> {
         if let Some((x, y)) = self.product(inner) {
             let (x, y) = (self.value(x, given), self.value(y, given));
             return Some(match liberty {
-                Liberty::Fused(..) => (of_inner * x).mul_add(y, of_outer * outer),
+                Liberty::Fused(..) => fused(of_inner * x, y, of_outer * outer),
                 _ => x * (y * outer),
             });
         }
@@ -240,9 +242,9 @@ impl<'p> Machine<'p> {
             matches!(self.liberty, Some(Liberty::FusedFraction(at)) if std::ptr::eq(at, steps));
         if let Some((x, y)) = self.product(steps).filter(|_| is_taken) {
             let whole = self.indices[index.0] as f32;
-            let fused = self.value(x, given).mul_add(self.value(y, given), -whole);
+            let nearer = fused(self.value(x, given), self.value(y, given), -whole);
             if self.floats[fraction.0] > 0.0 {
-                self.floats[fraction.0] = fused;
+                self.floats[fraction.0] = nearer;
             }
         }
     }
@@ -282,7 +284,7 @@ impl<'p> Machine<'p> {
                 let p = if p < MOST { p } else { MOST };
                 let p = if p > -MOST { p } else { -MOST };
                 match self.is_fused(value) {
-                    true => (-p.floor()).mul_add(*period, d),
+                    true => fused(-p.floor(), *period, d),
                     false => d - p.floor() * period,
                 }
             }
@@ -290,7 +292,7 @@ impl<'p> Machine<'p> {
                 let steps = self.value(steps, given);
                 if (0.0..1.0).contains(&steps) {
                     match self.is_fused(value) {
-                        true => change.mul_add(steps, *first),
+                        true => fused(*change, steps, *first),
                         false => first + change * steps,
                     }
                 } else {

@@ -122,7 +122,7 @@ fn remedy(message: &str) -> &'static str {
     let kinds = [
         (
             "unknown field",
-            "write one of the keys named above, or take it out",
+            "write one of the keys named above, or take it out; a key of a later version of trueaxis needs that version",
         ),
         ("unknown variant", "write one of the values named above"),
         ("missing field", "add it"),

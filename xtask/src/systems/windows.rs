@@ -68,8 +68,8 @@ fn on_console(place: &TestPlace, job: &str, mut until: Option<&str>) -> Result<S
     let mut running = terminal
         .args(["-q", "-c", &words, "/dev/null"])
         .current_dir(&place.folder)
-        // A console of Windows has the code page 437 otherwise, and a terminal is not UTF-8 with this.
-        .env("LC_ALL", "C")
+        // The terminal shows any letter; the console itself keeps code page 437, in which UTF-8 would be other letters.
+        .env("LC_ALL", "C.UTF-8")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -11,6 +11,7 @@ mod collisions;
 mod comp_file;
 mod controls;
 mod endless;
+mod frozen;
 mod gcode;
 mod generate;
 mod height_map;

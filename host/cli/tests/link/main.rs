@@ -3,6 +3,7 @@
 mod calibrate;
 mod command;
 mod control;
+mod frozen;
 mod hosts;
 mod lossy;
 mod served;
