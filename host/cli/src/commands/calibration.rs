@@ -74,8 +74,8 @@ pub struct CalibrationOptions {
     /// Begin with this step, with the files of the steps before it in --folder
     #[arg(long, value_enum, default_value_t = CalibrationStep::Plan)]
     from: CalibrationStep,
-    /// Go on although errors that the machine may have are not measured, or lack a length reference: no limit that is
-    /// printed then includes them
+    /// Go on although some errors of the machine are not measured, or no length is known to scale them: the printed limits
+    /// do not include these errors
     #[arg(long)]
     accept_missing: bool,
     /// Accept balls and stylus where they are found, even if that is far from where they are stated
@@ -108,7 +108,7 @@ const OVER_TRAVEL: f64 = 2.0;
 /// Rotary positions at which the probe is qualified, at most, and their file.
 const POSES: usize = 3;
 const POSES_FILE: &str = "poses.csv";
-/// Part of the band by which what is measured may exceed it: the scatter of a root mean square of ten rows is a
+/// Part of the coverage interval that what is measured may reach: the scatter of a root mean square of ten rows is a
 /// quarter of it (2σ, 20 degrees of freedom).
 const SCATTER: f64 = 1.3;
 
@@ -836,5 +836,5 @@ fn removed(path: &Path) -> Result<(), BadInput> {
     }
 }
 
-/// Seed of the positions over which benefit and band are averaged, as in other commands.
+/// Seed of the positions over which benefit and coverage intervals are averaged, as in other commands.
 const SEED: u64 = 1;
