@@ -84,6 +84,30 @@ impl FileError {
         }
     }
 
+    /// The file is a machine file where an error file is expected, or the other way round; `None` if `text` is not a file
+    /// of the kind `is`.
+    pub(crate) fn swapped(text: &str, is: FileKind) -> Option<Self> {
+        let keys: toml::Table = toml::from_str(text).ok()?;
+        let has = |key: &str| keys.contains_key(key);
+        let (found, expected) = match is {
+            FileKind::Machine => (has("name") && has("axis"), "an error file"),
+            FileKind::Errors => (
+                has("machine") && ["parameters", "tabulated", "thermal"].into_iter().any(has),
+                "a machine file",
+            ),
+        };
+        let is = match is {
+            FileKind::Machine => "a machine file",
+            FileKind::Errors => "an error file",
+        };
+        found.then(|| {
+            Self::whole(
+                format!("this is {is}, where {expected} is expected"),
+                "check the order: the machine file comes first, then the error file",
+            )
+        })
+    }
+
     /// The line of the error, counted from 1.
     #[must_use]
     pub fn line(&self, text: &str) -> Option<usize> {
@@ -96,6 +120,15 @@ impl FileError {
                 + 1,
         )
     }
+}
+
+/// What a file describes.
+#[derive(Clone, Copy)]
+pub(crate) enum FileKind {
+    /// Axes, spindle and tool.
+    Machine,
+    /// Error parameters of a machine.
+    Errors,
 }
 
 /// Part of the message if numbers are missing or there are too many.

@@ -41,9 +41,13 @@ pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Opti
     bars.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     bars.truncate(BARS);
     let is_nothing = bars.is_empty();
-    // What counts for whoever has no time: all of them together, and what the tables leave.
+    // What counts for whoever has no time: all of them together, and what the tables leave, with the uncertainty of the
+    // parameters where it is known.
     let mut first = vec![of("together", &together.before, None)];
-    first.extend((together.after.iter()).map(|after| of("with the tables", after, None)));
+    first.extend(together.after.iter().map(|after| match &together.known {
+        Some(known) => of("with the tables (95 %)", &known.with_tables(after), None),
+        None => of("with the tables", after, None),
+    }));
     bars.splice(0..0, first);
     let (what, unit) = match at_tip {
         true => ("at the tip", "µm"),
@@ -119,7 +123,8 @@ pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> String {
                 negative,
             ));
         }
-        None => all.push(series(&motion.name, Ink::Accent, Mark::Line, positive)),
+        // The axis has its name.
+        None => all.push(series("", Ink::Accent, Mark::Line, positive)),
     }
     if !motion.measured_at.is_empty() {
         let measured = |points: &Series| {
@@ -269,7 +274,7 @@ pub fn curve(curve: &TableCurve, axes: &[AxisMotions]) -> String {
 }
 
 /// The correction of an axis along another, between its bounds; `None` if it varies along none.
-pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
+pub fn along(used: &AxisUse, axes: &[AxisMotions], is_first: bool) -> Option<String> {
     let along = used.along.as_ref()?;
     let ends = [along.at.first(), along.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let (factor, unit) = match used.unit.as_str() {
@@ -277,8 +282,12 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
         _ => (1e3, "0.001°"),
     };
     let positive = points(&along.at, &along.positive, factor);
-    let name = format!("Δ{}", used.axis);
-    let mut all = vec![series(&name, Ink::Accent, Mark::Line, positive)];
+    // The axis has its name.
+    let name = match along.negative {
+        Some(_) => "after positive travel",
+        None => "",
+    };
+    let mut all = vec![series(name, Ink::Accent, Mark::Line, positive)];
     if let Some(negative) = &along.negative {
         let negative = points(&along.at, negative, factor);
         all.push(series(
@@ -288,7 +297,8 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
             negative,
         ));
     }
-    for (name, bound) in [("value bound", used.value_bound), ("", -used.value_bound)] {
+    let bound = if is_first { "value bound" } else { "" };
+    for (name, bound) in [(bound, used.value_bound), ("", -used.value_bound)] {
         let line = ends.map(|q| [q, bound * factor]).to_vec();
         all.push(series(name, Ink::Muted, Mark::Dashed, line));
     }

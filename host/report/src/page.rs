@@ -88,9 +88,7 @@ pub fn page(report: &ReportFigures, model: &PageModel) -> Result<String, Error> 
             positioning => svgs(report.tests.positioning.iter().enumerate().map(|(k, p)| figures::positioning(p, &report.axes, k == 0))),
             curves => svgs(report.tables.iter().flat_map(|t| &t.curves)
                 .map(|c| figures::curve(c, &report.axes))),
-            uses => report.tables.iter().flat_map(|t| &t.axes)
-                .map(|a| svg(figures::along(a, &report.axes)))
-                .collect::<Vec<_>>(),
+            uses => uses(report),
             checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::CheckRecord::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
@@ -169,6 +167,16 @@ fn decimals(value: f64, count: i32) -> String {
     // Avoids "-0.0".
     let rounded = (value * unit).round() / unit + 0.0;
     format!("{rounded:.*}", count as usize).replace('-', "−")
+}
+
+/// The correction of each axis; the first chart names the bounds.
+fn uses(report: &ReportFigures) -> Vec<Value> {
+    let axes: Vec<_> = report.tables.iter().flat_map(|t| &t.axes).collect();
+    let first = axes.iter().position(|used| used.along.is_some());
+    let charts = axes.iter().enumerate();
+    charts
+        .map(|(k, used)| svg(figures::along(used, &report.axes, first == Some(k))))
+        .collect()
 }
 
 fn motions(report: &ReportFigures) -> Vec<Motions<'_>> {

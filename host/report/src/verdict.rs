@@ -1,6 +1,6 @@
 //! The summary at the top of a report.
 
-use super::words::{capital, figure, rounded_up};
+use super::words::{capital, figure, rounded_up, sensible};
 use super::{ErrorKnowledge, Share, Volumetric};
 use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tables::validate::{Quality, Statistics};
@@ -184,7 +184,7 @@ fn remaining(volumetric: &Volumetric, why: &str) -> String {
         Some(known) => format!(
             "{remaining}. The parameters are known to ±{} µm{} (95 %{}).",
             figure(known.coverage.translation_um.mean),
-            // The band of a direction that was not measured lacks the misfit.
+            // The interval of a direction that was not measured lacks the misfit.
             match known.is_direction_measured {
                 true => format!(" and ±{} µrad", figure(known.coverage.direction_urad.mean)),
                 false => String::new(),
@@ -206,7 +206,7 @@ fn with(volumetric: &Volumetric, after: &Quality, reduce: &str, why: &str) -> St
         parts.push(format!(
             "the tip error from {} to {} µm",
             figure(before.translation_um.mean),
-            figure(after.translation_um.mean)
+            sensible(after.translation_um.mean)
         ));
     }
     let [was, is] = [before, after].map(|quality| quality.direction_urad.mean);
@@ -374,7 +374,7 @@ mod tests {
                  and 6.1 µm at the worst, and the tool direction by 7.7, 7.7 and 16 µrad (each with 95 % probability, over \
                  the travel). This includes the uncertainty of the parameters, and the remaining error of the tables.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
-                "With exact parameters, the tables reduce the tip error from 66 to 0.050 µm and the direction error \
+                "With exact parameters, the tables reduce the tip error from 66 to 0.05 µm and the direction error \
                  from 89 to 1.7 µrad (means). The parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
             ]
         );
@@ -395,7 +395,7 @@ mod tests {
         let said = sentences(&found, &[], &none(), WHY);
         assert!(
             said[0].starts_with(
-                "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm"
+                "If the errors are as entered, the tables reduce the tip error from 66 to 0.05 µm"
             ) && said[0].ends_with("(means). The errors have no uncertainties."),
             "{said:?}"
         );
@@ -445,7 +445,7 @@ mod tests {
         found.kinematic = Some(quality(0.0, 89.0));
         assert_eq!(
             sentences(&found, &[], &none(), WHY)[0],
-            "If the errors are as entered, the tables reduce the tip error from 66 to 0.050 µm (means); 89 µrad of \
+            "If the errors are as entered, the tables reduce the tip error from 66 to 0.05 µm (means); 89 µrad of \
              direction error remain with any tables: no axis turns the tool. The errors have no uncertainties."
         );
         found.after = Some(quality(0.05, 1.75));

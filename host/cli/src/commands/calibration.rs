@@ -69,8 +69,8 @@ pub struct CalibrationOptions {
     /// Begin with this step, with the files of the steps before it in --folder
     #[arg(long, value_enum, default_value_t = CalibrationStep::Plan)]
     from: CalibrationStep,
-    /// Go on although errors that the machine may have are not measured, or lack a length reference: no limit that is
-    /// printed then includes them
+    /// Go on although some errors of the machine are not measured, or no length is known to scale them: the printed limits
+    /// do not include these errors
     #[arg(long)]
     accept_missing: bool,
     /// Accept balls and stylus where they are found, even if that is far from where they are stated

@@ -8,10 +8,10 @@ use trueaxis_measure::plan::Probe;
 /// Geometry of the touches.
 #[derive(Clone, Args)]
 pub struct TouchOptions {
-    /// Diameter of the balls (required for a program, otherwise 20)
+    /// Diameter of the balls; must be given if a probing program is written (plans and simulations assume 20)
     #[arg(long, value_name = "MM", value_parser = positive)]
     ball_diameter: Option<f64>,
-    /// Diameter of the stylus tip (required for a program, otherwise 6)
+    /// Diameter of the stylus tip; must be given if a probing program is written (plans and simulations assume 6)
     #[arg(long, value_name = "MM", value_parser = positive)]
     stylus_diameter: Option<f64>,
     /// Distance from the ball at which a touch begins

@@ -26,6 +26,44 @@ fn an_unknown_key_is_refused() {
 }
 
 #[test]
+fn a_value_with_a_unit_is_refused_with_the_number_to_write() {
+    for value in ["\"30 um\"", "\"30µrad\"", "30 um", "\"-3.5e1 arcsec\""] {
+        refuses(
+            &format!("[parameters]\nEB0A = {value}"),
+            3,
+            "",
+            "without unit and quotes: values are in mm and rad: 30 µm is 30e-3",
+        );
+    }
+    refuses(
+        "[parameters]\nEB0A = \"many\"",
+        3,
+        "invalid type",
+        "numbers have no quotes",
+    );
+}
+
+#[test]
+fn swapped_files_are_named_as_such() {
+    let [machine, errors] = ["kolibri/machine.toml", "kolibri/errors-10.toml"].map(example);
+    let order = "the machine file comes first, then the error file";
+    let is_errors = "errors-10.toml: this is an error file, where a machine file is expected";
+    for command in [
+        vec!["compile", &errors, &machine, "-o", "x.trax"],
+        vec!["pose", &errors, "--at", "X=1"],
+    ] {
+        refused(&command, &[is_errors, order]);
+    }
+    refused(
+        &["explain", &machine, &machine],
+        &[
+            "machine.toml: this is a machine file, where an error file is expected",
+            order,
+        ],
+    );
+}
+
+#[test]
 fn an_unknown_name_is_refused() {
     refuses(
         "[parameters]\nEXX1 = 1e-5\nEXQ1 = 1e-5",
@@ -51,13 +89,13 @@ fn an_error_that_cannot_be_physical_is_refused() {
         "[parameters]\nEB0A = 0.2",
         3,
         "EB0A cannot be physical",
-        "1 mrad = 1e-3",
+        "30 µrad (30 µm/m) is 30e-6",
     );
     refuses(
         "[parameters]\nEB0A = nan",
         3,
         "EB0A cannot be physical",
-        "1 mrad = 1e-3",
+        "30 µrad (30 µm/m) is 30e-6",
     );
     refuses(
         "[parameters]\nEXX1 = 1e-5\nEAX1 = 1e-2",
@@ -242,7 +280,7 @@ fn a_motion_that_is_too_large_with_its_backlash_is_refused() {
         "[parameters]\nEAX0 = 0.06\nEAXb = -0.05",
         3,
         "EAX0 cannot be physical",
-        "1 mrad = 1e-3",
+        "30 µrad (30 µm/m) is 30e-6",
     );
 }
 

@@ -10,7 +10,7 @@ mod thermal;
 
 use super::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::Machine;
-use crate::source::{Exactly, FileError, right_case};
+use crate::source::{Exactly, FileError, FileKind, right_case};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -166,8 +166,15 @@ impl ErrorModel {
         machine: &Machine,
         read: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<Self, FileError> {
-        let file: ErrorsFile =
-            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let file: ErrorsFile = toml::from_str(text).map_err(|error| {
+            FileError::swapped(text, FileKind::Machine).unwrap_or_else(|| {
+                let mut error = FileError::syntax(&error, text);
+                if has_unit(text, error.span.as_ref()) {
+                    error.remedy = format!("write a number without unit and quotes: {MM_AND_RAD}");
+                }
+                error
+            })
+        })?;
         if *file.machine.get_ref() != machine.name {
             return Err(FileError::at(
                 file.machine.span(),
@@ -345,8 +352,27 @@ fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
         span,
         format!("{name} cannot be physical: not a finite number, or over {limit} {unit}"),
         "here",
-        "parameters are in mm and rad (1 mrad = 1e-3), coefficients per mm or rad to their degree",
+        format!("{MM_AND_RAD}; coefficients are per mm or rad to their degree"),
     )
+}
+
+/// How values are written.
+const MM_AND_RAD: &str =
+    "values are in mm and rad: 30 µm is 30e-3, 30 µrad (30 µm/m) is 30e-6, 1 arcsec is 4.85e-6";
+
+/// True if the value at a place is a number with a unit, with or without quotes.
+fn has_unit(text: &str, span: Option<&Range<usize>>) -> bool {
+    let value = span.and_then(|span| text.get(span.start..)).unwrap_or("");
+    let value = value.lines().next().unwrap_or("").trim_start_matches('"');
+    let is_number = |c: char| c.is_ascii_digit() || "+-.eE_".contains(c);
+    let unit = value.trim_start_matches(is_number).trim_start();
+    value.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+        && [
+            "um", "µm", "μm", "mm", "nm", "urad", "µrad", "μrad", "mrad", "rad", "arcsec", "deg",
+            "°",
+        ]
+        .into_iter()
+        .any(|known| unit.starts_with(known))
 }
 
 /// A part of an error motion, as written in the file.

@@ -6,7 +6,7 @@ mod warnings;
 use super::{
     Axis, Branch, CorrectionLimits, Letter, MAX_AXES, Machine, MachineError, MachineProblem,
 };
-use crate::source::{Exactly, FileError, right_case};
+use crate::source::{Exactly, FileError, FileKind, right_case};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -79,8 +79,10 @@ impl Machine {
     /// topology that does not match the axes, an empty travel, a value that is not finite, a missing tool axis, and
     /// whatever [`check`](trueaxis_kinematics::Machine::check) refuses.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
-        let file: MachineFile =
-            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let file: MachineFile = toml::from_str(text).map_err(|error| {
+            FileError::swapped(text, FileKind::Errors)
+                .unwrap_or_else(|| FileError::syntax(&error, text))
+        })?;
         let axes = file.axes()?;
         let tool = file.tool()?;
         let spindle = file.spindle(tool)?;

@@ -26,9 +26,7 @@
     const numbers = `${far.mm.toExponential(1)} mm and ${far.rad.toExponential(1)} rad`;
     if (far.agrees) {
       const same = model.tables && far.corrections === 0 ? ", corrections to the bit" : "";
-      where.textContent =
-        `Poses and errors are computed in this page. At ${far.positions} positions they agree with ` +
-        `the program's to ${numbers}${same}.`;
+      where.textContent = `The drawings are computed in this page. At ${far.positions} positions they agree with the program${same}.`;
       return;
     }
     where.textContent =
