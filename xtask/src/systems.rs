@@ -1,6 +1,6 @@
 //! `cargo xtask systems`: the command as one file for Windows, for Linux on ARM and for macOS. That for Windows runs
 //! under Wine, the one for ARM in QEMU: the same commands on all examples write the same bytes as the command of this
-//! computer. The one for macOS is compiled, but not linked.
+//! computer. The one for macOS is compiled, but not linked; LinuxCNC's component for ARM is linked, but not run.
 
 mod windows;
 
