@@ -152,22 +152,26 @@ impl Corrector<'_> {
 }
 
 impl Dividing<'_> {
-    /// The longest arc that keeps the path from a chord on, and the chord at which it ends: all that is left, otherwise
-    /// in strides that double while they hold, then in ones that halve.
+    /// The longest arc that keeps the path from a chord on, and the chord at which it ends: the whole stretch, otherwise
+    /// in strides that double while they hold, then in ones that halve. So of many turns each arc looks at what it may be,
+    /// not at all that is left.
     fn longest(&self, begin: usize, from: &PerLetter) -> Result<Option<(usize, Piece)>, Lost> {
-        if let Some(piece) = self.fit([begin, self.chords], from)? {
+        if begin == 0
+            && let Some(piece) = self.fit([begin, self.chords], from)?
+        {
             return Ok(Some((self.chords, piece)));
         }
         let (mut good, mut step, mut grows) = (None, 1, true);
         while step > 0 {
-            let end = good.map_or(begin, |(end, _)| end) + step;
-            let fits = match end < self.chords {
+            let at = good.map_or(begin, |(end, _)| end);
+            let end = (at + step).min(self.chords);
+            let fits = match end > at {
                 true => self.fit([begin, end], from)?,
-                false => None,
+                false => break,
             };
             grows &= fits.is_some();
             good = fits.map(|piece| (end, piece)).or(good);
-            step = if grows { 2 * step } else { step / 2 };
+            step = if grows { 2 * step } else { (end - at) / 2 };
         }
         Ok(good)
     }
@@ -201,16 +205,22 @@ impl Dividing<'_> {
             chord => (self.place)(first.t + (last.t - first.t) * chord as f64 / self.chords as f64),
         };
         let (begin, end) = (end(a)?, end(b)?);
-        let within = self.nodes.iter().copied();
-        let mut nodes: Vec<Node> = within.filter(|n| n.t > begin.t && n.t < end.t).collect();
-        if nodes.len() < PLACES {
+        let [after, before] = [
+            self.nodes.partition_point(|node| node.t <= begin.t),
+            self.nodes.partition_point(|node| node.t < end.t),
+        ];
+        let within = self.nodes.get(after..before).unwrap_or_default();
+        let mut nodes = Vec::with_capacity(within.len() + PLACES + 2);
+        nodes.push(begin);
+        nodes.extend_from_slice(within);
+        if within.len() < PLACES {
             for k in 1..=PLACES {
                 let part = k as f64 / (PLACES + 1) as f64;
                 nodes.push((self.place)(begin.t + part * (end.t - begin.t))?);
             }
+            nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
         }
-        nodes.extend([begin, end]);
-        nodes.sort_by(|a, b| a.t.total_cmp(&b.t));
+        nodes.push(end);
         Ok(nodes)
     }
 }

@@ -3,6 +3,7 @@
 
 use super::{corrected, refuses, run};
 use crate::program::{Folder, answer, blob, example, refused};
+use std::time::{Duration, Instant};
 
 /// A setup for `xyzac-trt` in the middle of its travel, with every axis known to have gone up.
 const FIVE: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -125\nA = 0\nC = 0\n\
@@ -155,6 +156,19 @@ fn turns_behind_a_step_onto_the_path_stay_as_many() {
     let (out, said) = run(&folder, program, &["--check"]);
     assert!(said.contains("arcs: 1 stay"), "{said}");
     assert!(out.contains("P2"), "{out}");
+}
+
+#[test]
+fn hundreds_of_turns_take_the_time_of_their_arcs() {
+    let folder = Folder::new();
+    // It is compiled once, and not counted.
+    blob("mill-21");
+    let start = Instant::now();
+    let program = "G21 G90 G17 F800\nG0 X50 Y50 Z50\nG2 I-12 P900\nM30\n";
+    let (out, _) = run(&folder, program, &["--check"]);
+    // 0.6 s of processor time; 33 s where each arc looked at all turns that were left.
+    assert!(start.elapsed() < Duration::from_secs(10));
+    assert!(out.lines().count() > 1000);
 }
 
 #[test]
