@@ -172,7 +172,7 @@ fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
 }
 
 /// The size of a compensation that meets the tolerance of `options` without limits of the target; `None` if that
-/// does not meet it either.
+/// does not meet it either, or not without joint effects of motions.
 fn unlimited(
     finder: &mut Finder<'_>,
     machine: &Machine,

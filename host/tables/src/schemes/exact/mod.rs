@@ -130,9 +130,10 @@ impl<'a> Exact<'a> {
             return Ok(None);
         }
         // Drafts for a finer or a coarser tolerance may improve a result that misses the tolerance, unless only capacity
-        // is lacking: then the smallest parts have been left out already.
+        // is lacking: then the smallest parts have been left out already. What misses a tolerance has no size to state.
         if !search.run(&tolerance)?
             && !search.fit()?
+            && effort != Effort::IfItFits
             && !search.lacks_room()
             && !search.finer(&tolerance)?
             && !search.fit()?

@@ -95,7 +95,8 @@ pub enum Effort {
     IfWithinReach,
     /// The same, and no result that clearly misses the tolerance either.
     IfNearlyMet,
-    /// No result unless the target holds everything that the tolerance needs.
+    /// No result unless the target holds everything that the tolerance needs, without joint effects: only its size is of
+    /// interest, and they take most of the time.
     IfItFits,
 }
 
@@ -244,6 +245,10 @@ impl<'a> Search<'a> {
         // Joint effects do not help if most of the error was left out for lack of capacity.
         let hopeless = first.error > HOPELESS;
         let other = first.error > CUT * first.attempt.left_out;
+        let is_left_to_joint = other && self.effort == Effort::IfItFits;
+        if hopeless && is_left_to_joint {
+            return Ok(false);
+        }
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
             let work = match hopeless {
                 true => MOST_WORK_IF_HOPELESS,
@@ -263,7 +268,7 @@ impl<'a> Search<'a> {
         {
             return Ok(true);
         }
-        if first.attempt.is_full {
+        if first.attempt.is_full || is_left_to_joint {
             return Ok(false);
         }
         let pairs = joint(self)?;
@@ -462,7 +467,11 @@ impl<'a> Search<'a> {
         let error =
             |best: &Option<Candidate>| best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
         let reached = error(&self.best);
-        for factor in COARSER.into_iter().rev().filter(|f| *f < 4.0 * reached) {
+        // Begin where a structure may leave out even the largest correction: coarser tolerances need no tables either.
+        let needs_none = 2.0 * self.sampled.trials.largest(tolerance) / self.first_share();
+        let count = COARSER.partition_point(|f| *f < needs_none) + 1;
+        let wanted = COARSER.into_iter().take(count).rev();
+        for factor in wanted.filter(|f| *f < 4.0 * reached) {
             // Its draft may be worse before its weights are fitted.
             let before = self.best.take();
             let met = self.run(&tolerance.map(|t| t * factor))?;

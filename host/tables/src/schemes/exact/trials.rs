@@ -95,6 +95,15 @@ impl Trials {
         })
     }
 
+    /// Largest reference correction, in units of the tolerance: what a structure without terms leaves.
+    pub fn largest(&self, tolerance: &PerAxis) -> f64 {
+        let all = self
+            .corrections
+            .iter()
+            .flat_map(|c| c.iter().zip(tolerance));
+        all.fold(0.0, |most, (c, t)| most.max((c / t).abs()))
+    }
+
     /// Largest difference of the structure from the reference correction, in units of the tolerance.
     pub fn error(&self, found: &Decomposition<'_>) -> Result<f64, NotConverged> {
         let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
@@ -113,5 +122,37 @@ impl Trials {
             }
         }
         Ok(worst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::structure::Structure;
+    use super::super::variables::variables;
+    use super::*;
+    use trueaxis_model::kinematics::Kinematics;
+
+    #[test]
+    fn a_structure_without_terms_leaves_the_largest_correction() {
+        let machine = with_rotary(&[]);
+        // Y goes astray by 2 µm at both ends of X.
+        let errors = errors(&machine, "[parameters]\nEYX1 = 1e-5\n");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, variables, PerAxis::default());
+        let trials = Trials::new(&sampler).unwrap();
+        let tolerance = [1e-3; 6];
+        let found = Decomposition {
+            sampler: &sampler,
+            components: &[],
+            bases: &[],
+            tolerance: &tolerance,
+            structure: &Structure::default(),
+        };
+        assert_eq!(trials.largest(&tolerance), trials.error(&found).unwrap());
+        // Corners are at the ends, or one part in a hundred of the travel inside of them.
+        let largest = trials.largest(&tolerance);
+        assert!((1.96 - 1e-9..=2.0 + 1e-9).contains(&largest), "{largest}");
     }
 }
