@@ -72,13 +72,6 @@ enum Mishap {
 enum Failure {
     Refused(CalibrationRefusal),
     Stopped,
-    Simulated(SimulateError),
-}
-
-impl From<SimulateError> for Failure {
-    fn from(error: SimulateError) -> Self {
-        Self::Simulated(error)
-    }
 }
 
 /// A machine with errors, its measurements, and what corrects it.
@@ -98,17 +91,12 @@ struct Simulated<'a> {
 
 impl Simulated<'_> {
     /// Probes rows on the real machine, with the compensation that is loaded.
-    fn probe_rows(&self, rows: &Probings, seed: u64) -> Result<Probings, Failure> {
+    fn probe_rows(&self, rows: &Probings, seed: u64) -> Probings {
         self.probe_balls(self.artefact.clone(), rows, seed)
     }
 
     /// Probes rows on balls that are where this artefact has them.
-    fn probe_balls(
-        &self,
-        mut artefact: Artefact,
-        rows: &Probings,
-        seed: u64,
-    ) -> Result<Probings, Failure> {
+    fn probe_balls(&self, mut artefact: Artefact, rows: &Probings, seed: u64) -> Probings {
         if let Mishap::Stylus(by) = self.mishap {
             artefact.stylus.tip[2] = artefact.stylus.tip[2].map(|z| z - by);
         }
@@ -119,17 +107,20 @@ impl Simulated<'_> {
         };
         let kinematics = Kinematics::new(self.machine, self.real);
         let Some(made) = self.made.as_ref().filter(|_| self.is_loaded) else {
-            return Ok(probings(&kinematics, &artefact, rows, &disturbances)?);
+            let measured = probings(&kinematics, &artefact, rows, &disturbances);
+            return measured.expect("balls that can be reached");
         };
         let runtime = Runtime::load(&made.blob).expect("it was compiled");
         let factor = match self.mishap {
             Mishap::Corrections(factor) => factor,
             _ => 1.0,
         };
-        compensated(&kinematics, &artefact, rows, &disturbances, |rows| {
+        let measured = compensated(&kinematics, &artefact, rows, &disturbances, |rows| {
             let all = corrections(self.machine, &runtime, rows);
-            Ok(all.into_iter().map(|one| one.map(|v| factor * v)).collect())
-        })
+            let scaled = all.into_iter().map(|one| one.map(|v| factor * v));
+            Ok::<_, SimulateError>(scaled.collect())
+        });
+        measured.expect("balls that can be reached")
     }
 }
 
@@ -141,13 +132,13 @@ impl CalibratedMachine for Simulated<'_> {
     }
 
     fn probe(&mut self) -> Result<bool, Failure> {
-        self.measured[1] = Some(self.probe_rows(&self.plan.validation, 1)?);
+        self.measured[1] = Some(self.probe_rows(&self.plan.validation, 1));
         let rows = &self.plan.planned.judgement.plan;
-        let mut plan = self.probe_rows(rows, 2)?;
+        let mut plan = self.probe_rows(rows, 2);
         if self.mishap == Mishap::Ball {
             let mut artefact = self.artefact.clone();
             artefact.balls[0].nominal = artefact.balls[0].nominal.map(|ball| ball.add_scalar(0.1));
-            let later = self.probe_balls(artefact, rows, 2)?;
+            let later = self.probe_balls(artefact, rows, 2);
             let half = rows.rows.len() / 2;
             plan.rows[half..].clone_from_slice(&later.rows[half..]);
         }
@@ -202,7 +193,7 @@ impl CalibratedMachine for Simulated<'_> {
         if self.mishap == Mishap::Stops {
             return Err(Failure::Stopped);
         }
-        self.measured[2] = Some(self.probe_rows(&self.plan.validation, 3)?);
+        self.measured[2] = Some(self.probe_rows(&self.plan.validation, 3));
         Ok(())
     }
 
