@@ -48,7 +48,26 @@ impl State {
             self.next_tool = Some(whole(word)?);
         }
         let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
+        let (mut turns, mut cools, mut dries) = (false, false, false);
         for (place, word) in machine_words.enumerate() {
+            // Which of two acts last is the controller's choice, and M5 and M9 may wait for the end of the motion.
+            let is_second = match word.tenths() {
+                Some(30 | 40 | 50) => std::mem::replace(&mut turns, true),
+                // Mist and flood may run together.
+                Some(70 | 80) => {
+                    cools = true;
+                    dries
+                }
+                Some(90) => std::mem::replace(&mut dries, true) || cools,
+                _ => false,
+            };
+            if is_second {
+                return Err(Fault::new(
+                    word.span(),
+                    "a second word of spindle or coolant in the line",
+                    "write two lines",
+                ));
+            }
             let Some(machine) = word.machine(asked.rules.dialect) else {
                 if is_passed(word, asked.rules) {
                     continue;

@@ -15,6 +15,16 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G187 P1", &["line 3", "G187", "--pass G187"]),
         ("M100", &["line 3", "M100", "--pass M100"]),
         ("G0 G1 X5 F1", &["line 3", "G1", "second motion word"]),
+        ("M5 G0 X5 M3", &["line 3", "M3", "second word of spindle"]),
+        (
+            "M8 G0 X5 M9",
+            &[
+                "line 3",
+                "M9",
+                "second word of spindle or coolant",
+                "two lines",
+            ],
+        ),
         ("G0 X900", &["line 3", "X900", "outside its travel", "500"]),
         // Its place is within, its correction leads out.
         (
