@@ -1,6 +1,7 @@
 //! `cargo xtask python`: the wheel, built and tested beside the command in an environment of its own.
 
-use crate::process::{NOT_RUN, arena, root, run, target, trueaxis, works};
+use crate::process::{NOT_RUN, arena, output, root, run, target, trueaxis, works};
+use crate::systems::TestedSystem;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -13,25 +14,15 @@ const PACKAGES: [&str; 4] = ["maturin[zig]>=1.8,<2", "numpy", "matplotlib", "pyt
 /// If the wheel cannot be built, or a test fails.
 pub fn execute() -> Result<Option<PathBuf>, String> {
     let folder = target("python");
-    let environment = folder.join("environment");
-    let python = environment.join("bin/python");
-    if !works(
-        Command::new(&python).args(["-c", "import maturin, ziglang, numpy, matplotlib, pytest"]),
-    ) {
-        let made = works(
-            Command::new("python3")
-                .args(["-m", "venv"])
-                .arg(&environment),
-        ) && works(pip(&python).args(PACKAGES));
-        if !made {
-            eprintln!(
-                "{NOT_RUN}the wheel for Python: python3 with venv, or {} could not be installed",
-                PACKAGES.join(", ")
-            );
-            return Ok(None);
-        }
-    }
-    let wheel = wheel(&folder, &python)?;
+    let Some(python) = environment(&folder) else {
+        return Ok(None);
+    };
+    // Zig links against a glibc as old as Rust's own library allows.
+    let wheel = wheel(
+        &folder,
+        &python,
+        &["--zig", "--compatibility", "manylinux2014"],
+    )?;
     run(pip(&python)
         .args(["--force-reinstall", "--no-deps"])
         .arg(&wheel))?;
@@ -43,6 +34,70 @@ pub fn execute() -> Result<Option<PathBuf>, String> {
         .current_dir(&folder))?;
     println!("{}", wheel.display());
     Ok(Some(wheel))
+}
+
+/// The wheel for Windows, which only needs what Windows and every CPython have; it is not run. `None` if its environment
+/// cannot be made here.
+///
+/// # Errors
+/// If it cannot be built, or needs another library.
+pub fn for_windows() -> Result<Option<PathBuf>, String> {
+    let folder = target("python");
+    let Some(python) = environment(&folder) else {
+        return Ok(None);
+    };
+    let system = TestedSystem::Windows;
+    system.provide()?;
+    let wheel = wheel(&folder, &python, &["--target", system.target()])?;
+    let module = folder
+        .join(system.target())
+        .join("release/trueaxis_native.dll");
+    let parts = output(
+        Command::new("x86_64-w64-mingw32-objdump")
+            .arg("-p")
+            .arg(module),
+    )?;
+    let libraries = parts
+        .lines()
+        .filter_map(|l| l.trim().strip_prefix("DLL Name: "));
+    let is_usual = |name: &&str| {
+        const USUAL: [&str; 5] = [
+            "KERNEL32.dll",
+            "msvcrt.dll",
+            "ntdll.dll",
+            "python3.dll",
+            "bcryptprimitives.dll",
+        ];
+        USUAL.contains(name) || name.starts_with("api-ms-win-core-")
+    };
+    let others: Vec<&str> = libraries.filter(|name| !is_usual(name)).collect();
+    match others.is_empty() {
+        true => Ok(Some(wheel)),
+        false => Err(format!("the wheel for Windows needs {}", others.join(", "))),
+    }
+}
+
+/// The Python with what the wheel is built and tested with; `None`, with a reason printed, if it cannot be made here.
+fn environment(folder: &Path) -> Option<PathBuf> {
+    let environment = folder.join("environment");
+    let python = environment.join("bin/python");
+    if works(
+        Command::new(&python).args(["-c", "import maturin, ziglang, numpy, matplotlib, pytest"]),
+    ) {
+        return Some(python);
+    }
+    let made = works(
+        Command::new("python3")
+            .args(["-m", "venv"])
+            .arg(&environment),
+    ) && works(pip(&python).args(PACKAGES));
+    if !made {
+        eprintln!(
+            "{NOT_RUN}the wheel for Python: python3 with venv, or {} could not be installed",
+            PACKAGES.join(", ")
+        );
+    }
+    made.then_some(python)
 }
 
 /// The wheel with nothing but what it declares, in an environment of its own: it compiles `example`, a machine and its
@@ -64,15 +119,14 @@ pub fn alone(wheel: &Path, example: &[&str]) -> Result<(), String> {
         .current_dir(&environment))
 }
 
-fn pip(python: &PathBuf) -> Command {
+fn pip(python: &Path) -> Command {
     let mut command = Command::new(python);
     command.args(["-m", "pip", "install", "-q"]);
     command
 }
 
-/// Builds the wheel for Linux with glibc 2.17 or later, as old as Rust's own library allows; returns its path. Zig links
-/// against such an old one.
-fn wheel(folder: &PathBuf, python: &PathBuf) -> Result<PathBuf, String> {
+/// Builds the wheel for a system; returns its path.
+fn wheel(folder: &Path, python: &Path, system: &[&str]) -> Result<PathBuf, String> {
     let wheels = folder.join("wheels");
     let _ = std::fs::remove_dir_all(&wheels);
     // maturin asks the first Python on the path for zig.
@@ -81,18 +135,9 @@ fn wheel(folder: &PathBuf, python: &PathBuf) -> Result<PathBuf, String> {
     let paths = std::env::join_paths(own.chain(std::env::split_paths(&paths)))
         .map_err(|e| format!("PATH: {e}"))?;
     run(Command::new(python)
-        .args([
-            "-m",
-            "maturin",
-            "build",
-            "--release",
-            "-q",
-            "--locked",
-            "--zig",
-            "--compatibility",
-            "manylinux2014",
-            "-o",
-        ])
+        .args(["-m", "maturin", "build", "--release", "-q", "--locked"])
+        .args(system)
+        .arg("-o")
         .arg(&wheels)
         .current_dir(root().join("python"))
         .env("PATH", paths)

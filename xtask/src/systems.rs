@@ -52,12 +52,28 @@ impl TestedSystem {
         }
     }
 
+    /// Installs Rust's library and, for Windows, the linker.
+    ///
+    /// # Errors
+    /// If the linker cannot be installed.
+    pub fn provide(self) -> Result<(), String> {
+        works(Command::new("rustup").args(["target", "add", self.target()]));
+        match self {
+            Windows => packages::provide(
+                "x86_64-w64-mingw32-gcc",
+                &["gcc-mingw-w64-x86-64"],
+                "what is built for Windows",
+            ),
+            Arm | Mac => Ok(()),
+        }
+    }
+
     /// Builds the command with a profile; `None`, with a reason printed, if this computer cannot build it.
     ///
     /// # Errors
     /// If it does not build.
     pub fn build(self, profile: &str) -> Result<Option<PathBuf>, String> {
-        works(Command::new("rustup").args(["target", "add", self.target()]));
+        self.provide()?;
         let words = [
             "-q",
             "-p",
@@ -70,11 +86,6 @@ impl TestedSystem {
         let mut build = cargo();
         match self {
             Windows => {
-                packages::provide(
-                    "x86_64-w64-mingw32-gcc",
-                    &["gcc-mingw-w64-x86-64"],
-                    "the command for Windows",
-                )?;
                 build.arg("rustc");
             }
             // Rust's own linker and C library: nothing of the system is needed.
