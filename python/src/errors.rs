@@ -55,13 +55,13 @@ impl Errors {
     #[pyo3(signature = (parameters, machine, *, standard_uncertainty=None))]
     fn from_dict(
         py: Python<'_>,
-        parameters: BTreeMap<String, f64>,
+        parameters: BTreeMap<String, Bound<'_, PyAny>>,
         machine: &Machine,
-        standard_uncertainty: Option<BTreeMap<String, f64>>,
+        standard_uncertainty: Option<BTreeMap<String, Bound<'_, PyAny>>>,
     ) -> PyResult<Self> {
-        let mut text = head(machine) + &section("parameters", &parameters)?;
+        let mut text = head(machine) + &section("parameters", &numbers(parameters)?)?;
         if let Some(uncertainty) = standard_uncertainty {
-            text += &section("standard_uncertainty", &uncertainty)?;
+            text += &section("standard_uncertainty", &numbers(uncertainty)?)?;
         }
         let none = |_: &str| Err(String::new());
         let model = ErrorModel::with_files(&text, &machine.0, &none)
@@ -153,6 +153,18 @@ fn head(machine: &Machine) -> String {
         "machine = {}\n",
         serde_json::Value::from(machine.0.name.as_str())
     )
+}
+
+/// Values by name, or the name of the one that is no number.
+fn numbers(values: BTreeMap<String, Bound<'_, PyAny>>) -> PyResult<BTreeMap<String, f64>> {
+    let number = |(name, value): (String, Bound<'_, PyAny>)| match value.extract() {
+        Ok(number) => Ok((name, number)),
+        Err(_) => Err(raise(
+            format!("{name}: {} is not a number", value.repr()?),
+            "write mm or rad: 30 µm is 30e-3, 30 µrad is 30e-6",
+        )),
+    };
+    values.into_iter().map(number).collect()
 }
 
 /// A section of an error file.

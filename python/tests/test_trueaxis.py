@@ -444,6 +444,10 @@ class Alone(unittest.TestCase):
         for value in [float("nan"), float("inf")]:
             with self.assertRaisesRegex(trueaxis.Error, "not finite"):
                 trueaxis.Errors.from_dict({"EXX1": value}, machine)
+        for value in ["30 um", None]:
+            with self.assertRaisesRegex(trueaxis.Error, "EXX1: .* is not a number") as caught:
+                trueaxis.Errors.from_dict({"EXX1": value}, machine)
+            self.assertIn("30e-3", str(caught.exception))
 
     def test_doubts_are_warnings_of_python(self):
         _, machine, _ = files("huron-k2x8", "errors-13.toml")
