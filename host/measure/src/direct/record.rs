@@ -4,7 +4,7 @@ use super::{DirectResult, FoundLocation, FoundMotion, Measurement};
 use serde::Serialize;
 use trueaxis_model::machine::Machine;
 
-/// All results of [`solve`](super::solve); positions in mm and degrees.
+/// All results of [`solve`](fn@super::solve); positions in mm and degrees.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DirectRecord {
     /// Name of the machine.
