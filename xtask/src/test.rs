@@ -149,7 +149,6 @@ fn rest() -> Vec<TestStep> {
         step("exports beside the firmware of printers", "xtask printers"),
         step("reports in a browser", "xtask report"),
         step("the command in browsers", "xtask web --check"),
-        step("the command for Windows", "xtask systems windows"),
         step("the wheel for Python", "xtask python"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(

@@ -15,9 +15,9 @@ fn set(pin: &str, value: &str) -> String {
     format!("setp trueaxis.{pin} {value}\n")
 }
 
-/// The thread polls once per millisecond.
+/// The thread polls once per millisecond, on a busy computer later.
 fn pulse(pin: &str) -> String {
-    set(pin, "0") + "loadusr -w sleep 0.02\n" + &set(pin, "1")
+    set(pin, "0") + "loadusr -w sleep 0.3\n" + &set(pin, "1")
 }
 
 /// Waits for a reason why the corrections are not in, and the joint that they wait for.
