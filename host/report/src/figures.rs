@@ -4,7 +4,7 @@ use super::{
     AxisMotions, AxisUse, CircularTest, Diagonal, ErrorBudget, Identification, MotionShown,
     Positioning, Share, TableCurve, Volumetric,
 };
-use crate::picture::{Bars, Chart, ChartBar, Ink, Mark, Picture, Polar, PolarTurn, Scale, Series};
+use crate::picture::{Bars, Chart, ChartBar, Drawing, Ink, Mark, Polar, PolarTurn, Scale, Series};
 use trueaxis_measure::formats::validation::{Scatter, Validation};
 use trueaxis_tables::validate::Quality;
 
@@ -14,7 +14,7 @@ const BARS: usize = 30;
 const NOTHING: f64 = 1e-4;
 
 /// Bars for the effect of each parameter at the tip or on the tool direction; `None` if there is no effect.
-pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Option<Picture> {
+pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Option<Bars> {
     let statistics = |quality: &Quality| match at_tip {
         true => quality.translation_um,
         false => quality.direction_urad,
@@ -65,7 +65,7 @@ pub fn budget(budget: &ErrorBudget, together: &Volumetric, at_tip: bool) -> Opti
         ink: Ink::Accent,
         bars,
     };
-    (!is_nothing).then(|| bars.draw())
+    (!is_nothing).then_some(bars)
 }
 
 fn points(at: &[f64], values: &[f64], factor: f64) -> Vec<[f64; 2]> {
@@ -84,7 +84,7 @@ fn series(name: &str, ink: Ink, mark: Mark, points: Vec<[f64; 2]>) -> Series {
     }
 }
 
-fn chart(title: String, x: Scale, y: &str, shaded: Vec<[f64; 2]>, series: Vec<Series>) -> String {
+fn chart(title: String, x: Scale, y: &str, shaded: Vec<[f64; 2]>, series: Vec<Series>) -> Chart {
     let values = series.iter().flat_map(|s| &s.points).map(|p| p[1]);
     Chart {
         title,
@@ -93,8 +93,6 @@ fn chart(title: String, x: Scale, y: &str, shaded: Vec<[f64; 2]>, series: Vec<Se
         shaded,
         series,
     }
-    .draw()
-    .inline()
 }
 
 /// The ranges of an axis with this name that were not measured.
@@ -104,7 +102,7 @@ fn unmeasured(axes: &[AxisMotions], name: &str) -> Vec<[f64; 2]> {
 }
 
 /// An error motion over the travel of its axis.
-pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> String {
+pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> Chart {
     let mut all = Vec::new();
     let positive = points(&motion.at, &motion.positive, 1.0);
     match &motion.negative {
@@ -151,7 +149,7 @@ pub fn motion(axis: &AxisMotions, motion: &MotionShown) -> String {
 }
 
 /// A circular test.
-pub fn circle(test: &CircularTest) -> Picture {
+pub fn circle(test: &CircularTest) -> Polar {
     let turn = |name: &str, ink, found: &super::CircleFound| PolarTurn {
         name: name.to_owned(),
         ink,
@@ -175,7 +173,6 @@ pub fn circle(test: &CircularTest) -> Picture {
         unit: "µm".to_owned(),
         turns,
     }
-    .draw()
 }
 
 /// Both directions, before and with the tables.
@@ -200,23 +197,12 @@ fn both_ways(at: &[f64], before: &[Vec<f64>; 2], after: Option<&[Vec<f64>; 2]>) 
     all
 }
 
-/// Lines with their names in the legend of the first of some charts only.
-fn named_once(is_first: bool, mut all: Vec<Series>) -> Vec<Series> {
-    if !is_first {
-        all.iter_mut().for_each(|line| line.name.clear());
-    }
-    all
-}
-
 /// A body diagonal.
-pub fn diagonal(diagonal: &Diagonal, is_first: bool) -> String {
-    let all = named_once(
-        is_first,
-        both_ways(
-            &diagonal.at_mm,
-            &diagonal.before_um,
-            diagonal.after_um.as_ref(),
-        ),
+pub fn diagonal(diagonal: &Diagonal) -> Chart {
+    let all = both_ways(
+        &diagonal.at_mm,
+        &diagonal.before_um,
+        diagonal.after_um.as_ref(),
     );
     let x = Scale::exact("along the diagonal (mm)", [0.0, diagonal.length_mm]);
     let title = format!("Deviation along the diagonal {}", diagonal.name);
@@ -224,12 +210,9 @@ pub fn diagonal(diagonal: &Diagonal, is_first: bool) -> String {
 }
 
 /// Positioning of a linear axis.
-pub fn positioning(found: &Positioning, axes: &[AxisMotions], is_first: bool) -> String {
+pub fn positioning(found: &Positioning, axes: &[AxisMotions]) -> Chart {
     let after = found.after.as_ref().map(|after| &after.deviations_um);
-    let all = named_once(
-        is_first,
-        both_ways(&found.at_mm, &found.before.deviations_um, after),
-    );
+    let all = both_ways(&found.at_mm, &found.before.deviations_um, after);
     let ends = [found.at_mm.first(), found.at_mm.last()].map(|q| q.copied().unwrap_or(0.0));
     let x = Scale::exact(format!("{} (mm)", found.axis), ends);
     let title = format!(
@@ -255,10 +238,11 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// A table.
-pub fn curve(curve: &TableCurve, axes: &[AxisMotions]) -> String {
+pub fn curve(curve: &TableCurve, axes: &[AxisMotions]) -> Chart {
     let ends = [curve.at.first(), curve.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let line = thinned(points(&curve.at, &curve.values, 1.0));
-    let mut all = vec![series(&curve.name, Ink::Accent, Mark::Line, line.clone())];
+    // The axis has its name.
+    let mut all = vec![series("", Ink::Accent, Mark::Line, line.clone())];
     if line.len() <= 80 {
         all.push(series("points", Ink::Accent, Mark::Points, line));
     }
@@ -274,7 +258,7 @@ pub fn curve(curve: &TableCurve, axes: &[AxisMotions]) -> String {
 }
 
 /// The correction of an axis along another, between its bounds; `None` if it varies along none.
-pub fn along(used: &AxisUse, axes: &[AxisMotions], is_first: bool) -> Option<String> {
+pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<Chart> {
     let along = used.along.as_ref()?;
     let ends = [along.at.first(), along.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let (factor, unit) = match used.unit.as_str() {
@@ -297,8 +281,7 @@ pub fn along(used: &AxisUse, axes: &[AxisMotions], is_first: bool) -> Option<Str
             negative,
         ));
     }
-    let bound = if is_first { "value bound" } else { "" };
-    for (name, bound) in [(bound, used.value_bound), ("", -used.value_bound)] {
+    for (name, bound) in [("value bound", used.value_bound), ("", -used.value_bound)] {
         let line = ends.map(|q| [q, bound * factor]).to_vec();
         all.push(series(name, Ink::Muted, Mark::Dashed, line));
     }
@@ -401,5 +384,9 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         false => Scale::exact("probing", [low, high]),
     };
     let title = "Residual of each probing, in the workpiece frame, in µm".to_owned();
-    (!rows.is_empty()).then(|| chart(title, x, "residual (µm)", Vec::new(), all))
+    (!rows.is_empty()).then(|| {
+        chart(title, x, "residual (µm)", Vec::new(), all)
+            .draw()
+            .inline()
+    })
 }

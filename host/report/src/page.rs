@@ -4,10 +4,11 @@ use super::certificate::{Certificate, Judged};
 use super::observed::ShownRows;
 use super::words::{figure, quantity, sensible};
 use super::{PageModel, ReportFigures, figures};
-use crate::picture::Picture;
+use crate::picture::{Drawing, Picture};
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// Named parts of the page.
 const TEMPLATES: [(&str, &str); 12] = [
@@ -80,15 +81,15 @@ pub fn page(report: &ReportFigures, model: &PageModel) -> Result<String, Error> 
             scripts => Value::from_safe_string(SCRIPTS.join("\n")),
             report_data => Value::from_safe_string(data(&without_samples(report))?),
             model_data => Value::from_safe_string(data(model)?),
-            budget_tip => svg(inline(figures::budget(&report.budget, &report.volumetric, true))),
-            budget_direction => svg(inline(figures::budget(&report.budget, &report.volumetric, false))),
+            budget => named_once([true, false].map(|at_tip| figures::budget(&report.budget, &report.volumetric, at_tip))),
             motions => Value::from(Serde(motions(report))),
-            circles => svgs(report.tests.circles.iter().map(|test| figures::circle(test).inline())),
-            diagonals => svgs(report.tests.diagonals.iter().enumerate().map(|(k, d)| figures::diagonal(d, k == 0))),
-            positioning => svgs(report.tests.positioning.iter().enumerate().map(|(k, p)| figures::positioning(p, &report.axes, k == 0))),
-            curves => svgs(report.tables.iter().flat_map(|t| &t.curves)
-                .map(|c| figures::curve(c, &report.axes))),
-            uses => uses(report),
+            circles => named_once(report.tests.circles.iter().map(|test| Some(figures::circle(test)))),
+            diagonals => named_once(report.tests.diagonals.iter().map(|d| Some(figures::diagonal(d)))),
+            positioning => named_once(report.tests.positioning.iter().map(|p| Some(figures::positioning(p, &report.axes)))),
+            curves => named_once(report.tables.iter().flat_map(|t| &t.curves)
+                .map(|c| Some(figures::curve(c, &report.axes)))),
+            uses => named_once(report.tables.iter().flat_map(|t| &t.axes)
+                .map(|used| figures::along(used, &report.axes))),
             checks => identification.map(|i| i.checks.iter().map(trueaxis_measure::study::CheckRecord::words)
                 .collect::<Vec<_>>()),
             counts => identification.map(super::Identification::counts),
@@ -169,17 +170,27 @@ fn decimals(value: f64, count: i32) -> String {
     format!("{rounded:.*}", count as usize).replace('-', "−")
 }
 
-/// The correction of each axis; the first chart names the bounds.
-fn uses(report: &ReportFigures) -> Vec<Value> {
-    let axes: Vec<_> = report.tables.iter().flat_map(|t| &t.axes).collect();
-    let first = axes.iter().position(|used| used.along.is_some());
-    let charts = axes.iter().enumerate();
-    charts
-        .map(|(k, used)| svg(figures::along(used, &report.axes, first == Some(k))))
+/// Pictures that stand together: the legend of each explains only what none before it does.
+fn named_once<D: Drawing>(drawings: impl IntoIterator<Item = Option<D>>) -> Vec<Value> {
+    let mut named = BTreeSet::new();
+    let drawings = drawings.into_iter();
+    drawings
+        .map(|drawing| svg(drawing.map(|drawing| once(&mut named, drawing))))
         .collect()
 }
 
+/// A picture without the names in its legend that are in `named`, to which the others are added.
+fn once(named: &mut BTreeSet<String>, mut drawing: impl Drawing) -> String {
+    for name in drawing.legend() {
+        if !named.insert(name.clone()) {
+            name.clear();
+        }
+    }
+    drawing.draw().inline()
+}
+
 fn motions(report: &ReportFigures) -> Vec<Motions<'_>> {
+    let mut named = BTreeSet::new();
     report
         .axes
         .iter()
@@ -188,7 +199,7 @@ fn motions(report: &ReportFigures) -> Vec<Motions<'_>> {
             let figures = motions.iter().map(|motion| CaptionedFigure {
                 name: motion.name.clone(),
                 words: motion.words.clone(),
-                svg: figures::motion(axis, motion),
+                svg: once(&mut named, figures::motion(axis, motion)),
             });
             let all = ['X', 'Y', 'Z', 'A', 'B', 'C'].map(|c| format!("E{c}{letter}"));
             let is_none = |name: &String| motions.iter().all(|motion| motion.name != *name);
@@ -236,22 +247,19 @@ fn data(value: &impl Serialize) -> Result<String, Error> {
 pub fn pictures(report: &ReportFigures) -> Vec<(String, Picture)> {
     let budget = [("tip", true), ("direction", false)];
     let budget = budget.into_iter().filter_map(|(name, at_tip)| {
-        let picture = figures::budget(&report.budget, &report.volumetric, at_tip)?;
-        Some((format!("budget-{name}"), picture))
+        let bars = figures::budget(&report.budget, &report.volumetric, at_tip)?;
+        Some((format!("budget-{name}"), bars.draw()))
     });
     let circles = report.tests.circles.iter();
-    let circles = circles.map(|test| (format!("circle-{}", test.plane), figures::circle(test)));
+    let circles = circles.map(|test| {
+        (
+            format!("circle-{}", test.plane),
+            figures::circle(test).draw(),
+        )
+    });
     budget.chain(circles).collect()
-}
-
-fn inline(picture: Option<Picture>) -> Option<String> {
-    picture.map(|picture| picture.inline())
 }
 
 fn svg(picture: Option<String>) -> Value {
     picture.map_or(Value::from(()), Value::from_safe_string)
-}
-
-fn svgs(pictures: impl Iterator<Item = String>) -> Value {
-    pictures.map(Value::from_safe_string).collect()
 }

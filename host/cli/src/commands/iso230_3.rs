@@ -9,7 +9,7 @@ use trueaxis_measure::direct::iso230_3::{
     Displacements, DriftAnalysis, DriftKind, DriftTestRecord, Unit, analysis,
 };
 use trueaxis_measure::formats::displacements;
-use trueaxis_report::picture::{Chart, Ink, Mark, Picture, Scale, Series};
+use trueaxis_report::picture::{Chart, Drawing, Ink, Mark, Picture, Scale, Series};
 
 /// Evaluate thermal drift to ISO 230-3: environment, rotating spindle, moving linear axis
 ///

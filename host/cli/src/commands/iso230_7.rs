@@ -7,7 +7,7 @@ use clap::Args;
 use std::path::PathBuf;
 use trueaxis_measure::direct::iso230_7::{ErrorMotion, Turns, TurnsRecord};
 use trueaxis_measure::formats::revolutions;
-use trueaxis_report::picture::{Ink, Picture, Polar, PolarTurn};
+use trueaxis_report::picture::{Drawing, Ink, Picture, Polar, PolarTurn};
 
 /// Evaluate error motions of a spindle or a rotary table to ISO 230-7
 ///

@@ -1,7 +1,7 @@
 //! Bar charts with a name for each bar.
 
 use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
-use super::{Ink, Picture, tick};
+use super::{Drawing, Ink, Picture, tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -30,7 +30,7 @@ pub struct Bars {
     pub title: String,
     /// Label of the axis, with its unit.
     pub label: String,
-    /// Names in the legend: for the dark bar, the light line, the whisker.
+    /// Names in the legend, for the dark bar, the light line, the whisker; not listed if empty.
     pub legend: [String; 3],
     /// The colour of bars.
     pub ink: Ink,
@@ -38,20 +38,27 @@ pub struct Bars {
     pub bars: Vec<ChartBar>,
 }
 
-impl Bars {
-    /// Draws the chart.
-    #[must_use]
-    pub fn draw(&self) -> Picture {
-        let [mean, max, whisker] = &self.legend;
+impl Drawing for Bars {
+    fn legend(&mut self) -> Vec<&mut String> {
+        self.legend.iter_mut().collect()
+    }
+
+    fn draw(&self) -> Picture {
         let is_uncertain = self.bars.iter().any(|bar| bar.uncertainty.is_some());
-        let entry = |name, ink, swatch| LegendEntry { name, ink, swatch };
-        let mut entries = vec![
-            entry(mean, self.ink, Swatch::Area),
-            entry(max, self.ink, Swatch::Line),
+        let marks = [
+            (self.ink, Swatch::Area),
+            (self.ink, Swatch::Line),
+            (Ink::Text, Swatch::Line),
         ];
-        if is_uncertain {
-            entries.push(entry(whisker, Ink::Text, Swatch::Line));
-        }
+        let named = self
+            .legend
+            .iter()
+            .zip(marks)
+            .take(2 + usize::from(is_uncertain));
+        let entries: Vec<LegendEntry<'_>> = named
+            .filter(|(name, _)| !name.is_empty())
+            .map(|(name, (ink, swatch))| LegendEntry { name, ink, swatch })
+            .collect();
         let high = self.bars.len() as u32 * ROW + 2 * LETTERS + 26;
         let legend = canvas::legend_height(&entries, WIDE);
         canvas::picture(&self.title, [WIDE, high + legend], |area| {
@@ -60,7 +67,9 @@ impl Bars {
             canvas::legend(&below, &entries, WIDE)
         })
     }
+}
 
+impl Bars {
     fn rows<'a>(&self, area: &Area<'a>) -> Result<(), Failed<'a>> {
         let names = self.bars.iter().map(|bar| canvas::width(&bar.name));
         let names = names.max().unwrap_or(0) + 10 * SCALE as i32;

@@ -1,7 +1,7 @@
 //! Line charts.
 
 use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
-use super::{Ink, Picture, tick};
+use super::{Drawing, Ink, Picture, tick};
 use plotters::prelude::*;
 
 /// Width and height of the part above the legend, in CSS pixels: two fit side by side on a sheet of paper, and one
@@ -89,15 +89,15 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-impl Chart {
-    /// Draws the chart.
-    #[must_use]
-    pub fn draw(&self) -> Picture {
-        let shaded = self.shaded.first().map(|_| LegendEntry {
-            name: "not measured",
-            ink: Ink::Shade,
-            swatch: Swatch::Area,
-        });
+impl Drawing for Chart {
+    fn legend(&mut self) -> Vec<&mut String> {
+        self.series
+            .iter_mut()
+            .map(|series| &mut series.name)
+            .collect()
+    }
+
+    fn draw(&self) -> Picture {
         let named = self.series.iter().filter(|series| !series.name.is_empty());
         let named = named.map(|series| LegendEntry {
             name: &series.name,
@@ -109,7 +109,7 @@ impl Chart {
                 Mark::Area => Swatch::Area,
             },
         });
-        let entries: Vec<LegendEntry<'_>> = shaded.into_iter().chain(named).collect();
+        let entries: Vec<LegendEntry<'_>> = named.collect();
         let [wide, high] = SIZE;
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {
@@ -118,7 +118,9 @@ impl Chart {
             canvas::legend(&below, &entries, wide)
         })
     }
+}
 
+impl Chart {
     fn curves<'a>(&self, area: &Area<'a>) -> Result<(), Failed<'a>> {
         let ([x0, x1], [y0, y1]) = (self.x.range, self.y.range);
         let mut chart = ChartBuilder::on(area)

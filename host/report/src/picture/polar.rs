@@ -1,7 +1,7 @@
 //! Polar plots of deviations from a circle, as in ISO 230-4.
 
 use super::canvas::{self, Area, Failed, LETTERS, LegendEntry, SCALE, Swatch};
-use super::{Ink, Picture, tick};
+use super::{Drawing, Ink, Picture, tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -13,7 +13,7 @@ const ZERO: f64 = 0.6;
 /// One turn around the circle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolarTurn {
-    /// Name in the legend.
+    /// Name in the legend; not listed if empty.
     pub name: String,
     /// Colour.
     pub ink: Ink,
@@ -34,23 +34,20 @@ pub struct Polar {
     pub turns: Vec<PolarTurn>,
 }
 
-impl Polar {
-    /// Draws the plot.
-    #[must_use]
-    pub fn draw(&self) -> Picture {
+impl Drawing for Polar {
+    fn legend(&mut self) -> Vec<&mut String> {
+        self.turns.iter_mut().map(|turn| &mut turn.name).collect()
+    }
+
+    fn draw(&self) -> Picture {
         let step = self.step();
-        let scale = format!("a ring is {} {}", tick(step), self.unit);
-        let turns = self.turns.iter().map(|turn| LegendEntry {
+        let turns = self.turns.iter().filter(|turn| !turn.name.is_empty());
+        let turns = turns.map(|turn| LegendEntry {
             name: &turn.name,
             ink: turn.ink,
             swatch: Swatch::Line,
         });
-        let rings = LegendEntry {
-            name: &scale,
-            ink: Ink::Grid,
-            swatch: Swatch::Line,
-        };
-        let entries: Vec<LegendEntry<'_>> = turns.chain([rings]).collect();
+        let entries: Vec<LegendEntry<'_>> = turns.collect();
         let [wide, high] = SIZE;
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {
@@ -59,7 +56,9 @@ impl Polar {
             canvas::legend(&below, &entries, wide)
         })
     }
+}
 
+impl Polar {
     /// Deviation from ring to ring: 1, 2 or 5 times a power of ten, such that two rings contain everything.
     fn step(&self) -> f64 {
         let readings = self.turns.iter().flat_map(|turn| &turn.readings);
