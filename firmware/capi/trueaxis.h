@@ -422,7 +422,7 @@ typedef struct trueaxis_generated {
      */
     const void *facts;
     /*
-     Its length in bytes.
+     Length in bytes.
      */
     size_t size;
     /*
@@ -456,11 +456,11 @@ typedef struct trueaxis_facts {
      */
     uint32_t bytes;
     /*
-     Its checksum; together with the length it identifies a blob.
+     CRC-32; together with the length it identifies a blob.
      */
     uint32_t checksum;
     /*
-     Its format version.
+     Version of the blob format.
      */
     uint16_t version;
     /*
@@ -507,7 +507,7 @@ typedef struct trueaxis_facts {
  */
 typedef struct trueaxis_axis {
     /*
-     Its letter.
+     Letter of the axis.
      */
     char name;
     /*
@@ -581,7 +581,7 @@ typedef struct trueaxis_auxiliary {
      */
     uint8_t kind;
     /*
-     Its name, UTF-8, terminated by a zero.
+     In UTF-8, terminated by a zero.
      */
     char name[TRUEAXIS_NAME_SIZE];
 } trueaxis_auxiliary;
@@ -591,7 +591,7 @@ typedef struct trueaxis_auxiliary {
  */
 typedef struct trueaxis_adjustable {
     /*
-     Its index among all terms, as used by `trueaxis_servo_set_weight`.
+     Index among all terms, as used by `trueaxis_servo_set_weight`.
      */
     uint32_t term;
     /*
@@ -599,7 +599,7 @@ typedef struct trueaxis_adjustable {
      */
     uint32_t axis;
     /*
-     Its stored weight.
+     The weight that the blob stores.
      */
     float weight;
     /*

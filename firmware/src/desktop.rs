@@ -141,7 +141,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         Self::start_watched(flash, period, |_, _| ())
     }
 
-    /// The same; `watch` may attach a listener to the flash that knows the servo.
+    /// Starts a controller; `watch` may attach a listener to the flash that knows the servo.
     #[must_use]
     pub fn start_watched(
         mut flash: MockFlash<WRITE, ERASE>,

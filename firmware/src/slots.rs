@@ -45,7 +45,7 @@ pub trait TableFlash: NorFlash {
     /// error-correcting code, a bad word makes `read` fail, so that no access in place becomes a bus fault.
     fn in_place(&self, slot: Slot, length: u32) -> Mapped;
 
-    /// The same, as long as nothing is erased or programmed.
+    /// The bytes of a slot, as long as nothing is erased or programmed.
     fn read_in_place(&self, slot: Slot, length: u32) -> &[u8] {
         self.in_place(slot, length).borrowed(self)
     }

@@ -83,7 +83,7 @@ impl Board<'_> {
         self.start_wanting(None)
     }
 
-    /// The same, optionally with a requested failure.
+    /// Starts the board again, optionally with a requested failure.
     pub fn start_wanting(&mut self, wanted: Option<&str>) -> Result<(), Failure> {
         self.stop();
         // This port was free a moment ago; QEMU cannot choose one itself.

@@ -65,7 +65,7 @@ impl Case {
         }
     }
 
-    /// The same, with axes that approach each row from the previous one.
+    /// With axes that approach each row from the previous one.
     #[must_use]
     pub fn coming(mut self) -> Self {
         let rotary =

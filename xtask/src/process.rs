@@ -171,7 +171,7 @@ pub fn run(command: &mut Command) -> Result<(), String> {
 /// Prefix of a line on standard error that names a check that could not be run.
 pub const NOT_RUN: &str = "NOT RUN: ";
 
-/// The same, with the last lines of its standard error in the message as well. Returns the lines that begin with
+/// Runs a command, with the last lines of its standard error in the message as well. Returns the lines that begin with
 /// [`NOT_RUN`].
 ///
 /// # Errors

@@ -110,9 +110,9 @@ pub struct ServoMemory {
 pub struct Facts {
     /// Length of the blob in bytes; of generated code that of the blob from which it was generated.
     pub bytes: u32,
-    /// Its checksum; together with the length it identifies a blob.
+    /// CRC-32; together with the length it identifies a blob.
     pub checksum: u32,
-    /// Its format version.
+    /// Version of the blob format.
     pub version: u16,
     /// Number of axes.
     pub axes: u16,
@@ -151,7 +151,7 @@ pub(crate) type Evaluate = unsafe extern "C" fn(
 pub struct Generated {
     /// Axes, bounds, auxiliary inputs and weights as a blob without samples, aligned to 4 bytes.
     pub facts: *const c_void,
-    /// Its length in bytes.
+    /// Length in bytes.
     pub size: usize,
     /// The code. `corrections` has room for one value per axis.
     pub evaluate: Option<
@@ -184,7 +184,7 @@ pub(crate) fn policy(policy: Policy) -> u8 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisFacts {
-    /// Its letter.
+    /// Letter of the axis.
     pub name: c_char,
     /// Unit of its positions and corrections: `TRUEAXIS_DEGREES` for A, B and C, otherwise `TRUEAXIS_MM`.
     pub unit: u8,
@@ -248,7 +248,7 @@ pub struct AuxiliaryFacts {
     pub rate: f32,
     /// `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
     pub kind: u8,
-    /// Its name, UTF-8, terminated by a zero.
+    /// In UTF-8, terminated by a zero.
     pub name: [c_char; TRUEAXIS_NAME_SIZE],
 }
 
@@ -277,11 +277,11 @@ impl From<&Auxiliary> for AuxiliaryFacts {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Adjustable {
-    /// Its index among all terms, as used by `trueaxis_servo_set_weight`.
+    /// Index among all terms, as used by `trueaxis_servo_set_weight`.
     pub term: u32,
     /// Index of the axis that it corrects.
     pub axis: u32,
-    /// Its stored weight.
+    /// The weight that the blob stores.
     pub weight: f32,
     /// Lowest weight.
     pub lower: f32,

@@ -260,7 +260,7 @@ where
         self.committed(slot)
     }
 
-    /// The same, and the next start uses it.
+    /// Commits the upload, and the next start uses it.
     pub(super) fn commit_in_use(&mut self, force: bool) -> Result<Upload, Refusal> {
         let (slot, same) = self.check_and_commit(force)?;
         // After the commit, while the flash can be written.

@@ -126,7 +126,7 @@ impl<F: TableFlash> Slots<F> {
             })
     }
 
-    /// The same, if a single failing word does not matter.
+    /// Programs, if a single failing word does not matter.
     pub(super) fn try_program(
         &mut self,
         slot: Slot,

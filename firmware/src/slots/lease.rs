@@ -50,7 +50,7 @@ impl Lease {
         self.0
     }
 
-    /// The same, with a lifetime that the caller must manage.
+    /// The leased bytes, with a lifetime that the caller must manage.
     ///
     /// # Safety
     /// These bytes must not be read once the lease has been given away.

@@ -57,7 +57,7 @@ impl State {
         Ok(step)
     }
 
-    /// The same, into an empty step in its place.
+    /// Interprets a line into an empty step in its place.
     pub(super) fn step_into(
         &mut self,
         block: &Block,

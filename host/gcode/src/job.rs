@@ -23,7 +23,7 @@ pub struct Job<'a> {
 pub struct JobMachine<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// Its errors, if the check is to tell what the tool does.
+    /// The errors of the machine, if the check is to tell what the tool does.
     pub errors: Option<&'a ErrorModel>,
 }
 

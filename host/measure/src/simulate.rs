@@ -196,7 +196,7 @@ pub(crate) fn reach(
     on_ball(kinematics, &q, &situation, tip, ball)
 }
 
-/// The same, starting from given positions of all axes (mm, rad).
+/// Axis positions at which the tip is on the ball, sought from given positions of all axes (mm, rad).
 pub(crate) fn on_ball(
     kinematics: &Kinematics<'_>,
     start: &PerAxis,

@@ -219,13 +219,13 @@ pub fn coarse(value: f64) -> String {
     in_steps(value, f64::round)
 }
 
-/// The same, rounded up: an upper limit stays one.
+/// Sensible digits, rounded up: an upper limit stays one.
 #[must_use]
 pub fn rounded_up(value: f64) -> String {
     in_steps(value, f64::ceil)
 }
 
-/// The same, rounded down.
+/// Sensible digits, rounded down: a lower limit stays one.
 #[must_use]
 pub fn rounded_down(value: f64) -> String {
     in_steps(value, f64::floor)

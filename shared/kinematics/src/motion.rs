@@ -38,7 +38,7 @@ impl<P: AsRef<[f64]>> Table<P> {
         self.value_by(q, q, sign)
     }
 
-    /// The same, on the straight line through the points around `by`, extended to `q`.
+    /// Value on the straight line through the points around `by`, extended to `q`.
     fn value_by(&self, q: f64, by: f64, sign: f64) -> f64 {
         let at = self.at.as_ref();
         let positive = interpolate(at, self.positive.as_ref(), q, by);
@@ -169,7 +169,7 @@ impl<P: AsRef<[f64]>> Motion<P> {
         self.value_by(q, q, sign, kelvin)
     }
 
-    /// The same, using the piece of a table that applies at `by`, extended to `q`.
+    /// Value by the piece of a table that applies at `by`, extended to `q`.
     pub(crate) fn value_by(&self, q: f64, by: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
         let mut value = self
             .coefficients

@@ -13,7 +13,7 @@ struct Joint<T> {
     component: usize,
     /// Relative to the previous frame.
     relative: Matrix4<T>,
-    /// The same, including its location error.
+    /// With the location error of the axis.
     located: Matrix4<T>,
     /// Scale error along its own direction, per mm.
     scale: T,

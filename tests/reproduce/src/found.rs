@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
-use trueaxis_report::picture::{Bars, Chart};
+use trueaxis_report::picture::{Bars, Chart, Drawing};
 
 /// A figure, rounded as it is shown.
 #[derive(Clone, Debug, PartialEq)]

@@ -147,7 +147,7 @@ impl LinuxCncBench {
         output(&mut command)
     }
 
-    /// The same, whatever its exit code is.
+    /// What the command prints, whatever its exit code is.
     pub fn trueaxis_said(&self, words: &[&str]) -> Result<String, String> {
         let mut command = Command::new(&self.trueaxis);
         command.args(words).current_dir(&self.work);

@@ -64,7 +64,7 @@ pub fn stop(reason: &Restart) -> ! {
     SCB::sys_reset()
 }
 
-/// The same, for a panic handler.
+/// Stops after a panic: for a panic handler.
 #[inline(always)]
 pub fn stop_after(panic: &PanicInfo<'_>) -> ! {
     let place = panic.location();

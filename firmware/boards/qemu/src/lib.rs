@@ -54,7 +54,7 @@ defmt::timestamp!("{=u32:ms}", NOW.load(Ordering::Relaxed));
 
 /// The board that QEMU replaces.
 pub struct Stand {
-    /// Its name in the answer to hello.
+    /// How the board names itself in the answer to hello.
     pub name: &'static str,
     /// Servo periods per second.
     pub rate: u32,

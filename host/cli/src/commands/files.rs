@@ -358,7 +358,7 @@ pub fn print(text: &str) -> Result<(), BadInput> {
     stream(text).map(|_| ())
 }
 
-/// The same; returns false if the reader has closed the pipe and nothing more need be written.
+/// Prints a part of the output; returns false if the reader has closed the pipe and nothing more need be written.
 pub fn stream(text: &str) -> Result<bool, BadInput> {
     match IS_TAKEN.load(Ordering::Relaxed) {
         true => sent(&mut std::io::stderr().lock(), text),

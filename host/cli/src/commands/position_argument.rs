@@ -22,7 +22,7 @@ pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>,
     position_or(option, text, machine, &vec![0.0; machine.axes.len()])
 }
 
-/// The same, but axes left out take their position from `others`.
+/// Reads a position in which axes left out take their position from `others`.
 pub fn position_or(
     option: &str,
     text: &str,

@@ -25,7 +25,7 @@ fn corrected(folder: &Folder, program: &str, options: &[&str]) -> String {
     out
 }
 
-/// The same, and what is said.
+/// The corrected program, and what is said.
 fn run(folder: &Folder, program: &str, options: &[&str]) -> (String, String) {
     let said = with_mill_21(folder, program, options, |arguments| answer(0, arguments));
     let out = std::fs::read_to_string(folder.at("out.ngc")).unwrap();

@@ -59,7 +59,7 @@ pub struct CircleRecord {
     pub size_um: f64,
     /// Circular deviation G, about the centre of the smallest band.
     pub g_um: [Option<f64>; 2],
-    /// The same, about the centre of the least-squares circle.
+    /// Circular deviation about the centre of the least-squares circle.
     pub g_least_squares_um: [Option<f64>; 2],
     /// Of both directions together.
     pub g_bidirectional_um: Option<f64>,

@@ -47,9 +47,9 @@ pub struct LocationRecord {
     pub parameter: String,
     /// File that shows it.
     pub file: String,
-    /// Its value.
+    /// In the sense of ISO 230-1.
     pub value_urad: f64,
-    /// Its standard uncertainty.
+    /// `None` if no reading states one.
     pub standard_uncertainty_urad: Option<f64>,
 }
 

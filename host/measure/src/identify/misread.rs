@@ -187,7 +187,7 @@ fn left(problem: &Problem<'_>) -> Option<f64> {
     fitted(problem, 0).map(|(left, _)| left)
 }
 
-/// The same, and the dead length of a set-up then (mm).
+/// Residual as [`left`] has it, and the dead length of a set-up then (mm).
 fn fitted(problem: &Problem<'_>, setup: usize) -> Option<(f64, f64)> {
     let weights = EquationWeights {
         rows: vec![1.0 / NOMINAL; problem.observed.rows.len()],

@@ -12,9 +12,9 @@ pub const CHANCE: f64 = 1e-3;
 pub struct Contradicted<'a> {
     /// Name of the set-up.
     pub setup: &'a str,
-    /// What was stated.
+    /// The part of the set-up.
     pub part: &'a FoundPart,
-    /// The same.
+    /// What was stated about it.
     pub prior: Prior,
     /// See [`Prior::z`].
     pub z: f64,

@@ -18,7 +18,7 @@ use trueaxis_model::errors::{ErrorModel, Parameter};
 pub enum Criterion {
     /// The volumetric error over the travel (I-optimal).
     ///
-    /// Its mean variance at the tip. In a comparison of plans also that of the direction.
+    /// The mean variance at the tip. In a comparison of plans also that of the direction.
     #[default]
     Volume,
     /// All unknowns together (D-optimal).

@@ -14,17 +14,17 @@ pub struct QualifiedRecord {
     pub noise_um: f64,
     /// Effective radius of the tip.
     pub tip_radius_mm: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of the radius.
     pub tip_radius_standard_uncertainty_um: f64,
     /// What the radius is more at the pole.
     pub pole_um: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `pole_um`.
     pub pole_standard_uncertainty_um: f64,
     /// Lobes of the probe across the stylus.
     pub lobes: Vec<LobeRecord>,
     /// Place of the tip, as far as the touches show it.
     pub tip_mm: [Option<f64>; 3],
-    /// Its standard uncertainty.
+    /// Standard uncertainty of that place.
     pub tip_standard_uncertainty_um: [Option<f64>; 3],
     /// Number of rotary positions.
     pub positions: usize,
@@ -41,9 +41,9 @@ pub struct QualifiedRecord {
 pub struct LobeRecord {
     /// How often it repeats around the stylus.
     pub order: usize,
-    /// Its part with the cosine.
+    /// Part with the cosine of the angle about the stylus.
     pub cosine_um: f64,
-    /// Its part with the sine.
+    /// Part with the sine of the angle about the stylus.
     pub sine_um: f64,
     /// Standard uncertainty of either.
     pub standard_uncertainty_um: f64,

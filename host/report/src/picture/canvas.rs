@@ -66,7 +66,7 @@ pub fn letters(ink: Ink) -> TextStyle<'static> {
     ("sans-serif", height).into_font().color(&ink.sentinel())
 }
 
-/// The same, anchored at a point.
+/// The style of letters that are anchored at a point.
 pub(crate) fn letters_at(ink: Ink, h: HPos, v: VPos) -> TextStyle<'static> {
     letters(ink).pos(Pos::new(h, v))
 }

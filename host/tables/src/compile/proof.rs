@@ -206,7 +206,7 @@ pub fn prove(
     })
 }
 
-/// The same, and also at the positions of rotary axes in `held` (axis indices, deg), if any; then the tolerance
+/// Verifies at random positions, and also at the positions of rotary axes in `held` (axis indices, deg), if any; then the tolerance
 /// applies there.
 ///
 /// # Errors

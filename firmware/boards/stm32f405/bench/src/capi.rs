@@ -56,7 +56,7 @@ fn must(code: Code) {
     }
 }
 
-/// The same compensation as generated code, as C calls it.
+/// The compensation as generated code that C calls.
 static CODE: Code13 = Code13(Generated {
     facts: (&raw const huron_13::FACTS.0).cast(),
     size: huron_13::FACTS.0.len(),

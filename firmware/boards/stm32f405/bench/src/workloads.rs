@@ -16,7 +16,7 @@ macro_rules! blob {
 
 /// The thirteen errors of the Huron, with the policy `orientation`.
 pub static HURON: &Aligned<[u8]> = blob!("huron13.trax");
-/// The same with the policy `direction`.
+/// The thirteen errors of the Huron, with the policy `direction`.
 pub static HURON_DIRECTION: &Aligned<[u8]> = blob!("huron13-direction.trax");
 /// The ten errors of the Kolibri, with the policy `direction`.
 pub static KOLIBRI_DIRECTION: &Aligned<[u8]> = blob!("kolibri10-direction.trax");
@@ -29,7 +29,7 @@ pub static FIK: [&Aligned<[u8]>; 2] = [blob!("huron13-fik.trax"), blob!("huron13
 /// Banks with one and with nine tables, linear and cubic, each table a term.
 pub static LINEAR: [&Aligned<[u8]>; 2] = [blob!("linear1.trax"), blob!("linear9.trax")];
 pub static CUBIC: [&Aligned<[u8]>; 2] = [blob!("cubic1.trax"), blob!("cubic9.trax")];
-/// The same tables over positions alone, over two temperatures too, and over two temperatures with a lag each.
+/// One set of tables: over positions alone, over two temperatures too, and over two temperatures with a lag each.
 pub static THERMAL: [&Aligned<[u8]>; 3] = [
     blob!("thermal0.trax"),
     blob!("thermal2.trax"),

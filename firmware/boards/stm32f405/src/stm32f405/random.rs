@@ -11,7 +11,7 @@ const TRIES: u32 = 10_000;
 pub struct Random(RNG);
 
 impl Random {
-    /// Its clock must run at 48 MHz.
+    /// The clock of the generator must run at 48 MHz.
     pub fn new(generator: RNG, rcc: &mut Rcc) -> Self {
         RNG::enable(rcc);
         generator.cr().modify(|_, w| w.rngen().set_bit());

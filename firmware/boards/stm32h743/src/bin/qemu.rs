@@ -1,4 +1,4 @@
-//! The same in QEMU: `qemu-system-arm -machine mps2-an500 -serial tcp::4000,server,nowait …`.
+//! The firmware of the board in QEMU: `qemu-system-arm -machine mps2-an500 -serial tcp::4000,server,nowait …`.
 #![no_std]
 #![no_main]
 

@@ -49,7 +49,7 @@ impl Request {
 pub struct Stream {
     dma: Dma,
     number: usize,
-    /// Its channel of the multiplexer.
+    /// The channel of the multiplexer that requests it.
     channel: usize,
     request: Request,
 }

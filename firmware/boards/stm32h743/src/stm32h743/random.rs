@@ -12,7 +12,7 @@ const TRIES: u32 = 10_000;
 pub struct Random(Peri<'static, RNG>);
 
 impl Random {
-    /// Its clock is the internal one of 48 MHz, which `embassy_stm32::init` starts.
+    /// The generator runs on the internal clock of 48 MHz, which `embassy_stm32::init` starts.
     pub fn new(generator: Peri<'static, RNG>) -> Self {
         pac::RCC.ahb2enr().modify(|w| w.set_rngen(true));
         // The clock runs once this has been read.

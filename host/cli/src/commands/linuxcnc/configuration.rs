@@ -14,7 +14,7 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
     read_as(Text::read(ini)?, ini, None)
 }
 
-/// The same, or what HAL has now that LinuxCNC runs with this INI file.
+/// Reads the INI file and all files that it names, or what HAL has now that LinuxCNC runs with this INI file.
 pub fn read_running(ini: &Path, is_running: bool) -> Result<Configuration, BadInput> {
     let hal = match is_running {
         true => Some(running()?),

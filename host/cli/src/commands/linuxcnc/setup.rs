@@ -269,7 +269,7 @@ fn with_lines(ini: &Path, hal: &Path) -> Result<Changed, BadInput> {
     with_lines_without(ini, hal, &[])
 }
 
-/// The same, with some of its lines taken out.
+/// Adds the lines for component and panel, and makes comments of the lines `taken_out`.
 pub fn with_lines_without(
     ini: &Path,
     hal: &Path,

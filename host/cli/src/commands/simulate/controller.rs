@@ -42,7 +42,7 @@ pub struct ControllerArguments {
 
 /// Servo period (s), as on the boards.
 const PERIOD: f32 = 0.00025;
-/// The same.
+/// One period.
 const STEP: Duration = Duration::from_micros(250);
 /// Time that is made up at most if this program could not run.
 const MOST: Duration = Duration::from_millis(100);

@@ -117,7 +117,7 @@ fn adaptive_in_chords() -> String {
     post.end()
 }
 
-/// The same in arcs: a half circle that cuts, and a way back of two arcs and a line.
+/// An adaptive path in arcs: a half circle that cuts, and a way back of two arcs and a line.
 fn adaptive_in_arcs() -> String {
     let mut post = Post::new();
     post.down(20.0, 32.0, 45.0);

@@ -12,7 +12,7 @@ pub fn with_libm(q: &[f32; 5]) -> [f32; 5] {
     correction(q, libm::sincosf)
 }
 
-/// The same with those of `micromath`, which are approximations.
+/// With the sine and cosine of `micromath`, which are approximations.
 #[inline(never)]
 pub fn with_micromath(q: &[f32; 5]) -> [f32; 5] {
     correction(q, micromath::F32Ext::sin_cos)

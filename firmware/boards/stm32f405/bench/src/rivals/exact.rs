@@ -36,7 +36,7 @@ macro_rules! set {
     };
 }
 
-/// Its thirteen errors.
+/// The thirteen errors of the Huron.
 pub fn errors(machine: &Machine) -> ErrorModel {
     let mut model = ErrorModel::perfect(machine);
     set!(model, machine, EZ0S EA0Z EZZ1 EB0A EA0C EC0X EB0Z EB0C EXX1 EX0S EYY1 EC0A EY0C);

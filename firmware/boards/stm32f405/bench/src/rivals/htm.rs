@@ -12,7 +12,7 @@ struct Joint {
     component: usize,
     /// Relative to the previous frame.
     relative: Matrix4<f32>,
-    /// The same, including its location error.
+    /// With the location error of the axis.
     located: Matrix4<f32>,
     /// Scale error along its own direction, per mm.
     scale: f32,
