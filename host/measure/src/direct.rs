@@ -16,6 +16,7 @@ mod kept;
 mod measurement;
 mod motion;
 mod record;
+mod simple;
 mod single;
 mod solve;
 mod square;
@@ -30,6 +31,7 @@ pub use measurement::{
 };
 pub use motion::FoundMotion;
 pub use record::{DirectRecord, LocationRecord, MotionRecord, SlopeRecord, warnings};
+pub use simple::{Growth, ReadingError, simple_error_file, without_readings};
 pub use single::Single;
 pub use solve::{DirectResult, FoundLocation, SolveOptions, solve};
 pub use warnings::{Doubt, counted_twice, misread};

@@ -3,6 +3,7 @@
 mod calibrate;
 mod check;
 pub mod configuration;
+mod kept_files;
 mod model;
 mod probe;
 mod setup;

@@ -74,13 +74,13 @@ const HEAD: &str = "# What LinuxCNC compensated, as errors of the machine";
 
 /// Whether an error file has what LinuxCNC compensated.
 #[must_use]
-pub fn is_imported(errors: &str) -> bool {
+pub(super) fn is_imported(errors: &str) -> bool {
     errors.starts_with(HEAD)
 }
 
 /// Whether such a file has errors along an axis that can have been imported.
 #[must_use]
-pub fn has_imported(errors: &str, letter: char) -> bool {
+pub(super) fn has_imported(errors: &str, letter: char) -> bool {
     let [table, backlash] = [
         format!("[tabulated.E{letter}{letter}]"),
         format!("E{letter}{letter}b"),

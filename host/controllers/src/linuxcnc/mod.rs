@@ -1,5 +1,6 @@
 //! LinuxCNC: its configuration, whether a compensation fits it, and how to install one.
 
+mod beside;
 mod check;
 pub mod comp_file;
 mod configuration;
@@ -9,9 +10,10 @@ mod kinematics;
 mod session;
 mod setup;
 
+pub use beside::{BesideError, Compensated};
 pub use check::{Against, Finding, Severity, beforehand, check, unfit, unsuited};
 pub use configuration::{Configuration, JointAxis, Open};
-pub use imported::{Import, has_imported, imported, is_imported};
+pub use imported::{Import, imported};
 pub use install::{PANEL, install, remove};
 pub use session::{AxisPositions, LinuxCncSession, LinuxCncState, SessionError, Stopper, TouchEnd};
 pub use setup::{MachineFacts, SetupFiles, setup, unknown_pivot};

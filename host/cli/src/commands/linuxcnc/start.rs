@@ -2,7 +2,8 @@
 
 use super::check;
 use super::configuration;
-use super::setup::{Changed, kept_at, name, on_table, with_lines_without};
+use super::kept_files::KeptFiles;
+use super::setup::{Changed, name, on_table, with_lines_without};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
 use crate::commands::compile;
@@ -14,11 +15,10 @@ use std::fmt::Write;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{
-    Configuration, Finding, Import, MachineFacts, SetupFiles, Severity, beforehand, has_imported,
-    is_imported, remove, setup, unknown_pivot,
+    Compensated, Configuration, Finding, Import, MachineFacts, SetupFiles, Severity, beforehand,
+    remove, setup, unknown_pivot,
 };
-use trueaxis_measure::direct::Single;
-use trueaxis_model::errors::Parameter;
+use trueaxis_measure::direct::{Growth, ReadingError, Single, simple_error_file, without_readings};
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::Proof;
 use trueaxis_tables::made::Made;
@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         findings: &findings,
     };
     for single in &given {
-        free(&found, &letters, single)?;
+        found.is_free(&letters, single, None)?;
     }
     arguments.steps(&found)
 }
@@ -151,53 +151,66 @@ struct FoundConfiguration<'f> {
     findings: &'f [Finding],
 }
 
-/// Files that `start` may write, as they were before.
-struct KeptFiles(Vec<(PathBuf, Option<Vec<u8>>)>);
-
-impl KeptFiles {
-    fn read<'p>(files: impl IntoIterator<Item = &'p Path>) -> Result<Self, BadInput> {
-        let read = files.into_iter().map(|file| {
-            let bytes = match file.exists() {
-                true => Some(files::read_bytes(file)?),
-                false => None,
-            };
-            Ok((file.to_owned(), bytes))
-        });
-        Ok(Self(read.collect::<Result<_, BadInput>>()?))
-    }
-
-    /// Copies of what will be replaced by something else: `written`, and what is compiled.
-    fn copies(&self, written: &[(PathBuf, &str)]) -> Result<Vec<(PathBuf, &[u8])>, BadInput> {
-        let is_same = |file: &Path, before: &[u8]| {
-            let mut all = written.iter().filter(|(path, _)| path == file);
-            all.any(|(_, text)| text.as_bytes() == before)
-        };
-        let replaced = self.0.iter().filter_map(|(file, before)| {
-            let before = before.as_deref()?;
-            (!is_same(file, before)).then_some((file, before))
-        });
-        replaced
-            .map(|(file, before)| Ok((kept_at(file, before)?, before)))
-            .collect()
-    }
-
-    /// Puts back what has changed.
-    fn restore(&self) -> Result<(), BadInput> {
-        for (file, before) in &self.0 {
-            let now = std::fs::read(file).ok();
-            match before {
-                _ if now == *before => {}
-                Some(bytes) => files::write(file, bytes)?,
-                None => std::fs::remove_file(file).map_err(|error| {
-                    BadInput::new(
-                        format!("{} cannot be removed: {error}", file.display()),
-                        "remove it",
-                    )
-                })?,
-            }
+impl FoundConfiguration<'_> {
+    fn compensated(&self) -> Compensated<'_> {
+        Compensated {
+            configuration: self.configuration,
+            imports: self.imports,
         }
-        Ok(())
     }
+
+    /// Refuses a reading along an axis that is compensated already, also by the errors that are kept.
+    fn is_free(
+        &self,
+        letters: &[char],
+        single: &Single,
+        kept: Option<&str>,
+    ) -> Result<(), BadInput> {
+        let Some(axis) = single.along() else {
+            return Ok(());
+        };
+        let spoilt = self.compensated().spoils(letters[axis], kept);
+        spoilt.map_err(|error| BadInput::new(error.to_string(), error.remedy()))
+    }
+
+    /// The error file to which readings are added.
+    fn to_keep(
+        &self,
+        made: Option<&SetupFiles>,
+        old: Option<&Text>,
+        errors: &Path,
+    ) -> Result<Option<String>, BadInput> {
+        let of_setup = made.map(|made| made.errors.as_deref());
+        let kept = self
+            .compensated()
+            .to_keep(of_setup, old.map(|old| old.text.as_str()))
+            .map_err(|error| {
+                BadInput::new(format!("{}: {error}", errors.display()), error.remedy())
+            })?;
+        // A set-up that is made again has none.
+        Ok(kept.map(|text| without_readings(&text)))
+    }
+}
+
+/// What is written, and where.
+struct StartFiles<'s> {
+    /// HAL lines, machine, errors, compensation.
+    files: &'s [PathBuf; 4],
+    /// HAL lines and machine, unless those that are there stay.
+    made: Option<SetupFiles>,
+    /// The error file, if there is anything to compensate.
+    errors: Option<String>,
+    singles: Vec<Single>,
+    /// The INI file with the component, if it has none yet.
+    installs: Option<Changed>,
+    /// Whether that is written.
+    writes: bool,
+    balls: Option<PathBuf>,
+}
+
+/// A reading of an option that cannot be used.
+fn reading(option: &str, error: ReadingError) -> BadInput {
+    BadInput::new(format!("--{option}: {error}"), error.remedy)
 }
 
 fn is_refused(findings: &[Finding]) -> bool {
@@ -212,66 +225,6 @@ fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
         "{lines}{ini}: every file is as it was; {version}\n"
     ))?;
     Ok(Outcome::CheckFailed)
-}
-
-/// What LinuxCNC keeps, a line each.
-fn staying(configuration: &Configuration) -> String {
-    let mut letters: Vec<char> = configuration.axes().iter().map(|j| j.letter).collect();
-    letters.sort_unstable();
-    letters.dedup();
-    let kept = letters
-        .iter()
-        .flat_map(|letter| configuration.kept(*letter));
-    let lines = kept.map(|(joint, entry)| {
-        format!(
-            "{} = {} of joint {} stays in the INI file: the joints of {} differ\n",
-            entry.key, entry.value, joint.number, joint.letter
-        )
-    });
-    lines.collect()
-}
-
-/// The axis along which a reading is taken.
-fn along(single: &Single) -> Option<usize> {
-    match *single {
-        Single::Scale { axis, .. } | Single::Reversal { axis, .. } => Some(axis),
-        Single::Square { .. } => None,
-    }
-}
-
-/// Refuses a reading along an axis that LinuxCNC compensates itself: what it shows depends on that.
-fn free(found: &FoundConfiguration<'_>, letters: &[char], single: &Single) -> Result<(), BadInput> {
-    let Some(axis) = along(single) else {
-        return Ok(());
-    };
-    let letter = letters[axis];
-    if let Some((joint, entry)) = found.configuration.kept(letter).first() {
-        return Err(BadInput::new(
-            format!(
-                "a reading along {letter}: {} of joint {} stays with LinuxCNC, because the joints of {letter} differ",
-                entry.key, joint.number
-            ),
-            format!(
-                "correct COMP_FILE or BACKLASH of each joint of {letter} by what the reading shows"
-            ),
-        ));
-    }
-    match found
-        .imports
-        .iter()
-        .find(|import| import.letter() == letter)
-    {
-        None => Ok(()),
-        Some(import) => Err(BadInput::new(
-            format!(
-                "a reading along {}: the INI file already compensates {} ({})",
-                import.letter(),
-                import.letter(),
-                import.source()
-            ),
-            "take COMP_FILE and BACKLASH of this axis out of the INI file, measure again, and start again",
-        )),
-    }
 }
 
 fn calibrate(machine: &str, balls: &Path) -> String {
@@ -321,11 +274,12 @@ fn answered(question: &str) -> Result<String, BadInput> {
 impl Arguments {
     /// Everything after the first look at the configuration: asks, then writes, the INI file last.
     fn steps(&self, found: &FoundConfiguration<'_>) -> Result<Outcome, BadInput> {
-        let FoundConfiguration { ini, imports, .. } = *found;
+        let ini = found.ini;
         let files = [HAL, "machine.toml", "errors.toml", "machine.trax"];
-        let [hal, machine, errors, blob] = files.map(|name| ini.with_file_name(name));
+        let files = files.map(|name| ini.with_file_name(name));
+        let [hal, machine, errors, blob] = &files;
         let (sensors, growths) = self.temperatures()?;
-        let made = match self.replaces(found, [&hal, &machine, &errors, &blob])? {
+        let made = match self.replaces(found, [hal, machine, errors, blob])? {
             true => Some(self.made(found, &sensors)?),
             false if sensors.is_empty() => None,
             false => {
@@ -340,53 +294,24 @@ impl Arguments {
                 name: machine.display().to_string(),
                 text: made.machine.clone(),
             },
-            None => Text::read(&machine)?,
+            None => Text::read(machine)?,
         };
         let described = files::machine_in(&text)?;
         let old = match errors.exists() {
-            true => Some(Text::read(&errors)?),
+            true => Some(Text::read(errors)?),
             false => None,
         };
-        let base = base(found, made.as_ref(), old.as_ref(), &errors)?;
-        let installs = match found.configuration.hal.load("trueaxis") {
-            Some(_) => None,
-            None => {
-                // All of them are in `base`.
-                let lines = imports.iter().flat_map(|i| i.lines(found.configuration));
-                let taken_out: Vec<usize> = lines.collect();
-                Some(with_lines_without(ini, &hal, &taken_out)?)
-            }
-        };
-        let writes = match (&installs, self.install) {
-            (None, _) => false,
-            (Some(_), true) => true,
-            (Some(changed), false) => self.agrees(&format!(
-                "Write the lines for component and panel into {0}? What it is now stays in {1}.",
-                ini.display(),
-                changed.copy.display()
-            ))?,
-        };
-        let installs_now = installs.as_ref().filter(|_| writes);
-        let singles = self.singles(&described, found, base.as_deref())?;
-        let has_errors = !(singles.is_empty() && growths.is_empty() && imports.is_empty());
+        let kept = found.to_keep(made.as_ref(), old.as_ref(), errors)?;
+        let (installs, writes) = self.installs(found, hal)?;
+        let singles = self.singles(&described, found, kept.as_deref())?;
+        let has_errors = !(singles.is_empty() && growths.is_empty() && found.imports.is_empty());
         let (mut balls, mut text) = (self.balls.clone(), None);
         if has_errors {
-            let new = error_file(&described, &singles, base)? + &thermal(&growths);
-            let differs = |old: &Text| old.text != new;
-            let replaced = match (old.as_ref().is_some_and(differs), blob.exists()) {
-                _ if made.is_some() => None,
-                (true, _) => Some(&errors),
-                (false, true) => Some(&blob),
-                (false, false) => None,
-            };
-            if let Some(file) = replaced.map(|file| file.display())
-                && !self.overwrite
-                && !self.agrees(&format!("{file} exists. Replace it?"))?
-            {
-                return Err(BadInput::new(
-                    format!("{file} exists: it was not replaced, and nothing was compiled"),
-                    "give --overwrite, or compile errors.toml with `trueaxis compile` into another file",
-                ));
+            let new = simple_error_file(&described, &singles, &growths, kept)
+                .map_err(|error| BadInput::new(error.what, error.remedy))?;
+            if made.is_none() {
+                let differs = old.as_ref().is_some_and(|old| old.text != new);
+                self.may_replace(errors, differs, blob)?;
             }
             text = Some(new);
         } else if balls.is_none() {
@@ -395,16 +320,82 @@ impl Arguments {
             balls = Some(answer).filter(|a| !a.is_empty()).map(PathBuf::from);
         }
         // Nothing is asked from here on.
+        self.write(
+            found,
+            &StartFiles {
+                files: &files,
+                made,
+                errors: text,
+                singles,
+                installs,
+                writes,
+                balls,
+            },
+        )
+    }
+
+    /// The INI file with the component, if it is not there yet, and whether it is to be written.
+    fn installs(
+        &self,
+        found: &FoundConfiguration<'_>,
+        hal: &Path,
+    ) -> Result<(Option<Changed>, bool), BadInput> {
+        if found.configuration.hal.load("trueaxis").is_some() {
+            return Ok((None, false));
+        }
+        // The error file has all of them.
+        let lines = found
+            .imports
+            .iter()
+            .flat_map(|i| i.lines(found.configuration));
+        let taken_out: Vec<usize> = lines.collect();
+        let changed = with_lines_without(found.ini, hal, &taken_out)?;
+        let writes = match self.install {
+            true => true,
+            false => self.agrees(&format!(
+                "Write the lines for component and panel into {0}? What it is now stays in {1}.",
+                found.ini.display(),
+                changed.copy.display()
+            ))?,
+        };
+        Ok((Some(changed), writes))
+    }
+
+    /// Refuses to replace errors that differ, or a compensation, unless that is wanted.
+    fn may_replace(&self, errors: &Path, differs: bool, blob: &Path) -> Result<(), BadInput> {
+        let file = match (differs, blob.exists()) {
+            (true, _) => errors.display(),
+            (false, true) => blob.display(),
+            (false, false) => return Ok(()),
+        };
+        match self.overwrite || self.agrees(&format!("{file} exists. Replace it?"))? {
+            true => Ok(()),
+            false => Err(BadInput::new(
+                format!("{file} exists: it was not replaced, and nothing was compiled"),
+                "give --overwrite, or compile errors.toml with `trueaxis compile` into another file",
+            )),
+        }
+    }
+
+    /// Writes all files; if anything is refused, every file is as it was.
+    fn write(
+        &self,
+        found: &FoundConfiguration<'_>,
+        start: &StartFiles<'_>,
+    ) -> Result<Outcome, BadInput> {
+        let ini = found.ini;
+        let [hal, machine, errors, blob] = start.files;
+        let installs_now = start.installs.as_ref().filter(|_| start.writes);
         let mut written: Vec<(PathBuf, &str)> = Vec::new();
-        if let Some(made) = &made {
-            written.push((hal, &made.hal));
+        if let Some(made) = &start.made {
+            written.push((hal.clone(), &made.hal));
             written.push((machine.clone(), &made.machine));
         }
-        if let Some(text) = &text {
+        if let Some(text) = &start.errors {
             written.push((errors.clone(), text));
         }
         let all = written.iter().map(|(file, _)| file.as_path());
-        let compiled = has_errors.then_some(blob.as_path());
+        let compiled = start.errors.as_ref().map(|_| blob.as_path());
         let kept = KeptFiles::read(all.chain(compiled))?;
         let copies = kept.copies(&written)?;
         let mut beside: Vec<&Path> = copies.iter().map(|(copy, _)| copy.as_path()).collect();
@@ -412,7 +403,7 @@ impl Arguments {
             beside.extend([ini, &changed.copy]);
         }
         let made_beside = KeptFiles::read(beside)?;
-        let mut stays = staying(found.configuration);
+        let mut stays = found.compensated().staying();
         if !copies.is_empty() {
             let names = copies.iter().map(|(copy, _)| copy.display().to_string());
             let names: Vec<String> = names.collect();
@@ -426,20 +417,14 @@ impl Arguments {
                 files::prepare(file, &[ini])?;
                 files::write(file, text.as_bytes())?;
             }
-            if has_errors {
-                return self.compiled(
-                    ini,
-                    [&machine, &errors, &blob],
-                    &singles,
-                    installs.as_ref().map(|changed| (changed, writes)),
-                    &stays,
-                );
+            if start.errors.is_some() {
+                return self.compiled(ini, start, &stays);
             }
             if let Some(changed) = installs_now {
                 changed.write(ini)?;
             }
             files::print(&stays)?;
-            without(ini, [&machine, &errors, &blob], balls.as_deref())
+            without(ini, [machine, errors, blob], start.balls.as_deref())
         };
         let done = write();
         if !matches!(done, Ok(Outcome::Done)) {
@@ -454,31 +439,27 @@ impl Arguments {
     fn compiled(
         &self,
         ini: &Path,
-        [machine, errors, blob]: [&Path; 3],
-        singles: &[Single],
-        installs: Option<(&Changed, bool)>,
+        start: &StartFiles<'_>,
         stays: &str,
     ) -> Result<Outcome, BadInput> {
-        let [of_machine, of_errors, of_blob] =
-            [machine, errors, blob].map(|path| path.display().to_string());
+        let [_, machine, errors, blob] = start.files;
         let both = MachineFiles {
-            machine: machine.to_owned(),
-            errors: errors.to_owned(),
+            machine: machine.clone(),
+            errors: errors.clone(),
         };
-        let compiled = compile::usual(&both, blob.to_owned(), Target::default())?;
-        let Made::Verified(whole) = &compiled.made else {
-            compiled.show()?;
-            return Ok(Outcome::CheckFailed);
+        let compiled = compile::usual(&both, blob.clone(), Target::default())?;
+        let whole = match &compiled.made {
+            Made::Verified(whole) if compiled.made.is_right() => whole,
+            _ => {
+                compiled.show()?;
+                return Ok(Outcome::CheckFailed);
+            }
         };
-        if !compiled.made.is_right() {
-            compiled.show()?;
-            return Ok(Outcome::CheckFailed);
-        }
         // What LinuxCNC would read.
-        let future = match installs {
-            Some((Changed { text, .. }, _)) => Text {
+        let future = match &start.installs {
+            Some(changed) => Text {
                 name: ini.display().to_string(),
-                text: text.clone(),
+                text: changed.text.clone(),
             },
             None => Text::read(ini)?,
         };
@@ -487,7 +468,27 @@ impl Arguments {
         if is_refused(&findings) {
             return refused(ini, &findings);
         }
-        let what = match singles.len() {
+        if let Some(changed) = start.installs.as_ref().filter(|_| start.writes) {
+            changed.write(ini)?;
+        }
+        files::print(&self.ended(ini, start, &whole.best.verification, &findings, stays))?;
+        Ok(Outcome::Done)
+    }
+
+    /// What has been done, and what comes next.
+    fn ended(
+        &self,
+        ini: &Path,
+        start: &StartFiles<'_>,
+        verification: &Proof,
+        findings: &[Finding],
+        stays: &str,
+    ) -> String {
+        let [of_hal, of_machine, of_errors, of_blob] = start
+            .files
+            .each_ref()
+            .map(|path| path.display().to_string());
+        let what = match start.singles.len() {
             0 if self.growth.is_empty() => "what LinuxCNC compensated".to_owned(),
             0 => "growth of the spindle".to_owned(),
             count_of => count(count_of, "reading"),
@@ -497,42 +498,39 @@ impl Arguments {
             quoted(&of_machine),
             quoted(&of_errors)
         );
-        lines += &format!("{of_blob}: {}\n", effect(&whole.best.verification));
-        for finding in &findings {
-            lines += &format!("{finding}\n");
+        let _ = writeln!(lines, "{of_blob}: {}", effect(verification));
+        for finding in findings {
+            let _ = writeln!(lines, "{finding}");
         }
         lines += stays;
-        let shown = quoted(ini.display());
-        match installs {
-            Some((changed, true)) => {
-                changed.write(ini)?;
-                lines += &format!(
-                    "{}: with component and panel; a copy of the old file is in {}\n",
-                    ini.display(),
-                    changed.copy.display()
-                );
-            }
-            Some(_) => {
-                lines += &format!(
-                    "{}: is as it was; what to write into it is at the head of {}\n",
-                    ini.display(),
-                    ini.with_file_name("trueaxis.hal").display()
-                );
-            }
-            None => lines += &format!("{}: has the component already\n", ini.display()),
-        }
+        let of_ini = ini.display();
+        let _ = match (&start.installs, start.writes) {
+            (Some(changed), true) => writeln!(
+                lines,
+                "{of_ini}: with component and panel; a copy of the old file is in {}",
+                changed.copy.display()
+            ),
+            (Some(_), false) => writeln!(
+                lines,
+                "{of_ini}: is as it was; what to write into it is at the head of {of_hal}"
+            ),
+            (None, _) => writeln!(lines, "{of_ini}: has the component already"),
+        };
         let switched_on = match self.enable_when_homed {
             true => "home: the corrections come in",
             false => {
                 "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
             }
         };
-        lines += &format!("next: linuxcnc {shown}, {switched_on}\n");
+        let _ = writeln!(lines, "next: linuxcnc {}, {switched_on}", quoted(of_ini));
         if let Some(balls) = &self.balls {
-            lines += &format!("then, with the balls: {}\n", calibrate(&of_machine, balls));
+            let _ = writeln!(
+                lines,
+                "then, with the balls: {}",
+                calibrate(&of_machine, balls)
+            );
         }
-        files::print(&lines)?;
-        Ok(Outcome::Done)
+        lines
     }
 
     /// An answer, or nothing if nothing is to be asked.
@@ -659,13 +657,15 @@ impl Arguments {
                 pin: pin.to_owned(),
             });
         }
-        let growths = self.growth.iter().map(|text| growth(&sensors, text));
-        let growths: Vec<Growth> = growths.collect::<Result<_, _>>()?;
+        let names = || sensors.iter().map(|sensor| sensor.name.as_str());
+        let growths = self.growth.iter().map(|text| Growth::parse(names(), text));
+        let growths: Vec<Growth> = growths
+            .collect::<Result<_, _>>()
+            .map_err(|error| reading("growth", error))?;
         let at = |sensor: &StartSensor| {
-            let mut names = growths.iter().map(|(name, _)| name);
-            names
-                .position(|name| *name == sensor.name)
-                .unwrap_or(growths.len())
+            let mut growths_of = growths.iter();
+            let first = growths_of.position(|growth| growth.sensor == sensor.name);
+            first.unwrap_or(growths.len())
         };
         sensors.sort_by_key(at);
         Ok((sensors, growths))
@@ -673,9 +673,12 @@ impl Arguments {
 
     /// What has been measured, from options; axes count as their letters do.
     fn given(&self, letters: &[char]) -> Result<Vec<Single>, BadInput> {
-        let scales = self.scale.iter().map(|text| scale(letters, text));
-        let squares = self.square.iter().map(|text| square(letters, text));
-        let dials = self.dial.iter().map(|text| dial(letters, text));
+        let scale = |text| Single::scale(letters, text).map_err(|error| reading("scale", error));
+        let square = |text| Single::square(letters, text).map_err(|error| reading("square", error));
+        let dial = |text| Single::dial(letters, text).map_err(|error| reading("dial", error));
+        let scales = self.scale.iter().map(|text| scale(text));
+        let squares = self.square.iter().map(|text| square(text));
+        let dials = self.dial.iter().map(|text| dial(text));
         scales.chain(squares).chain(dials).collect()
     }
 
@@ -687,10 +690,7 @@ impl Arguments {
         base: Option<&str>,
     ) -> Result<Vec<Single>, BadInput> {
         let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
-        let free = |single: &Single| {
-            free(found, &letters, single)?;
-            free_beside(base, &letters, single)
-        };
+        let free = |single: &Single| found.is_free(&letters, single, base);
         let mut singles = self.given(&letters)?;
         singles.iter().try_for_each(free)?;
         if self.yes || !singles.is_empty() {
@@ -706,18 +706,15 @@ impl Arguments {
             .collect();
         // Asked again until it can be read.
         let mut one = |question: &str,
-                       read: &dyn Fn(&str) -> Result<Single, BadInput>|
+                       read: &dyn Fn(&str) -> Result<Single, ReadingError>|
          -> Result<(), BadInput> {
             loop {
                 let answer = self.ask(question)?;
                 if answer.is_empty() {
                     return Ok(());
                 }
-                let read = |answer: &str| {
-                    let single = read(answer)?;
-                    free(&single).map(|()| single)
-                };
-                match read(&answer) {
+                let read = read(&answer).map_err(|error| BadInput::new(error.what, error.remedy));
+                match read.and_then(|single| free(&single).map(|()| single)) {
                     Ok(single) => {
                         singles.push(single);
                         return Ok(());
@@ -729,7 +726,7 @@ impl Arguments {
         for letter in &linear {
             let question = format!("Scale along {letter}: µm too much / mm of travel (2/100):");
             one(&question, &|answer| {
-                scale(&letters, &format!("{letter}={answer}"))
+                Single::scale(&letters, &format!("{letter}={answer}"))
             })?;
         }
         for (k, a) in linear.iter().enumerate() {
@@ -738,14 +735,14 @@ impl Arguments {
                     "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
                 );
                 one(&question, &|answer| {
-                    square(&letters, &format!("{a}{b}={answer}"))
+                    Single::square(&letters, &format!("{a}{b}={answer}"))
                 })?;
             }
         }
         for letter in &linear {
             let question = format!("Dial along {letter}: reading after + less after − travel, µm:");
             one(&question, &|answer| {
-                dial(&letters, &format!("{letter}={answer}"))
+                Single::dial(&letters, &format!("{letter}={answer}"))
             })?;
         }
         Ok(singles)
@@ -773,275 +770,9 @@ fn without(
     Ok(Outcome::Done)
 }
 
-/// The error file to which readings are added: it has all that LinuxCNC compensates, or did before the component came.
-fn base(
-    found: &FoundConfiguration<'_>,
-    made: Option<&SetupFiles>,
-    old: Option<&Text>,
-    errors: &Path,
-) -> Result<Option<String>, BadInput> {
-    let refused = |what: &str, remedy: &str| {
-        Err(BadInput::new(
-            format!("{}: {what}", errors.display()),
-            remedy.to_owned(),
-        ))
-    };
-    let old = old.map(|old| old.text.replace("\r\n", "\n"));
-    let old = old.filter(|text| is_imported(text));
-    match (made, old) {
-        (Some(made), _) if !found.imports.is_empty() => Ok(made.errors.clone()),
-        (Some(_), Some(_)) => refused(
-            "it has what LinuxCNC compensated, the INI file has not: replacing it would lose that",
-            "put COMP_FILE and BACKLASH back into the INI file (--remove does); or, if they were wrong, move errors.toml away",
-        ),
-        (Some(_), None) => Ok(None),
-        (None, old) => {
-            let text = old.as_deref().unwrap_or_default();
-            let missing = |import: &&Import| {
-                !import.lines(found.configuration).is_empty() && !import.is_in(text)
-            };
-            if let Some(import) = found.imports.iter().find(missing) {
-                return refused(
-                    &format!(
-                        "it does not have what LinuxCNC compensates: {}",
-                        import.source()
-                    ),
-                    "give --overwrite: machine.toml, trueaxis.hal and errors.toml are made again from the INI file",
-                );
-            }
-            let is_reading = |line: &str| {
-                line.split_once("  # ")
-                    .is_some_and(|(_, remark)| WORDS.iter().any(|words| remark.starts_with(words)))
-            };
-            Ok(old.map(|text| {
-                let lines = text.split_inclusive('\n');
-                lines.filter(|line| !is_reading(line)).collect()
-            }))
-        }
-    }
-}
-
-/// Refuses a reading along an axis whose errors are in the file already: it was taken with or without them.
-fn free_beside(base: Option<&str>, letters: &[char], single: &Single) -> Result<(), BadInput> {
-    match (along(single).map(|axis| letters[axis]), base) {
-        (Some(letter), Some(base)) if has_imported(base, letter) => Err(BadInput::new(
-            format!(
-                "a reading along {letter}: errors.toml already has what LinuxCNC compensated along {letter}"
-            ),
-            "take that out of errors.toml, measure again without compensation, and start again",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// Name of a sensor, and how far the spindle grows with it (mm/K).
-type Growth = (String, f64);
-
 /// A temperature sensor.
 struct StartSensor {
     name: String,
     /// Pin in HAL, °C.
     pin: String,
-}
-
-/// Reads `NAME=12/15`: the name of a sensor, and the growth of the spindle (mm/K).
-fn growth(sensors: &[StartSensor], text: &str) -> Result<Growth, BadInput> {
-    let parsed = text.split_once('=').and_then(|(name, reading)| {
-        let (um, kelvin) = reading.split_once('/')?;
-        let um: f64 = um.trim().parse().ok()?;
-        let kelvin: f64 = kelvin.trim().parse().ok()?;
-        let is_possible = kelvin > 0.0 && um.abs() <= 1000.0 && kelvin <= 200.0;
-        let sensor = sensors.iter().find(|sensor| sensor.name == name.trim())?;
-        is_possible.then(|| (sensor.name.clone(), um * 1e-3 / kelvin))
-    });
-    parsed.ok_or_else(|| {
-        BadInput::new(
-            format!("--growth: `{text}` is not bearing=12/15 with a sensor of --temperature"),
-            "give the sensor, µm and K: --temperature bearing=PIN --growth bearing=12/15",
-        )
-    })
-}
-
-/// The section of an error file about growths of the spindle: a tool that is nearer to the table has moved in −z of the
-/// spindle.
-fn thermal(growths: &[Growth]) -> String {
-    if growths.is_empty() {
-        return String::new();
-    }
-    let entries = growths.iter().map(|(sensor, mm)| {
-        format!(
-            "    {{ per_kelvin = {:.6e}, sensor = {}, reference_celsius = 20.0 }},\n",
-            -mm,
-            toml::Value::from(sensor.as_str())
-        )
-    });
-    let entries: String = entries.collect();
-    format!("\n[thermal]\n# Growth of the spindle.\nEZ0S = [\n{entries}]\n")
-}
-
-/// An error file with what has been read, added to what LinuxCNC compensated.
-fn error_file(
-    machine: &Machine,
-    singles: &[Single],
-    imported: Option<String>,
-) -> Result<String, BadInput> {
-    let mut lines = String::new();
-    let mut found: Vec<Parameter> = Vec::new();
-    for single in singles {
-        let words = words(machine, single);
-        let (parameter, value) = single.parameter(machine).ok_or_else(|| {
-            BadInput::new(
-                format!("{words}: no parameter of this machine shows that alone"),
-                "give the readings to `trueaxis measured`",
-            )
-        })?;
-        if found.contains(&parameter) {
-            return Err(BadInput::new(
-                format!("{words}: {parameter} has been measured twice"),
-                "give one of the readings",
-            ));
-        }
-        // Readings have three digits.
-        let value: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-        let _ = writeln!(lines, "{parameter} = {value:?}  # {words}");
-        found.push(parameter);
-    }
-    Ok(match imported {
-        Some(text) if singles.is_empty() => text,
-        None => format!(
-            "# As measured: `trueaxis explain` says what the instruments must have shown.\nmachine = {}\n\n[parameters]\n{lines}",
-            toml::Value::from(machine.name.as_str())
-        ),
-        Some(text) if text.contains("[parameters]\n") => {
-            text.replacen("[parameters]\n", &format!("[parameters]\n{lines}"), 1)
-        }
-        Some(text) => {
-            let at = text
-                .find("\n#")
-                .filter(|at| text[..*at].contains("machine ="));
-            let at = at.unwrap_or(text.len());
-            format!("{}\n[parameters]\n{lines}{}", &text[..at], &text[at..])
-        }
-    })
-}
-
-/// How the remarks of readings begin.
-const WORDS: [&str; 3] = ["scale along ", "dial along ", "square of "];
-
-fn words(machine: &Machine, single: &Single) -> String {
-    let letter = |axis: usize| machine.axes[axis].letter;
-    let um = |slope: f64| slope * 1e5;
-    match *single {
-        Single::Scale { axis, slope } => {
-            format!(
-                "{}{}: {:+.1} µm at +100 mm",
-                WORDS[0],
-                letter(axis),
-                um(slope)
-            )
-        }
-        Single::Reversal { axis, difference } => format!(
-            "{}{}: {:+.1} µm after positive less after negative travel",
-            WORDS[1],
-            letter(axis),
-            difference * 1e3
-        ),
-        Single::Square {
-            aligned,
-            moved,
-            slope,
-        } => format!(
-            "{}{} and {}: {:+.1} µm per 100 mm",
-            WORDS[2],
-            letter(aligned),
-            letter(moved),
-            um(slope)
-        ),
-    }
-}
-
-/// A linear axis, by its letter.
-fn axis(letters: &[char], letter: char) -> Option<usize> {
-    let letter = letter.to_ascii_uppercase();
-    let is = |known: &char| *known == letter && !"ABC".contains(letter);
-    letters.iter().position(is)
-}
-
-/// Reads `X=2/100`: axes and the slope.
-fn sloped(
-    known: &[char],
-    text: &str,
-    axes: usize,
-    option: &str,
-) -> Result<(Vec<usize>, f64), BadInput> {
-    let wrong = || {
-        let example = ["X=2/100", "XY=3/100"][axes - 1];
-        BadInput::new(
-            format!("--{option}: `{text}` is not of the form {example}"),
-            match text.contains(',') {
-                true => format!(
-                    "write a decimal point: --{option} {}",
-                    text.replace(',', ".")
-                ),
-                false => {
-                    format!("give linear axes of the machine, µm and mm: --{option} {example}")
-                }
-            },
-        )
-    };
-    let (letters, reading) = text.split_once('=').ok_or_else(wrong)?;
-    let (um, mm) = reading.split_once('/').ok_or_else(wrong)?;
-    let number = |text: &str| {
-        text.trim()
-            .parse::<f64>()
-            .ok()
-            .filter(|value| value.is_finite())
-    };
-    let (um, mm) = number(um).zip(number(mm)).ok_or_else(wrong)?;
-    let found: Option<Vec<usize>> = letters.trim().chars().map(|l| axis(known, l)).collect();
-    let found = found
-        .filter(|found| found.len() == axes)
-        .ok_or_else(wrong)?;
-    let slope = um * 1e-3 / mm;
-    let is_possible = mm > 0.0 && slope.abs() < LARGEST && (axes == 1 || found[0] != found[1]);
-    is_possible.then_some((found, slope)).ok_or_else(wrong)
-}
-
-/// The largest slope (mm per mm, rad), as error files permit.
-const LARGEST: f64 = 0.1;
-
-fn scale(letters: &[char], text: &str) -> Result<Single, BadInput> {
-    let (axes, slope) = sloped(letters, text, 1, "scale")?;
-    Ok(Single::Scale {
-        axis: axes[0],
-        slope,
-    })
-}
-
-fn square(letters: &[char], text: &str) -> Result<Single, BadInput> {
-    let (axes, slope) = sloped(letters, text, 2, "square")?;
-    Ok(Single::Square {
-        aligned: axes[0],
-        moved: axes[1],
-        slope,
-    })
-}
-
-fn dial(letters: &[char], text: &str) -> Result<Single, BadInput> {
-    let parsed = text.split_once('=').and_then(|(letter, um)| {
-        let mut words = letter.trim().chars();
-        let axis = axis(letters, words.next()?)?;
-        let um: f64 = um.trim().parse().ok()?;
-        (words.next().is_none() && um.is_finite() && um.abs() <= 1000.0).then_some((axis, um))
-    });
-    match parsed {
-        Some((axis, um)) => Ok(Single::Reversal {
-            axis,
-            difference: um * 1e-3,
-        }),
-        None => Err(BadInput::new(
-            format!("--dial: `{text}` is not X=4"),
-            "give a linear axis of the machine and µm: --dial X=4",
-        )),
-    }
 }
