@@ -31,11 +31,35 @@ pub fn wine(program: &str) -> Result<Command, String> {
     Ok(wine)
 }
 
+/// Makes Wine's Windows, if it is not there, which takes seconds and is no part of what is compared.
+///
+/// # Errors
+/// If it does not start.
+pub fn start() -> Result<(), String> {
+    keep_server()?;
+    run(wine("wine")?.args(["wineboot", "--init"]))
+}
+
+/// Messages of a program without Wine's own: `wine: …`, `0024:fixme:…`.
+pub fn without_own_lines(errors: &str) -> String {
+    let is_own = |line: &&str| {
+        let mut parts = line.split(':');
+        let (first, second) = (parts.next(), parts.next());
+        let is_thread = |name: &str| name.chars().all(|c| c.is_ascii_hexdigit());
+        first == Some("wine")
+            || first.is_some_and(is_thread) && matches!(second, Some("fixme" | "err" | "warn"))
+    };
+    errors
+        .split_inclusive('\n')
+        .filter(|l| !is_own(l))
+        .collect()
+}
+
 /// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last.
 ///
 /// # Errors
 /// If it does not start.
-pub fn keep_server() -> Result<(), String> {
+fn keep_server() -> Result<(), String> {
     run(wine("wineserver")?.arg("-p60"))
 }
 
@@ -223,7 +247,7 @@ pub fn check(here: &TestPlace, place: &TestPlace) -> Result<(), String> {
     let said = on_console(place, pose, None)?;
     expect("a console shows µ", said.contains("(µm)"), &said);
     files::write(&folder.join("kept.trax"), "old")?;
-    // Takes minutes.
+    // Takes seconds after it has said this.
     let long = "compile examples/hu40/machine.toml examples/hu40/errors-84.toml -o kept.trax";
     let said = on_console(place, long, Some("finding tables"))?;
     let kept = files::read(&folder.join("kept.trax"))? == b"old";
@@ -246,4 +270,17 @@ pub fn check(here: &TestPlace, place: &TestPlace) -> Result<(), String> {
         &said,
     );
     judged(&wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_own_lines;
+
+    #[test]
+    fn what_wine_itself_says_is_no_message_of_a_program() {
+        let said = "wine: could not open working directory L\"C:\\\\windows\", starting in the Windows directory.\n\
+             0024:fixme:ver:GetFileVersion stub\nerror: missing.toml: cannot be read\nwinery: a name\nbad:err:or\n";
+        let own = "error: missing.toml: cannot be read\nwinery: a name\n";
+        assert_eq!(without_own_lines(said), own);
+    }
 }
