@@ -1,12 +1,16 @@
 //! Compares schemes on one machine.
 
 pub mod probed;
+mod record;
 mod single;
 
 use crate::identify::{Compensated, IdentifyError};
 use crate::simulate::SimulateError;
 use probed::Strategy;
-pub use single::{SingleError, TablesTaken, single};
+pub use record::{
+    ComparisonRecord, SchemeCost, SchemeRecord, SingleCost, SingleRecord, SinglesRecord,
+};
+pub use single::{SingleError, TablesTaken, single, single_schemes};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{self, CompileError, Compiled, Progress, Size};

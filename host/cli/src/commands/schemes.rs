@@ -1,7 +1,6 @@
 //! `trueaxis schemes`
 
-mod answer;
-mod single;
+mod shown;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -13,8 +12,9 @@ use super::random::RandomOptions;
 use super::scheme::OwnArguments;
 use super::{offered, position_argument, target};
 use clap::Args;
-use trueaxis_measure::compare;
+use trueaxis_measure::compare::{self, ComparisonRecord, SinglesRecord};
 use trueaxis_tables::compile::Options;
+use trueaxis_tables::policy::stored;
 use trueaxis_tables::schemes::{self, Scheme};
 
 /// Compare all schemes on one machine, side by side
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
     let every = match arguments.single {
         false => Scheme::every(),
-        true => single::schemes(),
+        true => compare::single_schemes(),
     };
     let schemes: Result<Vec<Vec<Scheme>>, BadInput> = every
         .iter()
@@ -87,24 +87,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         seed: arguments.random.seed,
         ..Options::default()
     };
+    let policy = stored(options.tables.policy);
     let bar = ProgressBarOnScreen::new();
     if arguments.single {
         let found = compare::single(&machine, &errors, &schemes, &options, &bar);
         drop(bar);
-        let answer = single::SinglesAnswer::new(&machine, &schemes, &found, &options, zero_at);
+        let answer = SinglesRecord::new(&machine, &schemes, &found, &options, zero_at);
         match arguments.json {
             true => files::print_json(&answer)?,
-            false => files::print(&answer.screen())?,
+            false => files::print(&shown::singles(&answer, policy))?,
         }
         return Ok(Outcome::Done);
     }
     let compared = compare::compare(&machine, &errors, &schemes, &options, &bar);
     drop(bar);
-    let answer = answer::SchemesAnswer::new(&machine, &compared, &options, zero_at);
+    let answer = ComparisonRecord::new(&machine, &compared, &options, zero_at);
     if arguments.json {
         files::print_json(&answer)?;
     } else {
-        files::print(&answer.screen())?;
+        files::print(&shown::comparison(&answer, policy))?;
     }
     Ok(Outcome::Done)
 }

@@ -5,6 +5,13 @@ use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{self, CompileError, Progress};
 use trueaxis_tables::schemes::Scheme;
 
+/// The schemes that can correct a single error completely.
+#[must_use]
+pub fn single_schemes() -> Vec<Scheme> {
+    let adjustable = Vec::new();
+    vec![Scheme::default(), Scheme::Fik { adjustable }]
+}
+
 /// One error parameter, on a machine that has no other.
 #[derive(Clone, Debug)]
 pub struct SingleError {
