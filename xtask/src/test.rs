@@ -39,7 +39,11 @@ const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test 
 const TESTS: &str = "all tests";
 
 /// Steps that mostly wait, or use one processor.
-const BESIDE: [&str; 2] = ["LinuxCNC", "hardware in the loop"];
+const BESIDE: [&str; 3] = [
+    "LinuxCNC",
+    "hardware in the loop",
+    "the command for Windows",
+];
 
 /// A step included in a longer one.
 const SIX: &str = "6 random machines";
@@ -156,6 +160,7 @@ fn rest() -> Vec<TestStep> {
             "xtask bench-target",
         ),
         step("hardware in the loop", "xtask hil"),
+        step("the command for Windows", "xtask systems windows"),
         step("every kind of processor", "xtask portable"),
     ]
 }

@@ -55,12 +55,17 @@ pub fn without_own_lines(errors: &str) -> String {
         .collect()
 }
 
-/// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last.
+/// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last. It holds
+/// no pipe of this program, for whose end a reader would wait.
 ///
 /// # Errors
 /// If it does not start.
 fn keep_server() -> Result<(), String> {
-    run(wine("wineserver")?.arg("-p60"))
+    let mut server = wine("wineserver")?;
+    run(server
+        .arg("-p60")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null()))
 }
 
 fn compile(

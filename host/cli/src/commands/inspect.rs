@@ -7,7 +7,9 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::Notes;
 use trueaxis_tables::compile::belongs;
-use trueaxis_tables::contents::{Contents, contents, end};
+use trueaxis_tables::contents::{
+    AuxiliaryEntry, AxisEntry, BankEntry, Contents, GridEntry, contents, end,
+};
 use trueaxis_tables::extremes::{Extremes, extremes};
 use trueaxis_tables::schemes::fik;
 use trueaxis_tables::validate::Runtime;
@@ -72,105 +74,117 @@ fn listing(
     text += &screen::policy(contents.stored);
     text += &format!("capacities: {}\n", contents.size.capacities());
     text += "\naxes\n";
-    for a in &contents.axes {
-        let travel = match (a.travel, a.period) {
-            (_, Some(period)) => format!("endless ({period} {})", a.unit),
-            (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
-            (None, None) => "without end".to_owned(),
-        };
-        // Otherwise it is made up as slowly as a ramp begins.
-        let reversal = match a.reversal_acceleration > 1.001 * a.ramp_rate / trueaxis::RISE {
-            true => format!(
-                ", made up at {:.3} {u}/s, {:.1} {u}/s²",
-                a.reversal_rate,
-                a.reversal_acceleration,
-                u = a.unit
-            ),
-            false => String::new(),
-        };
-        text += &format!(
-            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}{reversal}\n",
-            a.name,
-            a.value_bound,
-            a.rate_bound,
-            a.ramp_rate,
-            a.reversal_threshold,
-            u = a.unit
-        );
-    }
-    for a in &contents.auxiliaries {
-        text += &match a.kind {
-            "tool length" => format!(
-                "  {}: an input (mm), the machine's own tool has {}\n",
-                a.name, a.reference
-            ),
-            _ => {
-                let lag = a.lag_s.map_or(String::new(), |lag| {
-                    format!(", follows with a lag of {lag:.0} s")
-                });
-                let followed = a.sensor.map_or(String::new(), |sensor| {
-                    let [low, high] = sensor.celsius;
-                    format!(
-                        ", followed at {} K/s within {low} to {high} °C",
-                        sensor.kelvin_per_s
-                    )
-                });
-                let (name, reference) = (&a.name, a.reference);
-                format!("  {name}: an input (K from {reference} °C){followed}{lag}\n")
-            }
-        };
-    }
+    text.extend(contents.axes.iter().map(axis));
+    text.extend(contents.auxiliaries.iter().map(auxiliary));
     if let Some(notes) = notes {
         text += &format!("\norigin\n{}", known(notes, contents));
     }
     text += "\nat most, for any input\n";
-    for (axis, of) in contents.axes.iter().zip(extremes) {
-        let slopes = of
-            .steepest
-            .iter()
-            .map(|s| format!("{} {:.3e}", s.input, s.per_unit));
-        let slopes = slopes.collect::<Vec<_>>().join(", ");
-        let slopes = if slopes.is_empty() {
-            slopes
-        } else {
-            format!("; per unit of {slopes}")
-        };
-        text += &format!(
-            "  d{}  {:.5} {}{slopes}\n",
-            axis.name, of.largest, axis.unit
-        );
-    }
+    let axes = contents.axes.iter().zip(extremes);
+    text.extend(axes.map(|(axis, of)| largest(axis, of)));
     text += "\nbanks\n";
-    for bank in &contents.bank_list {
-        let [first, last] = bank.tables;
-        let tables = if first == last {
-            format!("T{first}")
-        } else {
-            format!("T{first} to T{last}")
-        };
-        let wraps = if bank.modulo { ", wraps" } else { "" };
-        let direction = match bank.direction {
-            "both" => String::new(),
-            "signed" => ", times the sign of travel".to_owned(),
-            other => format!(", {other} travel only"),
-        };
-        let samples = match bank.interpolation {
-            "cubic" => "coefficients",
-            _ => "points",
-        };
-        text += &format!(
-            "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}\n",
-            bank.input, bank.points, bank.start, bank.end, bank.interpolation, bank.samples
-        );
-    }
+    text.extend(contents.bank_list.iter().map(bank));
     text += "\nterms\n";
+    text += &terms(contents);
+    if !contents.grid_list.is_empty() {
+        text += "\ngrids\n";
+    }
+    let grids = contents.grid_list.iter().enumerate();
+    text.extend(grids.map(|(number, grid_entry)| grid(number, grid_entry)));
+    text
+}
+
+fn axis(a: &AxisEntry) -> String {
+    let travel = match (a.travel, a.period) {
+        (_, Some(period)) => format!("endless ({period} {})", a.unit),
+        (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
+        (None, None) => "without end".to_owned(),
+    };
+    // Otherwise it is made up as slowly as a ramp begins.
+    let reversal = match a.reversal_acceleration > 1.001 * a.ramp_rate / trueaxis::RISE {
+        true => format!(
+            ", made up at {:.3} {u}/s, {:.1} {u}/s²",
+            a.reversal_rate,
+            a.reversal_acceleration,
+            u = a.unit
+        ),
+        false => String::new(),
+    };
+    format!(
+        "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}{reversal}\n",
+        a.name,
+        a.value_bound,
+        a.rate_bound,
+        a.ramp_rate,
+        a.reversal_threshold,
+        u = a.unit
+    )
+}
+
+/// An input that is no axis.
+fn auxiliary(a: &AuxiliaryEntry) -> String {
+    let (name, reference) = (&a.name, a.reference);
+    if a.kind == "tool length" {
+        return format!("  {name}: an input (mm), the machine's own tool has {reference}\n");
+    }
+    let lag = a.lag_s.map_or(String::new(), |lag| {
+        format!(", follows with a lag of {lag:.0} s")
+    });
+    let followed = a.sensor.map_or(String::new(), |sensor| {
+        let [low, high] = sensor.celsius;
+        format!(
+            ", followed at {} K/s within {low} to {high} °C",
+            sensor.kelvin_per_s
+        )
+    });
+    format!("  {name}: an input (K from {reference} °C){followed}{lag}\n")
+}
+
+/// What any input at all can give of an axis.
+fn largest(axis: &AxisEntry, of: &Extremes) -> String {
+    let slopes = of.steepest.iter();
+    let slopes = slopes.map(|s| format!("{} {:.3e}", s.input, s.per_unit));
+    let slopes = match slopes.collect::<Vec<_>>().join(", ") {
+        none if none.is_empty() => none,
+        some => format!("; per unit of {some}"),
+    };
+    format!(
+        "  d{}  {:.5} {}{slopes}\n",
+        axis.name, of.largest, axis.unit
+    )
+}
+
+fn bank(bank: &BankEntry) -> String {
+    let [first, last] = bank.tables;
+    let tables = match first == last {
+        true => format!("T{first}"),
+        false => format!("T{first} to T{last}"),
+    };
+    let wraps = if bank.modulo { ", wraps" } else { "" };
+    let direction = match bank.direction {
+        "both" => String::new(),
+        "signed" => ", times the sign of travel".to_owned(),
+        other => format!(", {other} travel only"),
+    };
+    let samples = match bank.interpolation {
+        "cubic" => "coefficients",
+        _ => "points",
+    };
+    format!(
+        "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}\n",
+        bank.input, bank.points, bank.start, bank.end, bank.interpolation, bank.samples
+    )
+}
+
+/// The correction of each axis as a sum.
+fn terms(contents: &Contents<'_>) -> String {
     let inputs = contents.inputs();
     let mut before = None;
+    let mut text = String::new();
     for term in &contents.term_list {
-        let head = if before == Some(term.output) {
-            "    +".to_owned()
-        } else {
-            format!("d{} =", term.output)
+        let head = match before == Some(term.output) {
+            true => "    +".to_owned(),
+            false => format!("d{} =", term.output),
         };
         before = Some(term.output);
         let product = term.product(&inputs);
@@ -183,22 +197,21 @@ fn listing(
         };
         text += &format!("  {head:>5} {product}{limits}{errors}\n");
     }
-    if !contents.grid_list.is_empty() {
-        text += "\ngrids\n";
-    }
-    for (number, grid) in contents.grid_list.iter().enumerate() {
-        let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("d{o}")).collect();
-        text += &format!("  G{number} to {}, {}\n", outputs.join(", "), grid.samples);
-        for i in &grid.inputs {
-            let wraps = if i.modulo { ", wraps" } else { "" };
-            text += &format!(
-                "     of {}: {} nodes from {} to {}{wraps}\n",
-                i.input,
-                i.points,
-                i.start,
-                end(i.start, i.step, i.points)
-            );
-        }
+    text
+}
+
+fn grid(number: usize, grid: &GridEntry) -> String {
+    let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("d{o}")).collect();
+    let mut text = format!("  G{number} to {}, {}\n", outputs.join(", "), grid.samples);
+    for i in &grid.inputs {
+        let wraps = if i.modulo { ", wraps" } else { "" };
+        text += &format!(
+            "     of {}: {} nodes from {} to {}{wraps}\n",
+            i.input,
+            i.points,
+            i.start,
+            end(i.start, i.step, i.points)
+        );
     }
     text
 }

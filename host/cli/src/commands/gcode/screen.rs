@@ -3,7 +3,7 @@
 use serde::Serialize;
 use std::path::Path;
 use trueaxis_gcode::axes;
-use trueaxis_gcode::check::{CheckResult, Statistics};
+use trueaxis_gcode::check::{CheckResult, Statistics, ToolPath};
 use trueaxis_gcode::modal::Units;
 use trueaxis_gcode::{Backlash, Options, Report, Tables};
 use trueaxis_model::machine::Machine;
@@ -133,67 +133,10 @@ impl<'a> Answer<'a> {
 
 /// For people.
 pub fn report(file: &Path, report: &Report, options: &Options) -> String {
-    let Report {
-        lines: [read, written],
-        moves,
-        cut,
-        arcs,
-        cycles,
-        holes_off,
-        written_out,
-        zeros_of_centres,
-        other_axes,
-        take_ups,
-        feeds,
-        under_cutter,
-        under_cutter_off,
-        decimals,
-        passed,
-        ..
-    } = report;
-    let mut text = String::new();
-    text += &format!("{}: {written} lines for {read}\n", file.display());
-    text += &format!(
-        "{moves} motions corrected, {cut} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out\n",
-        arcs[0], arcs[1], cycles[0], cycles[1]
-    );
-    if cycles[0] > 0 {
-        text += &format!(
-            "holes of cycles: at most {:.2} µm from their corrected places, {:.1} µm are allowed\n",
-            holes_off * 1e3,
-            options.hole_tolerance * 1e3
-        );
-    }
-    for (line, why) in written_out {
-        text += &format!("line {line} is written out: {why}\n");
-    }
-    if cycles[1] > written_out.len() as u64 {
-        text += &format!("and {} others\n", cycles[1] - written_out.len() as u64);
-    }
-    if *take_ups > 0 {
-        let how = match options.backlash {
-            Backlash::Blend => "are blended into the moves that reverse",
-            _ => "are moves of their own",
-        };
-        text += &format!("{take_ups} steps at reversals {how}\n");
-    }
-    if let Some(decimals) = options.decimals {
-        text += &format!(
-            "words have {decimals} decimals: rounding costs up to {:.2} µm in X, Y and Z together\n",
-            options.rounding(Units::Millimetre) * 1e3
-        );
-    }
-    if *feeds > 0 {
-        text += &format!(
-            "{feeds} words F keep the time of a move, or restore the feed of the program\n"
-        );
-    }
-    if *under_cutter > 0 {
-        text += &format!(
-            "{under_cutter} moves under G41 or G42 have corrected ends and are not cut: up to {:.2} µm between\n",
-            under_cutter_off * 1e3
-        );
-    }
+    let [read, written] = report.lines;
+    let mut text = format!("{}: {written} lines for {read}\n", file.display());
+    text += &moves(report, options);
+    text += &words(report, options);
     for largest in largest(report) {
         let Largest {
             axis,
@@ -203,25 +146,89 @@ pub fn report(file: &Path, report: &Report, options: &Options) -> String {
         } = largest;
         text += &format!("{axis}   largest correction {correction:>10.5} {unit} in line {line}\n");
     }
+    text += &left(report, options);
+    text
+}
+
+/// What became of moves, arcs and cycles.
+fn moves(report: &Report, options: &Options) -> String {
+    let (arcs, cycles, written_out) = (report.arcs, report.cycles, &report.written_out);
+    let mut text = format!(
+        "{} motions corrected, {} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out\n",
+        report.moves, report.cut, arcs[0], arcs[1], cycles[0], cycles[1]
+    );
+    if cycles[0] > 0 {
+        text += &format!(
+            "holes of cycles: at most {:.2} µm from their corrected places, {:.1} µm are allowed\n",
+            report.holes_off * 1e3,
+            options.hole_tolerance * 1e3
+        );
+    }
+    for (line, why) in written_out {
+        text += &format!("line {line} is written out: {why}\n");
+    }
+    if cycles[1] > written_out.len() as u64 {
+        text += &format!("and {} others\n", cycles[1] - written_out.len() as u64);
+    }
+    if report.take_ups > 0 {
+        let how = match options.backlash {
+            Backlash::Blend => "are blended into the moves that reverse",
+            _ => "are moves of their own",
+        };
+        text += &format!("{} steps at reversals {how}\n", report.take_ups);
+    }
+    text
+}
+
+/// What is to be known of the words written.
+fn words(report: &Report, options: &Options) -> String {
+    let mut text = String::new();
+    if let Some(decimals) = options.decimals {
+        text += &format!(
+            "words have {decimals} decimals: rounding costs up to {:.2} µm in X, Y and Z together\n",
+            options.rounding(Units::Millimetre) * 1e3
+        );
+    }
+    if report.feeds > 0 {
+        text += &format!(
+            "{} words F keep the time of a move, or restore the feed of the program\n",
+            report.feeds
+        );
+    }
+    if report.under_cutter > 0 {
+        text += &format!(
+            "{} moves under G41 or G42 have corrected ends and are not cut: up to {:.2} µm between\n",
+            report.under_cutter,
+            report.under_cutter_off * 1e3
+        );
+    }
+    text
+}
+
+/// What remains to be known: what is left out or not corrected.
+fn left(report: &Report, options: &Options) -> String {
+    let mut text = String::new();
+    let decimals = report.decimals;
     if options.decimals.is_none() && decimals[1] > decimals[0] {
         text += &format!(
             "words have up to {} decimals, in the program up to {}: the tolerance needs them\n",
             decimals[1], decimals[0]
         );
     }
-    if *zeros_of_centres > 0 {
+    if report.zeros_of_centres > 0 {
         text += &format!(
-            "warning: {zeros_of_centres} words I, J or K across the plane of an arc, all 0, are left out: LinuxCNC refuses them\n"
+            "warning: {} words I, J or K across the plane of an arc, all 0, are left out: LinuxCNC refuses them\n",
+            report.zeros_of_centres
         );
     }
-    if !other_axes.is_empty() {
-        let axes: Vec<String> = other_axes.iter().map(char::to_string).collect();
+    if !report.other_axes.is_empty() {
+        let axes: Vec<String> = report.other_axes.iter().map(char::to_string).collect();
         text += &format!(
             "words of {} are passed: the machine does not have the axis, and they never change\n",
             axes.join(", ")
         );
     }
-    for (what, times) in passed {
+    for (what, times) in &report.passed {
         text += &format!("not corrected: {what} ({times} times)\n");
     }
     text
@@ -272,34 +279,37 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
         );
     }
     if let Some(path) = &found.tool_path {
-        text += &format!(
-            "  tool on feed moves      {:>9} {:>9} {:>9}\n",
-            "mean", "95 %", "max"
-        );
-        for (name, unit, statistics) in [
-            ("before", "µm", &path.before_um),
-            ("after", "µm", &path.after_um),
-            ("direction before", "µrad", &path.before_urad),
-            ("direction after", "µrad", &path.after_urad),
-        ] {
-            let Statistics { mean, p95, max } = statistics;
-            let name = format!("{name}, {unit}");
-            text += &format!("    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}\n");
-        }
-        let [read, written] = found.lines;
-        let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
-        text += &format!(
-            "{:.1} µm before, {:.1} µm after{}, {more:.0} % more lines\n",
-            path.before_um.max,
-            path.after_um.max,
-            match path.worst_line {
-                0 => String::new(),
-                line => format!(" (worst in line {line})"),
-            }
-        );
+        text += &tool(path, found.lines);
     }
     if !found.holds(options) {
         text += "check: failed\n";
     }
     text
+}
+
+/// Where the tool goes.
+fn tool(path: &ToolPath, [read, written]: [u64; 2]) -> String {
+    let mut text = format!(
+        "  tool on feed moves      {:>9} {:>9} {:>9}\n",
+        "mean", "95 %", "max"
+    );
+    for (name, unit, statistics) in [
+        ("before", "µm", &path.before_um),
+        ("after", "µm", &path.after_um),
+        ("direction before", "µrad", &path.before_urad),
+        ("direction after", "µrad", &path.after_urad),
+    ] {
+        let Statistics { mean, p95, max } = statistics;
+        let name = format!("{name}, {unit}");
+        text += &format!("    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}\n");
+    }
+    let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
+    let worst = match path.worst_line {
+        0 => String::new(),
+        line => format!(" (worst in line {line})"),
+    };
+    text + &format!(
+        "{:.1} µm before, {:.1} µm after{worst}, {more:.0} % more lines\n",
+        path.before_um.max, path.after_um.max
+    )
 }
