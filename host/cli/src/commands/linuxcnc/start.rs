@@ -1,28 +1,23 @@
 //! `trueaxis linuxcnc start`
 
-use super::check;
+mod asked;
+mod written;
+
 use super::configuration;
-use super::kept_files::KeptFiles;
 use super::setup::{Changed, name, on_table, with_lines_without};
 use crate::commands::Outcome;
 use crate::commands::bad_input::BadInput;
-use crate::commands::compile;
-use crate::commands::files::{self, MachineFiles, Text};
+use crate::commands::files::{self, Text};
 use crate::commands::number::positive;
-use crate::commands::quantity::count;
+use asked::StartSensor;
 use clap::Args;
-use std::fmt::Write;
-use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{
     Compensated, Configuration, Finding, Import, MachineFacts, SetupFiles, Severity, beforehand,
     remove, setup, unknown_pivot,
 };
-use trueaxis_measure::direct::{Growth, ReadingError, Single, simple_error_file, without_readings};
-use trueaxis_model::machine::Machine;
-use trueaxis_tables::compile::Proof;
-use trueaxis_tables::made::Made;
-use trueaxis_tables::target::Target;
+use trueaxis_measure::direct::{Single, simple_error_file, without_readings};
+use written::StartFiles;
 
 /// Ask for the machine and its measurements, and make a first compensation
 ///
@@ -192,27 +187,6 @@ impl FoundConfiguration<'_> {
     }
 }
 
-/// What is written, and where.
-struct StartFiles<'s> {
-    /// HAL lines, machine, errors, compensation.
-    files: &'s [PathBuf; 4],
-    /// HAL lines and machine, unless those that are there stay.
-    made: Option<SetupFiles>,
-    /// The error file, if there is anything to compensate.
-    errors: Option<String>,
-    singles: Vec<Single>,
-    /// The INI file with the component, if it has none yet.
-    installs: Option<Changed>,
-    /// Whether that is written.
-    writes: bool,
-    balls: Option<PathBuf>,
-}
-
-/// A reading of an option that cannot be used.
-fn reading(option: &str, error: ReadingError) -> BadInput {
-    BadInput::new(format!("--{option}: {error}"), error.remedy)
-}
-
 fn is_refused(findings: &[Finding]) -> bool {
     findings.iter().any(|f| f.severity == Severity::Refused)
 }
@@ -225,50 +199,6 @@ fn refused(ini: &Path, findings: &[Finding]) -> Result<Outcome, BadInput> {
         "{lines}{ini}: every file is as it was; {version}\n"
     ))?;
     Ok(Outcome::CheckFailed)
-}
-
-fn calibrate(machine: &str, balls: &Path) -> String {
-    let (machine, balls) = (quoted(machine), quoted(balls.display()));
-    format!(
-        "trueaxis linuxcnc calibrate {machine} --artefact {balls} --ball-diameter D --stylus-diameter D"
-    )
-}
-
-/// The effect of a compensation in one line.
-fn effect(verification: &Proof) -> String {
-    let [before, after] = [&verification.travel.before, &verification.travel.after];
-    let after = match after.translation_um.mean < 0.01 {
-        true => "below 0.01".to_owned(),
-        false => format!("{:.2}", after.translation_um.mean),
-    };
-    format!(
-        "{:.1} µm at the tip become {after}, if the errors are as entered (mean over the travel)",
-        before.translation_um.mean
-    )
-}
-
-/// A word of a command line for a shell.
-fn quoted(word: impl ToString) -> String {
-    let word = word.to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%~".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
-}
-
-/// What an operator writes; empty at the end of the input.
-fn answered(question: &str) -> Result<String, BadInput> {
-    files::print(&format!("{question} "))?;
-    let mut line = String::new();
-    let read = std::io::stdin().lock().read_line(&mut line);
-    read.map_err(|error| {
-        BadInput::new(
-            format!("the answer cannot be read: {error}"),
-            "answer in UTF-8, or give options",
-        )
-    })?;
-    Ok(line.trim().to_owned())
 }
 
 impl Arguments {
@@ -377,197 +307,6 @@ impl Arguments {
         }
     }
 
-    /// Writes all files; if anything is refused, every file is as it was.
-    fn write(
-        &self,
-        found: &FoundConfiguration<'_>,
-        start: &StartFiles<'_>,
-    ) -> Result<Outcome, BadInput> {
-        let ini = found.ini;
-        let [hal, machine, errors, blob] = start.files;
-        let installs_now = start.installs.as_ref().filter(|_| start.writes);
-        let mut written: Vec<(PathBuf, &str)> = Vec::new();
-        if let Some(made) = &start.made {
-            written.push((hal.clone(), &made.hal));
-            written.push((machine.clone(), &made.machine));
-        }
-        if let Some(text) = &start.errors {
-            written.push((errors.clone(), text));
-        }
-        let all = written.iter().map(|(file, _)| file.as_path());
-        let compiled = start.errors.as_ref().map(|_| blob.as_path());
-        let kept = KeptFiles::read(all.chain(compiled))?;
-        let copies = kept.copies(&written)?;
-        let mut beside: Vec<&Path> = copies.iter().map(|(copy, _)| copy.as_path()).collect();
-        if let Some(changed) = installs_now {
-            beside.extend([ini, &changed.copy]);
-        }
-        let made_beside = KeptFiles::read(beside)?;
-        let mut stays = found.compensated().staying();
-        if !copies.is_empty() {
-            let names = copies.iter().map(|(copy, _)| copy.display().to_string());
-            let names: Vec<String> = names.collect();
-            let _ = writeln!(stays, "the old files are in {}", names.join(", "));
-        }
-        let write = || {
-            for (copy, bytes) in &copies {
-                files::write(copy, bytes)?;
-            }
-            for (file, text) in &written {
-                files::prepare(file, &[ini])?;
-                files::write(file, text.as_bytes())?;
-            }
-            if start.errors.is_some() {
-                return self.compiled(ini, start, &stays);
-            }
-            if let Some(changed) = installs_now {
-                changed.write(ini)?;
-            }
-            files::print(&stays)?;
-            without(ini, [machine, errors, blob], start.balls.as_deref())
-        };
-        let done = write();
-        if !matches!(done, Ok(Outcome::Done)) {
-            kept.restore()?;
-            made_beside.restore()?;
-        }
-        done
-    }
-
-    /// Compiles and checks what has been written, then writes the INI file, if that is wanted. `stays` says where what
-    /// was replaced is.
-    fn compiled(
-        &self,
-        ini: &Path,
-        start: &StartFiles<'_>,
-        stays: &str,
-    ) -> Result<Outcome, BadInput> {
-        let [_, machine, errors, blob] = start.files;
-        let both = MachineFiles {
-            machine: machine.clone(),
-            errors: errors.clone(),
-        };
-        let compiled = compile::usual(&both, blob.clone(), Target::default())?;
-        let whole = match &compiled.made {
-            Made::Verified(whole) if compiled.made.is_right() => whole,
-            _ => {
-                compiled.show()?;
-                return Ok(Outcome::CheckFailed);
-            }
-        };
-        // What LinuxCNC would read.
-        let future = match &start.installs {
-            Some(changed) => Text {
-                name: ini.display().to_string(),
-                text: changed.text.clone(),
-            },
-            None => Text::read(ini)?,
-        };
-        let future = configuration::read_future(future, ini, self.running)?;
-        let findings = check::findings(ini, &future, blob, Some(machine))?;
-        if is_refused(&findings) {
-            return refused(ini, &findings);
-        }
-        if let Some(changed) = start.installs.as_ref().filter(|_| start.writes) {
-            changed.write(ini)?;
-        }
-        files::print(&self.ended(ini, start, &whole.best.verification, &findings, stays))?;
-        Ok(Outcome::Done)
-    }
-
-    /// What has been done, and what comes next.
-    fn ended(
-        &self,
-        ini: &Path,
-        start: &StartFiles<'_>,
-        verification: &Proof,
-        findings: &[Finding],
-        stays: &str,
-    ) -> String {
-        let [of_hal, of_machine, of_errors, of_blob] = start
-            .files
-            .each_ref()
-            .map(|path| path.display().to_string());
-        let what = match start.singles.len() {
-            0 if self.growth.is_empty() => "what LinuxCNC compensated".to_owned(),
-            0 => "growth of the spindle".to_owned(),
-            count_of => count(count_of, "reading"),
-        };
-        let mut lines = format!(
-            "{of_errors}: {what}; to compare with your instruments: trueaxis explain {} {}\n",
-            quoted(&of_machine),
-            quoted(&of_errors)
-        );
-        let _ = writeln!(lines, "{of_blob}: {}", effect(verification));
-        for finding in findings {
-            let _ = writeln!(lines, "{finding}");
-        }
-        lines += stays;
-        let of_ini = ini.display();
-        let _ = match (&start.installs, start.writes) {
-            (Some(changed), true) => writeln!(
-                lines,
-                "{of_ini}: with component and panel; a copy of the old file is in {}",
-                changed.copy.display()
-            ),
-            (Some(_), false) => writeln!(
-                lines,
-                "{of_ini}: is as it was; what to write into it is at the head of {of_hal}"
-            ),
-            (None, _) => writeln!(lines, "{of_ini}: has the component already"),
-        };
-        let switched_on = match self.enable_when_homed {
-            true => "home: the corrections come in",
-            false => {
-                "home, look at the corrections (they are OFF), then press Enable in the tab Compensation"
-            }
-        };
-        let _ = writeln!(lines, "next: linuxcnc {}, {switched_on}", quoted(of_ini));
-        if let Some(balls) = &self.balls {
-            let _ = writeln!(
-                lines,
-                "then, with the balls: {}",
-                calibrate(&of_machine, balls)
-            );
-        }
-        lines
-    }
-
-    /// An answer, or nothing if nothing is to be asked.
-    fn ask(&self, question: &str) -> Result<String, BadInput> {
-        match self.yes {
-            true => Ok(String::new()),
-            false => answered(question),
-        }
-    }
-
-    fn agrees(&self, question: &str) -> Result<bool, BadInput> {
-        let answer = self.ask(&format!("{question} [y/N]"))?;
-        Ok(matches!(answer.as_str(), "y" | "Y" | "yes"))
-    }
-
-    fn ask_ini(&self) -> Result<PathBuf, BadInput> {
-        let inis = std::fs::read_dir(".").into_iter().flatten().flatten();
-        let inis = inis.map(|entry| PathBuf::from(entry.file_name()));
-        let mut inis: Vec<PathBuf> = inis
-            .filter(|path| path.extension().is_some_and(|e| e == "ini"))
-            .collect();
-        inis.sort();
-        let proposed = match &inis[..] {
-            [one] => format!(" [{}]", one.display()),
-            _ => String::new(),
-        };
-        let answer = self.ask(&format!("INI file of the machine{proposed}:"))?;
-        match (answer.is_empty(), &inis[..]) {
-            (false, _) => Ok(answer.into()),
-            (true, [one]) => Ok(one.clone()),
-            (true, _) => Err(BadInput::new(
-                "no INI file is given",
-                "give the path of the INI file that LinuxCNC is started with",
-            )),
-        }
-    }
-
     /// Whether HAL lines and a first machine file are to be written, because they are missing or may be replaced.
     fn replaces(
         &self,
@@ -637,142 +376,4 @@ impl Arguments {
         };
         Ok(setup(configuration, known, found.imports, found.findings))
     }
-
-    /// The sensors, in the order in which the compensation has them: those of a growth first; and the growths.
-    fn temperatures(&self) -> Result<(Vec<StartSensor>, Vec<Growth>), BadInput> {
-        let mut sensors: Vec<StartSensor> = Vec::new();
-        for text in &self.temperature {
-            let (name, pin) = text
-                .split_once('=')
-                .map_or(("", ""), |(n, p)| (n.trim(), p.trim()));
-            let is_other = sensors.iter().all(|sensor| sensor.name != name);
-            if name.is_empty() || pin.is_empty() || pin.contains(char::is_whitespace) || !is_other {
-                return Err(BadInput::new(
-                    format!("--temperature: `{text}` is not NAME=PIN with a name of its own"),
-                    "give a name and a HAL pin: --temperature bearing=hm2_7i76e.0.thermistor.00",
-                ));
-            }
-            sensors.push(StartSensor {
-                name: name.to_owned(),
-                pin: pin.to_owned(),
-            });
-        }
-        let names = || sensors.iter().map(|sensor| sensor.name.as_str());
-        let growths = self.growth.iter().map(|text| Growth::parse(names(), text));
-        let growths: Vec<Growth> = growths
-            .collect::<Result<_, _>>()
-            .map_err(|error| reading("growth", error))?;
-        let at = |sensor: &StartSensor| {
-            let mut growths_of = growths.iter();
-            let first = growths_of.position(|growth| growth.sensor == sensor.name);
-            first.unwrap_or(growths.len())
-        };
-        sensors.sort_by_key(at);
-        Ok((sensors, growths))
-    }
-
-    /// What has been measured, from options; axes count as their letters do.
-    fn given(&self, letters: &[char]) -> Result<Vec<Single>, BadInput> {
-        let scale = |text| Single::scale(letters, text).map_err(|error| reading("scale", error));
-        let square = |text| Single::square(letters, text).map_err(|error| reading("square", error));
-        let dial = |text| Single::dial(letters, text).map_err(|error| reading("dial", error));
-        let scales = self.scale.iter().map(|text| scale(text));
-        let squares = self.square.iter().map(|text| square(text));
-        let dials = self.dial.iter().map(|text| dial(text));
-        scales.chain(squares).chain(dials).collect()
-    }
-
-    /// What has been measured, from options or by asking.
-    fn singles(
-        &self,
-        machine: &Machine,
-        found: &FoundConfiguration<'_>,
-        base: Option<&str>,
-    ) -> Result<Vec<Single>, BadInput> {
-        let letters: Vec<char> = machine.axes.iter().map(|axis| axis.letter.char()).collect();
-        let free = |single: &Single| found.is_free(&letters, single, base);
-        let mut singles = self.given(&letters)?;
-        singles.iter().try_for_each(free)?;
-        if self.yes || !singles.is_empty() {
-            return Ok(singles);
-        }
-        files::print(
-            "\nWhat has been measured? Positive is where the tool is farther in the direction of a positive command.\n\
-             An empty line where there is nothing.\n",
-        )?;
-        let linear: Vec<char> = (machine.axes.iter())
-            .filter(|axis| !axis.letter.is_rotary())
-            .map(|axis| axis.letter.char())
-            .collect();
-        // Asked again until it can be read.
-        let mut one = |question: &str,
-                       read: &dyn Fn(&str) -> Result<Single, ReadingError>|
-         -> Result<(), BadInput> {
-            loop {
-                let answer = self.ask(question)?;
-                if answer.is_empty() {
-                    return Ok(());
-                }
-                let read = read(&answer).map_err(|error| BadInput::new(error.what, error.remedy));
-                match read.and_then(|single| free(&single).map(|()| single)) {
-                    Ok(single) => {
-                        singles.push(single);
-                        return Ok(());
-                    }
-                    Err(bad) => files::print(&format!("{bad}\n"))?,
-                }
-            }
-        };
-        for letter in &linear {
-            let question = format!("Scale along {letter}: µm too much / mm of travel (2/100):");
-            one(&question, &|answer| {
-                Single::scale(&letters, &format!("{letter}={answer}"))
-            })?;
-        }
-        for (k, a) in linear.iter().enumerate() {
-            for b in &linear[k + 1..] {
-                let question = format!(
-                    "Square, one leg aligned with {a}; a dial moved by {b} along the other reads towards {a}: µm / mm (3/100):"
-                );
-                one(&question, &|answer| {
-                    Single::square(&letters, &format!("{a}{b}={answer}"))
-                })?;
-            }
-        }
-        for letter in &linear {
-            let question = format!("Dial along {letter}: reading after + less after − travel, µm:");
-            one(&question, &|answer| {
-                Single::dial(&letters, &format!("{letter}={answer}"))
-            })?;
-        }
-        Ok(singles)
-    }
-}
-
-/// Nothing has been measured with simple instruments.
-fn without(
-    ini: &Path,
-    [machine, errors, blob]: [&Path; 3],
-    balls: Option<&Path>,
-) -> Result<Outcome, BadInput> {
-    let (ini, machine) = (quoted(ini.display()), machine.display().to_string());
-    let next = match (balls, errors.exists()) {
-        (Some(balls), _) => format!("start LinuxCNC, then {}", calibrate(&machine, balls)),
-        (None, true) => format!(
-            "trueaxis compile {} {} -o {}",
-            quoted(&machine),
-            quoted(errors.display()),
-            quoted(blob.display())
-        ),
-        (None, false) => format!("measure, then trueaxis linuxcnc start {ini}"),
-    };
-    files::print(&format!("next: {next}\n"))?;
-    Ok(Outcome::Done)
-}
-
-/// A temperature sensor.
-struct StartSensor {
-    name: String,
-    /// Pin in HAL, °C.
-    pin: String,
 }
