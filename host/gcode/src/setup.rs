@@ -147,125 +147,17 @@ impl Setup {
             ..Self::default()
         };
         if let Some(start) = file.start {
-            setup.tool = start.tool;
-            setup.retract = mode(
-                start.retract,
-                &[("G98", Retract::Initial), ("G99", Retract::Plane)],
-            )?;
-            let planes = [("G17", Plane::Xy), ("G18", Plane::Zx), ("G19", Plane::Yz)];
-            setup.plane = mode(start.plane, &planes)?;
-            let distances = [("G90", Distance::Absolute), ("G91", Distance::Incremental)];
-            setup.distance = mode(start.distance, &distances)?;
-            let feeds = [
-                ("G93", FeedMode::InverseTime),
-                ("G94", FeedMode::PerMinute),
-                ("G95", FeedMode::PerRevolution),
-            ];
-            setup.feed_mode = mode(start.feed, &feeds)?;
-            let arcs = [
-                ("G90.1", Distance::Absolute),
-                ("G91.1", Distance::Incremental),
-            ];
-            setup.arc_distance = mode(start.arcs, &arcs)?;
-            let motions = [
-                ("G0", Motion::Rapid),
-                ("G1", Motion::Feed),
-                ("G2", Motion::Clockwise),
-                ("G3", Motion::Counterclockwise),
-            ];
-            setup.motion = mode(start.motion, &motions)?;
-            for (letter, value) in &start.at {
-                let axis = axis_of(letter).ok_or_else(|| {
-                    FileError::whole(
-                        format!("[start] {letter}: no axis"),
-                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel`, `retract`, `plane`, `distance`, `arcs`, `feed` or `motion`",
-                    )
-                })?;
-                if !axes::can_be(*value) {
-                    return Err(FileError::whole(
-                        format!(
-                            "[start] {letter}: not a finite number, or beyond {:.0e}",
-                            axes::LARGEST
-                        ),
-                        "write the machine's position",
-                    ));
-                }
-                setup.start.set(axis, in_mm(axis, *value, units));
-            }
-            for (letter, sign) in start.travel.unwrap_or_default() {
-                let travel = match sign.get_ref().as_str() {
-                    "+" => Travel::Positive,
-                    "-" => Travel::Negative,
-                    _ => Travel::Unknown,
-                };
-                let Some(axis) = axis_of(&letter).filter(|_| travel != Travel::Unknown) else {
-                    return Err(FileError::at(
-                        sign.span(),
-                        "no direction of travel of an axis",
-                        "here",
-                        "write for example travel = { X = \"+\", Y = \"-\" }",
-                    ));
-                };
-                setup.travel[axis] = travel;
-            }
+            setup.start_with(start, units)?;
         }
         for (name, letters) in &file.offset {
-            let number = number_of(name.get_ref()).ok_or_else(|| {
-                FileError::at(
-                    name.span(),
-                    format!("`{}` is not a work coordinate system", name.get_ref()),
-                    "here",
-                    "write [offset.G54] to [offset.G59], [offset.\"G59.1\"] or [offset.\"G54.1 P1\"]",
-                )
-            })?;
-            let mut system = System::default();
-            for (letter, value) in letters {
-                match axis_of(letter) {
-                    Some(axis) => {
-                        system.origin[axis] = in_mm(axis, finite(value)?, units);
-                    }
-                    None if letter == "R" => system.rotation = finite(value)?,
-                    None => return Err(no_axis(value)),
-                }
-            }
+            let (number, system) = system(name, letters, units)?;
             setup.systems.insert(number, system);
         }
         for (name, tool) in &file.tool {
-            let known = name.get_ref().parse().ok();
-            let number = known.unwrap_or_else(|| number_of_name(name.get_ref()));
-            if setup.tools.contains_key(&number) {
-                return Err(FileError::at(
-                    name.span(),
-                    "this tool is there already",
-                    "here",
-                    "write it once, or give it another name: this one cannot be told from the other",
-                ));
-            }
-            let mut offset = [0.0; COUNT];
-            let length = finite(&tool.length)? * units.mm();
-            offset[2] = match &tool.offset {
-                None => length,
-                Some(offset) => {
-                    setup.lengths.insert(number, length);
-                    finite(offset)? * units.mm()
-                }
-            };
-            setup.tools.insert(number, offset);
+            setup.add_tool(name, tool, units)?;
         }
         for (name, letters) in &file.home {
-            let place = match name.get_ref().as_str() {
-                "G28" => 0,
-                "G30" => 1,
-                _ => {
-                    return Err(FileError::at(
-                        name.span(),
-                        "no place to go home to",
-                        "here",
-                        "write [home.G28] or [home.G30]",
-                    ));
-                }
-            };
-            setup.homes[place] = Some(position(letters, units)?);
+            setup.homes[home(name)?] = Some(position(letters, units)?);
         }
         if let Some(letters) = &file.tool_change {
             setup.tool_change = Some(position(letters, units)?);
@@ -283,6 +175,148 @@ impl Setup {
             setup.wrapped[axis] = Some(entry.wrapped);
         }
         Ok(setup)
+    }
+
+    /// Takes what holds before the first line.
+    fn start_with(&mut self, start: Start, units: Units) -> Result<(), FileError> {
+        self.tool = start.tool;
+        let retracts = [("G98", Retract::Initial), ("G99", Retract::Plane)];
+        self.retract = mode(start.retract, &retracts)?;
+        let planes = [("G17", Plane::Xy), ("G18", Plane::Zx), ("G19", Plane::Yz)];
+        self.plane = mode(start.plane, &planes)?;
+        let distances = [("G90", Distance::Absolute), ("G91", Distance::Incremental)];
+        self.distance = mode(start.distance, &distances)?;
+        let feeds = [
+            ("G93", FeedMode::InverseTime),
+            ("G94", FeedMode::PerMinute),
+            ("G95", FeedMode::PerRevolution),
+        ];
+        self.feed_mode = mode(start.feed, &feeds)?;
+        let arcs = [
+            ("G90.1", Distance::Absolute),
+            ("G91.1", Distance::Incremental),
+        ];
+        self.arc_distance = mode(start.arcs, &arcs)?;
+        let motions = [
+            ("G0", Motion::Rapid),
+            ("G1", Motion::Feed),
+            ("G2", Motion::Clockwise),
+            ("G3", Motion::Counterclockwise),
+        ];
+        self.motion = mode(start.motion, &motions)?;
+        for (letter, value) in &start.at {
+            let axis = started(letter, *value)?;
+            self.start.set(axis, in_mm(axis, *value, units));
+        }
+        for (letter, sign) in start.travel.unwrap_or_default() {
+            let (axis, travel) = travelled(&letter, &sign)?;
+            self.travel[axis] = travel;
+        }
+        Ok(())
+    }
+
+    fn add_tool(
+        &mut self,
+        name: &Spanned<String>,
+        tool: &Tool,
+        units: Units,
+    ) -> Result<(), FileError> {
+        let known = name.get_ref().parse().ok();
+        let number = known.unwrap_or_else(|| number_of_name(name.get_ref()));
+        if self.tools.contains_key(&number) {
+            return Err(FileError::at(
+                name.span(),
+                "this tool is there already",
+                "here",
+                "write it once, or give it another name: this one cannot be told from the other",
+            ));
+        }
+        let mut offset = [0.0; COUNT];
+        let length = finite(&tool.length)? * units.mm();
+        offset[2] = match &tool.offset {
+            None => length,
+            Some(offset) => {
+                self.lengths.insert(number, length);
+                finite(offset)? * units.mm()
+            }
+        };
+        self.tools.insert(number, offset);
+        Ok(())
+    }
+}
+
+/// The axis of a coordinate at which the machine stands.
+fn started(letter: &str, value: f64) -> Result<usize, FileError> {
+    let axis = axis_of(letter).ok_or_else(|| {
+        FileError::whole(
+            format!("[start] {letter}: no axis"),
+            "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel`, `retract`, `plane`, `distance`, `arcs`, `feed` or `motion`",
+        )
+    })?;
+    match axes::can_be(value) {
+        true => Ok(axis),
+        false => Err(FileError::whole(
+            format!(
+                "[start] {letter}: not a finite number, or beyond {:.0e}",
+                axes::LARGEST
+            ),
+            "write the machine's position",
+        )),
+    }
+}
+
+/// An axis, and which way it has moved.
+fn travelled(letter: &str, sign: &Spanned<String>) -> Result<(usize, Travel), FileError> {
+    let travel = match sign.get_ref().as_str() {
+        "+" => Some(Travel::Positive),
+        "-" => Some(Travel::Negative),
+        _ => None,
+    };
+    axis_of(letter).zip(travel).ok_or_else(|| {
+        FileError::at(
+            sign.span(),
+            "no direction of travel of an axis",
+            "here",
+            "write for example travel = { X = \"+\", Y = \"-\" }",
+        )
+    })
+}
+
+fn system(
+    name: &Spanned<String>,
+    letters: &Letters,
+    units: Units,
+) -> Result<(Number, System), FileError> {
+    let number = number_of(name.get_ref()).ok_or_else(|| {
+        FileError::at(
+            name.span(),
+            format!("`{}` is not a work coordinate system", name.get_ref()),
+            "here",
+            "write [offset.G54] to [offset.G59], [offset.\"G59.1\"] or [offset.\"G54.1 P1\"]",
+        )
+    })?;
+    let mut system = System::default();
+    for (letter, value) in letters {
+        match axis_of(letter) {
+            Some(axis) => system.origin[axis] = in_mm(axis, finite(value)?, units),
+            None if letter == "R" => system.rotation = finite(value)?,
+            None => return Err(no_axis(value)),
+        }
+    }
+    Ok((number, system))
+}
+
+/// The place of G28 or G30.
+fn home(name: &Spanned<String>) -> Result<usize, FileError> {
+    match name.get_ref().as_str() {
+        "G28" => Ok(0),
+        "G30" => Ok(1),
+        _ => Err(FileError::at(
+            name.span(),
+            "no place to go home to",
+            "here",
+            "write [home.G28] or [home.G30]",
+        )),
     }
 }
 
