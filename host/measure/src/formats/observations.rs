@@ -6,26 +6,25 @@
 //! `angle_urad`; `deviation_um`), `reads` for the direction of a displacement or an angle, `normal_x`, `normal_y`, `normal_z`
 //! for that of a surface (coordinates of the part), and optionally `sigma_um` or `sigma_urad`
 //! (standard uncertainty), `S` (spindle angle, degrees), `time_s`, `temperature_C`, `A_dir` …, and columns of
-//! [`temperatures`]: `NAME_C` and `cycle`. A cell that does not
+//! [`temperatures`](super::temperatures): `NAME_C` and `cycle`. A cell that does not
 //! belong to the kind of its line is empty. Lines at the top that begin with `#` say in TOML what is known about the
 //! set-ups.
 
+mod columns;
 mod converted;
 mod heading;
 
 use super::radii;
-use super::runs::sense;
 use super::temperatures::ThermalModel;
-use super::{axis, is_in_travel, temperatures};
 use crate::instrument::{Commanded, Kind, SetupPriors, turned};
+use columns::Columns;
 pub use converted::of_surface;
 use heading::ObservationHeading;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
-use std::ops::RangeInclusive;
 use trueaxis_model::explain::Sense;
-use trueaxis_model::formats::csv::{CsvRow, CsvTable};
-use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::formats::csv::CsvTable;
+use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
 /// Everything that was observed besides probings.
@@ -151,77 +150,7 @@ impl Drift {
     }
 }
 
-/// Content of a column.
-#[derive(Clone, Debug, PartialEq)]
-enum ObservationColumn {
-    Kind,
-    Setup,
-    Axis(usize),
-    Direction(usize),
-    Spindle,
-    Reads,
-    /// A component of the normal of a surface.
-    Normal(usize),
-    /// A component of the reading of a kind.
-    Value(Kind, usize),
-    Sigma,
-    SigmaOfAngle,
-    Time,
-    Temperature,
-    Cycle,
-    /// A temperature for [`temperatures::read`].
-    Sensor(String),
-}
-
-/// Names of the columns that are neither axes nor readings.
-const NAMES: [(&str, ObservationColumn); 12] = [
-    ("kind", ObservationColumn::Kind),
-    ("setup", ObservationColumn::Setup),
-    ("S", ObservationColumn::Spindle),
-    ("reads", ObservationColumn::Reads),
-    ("normal_x", ObservationColumn::Normal(0)),
-    ("normal_y", ObservationColumn::Normal(1)),
-    ("normal_z", ObservationColumn::Normal(2)),
-    ("sigma_um", ObservationColumn::Sigma),
-    ("sigma_urad", ObservationColumn::SigmaOfAngle),
-    ("time_s", ObservationColumn::Time),
-    ("temperature_C", ObservationColumn::Temperature),
-    ("cycle", ObservationColumn::Cycle),
-];
-
-/// Permitted standard uncertainties (µm, µrad).
-const SIGMAS: RangeInclusive<f64> = 1e-6..=1e6;
-/// Largest reading (mm): ten times the longest bar or distance of a tracker, and the largest deviation of a machine.
-const LARGEST: f64 = 1e6;
-const LARGEST_DEVIATION: f64 = 100.0;
 const VALUES: &str = "write one value per column of the header, with a decimal point; leave cells empty that do not belong to the kind of the line";
-const NORMALS: &str =
-    "write the outward normal of the surface in the coordinates of the part, of length 1: 0, 0, 1";
-/// How far the length of a normal may be from 1: measuring machines print three or more decimals.
-const ROUNDED: f64 = 5e-3;
-const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: tool +X, tool +C, tool +Y to +Z";
-
-impl ObservationColumn {
-    fn named(name: &str, machine: &Machine) -> Option<Self> {
-        let axis = |name: &str| axis(name, machine);
-        let named = NAMES
-            .iter()
-            .find(|(n, _)| *n == name)
-            .map(|(_, c)| c.clone());
-        let value = || {
-            Kind::ALL.into_iter().find_map(|kind| {
-                let k = kind.columns().0.iter().position(|n| *n == name)?;
-                Some(Self::Value(kind, k))
-            })
-        };
-        let direction = || axis(name.strip_suffix("_dir")?).map(Self::Direction);
-        named
-            .or_else(value)
-            .or_else(|| axis(name).map(Self::Axis))
-            .or_else(direction)
-            .or_else(|| Some(Self::Sensor(temperatures::sensor(name)?.to_owned())))
-    }
-}
 
 /// Reads observations. `file` is the name of the file, which is also that of its set-up if there is no column
 /// `setup`. Files of [`runs`](super::runs) and of a [ball-bar](super::radii) are read, too.
@@ -263,220 +192,33 @@ fn opened(
         letters.collect::<Vec<_>>().join(",")
     );
     let table = CsvTable::open(text, start, layout, VALUES)?;
-    let columns = table.columns(0, |name| ObservationColumn::named(name, machine))?;
-    let place = |column: ObservationColumn| columns.iter().position(|c| *c == column);
-    let kind = place(ObservationColumn::Kind).ok_or_else(|| table.missing("kind"))?;
-    for (i, axis) in machine.axes.iter().enumerate() {
-        place(ObservationColumn::Axis(i)).ok_or_else(|| table.missing(axis.letter))?;
-    }
-    let setup = place(ObservationColumn::Setup);
-    let header = table.header.clone();
+    let columns = Columns::of(&table, machine, has_readings)?;
     let mut all = Observations {
         files: vec![file.to_owned()],
         ..Observations::default()
     };
     for row in table {
         let row = row?;
-        let name = row.text(kind)?;
-        let of = Kind::ALL.into_iter().find(|kind| kind.name() == name);
-        let Some(of) = of else {
-            let names = Kind::ALL.map(Kind::name).join(", ");
-            let message = format!("`{name}` is not a kind of observation");
-            return Err(row.error(
-                kind,
-                message,
-                "unknown kind",
-                format!("write one of {names}"),
-            ));
-        };
-        let name = setup.map_or(Ok(file), |k| row.text(k))?;
-        let number = match all.setups.iter().position(|s| s.name == name) {
-            Some(number) if all.setups[number].kind == of => number,
+        let kind = columns.kind(&row)?;
+        let name = columns.setup.map_or(Ok(file), |k| row.text(k))?;
+        let setup = match all.setups.iter().position(|s| s.name == name) {
+            Some(number) if all.setups[number].kind == kind => number,
             Some(number) => {
                 let other = all.setups[number].kind.one();
                 return Err(row.error(
-                    setup.unwrap_or(kind),
-                    format!("the set-up `{name}` reads {other}, not {}", of.one()),
+                    columns.setup.unwrap_or(columns.kind),
+                    format!("the set-up `{name}` reads {other}, not {}", kind.one()),
                     "here",
                     "give each instrument its own name in the column setup",
                 ));
             }
-            None => heading.add(&mut all, name, of),
+            None => heading.add(&mut all, name, kind),
         };
-        for (k, column) in columns.iter().enumerate() {
-            let is_foreign = match column {
-                ObservationColumn::Value(kind, _) => *kind != of,
-                ObservationColumn::Reads => !of.has_direction(),
-                ObservationColumn::Normal(_) => of != Kind::Surface,
-                ObservationColumn::Sigma => of.sigma() != "sigma_um",
-                ObservationColumn::SigmaOfAngle => of.sigma() != "sigma_urad",
-                _ => false,
-            };
-            if is_foreign && !row.cells[k].text.is_empty() {
-                let message = format!("{} has no {}", of.one(), header.cells[k].text);
-                return Err(row.error(k, message, "here", "leave the cell empty"));
-            }
-        }
-        for name in of.columns().0 {
-            let has = |c: &ObservationColumn| matches!(c, ObservationColumn::Value(kind, k) if *kind == of && of.columns().0[*k] == *name);
-            if has_readings && !columns.iter().any(has) {
-                let message = format!("{} needs the column `{name}`", of.one());
-                return Err(FileError::at(
-                    header.span.clone(),
-                    message,
-                    "the header",
-                    "add it",
-                ));
-            }
-        }
-        if of.has_direction() && place(ObservationColumn::Reads).is_none() {
-            return Err(FileError::at(
-                header.span.clone(),
-                format!("{} needs the column `reads`", of.one()),
-                "the header",
-                DIRECTIONS,
-            ));
-        }
-        let has_normal = (0..3).all(|k| place(ObservationColumn::Normal(k)).is_some());
-        if of == Kind::Surface && !has_normal {
-            return Err(FileError::at(
-                header.span.clone(),
-                format!(
-                    "{} needs the columns normal_x, normal_y and normal_z",
-                    of.one()
-                ),
-                "the header",
-                NORMALS,
-            ));
-        }
-        let observation = observation(&row, &columns, machine, (of, number), has_readings)?;
-        all.rows.push(observation);
+        columns.fit(&row, kind)?;
+        all.rows.push(columns.observation(&row, kind, setup)?);
     }
     heading.is_used(&all)?;
     Ok(all)
-}
-
-fn observation(
-    row: &CsvRow<'_>,
-    columns: &[ObservationColumn],
-    machine: &Machine,
-    (kind, setup): (Kind, usize),
-    has_readings: bool,
-) -> Result<Observation, FileError> {
-    let mut one = Observation {
-        setup,
-        position: [0.0; MAX_AXES],
-        direction: [0.0; MAX_AXES],
-        spindle: 0.0,
-        reads: None,
-        normal: None,
-        value: Vector3::zeros(),
-        sigma: None,
-        time: None,
-        temperature: None,
-        file: 0,
-        line: row.line,
-    };
-    let unit = kind.columns().1;
-    for (k, column) in columns.iter().enumerate() {
-        let is_empty = row.cells[k].text.is_empty();
-        match *column {
-            ObservationColumn::Kind | ObservationColumn::Setup | ObservationColumn::Cycle => {}
-            ObservationColumn::Sensor(_) if is_empty => {}
-            ObservationColumn::Sensor(_) => _ = temperatures::celsius(row, k)?,
-            ObservationColumn::Axis(i) => {
-                let value = row.number(k)?;
-                let axis = &machine.axes[i];
-                if !axis.modulo {
-                    let remedy = "correct the row, or the range of the axis in the machine file";
-                    is_in_travel(row, k, axis, value, remedy)?;
-                }
-                one.position[i] = value;
-            }
-            ObservationColumn::Direction(_) if is_empty => {}
-            ObservationColumn::Direction(i) => {
-                let value = row.number(k)?;
-                if ![1.0, -1.0, 0.0].contains(&value) {
-                    return Err(row.error(
-                        k,
-                        format!("`{}` is not a direction", row.cells[k].text),
-                        "here",
-                        "write 1 after positive travel, -1 after negative travel, 0 if unknown",
-                    ));
-                }
-                one.direction[i] = value;
-            }
-            ObservationColumn::Spindle if !is_empty => one.spindle = row.number(k)?,
-            ObservationColumn::Time if !is_empty => one.time = Some(row.number(k)?),
-            ObservationColumn::Temperature if !is_empty => one.temperature = Some(row.number(k)?),
-            ObservationColumn::Spindle
-            | ObservationColumn::Time
-            | ObservationColumn::Temperature => {}
-            ObservationColumn::Reads if kind.has_direction() => {
-                let words = row.text(k)?;
-                let read = sense(words, machine);
-                let read = read.map_err(|message| row.error(k, message, "here", DIRECTIONS))?;
-                let is_length = matches!(read.0, Sense::In(_));
-                if is_length != (kind == Kind::Displacement) {
-                    let message = format!("`{words}` is not the direction of {}", kind.one());
-                    return Err(row.error(k, message, "here", DIRECTIONS));
-                }
-                one.reads = Some(read);
-            }
-            ObservationColumn::Value(..) if is_empty && !has_readings => {}
-            ObservationColumn::Value(of, i) if of == kind => {
-                let value = row.number(k)? * unit;
-                let most = match kind {
-                    Kind::Displacement | Kind::Angle | Kind::Surface => LARGEST_DEVIATION,
-                    Kind::Length | Kind::Point => LARGEST,
-                };
-                if value.abs() > most {
-                    let message = format!("{} cannot be a reading", row.cells[k].text);
-                    let remedy = "look at its unit, which the name of the column says";
-                    return Err(row.error(k, message, "here", remedy));
-                }
-                one.value[i] = value;
-            }
-            ObservationColumn::Sigma | ObservationColumn::SigmaOfAngle if !is_empty => {
-                let value = row.number(k)?;
-                if !SIGMAS.contains(&value) {
-                    return Err(row.error(
-                        k,
-                        format!(
-                            "{value} {} cannot be the uncertainty of a reading",
-                            kind.unit()
-                        ),
-                        "here",
-                        format!(
-                            "write the standard uncertainty in {}, more than 0",
-                            kind.unit()
-                        ),
-                    ));
-                }
-                one.sigma = Some(value * 1e-3);
-            }
-            ObservationColumn::Normal(i) if kind == Kind::Surface => {
-                one.normal.get_or_insert_default()[i] = row.number(k)?;
-            }
-            ObservationColumn::Reads
-            | ObservationColumn::Normal(_)
-            | ObservationColumn::Value(..)
-            | ObservationColumn::Sigma
-            | ObservationColumn::SigmaOfAngle => {}
-        }
-    }
-    if let Some(normal) = &mut one.normal {
-        let length = normal.norm();
-        if (length - 1.0).abs() >= ROUNDED {
-            let first = columns
-                .iter()
-                .position(|c| *c == ObservationColumn::Normal(0));
-            let message = format!("the normal has the length {length:.3}");
-            return Err(row.error(first.unwrap_or(0), message, "here", NORMALS));
-        }
-        *normal /= length;
-    }
-    Ok(one)
 }
 
 impl Observations {
