@@ -269,17 +269,7 @@ pub fn skew(
     let at: Vec<[f64; 3]> = (commands.iter())
         .map(|command| [x, y, z].map(|i| f64::from(command.axes[i])))
         .collect();
-    let matrix = DMatrix::from_fn(at.len(), 4, |row, k| if k == 3 { 1.0 } else { at[row][k] });
-    // Positions fill the travel: the columns are independent.
-    let square = (matrix.transpose() * &matrix).cholesky();
-    let fit = |output: usize| {
-        let values = DVector::from_fn(at.len(), |row, _| corrections[row][output]);
-        let solved = square
-            .as_ref()
-            .map(|s| s.solve(&(matrix.transpose() * values)));
-        solved.unwrap_or_else(|| DVector::zeros(4))
-    };
-    let by = [fit(0), fit(1), fit(2)];
+    let by = linear(&at, &corrections);
     // A rotation r adds r × p; Y and Z then do not depend on the axes before them.
     let turned = [by[2][1], -by[2][0], by[1][0]];
     let scale = [0, 1, 2].map(|k| by[k][k]);
@@ -318,20 +308,13 @@ pub fn skew(
         None => (None, None),
     };
     let of = |output: usize| {
-        let rotation = |p: &[f64; 3]| rotation(output, p);
         let by_skew = |p: &[f64; 3]| match output {
             0 => skew.x_by_y * p[1] + skew.x_by_z * p[2],
             1 => skew.y_by_z * p[2],
             _ => (by_map.as_ref()).map_or(0.0, |map| firmware.height(map, [p[0], p[1]])),
         };
-        let half_range = |left: &dyn Fn(usize) -> f64| {
-            let all = (0..at.len()).map(left);
-            let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-                [low.min(v), high.max(v)]
-            });
-            (high - low) / 2.0 * 1e3
-        };
-        let without_rotation = |row: usize| corrections[row][output] - rotation(&at[row]);
+        let without_rotation = |row: usize| corrections[row][output] - rotation(output, &at[row]);
+        let half_range = |left: &dyn Fn(usize) -> f64| half_range_um((0..at.len()).map(left));
         RemainingOnAxis {
             largest_um: half_range(&|row| without_rotation(row)),
             left_um: half_range(&|row| without_rotation(row) - by_skew(&at[row])),
@@ -340,21 +323,9 @@ pub fn skew(
             }),
         }
     };
-    // Marlin applies its factors only above 1 mm beyond the lower ends of X and Y, and where they lead to within the travel.
-    let at_ends_um = (firmware == Firmware::Marlin).then(|| {
-        let most = |i: usize| {
-            let [low, high] = travel(&axes[i]);
-            low.abs().max(high.abs())
-        };
-        let by_y = (skew.x_by_y * most(y)).abs();
-        [
-            by_y + (skew.x_by_z * most(z)).abs(),
-            (skew.y_by_z * most(z)).abs(),
-        ]
-        .map(|mm| mm * 1e3)
-    });
     let found = SkewFound {
-        at_ends_um,
+        at_ends_um: (firmware == Firmware::Marlin)
+            .then(|| at_ends_um(&skew, [y, z].map(|i| travel(&axes[i])))),
         skew,
         steps: scale.map(|s| 1.0 + s),
         turned_urad: turned.map(|t| t * 1e6),
@@ -362,6 +333,40 @@ pub fn skew(
         positions,
     };
     Ok((SkewWritten { lines, map }, found))
+}
+
+/// The linear part of corrections, by least squares: of each output the factors of X, Y and Z, and a constant.
+fn linear(at: &[[f64; 3]], corrections: &[[f64; 3]]) -> [DVector<f64>; 3] {
+    let matrix = DMatrix::from_fn(at.len(), 4, |row, k| if k == 3 { 1.0 } else { at[row][k] });
+    // Positions fill the travel: the columns are independent.
+    let square = (matrix.transpose() * &matrix).cholesky();
+    [0, 1, 2].map(|output| {
+        let values = DVector::from_fn(at.len(), |row, _| corrections[row][output]);
+        let solved = square
+            .as_ref()
+            .map(|s| s.solve(&(matrix.transpose() * values)));
+        solved.unwrap_or_else(|| DVector::zeros(4))
+    })
+}
+
+/// Half of the distance from the smallest to the largest value (mm), in µm.
+fn half_range_um(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+        [low.min(v), high.max(v)]
+    });
+    (high - low) / 2.0 * 1e3
+}
+
+/// What the factors do to X and Y at the ends of Y and Z. Marlin applies them only above 1 mm beyond the lower ends of X
+/// and Y, and where they lead to within the travel.
+fn at_ends_um(skew: &Skew, [y, z]: [[f64; 2]; 2]) -> [f64; 2] {
+    let most = |[low, high]: [f64; 2]| low.abs().max(high.abs());
+    let by_y = (skew.x_by_y * most(y)).abs();
+    [
+        by_y + (skew.x_by_z * most(z)).abs(),
+        (skew.y_by_z * most(z)).abs(),
+    ]
+    .map(|mm| mm * 1e3)
 }
 
 #[cfg(test)]

@@ -77,95 +77,44 @@ pub fn solve(
         .iter()
         .map(|block| start(machine, block, &lines))
         .collect();
-    let mut locations = Vec::new();
-    let mut gains = Vec::new();
-    for (file, square) in &squares {
-        let (parameter, gain) =
-            location(machine, square).ok_or(DirectError::NoLocation { file: *file })?;
-        if let Some(other) = (locations.iter()).find(|l: &&FoundLocation| l.parameter == parameter)
-        {
-            return Err(DirectError::Twice {
-                files: vec![other.from, *file],
-                motions: vec![parameter.to_string()],
-            });
-        }
-        gains.push(gain);
-        locations.push(FoundLocation {
-            parameter,
-            value: 0.0,
-            uncertainty: uncertainty(machine, square),
-            from: *file,
-        });
-    }
+    let mut locations = located(machine, &squares)?;
     let anew = motions.iter().flatten();
     let anew: Vec<(usize, usize, bool)> = anew
         .map(|m| (m.axis, m.component, m.negative.is_some()))
         .collect();
-    let parameters: Vec<Parameter> = locations.iter().map(|l| l.parameter).collect();
+    let parameters: Vec<Parameter> = locations.iter().map(|(l, _)| l.parameter).collect();
     let mut model = without(known, machine, &anew, &parameters);
     let mut slopes = Vec::new();
-    let mut is_done = false;
+    let mut change = f64::INFINITY;
     for _ in 0..ROUNDS {
-        let mut change: f64 = 0.0;
+        change = 0.0;
         slopes.clear();
         for (block, motions) in blocks.iter().zip(&mut motions) {
             let round = block.round(machine, &model, &lines, motions, &mut slopes);
             change = change.max(round.ok_or(DirectError::NotConverged)?);
             put(machine, &mut model, motions);
         }
-        for (((_, square), location), gain) in squares.iter().zip(&mut locations).zip(&gains) {
-            let bench = Bench::new(machine, &model, Default::default());
-            let left = squareness(machine, square, |line| Some(line.means())).zip(squareness(
-                machine,
-                square,
-                |line| line.shown(&bench, &line.means().directions()),
-            ));
-            let (measured, shown) = left.ok_or(DirectError::NotConverged)?;
-            let step = (measured - square.over - shown) / gain;
+        for ((_, square), (location, gain)) in squares.iter().zip(&mut locations) {
+            let left = missing(machine, &model, square).ok_or(DirectError::NotConverged)?;
+            let step = left / *gain;
             location.value += step;
             model.set(machine, location.parameter, location.value);
             change = change.max(step.abs() * OVER);
         }
-        if !change.is_finite() {
-            break;
-        }
-        if change < DONE {
-            is_done = true;
+        if !change.is_finite() || change < DONE {
             break;
         }
     }
-    if !is_done {
+    if !change.is_finite() || change >= DONE {
         return Err(DirectError::NotConverged);
     }
     let mut motions: Vec<FoundMotion> = motions.into_iter().flatten().collect();
     motions.sort_by_key(|m| (m.axis, m.component));
     if options.one_number {
-        for motion in &mut motions {
-            if let Some(backlash) = motion.backlash() {
-                let parameter = Parameter {
-                    component: motion.component,
-                    axis: machine.axes[motion.axis].letter.char(),
-                    kind: ParameterKind::Backlash,
-                };
-                model.set(machine, parameter, backlash);
-                let uncertainty = motion.backlash_uncertainty().map(|u| (parameter, u));
-                model.standard_uncertainty.extend(uncertainty);
-                *motion = motion.with_one_number();
-            }
-        }
-        put(machine, &mut model, &motions);
+        with_one_number(machine, &mut model, &mut motions);
     }
-    for motion in &motions {
-        let of = (motion.axis, motion.component);
-        let values = model.motions[motion.axis][motion.component].table.as_ref();
-        let count = values.map_or(0, |table| table.at.len());
-        let uncertainty = motion.uncertainty.map(|u| (of, vec![u; count]));
-        model.table_uncertainty.extend(uncertainty);
-    }
-    for location in &locations {
-        let uncertainty = location.uncertainty.map(|u| (location.parameter, u));
-        model.standard_uncertainty.extend(uncertainty);
-    }
+    let locations: Vec<FoundLocation> = locations.into_iter().map(|(l, _)| l).collect();
+    add_uncertainties(&mut model, &motions, &locations);
     let doubts = doubts(machine, &lines, &motions, &model);
     Ok(DirectResult {
         errors: model,
@@ -174,6 +123,74 @@ pub fn solve(
         slopes,
         doubts,
     })
+}
+
+/// The location that each square shows, still zero, and how much the square reads per unit of it.
+fn located(
+    machine: &Machine,
+    squares: &[(usize, &Square)],
+) -> Result<Vec<(FoundLocation, f64)>, DirectError> {
+    let mut locations: Vec<(FoundLocation, f64)> = Vec::new();
+    for (file, square) in squares {
+        let (parameter, gain) =
+            location(machine, square).ok_or(DirectError::NoLocation { file: *file })?;
+        if let Some((other, _)) = locations.iter().find(|(l, _)| l.parameter == parameter) {
+            return Err(DirectError::Twice {
+                files: vec![other.from, *file],
+                motions: vec![parameter.to_string()],
+            });
+        }
+        let found = FoundLocation {
+            parameter,
+            value: 0.0,
+            uncertainty: uncertainty(machine, square),
+            from: *file,
+        };
+        locations.push((found, gain));
+    }
+    Ok(locations)
+}
+
+/// What a square read (rad) and a model does not show.
+fn missing(machine: &Machine, model: &ErrorModel, square: &Square) -> Option<f64> {
+    let bench = Bench::new(machine, model, Default::default());
+    let measured = squareness(machine, square, |line| Some(line.means()));
+    let shown = squareness(machine, square, |line| {
+        line.shown(&bench, &line.means().directions())
+    });
+    Some(measured? - square.over - shown?)
+}
+
+/// Replaces the difference of both directions by one number for each motion.
+fn with_one_number(machine: &Machine, model: &mut ErrorModel, motions: &mut [FoundMotion]) {
+    for motion in &mut *motions {
+        if let Some(backlash) = motion.backlash() {
+            let parameter = Parameter {
+                component: motion.component,
+                axis: machine.axes[motion.axis].letter.char(),
+                kind: ParameterKind::Backlash,
+            };
+            model.set(machine, parameter, backlash);
+            let uncertainty = motion.backlash_uncertainty().map(|u| (parameter, u));
+            model.standard_uncertainty.extend(uncertainty);
+            *motion = motion.with_one_number();
+        }
+    }
+    put(machine, model, motions);
+}
+
+fn add_uncertainties(model: &mut ErrorModel, motions: &[FoundMotion], locations: &[FoundLocation]) {
+    for motion in motions {
+        let of = (motion.axis, motion.component);
+        let values = model.motions[motion.axis][motion.component].table.as_ref();
+        let count = values.map_or(0, |table| table.at.len());
+        let uncertainty = motion.uncertainty.map(|u| (of, vec![u; count]));
+        model.table_uncertainty.extend(uncertainty);
+    }
+    for location in locations {
+        let uncertainty = location.uncertainty.map(|u| (location.parameter, u));
+        model.standard_uncertainty.extend(uncertainty);
+    }
 }
 
 /// Motions initialized to zero.

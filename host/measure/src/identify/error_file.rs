@@ -1,6 +1,6 @@
 //! Writes identified parameters as an error file.
 
-use super::{Estimated, FoundChange, Identified, NotKnown, effect_over_travel};
+use super::{FoundChange, Identified, NotKnown, effect_over_travel};
 use crate::direct::{counted_twice, tables};
 use crate::formats::observations::Observations;
 use crate::formats::probings::Probings;
@@ -107,20 +107,45 @@ pub fn error_file(
             false => "slopes_beside_squareness = true\n",
         }
     );
-    let found = |p: Parameter| {
-        identified
-            .parameters
-            .iter()
-            .find(|e: &&Estimated| e.parameter == p)
-    };
-    let kept = identified
-        .errors
-        .parameters
-        .iter()
-        .filter(|(p, _)| found(**p).is_none());
+    text += &parameters(machine, identified);
+    text += &thermal(identified);
+    let _ = write!(
+        text,
+        "\n[uncertainty]\ncovariance = {}\n",
+        toml::Value::from(covariance)
+    );
+    text += &misfits(observations, unknown);
+    text += &unseen(machine, identified, unknown);
+    let calibrated: String = (0..machine.axes.len())
+        .filter_map(|i| {
+            let [low, high] = calibrated(machine, probings, observations, identified, i)?;
+            let letter = machine.axes[i].letter;
+            Some(format!("{letter} = [{low:.3}, {high:.3}]\n"))
+        })
+        .collect();
+    if !calibrated.is_empty() {
+        text += "\n[calibrated]  # mm or deg: the range that was probed\n";
+        text += &calibrated;
+    }
+    tables(&mut text, machine, &identified.errors, &|_, _| Vec::new());
+    text
+}
+
+/// Whether a parameter was identified.
+fn is_found(identified: &Identified, parameter: Parameter) -> bool {
+    let mut all = identified.parameters.iter();
+    all.any(|e| e.parameter == parameter)
+}
+
+/// Values and standard uncertainties, of what was known before and of what was identified.
+fn parameters(machine: &Machine, identified: &Identified) -> String {
+    let mut text = String::new();
     // A scale of zero that nobody has measured is listed as not seen.
     let missing = identified.errors.missing_scales(machine);
-    let kept: Vec<_> = kept.filter(|(p, _)| !missing.contains(p)).collect();
+    let kept = identified.errors.parameters.iter();
+    let kept: Vec<_> = kept
+        .filter(|(p, _)| !is_found(identified, **p) && !missing.contains(p))
+        .collect();
     if !kept.is_empty() {
         text += "# Not identified, but known before:\n";
         for (parameter, value) in kept {
@@ -136,15 +161,15 @@ pub fn error_file(
         let _ = writeln!(text, "{} = {:.3e}", e.parameter, e.uncertainty);
     }
     let known = identified.errors.standard_uncertainty.iter();
-    for (parameter, uncertainty) in known.filter(|(p, _)| found(**p).is_none()) {
+    for (parameter, uncertainty) in known.filter(|(p, _)| !is_found(identified, **p)) {
         let _ = writeln!(text, "{parameter} = {uncertainty:e}");
     }
-    text += &thermal(identified);
-    let _ = write!(
-        text,
-        "\n[uncertainty]\ncovariance = {}\n",
-        toml::Value::from(covariance)
-    );
+    text
+}
+
+/// How far measurements are off for other reasons than the parameters.
+fn misfits(observations: &Observations, unknown: &NotKnown) -> String {
+    let mut text = String::new();
     if let Some(misfit) = unknown.misfit {
         let _ = writeln!(
             text,
@@ -166,47 +191,35 @@ pub fn error_file(
             left * 1e3
         );
     }
-    text += &unseen(machine, identified, unknown);
-    let mut calibrated = String::new();
-    for (i, axis) in machine.axes.iter().enumerate() {
-        if is_tabulated(&identified.errors, i) {
-            continue;
-        }
-        // Motions that were known before remain valid in their range.
-        let is_kept =
-            |p: &Parameter| p.axis == axis.letter.char() && p.kind != ParameterKind::Inter;
-        if identified
-            .errors
-            .parameters
-            .keys()
-            .any(|p| is_kept(p) && found(*p).is_none())
-        {
-            let [low, high] = identified.errors.calibrated[i].map(|q| axis.to_command(q));
-            let [low, high] = outward([low, high]);
-            let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
-            continue;
-        }
-        let observed = observations.rows.iter().map(|row| row.position[i]);
-        let positions = probings.rows.iter().map(|row| row.position[i]);
-        let positions = positions.chain(observed);
-        let low = positions
-            .clone()
-            .fold(f64::INFINITY, f64::min)
-            .max(axis.travel[0]);
-        let high = positions
-            .fold(f64::NEG_INFINITY, f64::max)
-            .min(axis.travel[1]);
-        if high - low >= NARROWEST {
-            let [low, high] = outward([low, high]);
-            let _ = writeln!(calibrated, "{} = [{low:.3}, {high:.3}]", axis.letter);
-        }
-    }
-    if !calibrated.is_empty() {
-        text += "\n[calibrated]  # mm or deg: the range that was probed\n";
-        text += &calibrated;
-    }
-    tables(&mut text, machine, &identified.errors, &|_, _| Vec::new());
     text
+}
+
+/// The range (mm, deg) in which the motions of an axis are known; `None` if it is that of their tables, or too narrow.
+fn calibrated(
+    machine: &Machine,
+    probings: &Probings,
+    observations: &Observations,
+    identified: &Identified,
+    i: usize,
+) -> Option<[f64; 2]> {
+    let (axis, errors) = (&machine.axes[i], &identified.errors);
+    if is_tabulated(errors, i) {
+        return None;
+    }
+    // Motions that were known before remain valid in their range.
+    let is_kept = |p: &Parameter| {
+        p.axis == axis.letter.char() && p.kind != ParameterKind::Inter && !is_found(identified, *p)
+    };
+    if errors.parameters.keys().any(is_kept) {
+        return Some(outward(errors.calibrated[i].map(|q| axis.to_command(q))));
+    }
+    let observed = observations.rows.iter().map(|row| row.position[i]);
+    let positions = probings.rows.iter().map(|row| row.position[i]);
+    let positions = positions.chain(observed);
+    let low = positions.clone().fold(f64::INFINITY, f64::min);
+    let high = positions.fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = [low.max(axis.travel[0]), high.min(axis.travel[1])];
+    (high - low >= NARROWEST).then(|| outward([low, high]))
 }
 
 /// A range (mm, deg) rounded to three decimals so that none of it is lost: outside it, motions that bend hold their end
