@@ -153,8 +153,8 @@ fn short_paths() -> Vec<String> {
     folders.into_iter().map(shortened).collect()
 }
 
-/// Whether the default compiler has a library for a target.
-fn has_library(target: &str) -> bool {
+/// Whether the default compiler has the library of a target.
+pub fn has_library(target: &str) -> bool {
     library_folder(&["--target", target]).is_ok_and(|folder| folder.is_dir())
 }
 

@@ -7,7 +7,7 @@ mod windows;
 use crate::process::{
     NOT_RUN, cargo, joined, judged, output, root, run, said, target, trueaxis, works,
 };
-use crate::{files, linuxcnc, packages};
+use crate::{cross, files, linuxcnc, packages};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -74,6 +74,13 @@ impl TestedSystem {
     /// If it does not build.
     pub fn build(self, profile: &str) -> Result<Option<PathBuf>, String> {
         self.provide()?;
+        if !cross::has_library(self.target()) {
+            eprintln!(
+                "{NOT_RUN}the command for {}: `rustup` has no library for it here",
+                self.target()
+            );
+            return Ok(None);
+        }
         let words = [
             "-q",
             "-p",
