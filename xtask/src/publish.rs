@@ -44,7 +44,7 @@ pub fn execute() -> Result<(), String> {
     let built = start.elapsed();
     let installed = folder.join("bin/trueaxis");
     println!("{}", output(Command::new(&installed).arg("--version"))?);
-    let (own, shipped) = (fastest(&installed)?, fastest(&shipped_trueaxis()?)?);
+    let [own, shipped] = fastest([&installed, &shipped_trueaxis()?])?;
     let ratio = own.as_secs_f64() / shipped.as_secs_f64();
     println!(
         "installed in {} s; `compile` of the Huron takes {:.3} s, {ratio:.2} times the shipped command's",
@@ -57,21 +57,23 @@ pub fn execute() -> Result<(), String> {
     Ok(())
 }
 
-/// Shortest time that a command takes to compile the Huron.
-fn fastest(program: &Path) -> Result<Duration, String> {
+/// Shortest time that each command takes to compile the Huron, one run after the other: other work slows both.
+fn fastest(programs: [&Path; 2]) -> Result<[Duration; 2], String> {
     let folder = files::folder(target("published").join("work"))?;
-    let mut fastest = Duration::MAX;
+    let example = root().join("examples/huron-k2x8");
+    let mut fastest = [Duration::MAX; 2];
     for _ in 0..RUNS {
-        let mut compile = Command::new(program);
-        let example = root().join("examples/huron-k2x8");
-        compile
-            .arg("compile")
-            .args(["machine.toml", "errors-13.toml"].map(|name| example.join(name)))
-            .args(["-o", "huron.trax"])
-            .current_dir(&folder);
-        let start = Instant::now();
-        output(&mut compile)?;
-        fastest = fastest.min(start.elapsed());
+        for (program, fastest) in programs.iter().zip(&mut fastest) {
+            let mut compile = Command::new(program);
+            compile
+                .arg("compile")
+                .args(["machine.toml", "errors-13.toml"].map(|name| example.join(name)))
+                .args(["-o", "huron.trax"])
+                .current_dir(&folder);
+            let start = Instant::now();
+            output(&mut compile)?;
+            *fastest = (*fastest).min(start.elapsed());
+        }
     }
     Ok(fastest)
 }
