@@ -89,13 +89,14 @@ fn check(folder: &Path) -> Result<(), String> {
         }
     }
     for system in TestedSystem::ALL {
-        let program = program(folder, system.target());
-        if program.is_file() {
-            // As it is called once it is installed.
-            let installed = fresh(system.target())?.join(system.program());
-            files::copy(&program, &installed)?;
-            systems::check(system, &installed)?;
+        // It cannot be linked here.
+        if matches!(system, TestedSystem::Mac) {
+            continue;
         }
+        // As it is called once it is installed.
+        let installed = fresh(system.target())?.join(system.program());
+        files::copy(&program(folder, system.target()), &installed)?;
+        systems::check(system, &installed)?;
     }
     for wheel in files::list(folder, "whl")? {
         match wheel.to_string_lossy().ends_with("win_amd64.whl") {

@@ -57,7 +57,7 @@ pub fn execute() -> Result<(), String> {
     Ok(())
 }
 
-/// Shortest time that each command takes to compile the Huron, one run after the other: other work slows both.
+/// Shortest time that each command takes to compile the Huron, in turns: other work slows both alike.
 fn fastest(programs: [&Path; 2]) -> Result<[Duration; 2], String> {
     let folder = files::folder(target("published").join("work"))?;
     let example = root().join("examples/huron-k2x8");

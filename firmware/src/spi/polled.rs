@@ -8,8 +8,8 @@ use super::intake::Tolerance;
 
 /// The exchange with a motion side that is the slave on an SPI bus.
 ///
-/// The frames of the master and the periods of this side have two clocks: occasionally a frame is skipped or used twice, see
-/// [`Tolerance`]. If the motion side can be the master, that is better.
+/// The frames of the master and the periods of this side have two clocks: occasionally a frame is skipped or used
+/// twice, see [`Tolerance`]. If the motion side can be the master, that is better.
 #[derive(Debug)]
 pub struct Polled<D, const AXES: usize> {
     device: D,

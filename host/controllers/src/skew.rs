@@ -357,8 +357,8 @@ fn half_range_um(values: impl Iterator<Item = f64>) -> f64 {
     (high - low) / 2.0 * 1e3
 }
 
-/// What the factors do to X and Y at the ends of Y and Z. Marlin applies them only above 1 mm beyond the lower ends of X
-/// and Y, and where they lead to within the travel.
+/// What the factors do to X and Y at the ends of Y and Z. Marlin applies them only above 1 mm beyond the lower ends of
+/// X and Y, and where they lead to within the travel.
 fn at_ends_um(skew: &Skew, [y, z]: [[f64; 2]; 2]) -> [f64; 2] {
     let most = |[low, high]: [f64; 2]| low.abs().max(high.abs());
     let by_y = (skew.x_by_y * most(y)).abs();

@@ -264,8 +264,8 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         self.intra(self.carried(index, linear), index, q, situation, instead)
     }
 
-    /// The pose error of an axis, given its motions. With `instead`, only the part that remains when the axis is switched
-    /// off, plus the replacement constants.
+    /// The pose error of an axis, given its motions. With `instead`, only the part that remains when the axis is
+    /// switched off, plus the replacement constants.
     pub(crate) fn intra(
         &self,
         carried: Carried,

@@ -31,7 +31,7 @@ pub fn wine(program: &str) -> Result<Command, String> {
     Ok(wine)
 }
 
-/// Makes Wine's Windows, if it is not there, which takes seconds and is no part of what is compared.
+/// Creates Wine's own Windows if it is missing: that takes seconds, and its messages would be compared otherwise.
 ///
 /// # Errors
 /// If it does not start.
@@ -55,8 +55,8 @@ pub fn without_own_lines(errors: &str) -> String {
         .collect()
 }
 
-/// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last. It holds
-/// no pipe of this program, for whose end a reader would wait.
+/// Keeps Wine's server for the next command, which would start it for seconds; it ends a minute after the last. It
+/// holds no pipe of this program, for whose end a reader would wait.
 ///
 /// # Errors
 /// If it does not start.

@@ -121,7 +121,7 @@ fn axis(a: &AxisEntry) -> String {
     )
 }
 
-/// An input that is no axis.
+/// An input other than an axis.
 fn auxiliary(a: &AuxiliaryEntry) -> String {
     let (name, reference) = (&a.name, a.reference);
     if a.kind == "tool length" {

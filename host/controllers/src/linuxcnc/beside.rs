@@ -2,6 +2,7 @@
 
 use super::configuration::Configuration;
 use super::imported::{Import, has_imported, is_imported};
+use super::setup::SetupFiles;
 use std::fmt::Write;
 
 /// Why readings cannot be added.
@@ -64,21 +65,21 @@ pub struct Compensated<'a> {
 }
 
 impl Compensated<'_> {
-    /// The text to which readings are added: all that LinuxCNC compensates, or did before the component came. `made` is the
-    /// error file of a new set-up (`None` if the set-up stays), `old` the error file that is there. `None` if there is
-    /// nothing to keep.
+    /// The text to which readings are added: all that LinuxCNC compensates, or did before the component came. `made` is a
+    /// new set-up (`None` if the one that is there stays), `old` the error file that is there. `None` if there is nothing
+    /// to keep.
     ///
     /// # Errors
     /// [`BesideError::Lost`], [`BesideError::Missing`].
     pub fn to_keep(
         &self,
-        made: Option<Option<&str>>,
+        made: Option<&SetupFiles>,
         old: Option<&str>,
     ) -> Result<Option<String>, BesideError> {
         let old = old.map(|text| text.replace("\r\n", "\n"));
         let old = old.filter(|text| is_imported(text));
         match (made, old) {
-            (Some(made), _) if !self.imports.is_empty() => Ok(made.map(str::to_owned)),
+            (Some(made), _) if !self.imports.is_empty() => Ok(made.errors.clone()),
             (Some(_), Some(_)) => Err(BesideError::Lost),
             (Some(_), None) => Ok(None),
             (None, old) => {
@@ -99,7 +100,7 @@ impl Compensated<'_> {
     ///
     /// # Errors
     /// [`BesideError::Stays`], [`BesideError::InIni`], [`BesideError::InErrors`].
-    pub fn spoils(&self, letter: char, kept: Option<&str>) -> Result<(), BesideError> {
+    pub fn accepts_reading(&self, letter: char, kept: Option<&str>) -> Result<(), BesideError> {
         if let Some((joint, entry)) = self.configuration.kept(letter).first() {
             return Err(BesideError::Stays {
                 letter,

@@ -26,7 +26,7 @@ pub struct ComparisonRecord<'a> {
     pub target: &'a str,
     /// Without a compensation, over the whole travel.
     pub before: Option<&'a Quality>,
-    /// One each.
+    /// The schemes, in the order in which they were compared.
     pub schemes: Vec<SchemeRecord<'a>>,
 }
 
@@ -155,7 +155,7 @@ pub struct SinglesRecord<'a> {
     /// Names of the schemes.
     #[serde(skip)]
     pub schemes: Vec<String>,
-    /// One each.
+    /// The error parameters.
     pub single: Vec<SingleRecord>,
     /// Why a scheme does not support the machine.
     pub reasons: BTreeMap<String, String>,

@@ -275,9 +275,9 @@ pub struct DriftCourseRecord {
     pub unit: &'static str,
     /// Largest less smallest value.
     pub range: f64,
-    /// Range of the deviation until the stop.
+    /// Largest less smallest value until the stop.
     pub range_until_stop: Option<f64>,
-    /// Range of the deviation after the stop.
+    /// Largest less smallest value after the stop.
     pub range_after_stop: Option<f64>,
     /// Values at `at_minutes`.
     pub at: Vec<Option<f64>>,

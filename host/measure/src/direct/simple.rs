@@ -1,4 +1,5 @@
-//! Readings of a glass scale, a square, a dial and a thermometer as people write them, and the error file that they make.
+//! Readings of a glass scale, a square, a dial and a thermometer as people write them, and the error file that they
+//! make.
 
 use super::single::Single;
 use std::fmt::Write;
@@ -31,8 +32,8 @@ impl Single {
         })
     }
 
-    /// Reads the reading of a square, `XY=3/100`: with one leg along X, a dial moved along the other by Y reads 3 µm per
-    /// 100 mm in the direction of X.
+    /// Reads the reading of a square, `XY=3/100`: with one leg along X, a dial moved along the other by Y reads 3 µm
+    /// per 100 mm in the direction of X.
     ///
     /// # Errors
     /// [`ReadingError`].

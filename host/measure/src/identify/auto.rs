@@ -32,8 +32,8 @@ pub enum TriedTerms {
     Fewest,
     /// All locations and scales, and backlash.
     Locations,
-    /// A location model with every error motion up to a degree of polynomials and harmonics, in this form for axes that rotate by
-    /// a full turn.
+    /// A location model with every error motion up to a degree of polynomials and harmonics, in this form for axes that
+    /// rotate by a full turn.
     Degree(u8, RotationForm),
     /// The published list for machines of this layout.
     List(Model),

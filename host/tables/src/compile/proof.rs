@@ -206,8 +206,8 @@ pub fn prove(
     })
 }
 
-/// Verifies at random positions, and also at the positions of rotary axes in `held` (axis indices, deg), if any; then the tolerance
-/// applies there.
+/// Verifies at random positions, and also at the positions of rotary axes in `held` (axis indices, deg), if any; then
+/// the tolerance applies there.
 ///
 /// # Errors
 /// As [`prove`].

@@ -164,8 +164,8 @@ impl FoundConfiguration<'_> {
         let Some(axis) = single.along() else {
             return Ok(());
         };
-        let spoilt = self.compensated().spoils(letters[axis], kept);
-        spoilt.map_err(|error| BadInput::new(error.to_string(), error.remedy()))
+        let accepted = self.compensated().accepts_reading(letters[axis], kept);
+        accepted.map_err(|error| BadInput::new(error.to_string(), error.remedy()))
     }
 
     /// The error file to which readings are added.
@@ -175,10 +175,9 @@ impl FoundConfiguration<'_> {
         old: Option<&Text>,
         errors: &Path,
     ) -> Result<Option<String>, BadInput> {
-        let of_setup = made.map(|made| made.errors.as_deref());
         let kept = self
             .compensated()
-            .to_keep(of_setup, old.map(|old| old.text.as_str()))
+            .to_keep(made, old.map(|old| old.text.as_str()))
             .map_err(|error| {
                 BadInput::new(format!("{}: {error}", errors.display()), error.remedy())
             })?;

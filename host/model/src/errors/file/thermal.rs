@@ -72,7 +72,8 @@ impl ErrorModel {
         Ok(())
     }
 
-    /// Adds a sensor with a lag, or widens its ranges if it is there; returns its place. An error has message and remedy.
+    /// Adds a sensor with a lag, or widens its ranges if it is there; returns its place. An error has message and
+    /// remedy.
     fn add_sensor(&mut self, new: Thermal) -> Result<usize, [String; 2]> {
         let is_like = |s: &Thermal| {
             s.sensor == new.sensor && in_three_digits(s.lag) == in_three_digits(new.lag)

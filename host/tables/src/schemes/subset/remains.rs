@@ -1,8 +1,8 @@
 //! The volumetric error that remains with a set of tables.
 //!
 //! At a position, the tool's twist with corrections Δq is that with the kinematic correction Δq*, plus J·(Δq − Δq*).
-//! The mean square of what remains, with rotations taken at a lever, is a quadratic function of everything that tables may hold. The
-//! minimum for any set of tables follows from one matrix.
+//! The mean square of what remains, with rotations taken at a lever, is a quadratic function of everything that tables
+//! may hold. The minimum for any set of tables follows from one matrix.
 
 use super::candidates::{Candidate, Functions};
 use crate::validate::Command;
